@@ -1,0 +1,7 @@
+//! `impactscope`: how small things hit the ground.
+//!
+//! Floors, each importing only from those below it:
+//! `app` (the window) - `recording` (measurements) - `sim` (the hybrid simulator)
+//! - `model` (what the device is).
+
+pub mod model;

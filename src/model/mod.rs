@@ -1,0 +1,3 @@
+//! What the device is; no time stepping.
+
+pub mod unit;
