@@ -1,3 +1,210 @@
 //! What the device is; no time stepping.
 
+pub mod drive;
+pub mod effects;
+pub mod film;
+pub mod ground;
+pub mod parameter;
+pub mod piezo;
+pub mod preset;
+pub mod sensor;
+pub mod structure;
 pub mod unit;
+
+use thiserror::Error;
+
+use effects::ActiveEffect;
+use parameter::{ParameterId, Parameters};
+use piezo::Piezo;
+use structure::Structure;
+
+/// A model that makes no sense, with the parameter to change.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{parameter}: {reason}")]
+pub struct ModelError {
+    /// Id of the parameter, or the key of the preset, at fault.
+    pub parameter: String,
+    /// What is wrong and what would be right.
+    pub reason: String,
+}
+
+impl ModelError {
+    fn new(parameter: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self {
+            parameter: parameter.into(),
+            reason: reason.into(),
+        }
+    }
+}
+
+/// A device with values for all its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// Name of the preset it came from.
+    pub name: String,
+    /// Values of the table, SI.
+    pub parameters: Parameters,
+    /// Mode shapes, and the modes beyond the second whole. Frequency and damping of the
+    /// first two modes stand in `parameters`.
+    pub modes: Vec<structure::Mode>,
+    /// Rigid mass at the tip [kg].
+    pub proof_mass: f64,
+    /// The piezo's hysteresis branches; `None` for a device without drive.
+    pub piezo: Option<Piezo>,
+    /// Whether there is a ground, with its film and adhesion.
+    pub has_ground: bool,
+    /// Whether the cantilever's centre is a point of its own, with a reading.
+    pub has_cantilever: bool,
+    /// Effects beyond the baseline.
+    pub effects: Vec<ActiveEffect>,
+}
+
+impl Default for Model {
+    /// The `paper` preset.
+    fn default() -> Self {
+        preset::Preset::default().model
+    }
+}
+
+impl Model {
+    /// Whether a parameter has any bearing on this device.
+    pub fn uses(&self, id: ParameterId) -> bool {
+        use ParameterId as P;
+        match id {
+            P::Cs | P::Gp | P::Ca | P::Ca0 | P::Alpha | P::Dp => self.has_ground,
+            P::Eta => self.piezo.is_some(),
+            P::F2 | P::Zeta2 => self.modes.len() >= 2,
+            P::OffsetC => self.has_cantilever,
+            P::Zeta1 => self.parameters[P::F1] > 0.0,
+            P::F1 | P::X0 | P::V0 | P::OffsetP | P::Noise => true,
+        }
+    }
+
+    /// The structure with frequencies and dampings from the parameters and the
+    /// effects' changes.
+    pub fn structure(&self) -> Structure {
+        use ParameterId as P;
+        let mut modes = self.modes.clone();
+        let pairs = [(P::F1, P::Zeta1), (P::F2, P::Zeta2)];
+        for (mode, (frequency, zeta)) in modes.iter_mut().zip(pairs) {
+            mode.frequency = self.parameters[frequency];
+            mode.zeta = self.parameters[zeta];
+        }
+        Structure {
+            modes,
+            proof_mass: self.proof_mass,
+        }
+    }
+
+    /// Checks everything that the simulator relies on.
+    ///
+    /// # Errors
+    /// The first [`ModelError`], naming the parameter and the remedy.
+    pub fn check(&self) -> Result<(), ModelError> {
+        for (id, value) in self.parameters.iter() {
+            if let Some(reason) = id.spec().refusal(value).filter(|_| self.uses(id)) {
+                return Err(ModelError::new(id.spec().id, reason));
+            }
+        }
+        if self.has_ground {
+            self.check_ground()?;
+        }
+        if self.modes.is_empty() {
+            return Err(ModelError::new("mode", "there is no mode; give at least one"));
+        }
+        if !(self.proof_mass > 0.0 && self.proof_mass.is_finite()) {
+            return Err(ModelError::new(
+                "proof_mass",
+                format!("the proof mass must be above 0 kg, not {}", self.proof_mass),
+            ));
+        }
+        for (i, mode) in self.modes.iter().enumerate() {
+            let finite = [
+                mode.frequency,
+                mode.zeta,
+                mode.phi_c,
+                mode.phi_p,
+                mode.phi_drive,
+            ]
+            .iter()
+            .all(|v| v.is_finite());
+            if !finite || mode.frequency < 0.0 || mode.zeta < 0.0 {
+                return Err(ModelError::new(
+                    format!("mode {}", i + 1),
+                    "frequency, damping and shape must be finite, the first two not negative",
+                ));
+            }
+        }
+        let mobility: f64 = self.modes.iter().map(|m| m.phi_p * m.phi_p).sum();
+        if !(mobility > 0.0 && mobility.is_finite()) {
+            return Err(ModelError::new(
+                "phi_p",
+                "no mode moves the proof mass: give phi_p of at least one mode",
+            ));
+        }
+        for effect in &self.effects {
+            for (spec, value) in effect.spec.parameters.iter().zip(&effect.values) {
+                if let Some(reason) = spec.refusal(*value) {
+                    return Err(ModelError::new(
+                        format!("{}.{}", effect.spec.id, spec.id),
+                        reason,
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check_ground(&self) -> Result<(), ModelError> {
+        use ParameterId as P;
+        let (gp, dp, x0) = (
+            self.parameters[P::Gp],
+            self.parameters[P::Dp],
+            self.parameters[P::X0],
+        );
+        let write = |v| unit::format_quantity(v, "m", 5);
+        if gp <= dp {
+            return Err(ModelError::new(
+                "gp",
+                format!(
+                    "gp = {} must exceed dp = {}: else the film force is singular before contact",
+                    write(gp),
+                    write(dp)
+                ),
+            ));
+        }
+        if x0 <= -dp {
+            return Err(ModelError::new(
+                "x0",
+                format!(
+                    "x0 = {} lies in the ground at {}; start above it",
+                    write(x0),
+                    write(-dp)
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Sets a parameter, or an effect's as `effect.parameter`, by id.
+    ///
+    /// # Errors
+    /// [`ModelError`] if there is none of that id, with the ids there are.
+    pub fn set(&mut self, id: &str, value: f64) -> Result<(), ModelError> {
+        if let Some(parameter) = ParameterId::from_id(id) {
+            self.parameters.set(parameter, value);
+            return Ok(());
+        }
+        if let Some((effect, parameter)) = id.split_once('.')
+            && let Some(active) = self.effects.iter_mut().find(|e| e.spec.id == effect)
+            && active.set(parameter, value)
+        {
+            return Ok(());
+        }
+        let known: Vec<&str> = ParameterId::ALL.iter().map(|p| p.spec().id).collect();
+        Err(ModelError::new(
+            id,
+            format!("there is no such parameter; there are {}", known.join(", ")),
+        ))
+    }
+}

@@ -1,0 +1,42 @@
+//! `gravity`: the weight of the proof mass.
+
+use super::{Action, EffectSpec, Kinematics};
+use crate::model::parameter::{ParameterSpec, Rank, Scale};
+
+/// The effect.
+pub static EFFECT: EffectSpec = EffectSpec {
+    id: "gravity",
+    name: "gravity",
+    sentence: "The weight of the proof mass pulls it down; on a spring it only moves the zero.",
+    law: "F = -m g",
+    source: "standard gravity, CGPM 1901",
+    parameters: &[ParameterSpec {
+        id: "g",
+        symbol: "g",
+        name: "acceleration of gravity",
+        unit: "m/s^2",
+        default: 9.80665,
+        range: (-20.0, 20.0),
+        limits: (-1e6, 1e6),
+        scale: Scale::Linear,
+        rank: Rank::Advanced,
+        meaning: "downward acceleration; negative when the rig is turned over",
+        equation: "F = -m g",
+    }],
+    build: |values, structure| {
+        Box::new(Gravity {
+            weight: structure.proof_mass * values[0],
+        })
+    },
+};
+
+#[derive(Debug)]
+struct Gravity {
+    weight: f64,
+}
+
+impl Action for Gravity {
+    fn force_on_proof_mass(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
+        -self.weight
+    }
+}

@@ -1,0 +1,38 @@
+//! `quadratic_drag`: inertial drag of the gas on the proof mass, `-cd xp' |xp'|`.
+
+use super::{Action, EffectSpec, Kinematics};
+use crate::model::parameter::{ParameterSpec, Rank, Scale};
+
+/// The effect.
+pub static EFFECT: EffectSpec = EffectSpec {
+    id: "quadratic_drag",
+    name: "quadratic drag",
+    sentence: "The gas brakes fast motion more than in proportion, so that a large ring dies away faster than a small one.",
+    law: "F = -cd xp' |xp'|",
+    source: "drag at high Reynolds number, e.g. Landau and Lifshitz, Fluid Mechanics, section 45",
+    parameters: &[ParameterSpec {
+        id: "cd",
+        symbol: "cd",
+        name: "drag coefficient",
+        unit: "N s^2/m^2",
+        default: 1e-7,
+        range: (1e-9, 1e-5),
+        limits: (0.0, 1e9),
+        scale: Scale::Log,
+        rank: Rank::Advanced,
+        meaning: "force per squared velocity; air alone gives 2e-8 to 5e-8 on this plate",
+        equation: "F = -cd xp' |xp'|",
+    }],
+    build: |values, _| Box::new(QuadraticDrag { cd: values[0] }),
+};
+
+#[derive(Debug)]
+struct QuadraticDrag {
+    cd: f64,
+}
+
+impl Action for QuadraticDrag {
+    fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
+        -self.cd * at.vp * at.vp.abs()
+    }
+}

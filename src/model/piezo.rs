@@ -1,0 +1,62 @@
+//! The hysteretic piezo drive: two polynomial branches, eqs (6)-(9).
+
+use serde::{Deserialize, Serialize};
+
+/// Which of the two branches of the hysteresis loop is in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Branch {
+    /// The voltage rises, or has risen last.
+    Rising,
+    /// The voltage falls, or has fallen last.
+    Falling,
+    /// No voltage since poling: the zero position, no force.
+    Poled,
+}
+
+/// Polynomials `gc(V)`, coefficients in rising powers of V (constant first).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Piezo {
+    /// For V' > 0.
+    pub rising: [f64; 4],
+    /// For V' < 0.
+    pub falling: [f64; 4],
+}
+
+impl Default for Piezo {
+    /// Eq (9) with the branches chosen by the sign of V'.
+    fn default() -> Self {
+        Self {
+            rising: [1.4796, -0.7057, -0.0255, 0.0016],
+            falling: [-0.6350, -0.6062, 0.0076, 0.0],
+        }
+    }
+}
+
+impl Piezo {
+    /// `gc(V)` on a branch; dimensionless.
+    #[inline]
+    pub fn gain(&self, voltage: f64, branch: Branch) -> f64 {
+        let c = match branch {
+            Branch::Rising => &self.rising,
+            Branch::Falling => &self.falling,
+            Branch::Poled => return 0.0,
+        };
+        c[0] + voltage * (c[1] + voltage * (c[2] + voltage * c[3]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn branches_meet_at_eight_volts() {
+        let piezo = Piezo::default();
+        for (voltage, value) in [(8.0, -4.98), (-8.0, 4.69)] {
+            for branch in [Branch::Rising, Branch::Falling] {
+                let gain = piezo.gain(voltage, branch);
+                assert!((gain - value).abs() < 0.02, "{voltage} V: {gain}");
+            }
+        }
+    }
+}

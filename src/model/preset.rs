@@ -1,0 +1,523 @@
+//! Presets: a device with values, in a commented TOML file. Four are built in.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::effects::{self, ActiveEffect};
+use super::parameter::{ParameterId, Parameters};
+use super::piezo::Piezo;
+use super::structure::Mode;
+use super::{Model, drive::Waveform};
+
+/// Version of the preset format that is written.
+const FORMAT: u32 = 1;
+
+/// The built-in presets: name and text.
+pub const EMBEDDED: [(&str, &str); 4] = [
+    ("paper", include_str!("../../presets/paper.toml")),
+    (
+        "paper-as-printed",
+        include_str!("../../presets/paper-as-printed.toml"),
+    ),
+    ("oscillator", include_str!("../../presets/oscillator.toml")),
+    ("faller", include_str!("../../presets/faller.toml")),
+];
+
+/// A preset that cannot be used: file, line, key and reason.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PresetError {
+    /// The file cannot be read.
+    #[error("{file}: {reason}; give one of the presets paper, paper-as-printed, oscillator, faller, or a preset file")]
+    Unreadable { file: String, reason: String },
+    /// The text is no preset, or a value in it makes no sense.
+    #[error("{file}, line {line}: {key}: {reason}")]
+    Invalid {
+        file: String,
+        line: usize,
+        key: String,
+        reason: String,
+    },
+}
+
+/// A device with its usual drive and slider ranges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preset {
+    /// One line on what it is.
+    pub about: String,
+    /// Usual drive, as on the command line.
+    pub drive: String,
+    /// Usual span [s].
+    pub duration: f64,
+    /// The device.
+    pub model: Model,
+    /// Slider ranges that differ from the table's.
+    pub ranges: BTreeMap<ParameterId, (f64, f64)>,
+}
+
+impl Default for Preset {
+    fn default() -> Self {
+        // The embedded presets are read by a test of their own.
+        Self::embedded("paper").unwrap_or_else(|| unreachable!("the paper preset is built in"))
+    }
+}
+
+/// The file as written; checked and turned into a [`Preset`] afterwards.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: u32,
+    name: String,
+    #[serde(default)]
+    about: String,
+    start: Start,
+    device: Device,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    piezo: Option<Piezo>,
+    #[serde(default)]
+    parameters: BTreeMap<String, f64>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    ranges: BTreeMap<String, (f64, f64)>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    effects: BTreeMap<String, BTreeMap<String, f64>>,
+    mode: Vec<ModeEntry>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Start {
+    drive: String,
+    duration: f64,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Device {
+    proof_mass: f64,
+    ground: bool,
+    cantilever: bool,
+}
+
+/// A mode by its shape, or a single mass on a spring.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct ModeEntry {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frequency: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    zeta: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phi_c: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phi_p: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phi_drive: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stiffness: Option<f64>,
+}
+
+/// Text of a preset with the means to say where something in it stands.
+struct Source<'a> {
+    file: &'a str,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    /// Line of `key = ...` inside `[section]` (the `nth` of that name, from 0), or of
+    /// the section, or 1.
+    fn line(&self, section: &str, nth: usize, key: &str) -> usize {
+        let mut current = String::new();
+        let mut seen = 0;
+        let mut fallback = 1;
+        for (i, line) in self.text.lines().enumerate() {
+            let line = line.trim();
+            if line.starts_with('[') {
+                current = line
+                    .trim_start_matches('[')
+                    .split(']')
+                    .next()
+                    .unwrap_or_default()
+                    .trim()
+                    .to_owned();
+                if current == section {
+                    seen += 1;
+                    if seen == nth + 1 {
+                        fallback = i + 1;
+                    }
+                }
+            }
+            let named = line
+                .split_once('=')
+                .is_some_and(|(name, _)| name.trim() == key);
+            if current == section && named && (section.is_empty() || seen == nth + 1) {
+                return i + 1;
+            }
+        }
+        fallback
+    }
+
+    fn invalid(&self, section: &str, nth: usize, key: &str, reason: String) -> PresetError {
+        PresetError::Invalid {
+            file: self.file.to_owned(),
+            line: self.line(section, nth, key),
+            key: key.to_owned(),
+            reason,
+        }
+    }
+}
+
+impl Preset {
+    /// A built-in preset by name.
+    pub fn embedded(name: &str) -> Option<Self> {
+        let (name, text) = EMBEDDED.iter().find(|(known, _)| *known == name)?;
+        Self::parse(name, text).ok()
+    }
+
+    /// A built-in preset by name, or a preset file by path.
+    ///
+    /// # Errors
+    /// [`PresetError`] with file, line, key and reason.
+    pub fn load(name_or_path: &str) -> Result<Self, PresetError> {
+        if let Some(preset) = Self::embedded(name_or_path) {
+            return Ok(preset);
+        }
+        let text = std::fs::read_to_string(Path::new(name_or_path)).map_err(|error| {
+            PresetError::Unreadable {
+                file: name_or_path.to_owned(),
+                reason: error.to_string(),
+            }
+        })?;
+        Self::parse(name_or_path, &text)
+    }
+
+    /// Reads the text of a preset; `file` is named in errors.
+    ///
+    /// # Errors
+    /// [`PresetError::Invalid`] at the first thing that makes no sense.
+    pub fn parse(file: &str, text: &str) -> Result<Self, PresetError> {
+        let source = Source { file, text };
+        let read: File = toml::from_str(text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let before = &text.as_bytes()[..start.min(text.len())];
+            let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
+            let key = text
+                .lines()
+                .nth(line - 1)
+                .and_then(|l| l.split('=').next())
+                .map(|l| l.trim().to_owned())
+                .unwrap_or_default();
+            PresetError::Invalid {
+                file: file.to_owned(),
+                line,
+                key,
+                reason: error.message().to_owned(),
+            }
+        })?;
+        if read.format != FORMAT {
+            let reason = format!("format {} is not known; this program reads {FORMAT}", read.format);
+            return Err(source.invalid("", 0, "format", reason));
+        }
+        let modes = read_modes(&source, &read)?;
+        let parameters = read_parameters(&source, &read, &modes)?;
+        let model = Model {
+            name: read.name.clone(),
+            parameters,
+            modes,
+            proof_mass: read.device.proof_mass,
+            piezo: read.piezo,
+            has_ground: read.device.ground,
+            has_cantilever: read.device.cantilever,
+            effects: read_effects(&source, &read)?,
+        };
+        let finite = |c: &[f64; 4]| c.iter().all(|v| v.is_finite());
+        if let Some(piezo) = &model.piezo {
+            for (key, branch) in [("rising", &piezo.rising), ("falling", &piezo.falling)] {
+                if !finite(branch) {
+                    let reason = "the coefficients must be finite numbers".to_owned();
+                    return Err(source.invalid("piezo", 0, key, reason));
+                }
+            }
+        }
+        model.check().map_err(|error| {
+            let section = match error.parameter.as_str() {
+                "proof_mass" => "device",
+                _ => "parameters",
+            };
+            source.invalid(section, 0, &error.parameter, error.reason)
+        })?;
+        let duration = read.start.duration;
+        if !(duration > 0.0 && duration <= 1e6) {
+            let reason = format!("the span must lie between 0 and 1e6 s, not {duration}");
+            return Err(source.invalid("start", 0, "duration", reason));
+        }
+        Waveform::parse(&read.start.drive, duration)
+            .map_err(|error| source.invalid("start", 0, "drive", error.to_string()))?;
+        Ok(Self {
+            about: read.about.clone(),
+            drive: read.start.drive.clone(),
+            duration,
+            ranges: read_ranges(&source, &read)?,
+            model,
+        })
+    }
+
+    /// The preset as a TOML text that [`Preset::parse`] reads.
+    pub fn to_toml(&self) -> String {
+        let model = &self.model;
+        let file = File {
+            format: FORMAT,
+            name: model.name.clone(),
+            about: self.about.clone(),
+            start: Start {
+                drive: self.drive.clone(),
+                duration: self.duration,
+            },
+            device: Device {
+                proof_mass: model.proof_mass,
+                ground: model.has_ground,
+                cantilever: model.has_cantilever,
+            },
+            piezo: model.piezo,
+            parameters: model
+                .parameters
+                .iter()
+                .filter(|(id, _)| model.uses(*id))
+                .map(|(id, value)| (id.spec().id.to_owned(), value))
+                .collect(),
+            ranges: self
+                .ranges
+                .iter()
+                .map(|(id, range)| (id.spec().id.to_owned(), *range))
+                .collect(),
+            effects: model
+                .effects
+                .iter()
+                .map(|effect| {
+                    let values = effect.spec.parameters.iter().zip(&effect.values);
+                    (
+                        effect.spec.id.to_owned(),
+                        values.map(|(p, v)| (p.id.to_owned(), *v)).collect(),
+                    )
+                })
+                .collect(),
+            mode: model
+                .modes
+                .iter()
+                .enumerate()
+                .map(|(i, mode)| ModeEntry {
+                    frequency: (i >= 2).then_some(mode.frequency),
+                    zeta: (i >= 2).then_some(mode.zeta),
+                    phi_c: Some(mode.phi_c),
+                    phi_p: Some(mode.phi_p),
+                    phi_drive: Some(mode.phi_drive),
+                    mass: None,
+                    stiffness: None,
+                })
+                .collect(),
+        };
+        // All map keys are strings and all values finite, which TOML can always hold.
+        toml::to_string(&file).unwrap_or_default()
+    }
+
+    /// Slider range of a parameter for this device.
+    pub fn range(&self, id: ParameterId) -> (f64, f64) {
+        self.ranges.get(&id).copied().unwrap_or(id.spec().range)
+    }
+}
+
+fn read_modes(source: &Source<'_>, read: &File) -> Result<Vec<Mode>, PresetError> {
+    let mut modes = Vec::with_capacity(read.mode.len());
+    for (i, entry) in read.mode.iter().enumerate() {
+        let fail = |key: &str, reason: &str| source.invalid("mode", i, key, reason.to_owned());
+        for (key, value) in [("mass", entry.mass), ("stiffness", entry.stiffness)] {
+            if let Some(value) = value
+                && !(value.is_finite() && value >= 0.0)
+            {
+                return Err(fail(key, "must be a finite number and not negative"));
+            }
+        }
+        if entry.mass == Some(0.0) {
+            return Err(fail("mass", "must be above 0 kg"));
+        }
+        let (phi_p, frequency) = match (entry.mass, entry.stiffness, entry.phi_p) {
+            (Some(mass), Some(stiffness), None) => (
+                1.0 / mass.sqrt(),
+                Some((stiffness / mass).sqrt() / std::f64::consts::TAU),
+            ),
+            (None, None, Some(phi_p)) => (phi_p, entry.frequency),
+            _ => {
+                return Err(fail(
+                    "phi_p",
+                    "give a mode either phi_p (and phi_c), or mass and stiffness",
+                ));
+            }
+        };
+        let phi_c = entry.phi_c.unwrap_or(0.0);
+        modes.push(Mode {
+            // The first two are set from the parameters, if those name them.
+            frequency: frequency.unwrap_or(if i == 0 { 623.0 } else { 6424.0 }),
+            zeta: entry.zeta.unwrap_or(0.0),
+            phi_c,
+            phi_p,
+            phi_drive: entry.phi_drive.unwrap_or(phi_c),
+        });
+        if i >= 2 && (frequency.is_none() || entry.zeta.is_none()) {
+            return Err(fail(
+                "frequency",
+                "a third or further mode needs its frequency and zeta here",
+            ));
+        }
+    }
+    Ok(modes)
+}
+
+fn read_parameters(
+    source: &Source<'_>,
+    read: &File,
+    modes: &[Mode],
+) -> Result<Parameters, PresetError> {
+    let mut parameters = Parameters::default();
+    for (mode, id) in modes.iter().zip([ParameterId::F1, ParameterId::F2]) {
+        parameters.set(id, mode.frequency);
+    }
+    for (key, value) in &read.parameters {
+        let id = known_parameter(source, "parameters", key)?;
+        parameters.set(id, *value);
+    }
+    Ok(parameters)
+}
+
+fn known_parameter(
+    source: &Source<'_>,
+    section: &str,
+    key: &str,
+) -> Result<ParameterId, PresetError> {
+    ParameterId::from_id(key).ok_or_else(|| {
+        let known: Vec<&str> = ParameterId::ALL.iter().map(|p| p.spec().id).collect();
+        let reason = format!("there is no such parameter; there are {}", known.join(", "));
+        source.invalid(section, 0, key, reason)
+    })
+}
+
+fn read_ranges(
+    source: &Source<'_>,
+    read: &File,
+) -> Result<BTreeMap<ParameterId, (f64, f64)>, PresetError> {
+    let mut ranges = BTreeMap::new();
+    for (key, &(low, high)) in &read.ranges {
+        let id = known_parameter(source, "ranges", key)?;
+        let spec = id.spec();
+        let positive = spec.scale == super::parameter::Scale::Linear || low > 0.0;
+        let inside = spec.refusal(low).is_none() && spec.refusal(high).is_none();
+        if !(low < high && positive && inside) {
+            let reason = format!("[{low}, {high}] is no range for {}", spec.id);
+            return Err(source.invalid("ranges", 0, key, reason));
+        }
+        ranges.insert(id, (low, high));
+    }
+    Ok(ranges)
+}
+
+fn read_effects(source: &Source<'_>, read: &File) -> Result<Vec<ActiveEffect>, PresetError> {
+    let mut active = Vec::new();
+    for (id, values) in &read.effects {
+        let section = format!("effects.{id}");
+        let spec = effects::find(id).ok_or_else(|| {
+            let known: Vec<&str> = effects::CATALOGUE.iter().map(|e| e.id).collect();
+            let reason = format!("there is no such effect; there are {}", known.join(", "));
+            source.invalid(&section, 0, id, reason)
+        })?;
+        let mut effect = ActiveEffect::new(spec);
+        for (key, value) in values {
+            if !effect.set(key, *value) {
+                let known: Vec<&str> = spec.parameters.iter().map(|p| p.id).collect();
+                let reason = format!("{id} has no such parameter; it has {}", known.join(", "));
+                return Err(source.invalid(&section, 0, key, reason));
+            }
+        }
+        active.push(effect);
+    }
+    Ok(active)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn embedded_presets_are_sound_and_come_back_from_text() {
+        for (name, text) in EMBEDDED {
+            let preset = Preset::parse(name, text).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(preset.model.name, name);
+            let again = Preset::parse("again", &preset.to_toml()).unwrap();
+            assert_eq!(preset, again);
+        }
+        let default = Preset::default().model;
+        for (id, value) in default.parameters.iter() {
+            assert_eq!(value, id.spec().default, "{}", id.spec().id);
+        }
+        let oscillator = Preset::embedded("oscillator").unwrap().model;
+        assert!((oscillator.parameters[ParameterId::F1] - 1.36916).abs() < 1e-4);
+        assert!((oscillator.structure().mobility() - 1.0 / 0.2016).abs() < 1e-9);
+    }
+
+    #[test]
+    fn faults_are_named_with_line_and_key() {
+        let text = EMBEDDED[0].1;
+        let changed = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}");
+            Preset::parse("bad.toml", &text.replacen(from, to, 1)).unwrap_err()
+        };
+        let cases = [
+            (changed("gp = 70e-6", "gp = 50e-6"), "gp", "must exceed dp"),
+            (changed("gp = 70e-6", "gpp = 70e-6"), "gpp", "no such parameter"),
+            (changed("gp = 70e-6", "gp = nan"), "gp", "finite"),
+            (changed("alpha = 0.378", "alpha = 1.5"), "alpha", "above"),
+            (
+                changed("proof_mass = 3.495e-10", "proof_mass = -1.0"),
+                "proof_mass",
+                "above 0",
+            ),
+            (changed("format = 1", "format = 9"), "format", "not known"),
+            (changed("ground = true", "grund = true"), "grund", "unknown field"),
+            (changed("square:15Hz:8V", "square:15Hz"), "drive", "needs 2"),
+            (changed("gp = 70e-6", "gp = \"wide\""), "gp", "invalid type"),
+            (changed("gp = 70e-6", "gp = "), "gp", ""),
+        ];
+        for (error, key, reason) in cases {
+            let PresetError::Invalid {
+                line, key: found, ..
+            } = &error
+            else {
+                panic!("{error}");
+            };
+            assert!(*line > 1, "{error}");
+            assert_eq!(found, key, "{error}");
+            assert!(error.to_string().contains(reason), "{error}");
+        }
+        let negative = EMBEDDED[2].1.replacen("mass = 0.2016", "mass = -0.2016", 1);
+        let error = Preset::parse("bad.toml", &negative).unwrap_err();
+        assert!(error.to_string().contains("mass"), "{error}");
+        assert!(Preset::load("no/such/file.toml").is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_panics(text in "\\PC*") {
+            let _ = Preset::parse("x", &text);
+        }
+
+        #[test]
+        fn no_damage_panics(at in 0usize..2000, insert in "\\PC{0,8}") {
+            let mut text = EMBEDDED[0].1.to_owned();
+            let at = (0..=at.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
+            text.insert_str(at, &insert);
+            let _ = Preset::parse("x", &text);
+        }
+    }
+}

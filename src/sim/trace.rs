@@ -1,0 +1,125 @@
+//! What a simulation returns: uniformly sampled motion, events, contacts, forces.
+
+/// What happened at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EventKind {
+    /// The mass hit the ground and bounced.
+    Impact,
+    /// The mass hit the ground and stuck.
+    Stick,
+    /// The structure pulled the mass off the ground.
+    Release,
+    /// The drive stepped, or the hysteresis branch changed with a step in force.
+    DriveStep,
+}
+
+impl EventKind {
+    /// Name as written in files and on screen.
+    pub fn name(self) -> &'static str {
+        match self {
+            EventKind::Impact => "impact",
+            EventKind::Stick => "stick",
+            EventKind::Release => "release",
+            EventKind::DriveStep => "drive step",
+        }
+    }
+}
+
+/// One event, located to 1 ns or better.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// When [s].
+    pub time: f64,
+    /// What.
+    pub kind: EventKind,
+    /// Velocity of the proof mass just before [m/s].
+    pub velocity_before: f64,
+    /// Velocity of the proof mass just after [m/s].
+    pub velocity_after: f64,
+    /// Pull-off force, eq (13) [N]: after the hypothesised bounce at an impact, at
+    /// break-off at a release, 0 in flight.
+    pub pull_off_force: f64,
+    /// Length of the contact that ends here [s]; 0 but at a release.
+    pub contact_duration: f64,
+}
+
+/// Forces at each sample [N]; positive is up. Same length as the trace.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ForceTraces {
+    /// Piezo drive on the cantilever, `eta gc`.
+    pub drive: Vec<f64>,
+    /// Gas film on the proof mass; 0 in contact.
+    pub film: Vec<f64>,
+    /// All effects' forces on the proof mass.
+    pub effects: Vec<f64>,
+    /// Adhesion that the ground can exert at this contact time; 0 in flight.
+    pub adhesion: Vec<f64>,
+    /// Force of the ground on the held mass; 0 in flight. Negative: it holds it down.
+    pub ground: Vec<f64>,
+    /// Force with which the structure pulls the held mass off, eq (13); 0 in flight.
+    pub pull_off: Vec<f64>,
+}
+
+/// A simulated run, sampled every `dt` from `t0`. All vectors have the same length;
+/// displacements are as the sensor shows them (offsets included), SI.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    /// Time of the first sample [s].
+    pub t0: f64,
+    /// Sample interval [s].
+    pub dt: f64,
+    /// Drive voltage [V].
+    pub voltage: Vec<f64>,
+    /// Reading of the proof mass [m].
+    pub proof_mass: Vec<f64>,
+    /// Reading of the cantilever's centre [m]; empty for a device without that point.
+    pub cantilever: Vec<f64>,
+    /// Velocity of the proof mass [m/s].
+    pub proof_mass_velocity: Vec<f64>,
+    /// Velocity of the cantilever's centre [m/s]; empty likewise.
+    pub cantilever_velocity: Vec<f64>,
+    /// Events in order of time.
+    pub events: Vec<Event>,
+    /// Stretches in contact, start and end [s]; the last may still be open at the end
+    /// of the run, and then ends with it.
+    pub contacts: Vec<(f64, f64)>,
+    /// Level of the ground as the sensor shows it [m], if there is a ground.
+    pub ground_level: Option<f64>,
+    /// Forces, if asked for.
+    pub forces: Option<ForceTraces>,
+    /// Steps that were taken, for judging cost.
+    pub steps: u64,
+}
+
+impl Trace {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.proof_mass.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.proof_mass.is_empty()
+    }
+
+    /// Time of sample `i` [s].
+    pub fn time(&self, i: usize) -> f64 {
+        self.t0 + i as f64 * self.dt
+    }
+
+    /// Times of all samples [s].
+    pub fn times(&self) -> Vec<f64> {
+        (0..self.len()).map(|i| self.time(i)).collect()
+    }
+
+    /// Time of the last sample [s].
+    pub fn end(&self) -> f64 {
+        self.time(self.len().saturating_sub(1))
+    }
+
+    /// Whether the mass is in contact at `t` [s].
+    pub fn in_contact(&self, t: f64) -> bool {
+        let after = self.contacts.partition_point(|&(start, _)| start <= t);
+        after > 0 && t < self.contacts[after - 1].1
+    }
+}
