@@ -577,7 +577,8 @@ fn ramped_segment(index: usize, frequency: f64, amplitude: f64, lambda: f64) -> 
     } else {
         Segment {
             start: half + ramp,
-            end: (index / 2 + 1) as f64 * 0.5 * period,
+            // At lambda = 1/2 there is no plateau; rounding must not turn it around.
+            end: ((index / 2 + 1) as f64 * 0.5 * period).max(half + ramp),
             shape: Shape::Constant { voltage: target },
             branch,
         }

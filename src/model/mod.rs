@@ -37,6 +37,12 @@ impl ModelError {
     }
 }
 
+/// Parameters that hold frequency and damping ratio of the first modes.
+const MODE_PARAMETERS: [(ParameterId, ParameterId); 2] = [
+    (ParameterId::F1, ParameterId::Zeta1),
+    (ParameterId::F2, ParameterId::Zeta2),
+];
+
 /// A device with values for all its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
@@ -83,10 +89,8 @@ impl Model {
     /// The structure with frequencies and dampings from the parameters and the
     /// effects' changes.
     pub fn structure(&self) -> Structure {
-        use ParameterId as P;
         let mut modes = self.modes.clone();
-        let pairs = [(P::F1, P::Zeta1), (P::F2, P::Zeta2)];
-        for (mode, (frequency, zeta)) in modes.iter_mut().zip(pairs) {
+        for (mode, (frequency, zeta)) in modes.iter_mut().zip(MODE_PARAMETERS) {
             mode.frequency = self.parameters[frequency];
             mode.zeta = self.parameters[zeta];
         }

@@ -221,8 +221,12 @@ impl Preset {
             let reason = format!("format {} is not known; this program reads {FORMAT}", read.format);
             return Err(source.invalid("", 0, "format", reason));
         }
-        let modes = read_modes(&source, &read)?;
+        let mut modes = read_modes(&source, &read)?;
         let parameters = read_parameters(&source, &read, &modes)?;
+        for (mode, (frequency, zeta)) in modes.iter_mut().zip(super::MODE_PARAMETERS) {
+            mode.frequency = parameters[frequency];
+            mode.zeta = parameters[zeta];
+        }
         let model = Model {
             name: read.name.clone(),
             parameters,
