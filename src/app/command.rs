@@ -1,0 +1,179 @@
+//! One list of commands, from which menus, keys, the palette and the help derive.
+
+use eframe::egui::{Key, KeyboardShortcut, Modifiers};
+
+use super::setup::{Mode, Picture};
+
+/// Everything a person can ask for that is not a value in a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Command {
+    /// Opens a recording, preset or session through the file dialog.
+    Open,
+    /// Opens a file by a typed path.
+    OpenPath,
+    /// Saves the session.
+    SaveSession,
+    /// Saves the session under a new name.
+    SaveSessionAs,
+    /// Saves the present device as a preset.
+    SavePreset,
+    /// Exports the visible plots.
+    ExportSvg,
+    /// Exports the visible plots.
+    ExportPng,
+    /// Exports the simulated trace.
+    ExportTrace,
+    /// Exports the events.
+    ExportEvents,
+    /// Takes the last change back.
+    Undo,
+    /// Makes it again.
+    Redo,
+    /// Back to the preset's values.
+    ResetParameters,
+    /// Back to the first start.
+    ResetAll,
+    /// Window or Live.
+    SetMode(Mode),
+    /// Live: stands still or goes on.
+    TogglePause,
+    /// Live: one step on while paused.
+    Step,
+    /// Live: starts again at t = 0.
+    Restart,
+    /// Keeps the present curve for comparison, or drops it.
+    ToggleGhost,
+    /// Shows or hides a picture.
+    TogglePicture(Picture),
+    /// The whole time span.
+    ZoomAll,
+    /// Dark or light.
+    ToggleTheme,
+    /// Shows the keyboard shortcuts.
+    Help,
+    /// Shows the drive editor.
+    DriveEditor,
+    /// Shifts the selected recording onto the simulation.
+    AutoAlign,
+    /// The command palette.
+    Palette,
+    /// Ends the program.
+    Quit,
+}
+
+impl Command {
+    /// All commands, in the order of the menus.
+    pub fn all() -> Vec<Command> {
+        let mut all = vec![
+            Command::Open,
+            Command::OpenPath,
+            Command::SaveSession,
+            Command::SaveSessionAs,
+            Command::SavePreset,
+            Command::ExportSvg,
+            Command::ExportPng,
+            Command::ExportTrace,
+            Command::ExportEvents,
+            Command::Quit,
+            Command::Undo,
+            Command::Redo,
+            Command::ResetParameters,
+            Command::ResetAll,
+            Command::SetMode(Mode::Window),
+            Command::SetMode(Mode::Live),
+            Command::TogglePause,
+            Command::Step,
+            Command::Restart,
+            Command::ToggleGhost,
+            Command::ZoomAll,
+            Command::DriveEditor,
+            Command::AutoAlign,
+            Command::ToggleTheme,
+            Command::Palette,
+            Command::Help,
+        ];
+        all.extend(Picture::ALL.map(Command::TogglePicture));
+        all
+    }
+
+    /// Name in menus and palette, and one line of help.
+    pub fn text(self) -> (&'static str, &'static str) {
+        match self {
+            Command::Open => ("Open...", "Open a recording, a preset or a session"),
+            Command::OpenPath => ("Open path...", "Open a file by typing its path"),
+            Command::SaveSession => ("Save session", "Save parameters, drive, recordings and view"),
+            Command::SaveSessionAs => ("Save session as...", "Save the session under a new name"),
+            Command::SavePreset => ("Save as preset...", "Save the present device as a preset file"),
+            Command::ExportSvg => ("Export plots as SVG...", "Write the visible plots as a vector picture"),
+            Command::ExportPng => ("Export plots as PNG...", "Write the visible plots as a pixel picture"),
+            Command::ExportTrace => ("Export trace as CSV...", "Write the simulated trace; it can be loaded as a recording"),
+            Command::ExportEvents => ("Export events as CSV...", "Write impacts, sticks and releases"),
+            Command::Undo => ("Undo", "Take the last change back"),
+            Command::Redo => ("Redo", "Make the change again"),
+            Command::ResetParameters => ("Reset parameters", "Back to the values of the preset"),
+            Command::ResetAll => ("Reset everything", "Back to the first start; can be undone"),
+            Command::SetMode(Mode::Window) => ("Window mode", "Show the whole span for the current parameters at once"),
+            Command::SetMode(Mode::Live) => ("Live mode", "Let the device run in slow motion"),
+            Command::TogglePause => ("Pause / run", "Live mode: stand still or go on"),
+            Command::Step => ("Step", "Live mode: one step on while paused"),
+            Command::Restart => ("Restart", "Live mode: start again at t = 0"),
+            Command::ToggleGhost => ("Keep curve (A/B)", "Keep the present curve to compare with, or drop it"),
+            Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
+            Command::DriveEditor => ("Drive editor", "Edit waveform, frequency, amplitude"),
+            Command::AutoAlign => ("Auto-align", "Shift the recordings onto the simulation by cross-correlation"),
+            Command::ToggleTheme => ("Dark / light", "Change the colours"),
+            Command::Palette => ("Command palette", "Find a command by name"),
+            Command::Help => ("Keyboard shortcuts", "List the shortcuts and mouse gestures"),
+            Command::TogglePicture(Picture::Voltage) => ("Plot: voltage", "Show or hide the drive voltage"),
+            Command::TogglePicture(Picture::Trajectory) => ("Plot: trajectory", "Show or hide the trajectories"),
+            Command::TogglePicture(Picture::Residual) => ("Plot: residual", "Show or hide recording minus simulation"),
+            Command::TogglePicture(Picture::Forces) => ("Plot: forces", "Show or hide the forces"),
+            Command::TogglePicture(Picture::PhasePortrait) => ("Plot: phase portrait", "Show or hide velocity against displacement"),
+            Command::TogglePicture(Picture::DriveLoop) => ("Plot: drive loop", "Show or hide displacement against voltage"),
+            Command::TogglePicture(Picture::Device) => ("Plot: device", "Show or hide the drawn device"),
+            Command::Quit => ("Quit", "End the program; the session is kept"),
+        }
+    }
+
+    /// Its key, if it has one.
+    pub fn shortcut(self) -> Option<KeyboardShortcut> {
+        let ctrl = |key| Some(KeyboardShortcut::new(Modifiers::COMMAND, key));
+        let ctrl_shift =
+            |key| Some(KeyboardShortcut::new(Modifiers::COMMAND | Modifiers::SHIFT, key));
+        let plain = |key| Some(KeyboardShortcut::new(Modifiers::NONE, key));
+        match self {
+            Command::Open => ctrl(Key::O),
+            Command::OpenPath => ctrl_shift(Key::O),
+            Command::SaveSession => ctrl(Key::S),
+            Command::SaveSessionAs => ctrl_shift(Key::S),
+            Command::ExportSvg => ctrl(Key::E),
+            Command::ExportPng => ctrl_shift(Key::E),
+            Command::Undo => ctrl(Key::Z),
+            Command::Redo => ctrl_shift(Key::Z),
+            Command::Palette => ctrl(Key::K),
+            Command::Quit => ctrl(Key::Q),
+            Command::SetMode(Mode::Window) => plain(Key::W),
+            Command::SetMode(Mode::Live) => plain(Key::L),
+            Command::TogglePause => plain(Key::Space),
+            Command::Step => plain(Key::Period),
+            Command::Restart => plain(Key::R),
+            Command::ToggleGhost => plain(Key::G),
+            Command::ZoomAll => plain(Key::A),
+            Command::DriveEditor => plain(Key::D),
+            Command::Help => plain(Key::Questionmark),
+            Command::TogglePicture(picture) => {
+                let number = [
+                    Key::Num1,
+                    Key::Num2,
+                    Key::Num3,
+                    Key::Num4,
+                    Key::Num5,
+                    Key::Num6,
+                    Key::Num7,
+                ];
+                plain(number[picture as usize])
+            }
+            _ => None,
+        }
+    }
+}
