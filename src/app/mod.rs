@@ -3,3 +3,4 @@
 pub mod command;
 pub mod setup;
 pub mod snapshot;
+pub mod state;

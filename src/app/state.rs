@@ -1,0 +1,74 @@
+//! The state that all panels see. Panels change `setup` and `view` in place and push
+//! commands; the shell notices changes, sends them to the worker and runs the commands.
+
+use std::sync::Arc;
+
+use super::command::Command;
+use super::setup::{OverlayId, Setup, View};
+use super::snapshot::Snapshot;
+
+/// The two time cursors, shared by all plots. Times in seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Cursors {
+    /// Where the pointer is, while it is over a plot against time.
+    pub hover: Option<f64>,
+    /// Set by a click; values are read out here.
+    pub first: Option<f64>,
+    /// Set by a click with Shift; differences are read out between the two.
+    pub second: Option<f64>,
+}
+
+/// A parameter that the simulator or the model refused, shown at its slider while the
+/// last good curve stays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refusal {
+    /// Id of the parameter, `effect.parameter` for an effect's.
+    pub parameter: String,
+    /// What is wrong and what to do.
+    pub message: String,
+}
+
+/// A line at the top of the window until it is dismissed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Notice {
+    /// Errors are drawn in the warning colour.
+    pub is_error: bool,
+    /// What, where, what to do.
+    pub text: String,
+}
+
+/// Everything the panels of a workspace draw and change.
+#[derive(Debug)]
+pub struct State {
+    /// Device, drive, recordings: what undo covers.
+    pub setup: Setup,
+    /// How it is looked at.
+    pub view: View,
+    /// The newest result, if there is one yet.
+    pub snapshot: Option<Arc<Snapshot>>,
+    /// The curve kept for comparison.
+    pub ghost: Option<Arc<Snapshot>>,
+    /// Why the newest parameters gave no result.
+    pub refusal: Option<Refusal>,
+    /// Live mode: what the person asked for. The state reached is in the snapshot.
+    pub paused: bool,
+    /// Live mode: time that is looked at [s] while scrubbing; `None` follows the run.
+    pub scrub: Option<f64>,
+    /// Cursors of the plots.
+    pub cursors: Cursors,
+    /// The recording that commands act on.
+    pub selected: Option<OverlayId>,
+    /// Commands for the shell, run after the frame is drawn.
+    pub commands: Vec<Command>,
+    /// Lines at the top of the window.
+    pub notices: Vec<Notice>,
+    /// Whether the drive editor is open.
+    pub drive_editor_open: bool,
+}
+
+impl State {
+    /// Asks the shell for a command.
+    pub fn ask(&mut self, command: Command) {
+        self.commands.push(command);
+    }
+}
