@@ -1,0 +1,1 @@
+//! Stand-in until branch `recording` lands.
