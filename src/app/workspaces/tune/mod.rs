@@ -2,20 +2,32 @@
 //! readouts on the right, time at the top.
 
 pub mod drive_editor;
+mod drive_preview;
+mod drive_table;
 mod icon;
 mod original;
 mod parameters;
 mod quantity;
 mod rail;
+mod readouts;
+mod recordings;
+mod reference;
 mod slider;
+mod start;
+#[cfg(test)]
+mod tests;
 mod transport;
 
 pub use parameters::choose_preset;
+pub use recordings::remove as remove_recording;
+pub use start::start_from_recording;
 
-use eframe::egui::{CentralPanel, Id, Panel, Ui, Window};
+use eframe::egui::{CentralPanel, Color32, Id, Panel, ScrollArea, Ui, Window};
 
 use crate::app::plots;
+use crate::app::setup::Overlay;
 use crate::app::state::State;
+use crate::model::unit::format_quantity;
 
 /// Draws the workspace.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -30,7 +42,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .default_size(300.0)
         .size_range(250.0..=480.0)
         .show_collapsible(ui, &mut side, |ui| {
-            ui.take_available_space();
+            side_panel(ui, state);
         });
     ui.data_mut(|data| data.insert_persisted(key, side));
     CentralPanel::default().show(ui, |ui| plots::show(ui, state));
@@ -44,4 +56,41 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             });
         state.drive_editor_open = open && state.drive_editor_open;
     }
+}
+
+fn side_panel(ui: &mut Ui, state: &mut State) {
+    ScrollArea::vertical()
+        .id_salt("side")
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            ui.set_max_width(ui.available_width() - 6.0);
+            readouts::section(ui, "Recordings", |ui| recordings::show(ui, state));
+            readouts::show(ui, state);
+            if state.setup.preset.model.has_ground {
+                readouts::section(ui, "Table A.1", |ui| reference::show(ui, state));
+            }
+            ui.add_space(12.0);
+        });
+}
+
+/// Colour of a recording.
+fn overlay_color(_ui: &Ui, index: usize) -> Color32 {
+    const COLORS: [Color32; 6] = [
+        Color32::from_rgb(0xe6, 0x9f, 0x00),
+        Color32::from_rgb(0x00, 0x9e, 0x73),
+        Color32::from_rgb(0xcc, 0x79, 0xa7),
+        Color32::from_rgb(0xd5, 0x5e, 0x00),
+        Color32::from_rgb(0x56, 0xb4, 0xe9),
+        Color32::from_rgb(0xb0, 0xa0, 0x20),
+    ];
+    COLORS[index % COLORS.len()]
+}
+
+/// Estimated noise of a recording's xp [m], before its scale.
+fn noise(_ui: &Ui, _overlay: &Overlay) -> Option<f64> {
+    None
+}
+
+fn noise_text(ui: &Ui, overlay: &Overlay) -> String {
+    noise(ui, overlay).map_or("unknown".to_owned(), |noise| format_quantity(noise, "m", 2))
 }
