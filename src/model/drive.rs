@@ -79,7 +79,10 @@ impl VoltageTable {
             return Err(fail(format!("sample {} is not a finite number", i + 1)));
         }
         if let Some(i) = time.windows(2).position(|w| w[1] <= w[0]) {
-            return Err(fail(format!("time does not increase after sample {}", i + 1)));
+            return Err(fail(format!(
+                "time does not increase after sample {}",
+                i + 1
+            )));
         }
         let branch = branches(&voltage, deadband.max(0.0));
         Ok(Self {
@@ -114,7 +117,12 @@ impl VoltageTable {
             branch,
         };
         if index == 0 {
-            return hold(f64::NEG_INFINITY, self.time[0], self.voltage[0], self.branch[0]);
+            return hold(
+                f64::NEG_INFINITY,
+                self.time[0],
+                self.voltage[0],
+                self.branch[0],
+            );
         }
         if index >= n {
             return hold(
@@ -454,7 +462,11 @@ impl Waveform {
     /// need a file.
     pub fn parse(text: &str, duration: f64) -> Result<Self, DriveError> {
         let mut fields = text.trim().split(':');
-        let name = fields.next().unwrap_or_default().trim().to_ascii_lowercase();
+        let name = fields
+            .next()
+            .unwrap_or_default()
+            .trim()
+            .to_ascii_lowercase();
         let fields: Vec<&str> = fields.collect();
         let (units, form): (&[&str], &'static str) = match name.as_str() {
             "rest" => (&[], "rest"),

@@ -24,7 +24,10 @@ fn segments_follow_one_another() {
             if a.end.is_infinite() {
                 break;
             }
-            assert!((a.end - b.start).abs() < 1e-12 * b.start.abs().max(1.0), "{waveform} {i}: {a:?} {b:?}");
+            assert!(
+                (a.end - b.start).abs() < 1e-12 * b.start.abs().max(1.0),
+                "{waveform} {i}: {a:?} {b:?}"
+            );
             assert!(a.end >= a.start, "{waveform} {i}");
             let middle = if a.start.is_finite() {
                 0.5 * (a.start + a.end)
@@ -32,7 +35,11 @@ fn segments_follow_one_another() {
                 0.5 * a.end
             };
             if a.end > a.start + 1e-12 {
-                assert_eq!(waveform.segment(waveform.index_at(middle)), a, "{waveform} {i}");
+                assert_eq!(
+                    waveform.segment(waveform.index_at(middle)),
+                    a,
+                    "{waveform} {i}"
+                );
             }
         }
     }

@@ -37,6 +37,9 @@ impl ModelError {
     }
 }
 
+/// Most modes that a structure may have.
+pub const MAX_MODES: usize = 32;
+
 /// Parameters that hold frequency and damping ratio of the first modes.
 const MODE_PARAMETERS: [(ParameterId, ParameterId); 2] = [
     (ParameterId::F1, ParameterId::Zeta1),
@@ -114,7 +117,16 @@ impl Model {
             self.check_ground()?;
         }
         if self.modes.is_empty() {
-            return Err(ModelError::new("mode", "there is no mode; give at least one"));
+            return Err(ModelError::new(
+                "mode",
+                "there is no mode; give at least one",
+            ));
+        }
+        if self.modes.len() > MAX_MODES {
+            return Err(ModelError::new(
+                "mode",
+                format!("{} modes are more than {MAX_MODES}", self.modes.len()),
+            ));
         }
         if !(self.proof_mass > 0.0 && self.proof_mass.is_finite()) {
             return Err(ModelError::new(

@@ -30,7 +30,9 @@ pub const EMBEDDED: [(&str, &str); 4] = [
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PresetError {
     /// The file cannot be read.
-    #[error("{file}: {reason}; give one of the presets paper, paper-as-printed, oscillator, faller, or a preset file")]
+    #[error(
+        "{file}: {reason}; give one of the presets paper, paper-as-printed, oscillator, faller, or a preset file"
+    )]
     Unreadable { file: String, reason: String },
     /// The text is no preset, or a value in it makes no sense.
     #[error("{file}, line {line}: {key}: {reason}")]
@@ -218,7 +220,10 @@ impl Preset {
             }
         })?;
         if read.format != FORMAT {
-            let reason = format!("format {} is not known; this program reads {FORMAT}", read.format);
+            let reason = format!(
+                "format {} is not known; this program reads {FORMAT}",
+                read.format
+            );
             return Err(source.invalid("", 0, "format", reason));
         }
         let mut modes = read_modes(&source, &read)?;
@@ -479,7 +484,11 @@ mod tests {
         };
         let cases = [
             (changed("gp = 70e-6", "gp = 50e-6"), "gp", "must exceed dp"),
-            (changed("gp = 70e-6", "gpp = 70e-6"), "gpp", "no such parameter"),
+            (
+                changed("gp = 70e-6", "gpp = 70e-6"),
+                "gpp",
+                "no such parameter",
+            ),
             (changed("gp = 70e-6", "gp = nan"), "gp", "finite"),
             (changed("alpha = 0.378", "alpha = 1.5"), "alpha", "above"),
             (
@@ -488,7 +497,11 @@ mod tests {
                 "above 0",
             ),
             (changed("format = 1", "format = 9"), "format", "not known"),
-            (changed("ground = true", "grund = true"), "grund", "unknown field"),
+            (
+                changed("ground = true", "grund = true"),
+                "grund",
+                "unknown field",
+            ),
             (changed("square:15Hz:8V", "square:15Hz"), "drive", "needs 2"),
             (changed("gp = 70e-6", "gp = \"wide\""), "gp", "invalid type"),
             (changed("gp = 70e-6", "gp = "), "gp", ""),

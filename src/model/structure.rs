@@ -56,9 +56,7 @@ impl Structure {
     pub fn static_gain(&self) -> Option<f64> {
         self.modes
             .iter()
-            .map(|m| {
-                (m.frequency > 0.0).then(|| m.phi_drive * m.phi_p / (m.omega() * m.omega()))
-            })
+            .map(|m| (m.frequency > 0.0).then(|| m.phi_drive * m.phi_p / (m.omega() * m.omega())))
             .sum()
     }
 
@@ -109,11 +107,11 @@ pub struct Held {
     pub damping: Vec<f64>,
     /// Damping between held modes [1/s], zero on the diagonal, (n-1) x (n-1).
     pub cross_damping: Vec<f64>,
-    /// Force on each held mode per metre of level, from the bent structure [1/s^2 ...].
+    /// Force on each held mode per metre of level, from the bent structure [kg^1/2/s^2].
     pub level_force: Vec<f64>,
     /// Coupling of each held mode to the drive.
     pub drive: Vec<f64>,
-    /// Coupling of each held mode to a force on the cantilever's centre.
+    /// Shape of each held mode at the cantilever's centre.
     pub cantilever: Vec<f64>,
 }
 
@@ -141,8 +139,7 @@ impl Held {
         let mut v = normal.clone();
         let sign = if v[0] >= 0.0 { 1.0 } else { -1.0 };
         v[0] += sign;
-        let reflection =
-            DMatrix::identity(n, n) - (&v * v.transpose()) * (2.0 / v.norm_squared());
+        let reflection = DMatrix::identity(n, n) - (&v * v.transpose()) * (2.0 / v.norm_squared());
         let plane = reflection.columns(1, n - 1).into_owned();
         let diagonal = |f: fn(&Mode) -> f64| {
             DMatrix::from_diagonal(&DVector::from_iterator(n, modes.iter().map(f)))

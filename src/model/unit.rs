@@ -13,7 +13,9 @@ pub enum UnitError {
     #[error("\"{0}\" is not a number; write for example \"58 um\", \"2e-21\" or \"15 Hz\"")]
     NotANumber(String),
     /// The unit is not the expected one, with or without a prefix.
-    #[error("\"{unit}\" is not a unit of this quantity; write it in {expected}, a prefix (n, u, m, k) is fine")]
+    #[error(
+        "\"{unit}\" is not a unit of this quantity; write it in {expected}, a prefix (n, u, m, k) is fine"
+    )]
     WrongUnit { unit: String, expected: String },
     /// The number is NaN or infinite.
     #[error("\"{0}\" is not a finite number")]
@@ -175,7 +177,10 @@ mod tests {
     fn reads_what_people_type() {
         let close = |text: &str, base: &str, value: f64| {
             let read = parse_quantity(text, base).unwrap();
-            assert!((read - value).abs() <= 1e-12 * value.abs(), "{text}: {read}");
+            assert!(
+                (read - value).abs() <= 1e-12 * value.abs(),
+                "{text}: {read}"
+            );
         };
         close("58 um", "m", 58e-6);
         close("58\u{b5}m", "m", 58e-6);
@@ -209,7 +214,10 @@ mod tests {
     fn writes_what_it_reads() {
         assert_eq!(format_quantity(58e-6, "m", 4), "58 \u{b5}m");
         assert_eq!(format_quantity(2.743e-8, "N", 4), "27.43 nN");
-        assert_eq!(format_quantity(1.747e-21, "N m^2 s", 4), "1.747e-21 N m^2 s");
+        assert_eq!(
+            format_quantity(1.747e-21, "N m^2 s", 4),
+            "1.747e-21 N m^2 s"
+        );
         assert_eq!(format_quantity(0.378, "", 4), "0.378");
         assert_eq!(format_quantity(0.0, "V", 4), "0 V");
         assert_eq!(format_quantity(1e-3, "s", 3), "1 ms");

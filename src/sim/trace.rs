@@ -122,4 +122,43 @@ impl Trace {
         let after = self.contacts.partition_point(|&(start, _)| start <= t);
         after > 0 && t < self.contacts[after - 1].1
     }
+
+    /// All sample vectors, for what is done to each alike.
+    fn columns(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let forces = self.forces.as_mut().map(|f| {
+            [
+                &mut f.drive,
+                &mut f.film,
+                &mut f.effects,
+                &mut f.adhesion,
+                &mut f.ground,
+                &mut f.pull_off,
+            ]
+        });
+        [
+            &mut self.voltage,
+            &mut self.proof_mass,
+            &mut self.cantilever,
+            &mut self.proof_mass_velocity,
+            &mut self.cantilever_velocity,
+        ]
+        .into_iter()
+        .chain(forces.into_iter().flatten())
+    }
+
+    /// Makes room for `samples` and the few more that the last step may bring.
+    pub(super) fn reserve(&mut self, samples: usize) {
+        self.columns()
+            .for_each(|column| column.reserve(samples + 64));
+    }
+
+    /// Cuts off what lies beyond `samples` and `end` [s].
+    pub(super) fn truncate(&mut self, samples: usize, end: f64) {
+        self.columns().for_each(|column| column.truncate(samples));
+        self.events.retain(|event| event.time <= end);
+        self.contacts.retain(|contact| contact.0 <= end);
+        if let Some(last) = self.contacts.last_mut() {
+            last.1 = last.1.min(end);
+        }
+    }
 }

@@ -114,8 +114,8 @@ pub trait Action: Send + Sync + fmt::Debug {
         voltage
     }
 
-    /// Drive: further force on the cantilever's centre [N].
-    fn force_on_cantilever(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
+    /// Drive: further force where the piezo drives the cantilever [N].
+    fn drive_force(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
         0.0
     }
 

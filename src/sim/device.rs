@@ -1,0 +1,318 @@
+//! A model made ready for time stepping: numbers instead of names, checked once.
+
+use std::sync::Arc;
+
+use crate::model::effects::{Action, Kinematics};
+use crate::model::film::SqueezeFilm;
+use crate::model::ground::Ground;
+use crate::model::parameter::ParameterId;
+use crate::model::piezo::{Branch, Piezo};
+use crate::model::sensor::Sensor;
+use crate::model::structure::Held;
+use crate::model::{Model, ModelError};
+
+use super::linear::Oscillator;
+
+/// An effect's action and which of the extra states are its own.
+#[derive(Debug, Clone)]
+struct Attached {
+    action: Arc<dyn Action>,
+    first: usize,
+    count: usize,
+}
+
+/// The device as the stepper sees it.
+#[derive(Debug, Clone)]
+pub(super) struct Device {
+    /// Modes in flight.
+    pub flight: Vec<Oscillator>,
+    /// Their shapes at the proof mass, the cantilever and the drive.
+    pub phi_p: Vec<f64>,
+    pub phi_c: Vec<f64>,
+    pub phi_d: Vec<f64>,
+    /// `phi_p . phi_p` [1/kg].
+    pub mobility: f64,
+    /// Modes with the mass held.
+    pub held: Held,
+    pub held_modes: Vec<Oscillator>,
+    /// Decay rates of the extra states.
+    pub rates: Vec<f64>,
+    pub ground: Option<Ground>,
+    film: Option<SqueezeFilm>,
+    piezo: Option<Piezo>,
+    eta: f64,
+    effects: Vec<Attached>,
+    /// Pull-off force per held coordinate, per its velocity, per level and per drive force.
+    pull_position: Vec<f64>,
+    pull_velocity: Vec<f64>,
+    pull_level: f64,
+    pull_drive: f64,
+    /// Static displacement of the cantilever per level of the held mass.
+    pub anchor_c: f64,
+    pub sensor: Sensor,
+    pub has_cantilever: bool,
+    /// Longest time over which an error in velocity grows into displacement [s].
+    pub time_scale: f64,
+    /// Displacement and velocity of the proof mass at t = 0.
+    pub initial: (f64, f64),
+    /// Displacement of either point per drive force, over that of the proof mass per
+    /// force on it: weighs errors of the drive.
+    pub drive_ratio: f64,
+}
+
+impl Device {
+    /// Checks and compiles `model`.
+    pub fn new(model: &Model) -> Result<Self, ModelError> {
+        model.check()?;
+        let parameters = &model.parameters;
+        let mut structure = model.structure();
+        let mut effects = Vec::with_capacity(model.effects.len());
+        let mut rates = Vec::new();
+        for effect in &model.effects {
+            let action: Arc<dyn Action> =
+                Arc::from((effect.spec.build)(&effect.values, &structure));
+            action.alter_structure(&mut structure);
+            let first = rates.len();
+            rates.extend_from_slice(action.state_rates());
+            effects.push(Attached {
+                action,
+                first,
+                count: rates.len() - first,
+            });
+        }
+        let column =
+            |f: fn(&crate::model::structure::Mode) -> f64| structure.modes.iter().map(f).collect();
+        let phi_p: Vec<f64> = column(|m| m.phi_p);
+        let phi_c: Vec<f64> = column(|m| m.phi_c);
+        let phi_d: Vec<f64> = column(|m| m.phi_drive);
+        let flight: Vec<Oscillator> = structure
+            .modes
+            .iter()
+            .map(|m| Oscillator {
+                omega2: m.omega() * m.omega(),
+                damping: m.damping(),
+            })
+            .collect();
+        let mobility = structure.mobility();
+        let held = structure.held();
+        let held_modes: Vec<Oscillator> = held
+            .omega2
+            .iter()
+            .zip(&held.damping)
+            .map(|(&omega2, &damping)| Oscillator { omega2, damping })
+            .collect();
+        let m = held_modes.len();
+        let onto_mass = |weight: &dyn Fn(usize) -> f64| -> f64 {
+            (0..flight.len()).map(|i| phi_p[i] * weight(i)).sum::<f64>() / mobility
+        };
+        let pull_position = (0..m)
+            .map(|k| -onto_mass(&|i| flight[i].omega2 * held.basis[i * m + k]))
+            .collect();
+        let pull_velocity = (0..m)
+            .map(|k| -onto_mass(&|i| flight[i].damping * held.basis[i * m + k]))
+            .collect();
+        let slowest = flight
+            .iter()
+            .map(|o| o.omega2.sqrt())
+            .filter(|&w| w > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let drive_ratio = (0..flight.len())
+            .map(|i| phi_d[i].abs() * phi_p[i].abs().max(phi_c[i].abs()))
+            .sum::<f64>()
+            / mobility;
+        Ok(Self {
+            drive_ratio,
+            anchor_c: dot(&phi_c, &held.anchor),
+            pull_level: -onto_mass(&|i| flight[i].omega2 * held.anchor[i]),
+            pull_drive: onto_mass(&|i| phi_d[i]),
+            pull_position,
+            pull_velocity,
+            flight,
+            phi_p,
+            phi_c,
+            phi_d,
+            mobility,
+            held,
+            held_modes,
+            rates,
+            ground: model.has_ground.then(|| Ground::new(parameters)),
+            film: model.has_ground.then(|| SqueezeFilm::new(parameters)),
+            piezo: model.piezo,
+            eta: parameters[ParameterId::Eta],
+            effects,
+            sensor: Sensor::new(parameters),
+            has_cantilever: model.has_cantilever,
+            time_scale: if slowest.is_finite() {
+                1.0 / slowest
+            } else {
+                1.0
+            },
+            initial: (parameters[ParameterId::X0], parameters[ParameterId::V0]),
+        })
+    }
+
+    /// Whether forces beyond film and drive act.
+    pub fn has_effects(&self) -> bool {
+        !self.effects.is_empty()
+    }
+
+    /// Fastest rate of the structure, in flight and held [1/s].
+    pub fn fastest(&self) -> f64 {
+        self.flight
+            .iter()
+            .chain(&self.held_modes)
+            .map(Oscillator::rate)
+            .fold(0.0, f64::max)
+    }
+
+    /// What effects see in flight, from modal coordinates.
+    pub fn flight_kinematics(&self, t: f64, voltage: f64, q: &[f64], v: &[f64]) -> Kinematics {
+        Kinematics {
+            t,
+            xp: dot(&self.phi_p, q),
+            vp: dot(&self.phi_p, v),
+            xc: dot(&self.phi_c, q),
+            vc: dot(&self.phi_c, v),
+            voltage,
+        }
+    }
+
+    /// What effects see with the mass held at `level`, from held coordinates.
+    pub fn held_kinematics(
+        &self,
+        t: f64,
+        voltage: f64,
+        level: f64,
+        r: &[f64],
+        dr: &[f64],
+    ) -> Kinematics {
+        Kinematics {
+            t,
+            xp: level,
+            vp: 0.0,
+            xc: level * self.anchor_c + dot(&self.held.cantilever, r),
+            vc: dot(&self.held.cantilever, dr),
+            voltage,
+        }
+    }
+
+    /// Film force on the proof mass [N].
+    #[inline]
+    pub fn film_force(&self, xp: f64, vp: f64) -> f64 {
+        self.film.map_or(0.0, |film| film.force(xp, vp))
+    }
+
+    /// Change of the film force per displacement and per velocity.
+    #[inline]
+    pub fn film_slopes(&self, xp: f64, vp: f64) -> (f64, f64) {
+        self.film.map_or((0.0, 0.0), |film| {
+            let thickness = xp + film.gap;
+            let per_velocity = -film.coefficient / (thickness * thickness * thickness);
+            (-3.0 * per_velocity * vp / thickness, per_velocity)
+        })
+    }
+
+    /// Whether the film is singular at `xp`.
+    #[inline]
+    pub fn is_inside_film(&self, xp: f64) -> bool {
+        self.film
+            .is_none_or(|film| film.coefficient == 0.0 || xp > -film.gap)
+    }
+
+    /// All effects' forces on the proof mass [N].
+    pub fn effect_force(&self, at: &Kinematics, z: &[f64]) -> f64 {
+        self.effects
+            .iter()
+            .map(|e| {
+                e.action
+                    .force_on_proof_mass(at, &z[e.first..e.first + e.count])
+            })
+            .sum()
+    }
+
+    /// Force where the piezo drives the cantilever [N].
+    pub fn drive_force(&self, at: &Kinematics, branch: Branch, z: &[f64]) -> f64 {
+        let mut voltage = at.voltage;
+        let mut extra = 0.0;
+        for e in &self.effects {
+            let own = &z[e.first..e.first + e.count];
+            voltage = e.action.drive_voltage(voltage, at, own);
+            extra += e.action.drive_force(at, own);
+        }
+        self.piezo_force(voltage, branch) + extra
+    }
+
+    /// The piezo's force at a voltage [N], without effects.
+    #[inline]
+    pub fn piezo_force(&self, voltage: f64, branch: Branch) -> f64 {
+        self.piezo
+            .map_or(0.0, |piezo| self.eta * piezo.gain(voltage, branch))
+    }
+
+    /// Inputs of the extra states.
+    pub fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
+        for e in &self.effects {
+            let own = e.first..e.first + e.count;
+            e.action.state_inputs(at, &z[own.clone()], &mut inputs[own]);
+        }
+    }
+
+    /// Level of the ground at `t` [m].
+    #[inline]
+    pub fn ground_level(&self, t: f64) -> f64 {
+        let level = self.ground.map_or(f64::NEG_INFINITY, |g| g.level);
+        self.effects
+            .iter()
+            .fold(level, |level, e| e.action.ground_level(level, t))
+    }
+
+    /// Adhesion after `contact_time` [N].
+    #[inline]
+    pub fn adhesion(&self, contact_time: f64) -> f64 {
+        let adhesion = self.ground.map_or(0.0, |g| g.adhesion(contact_time));
+        self.effects.iter().fold(adhesion, |adhesion, e| {
+            e.action.adhesion(adhesion, contact_time)
+        })
+    }
+
+    /// Coefficient of restitution at approach speed `speed` [m/s].
+    pub fn restitution(&self, speed: f64) -> f64 {
+        let alpha = self.ground.map_or(0.0, |g| g.alpha);
+        self.effects
+            .iter()
+            .fold(alpha, |alpha, e| e.action.restitution(alpha, speed))
+    }
+
+    /// Lets the effects change a whole reading.
+    pub fn alter_reading(&self, reading: &mut [f64], t0: f64, dt: f64) {
+        for e in &self.effects {
+            e.action.alter_reading(reading, t0, dt);
+        }
+    }
+
+    /// Pull-off force, eq (13), of the held mass from held coordinates.
+    #[inline]
+    pub fn pull_held(&self, r: &[f64], dr: &[f64], level: f64, drive: f64, on_mass: f64) -> f64 {
+        let mut pull = on_mass + self.pull_level * level + self.pull_drive * drive;
+        for k in 0..r.len() {
+            pull += self.pull_position[k] * r[k] + self.pull_velocity[k] * dr[k];
+        }
+        pull
+    }
+
+    /// Pull-off force, eq (13), as if the mass were held, from modal coordinates in flight.
+    pub fn pull_flight(&self, q: &[f64], dq: &[f64], drive: f64, on_mass: f64) -> f64 {
+        let structure: f64 = (0..q.len())
+            .map(|i| {
+                self.phi_p[i] * (self.flight[i].omega2 * q[i] + self.flight[i].damping * dq[i])
+            })
+            .sum();
+        on_mass + self.pull_drive * drive - structure / self.mobility
+    }
+}
+
+/// Sum of products.
+#[inline]
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,202 @@
+//! The five Gauss-Lobatto points of a step and what is computed on them once.
+//!
+//! Within a step `[0, h]` every force is the polynomial of degree 4 through its values
+//! at these points; the linear structure's answer to such a force is exact.
+
+use std::sync::OnceLock;
+
+use nalgebra::{DMatrix, DVector};
+
+/// Points per step.
+pub const S: usize = 5;
+
+/// Gauss-Lobatto points on [0, 1].
+pub const NODES: [f64; S] = [
+    0.0,
+    0.172_673_164_646_011_43,
+    0.5,
+    0.827_326_835_353_988_6,
+    1.0,
+];
+
+/// Coefficients of the polynomial through values and slopes at the points.
+pub const DENSE: usize = 2 * S;
+
+/// Lagrange polynomials of the points at `c` in [0, 1].
+pub fn lagrange(c: f64) -> [f64; S] {
+    std::array::from_fn(|j| {
+        (0..S)
+            .filter(|&l| l != j)
+            .map(|l| (c - NODES[l]) / (NODES[j] - NODES[l]))
+            .product()
+    })
+}
+
+/// Weights that give the coefficient of the fourth Legendre polynomial of a force
+/// from its values at the points: the part that a longer polynomial would refine.
+pub fn top_coefficient() -> &'static [f64; S] {
+    static WEIGHTS: OnceLock<[f64; S]> = OnceLock::new();
+    // 70 is the leading coefficient of the shifted Legendre polynomial of degree 4.
+    WEIGHTS.get_or_init(|| {
+        std::array::from_fn(|j| {
+            let product: f64 = (0..S)
+                .filter(|&l| l != j)
+                .map(|l| NODES[j] - NODES[l])
+                .product();
+            1.0 / (70.0 * product)
+        })
+    })
+}
+
+/// Points and weights of Gauss-Legendre quadrature on [0, 1], exact to degree 39.
+pub fn gauss() -> &'static [(f64, f64); 20] {
+    static POINTS: OnceLock<[(f64, f64); 20]> = OnceLock::new();
+    POINTS.get_or_init(|| {
+        const N: usize = 20;
+        std::array::from_fn(|i| {
+            // Newton's method on P_20 from the usual cosine estimate.
+            let mut x = ((i as f64 + 0.75) / (N as f64 + 0.5) * std::f64::consts::PI).cos();
+            let mut slope = 1.0;
+            for _ in 0..100 {
+                let (mut p0, mut p1) = (1.0, x);
+                for k in 2..=N {
+                    let k = k as f64;
+                    (p0, p1) = (p1, ((2.0 * k - 1.0) * x * p1 - (k - 1.0) * p0) / k);
+                }
+                slope = N as f64 * (x * p1 - p0) / (x * x - 1.0);
+                let dx = p1 / slope;
+                x -= dx;
+                if dx.abs() < 1e-16 {
+                    break;
+                }
+            }
+            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
+        })
+    })
+}
+
+/// A quantity over one step as a polynomial in `u` of [-1, 1].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dense([f64; DENSE]);
+
+impl Default for Dense {
+    fn default() -> Self {
+        Self([0.0; DENSE])
+    }
+}
+
+impl Dense {
+    /// From values and time derivatives at the points of a step of length `h` [s].
+    #[inline]
+    pub fn new(values: &[f64; S], slopes: &[f64; S], h: f64) -> Self {
+        let matrix = hermite();
+        let mut coefficients = [0.0; DENSE];
+        for k in 0..S {
+            let (value, slope) = (values[k], slopes[k] * (0.5 * h));
+            let (row_v, row_s) = (&matrix[2 * k], &matrix[2 * k + 1]);
+            for (c, (v, s)) in coefficients.iter_mut().zip(row_v.iter().zip(row_s)) {
+                *c += v * value + s * slope;
+            }
+        }
+        Self(coefficients)
+    }
+
+    /// Value at fraction `s` in [0, 1] of the step.
+    #[inline]
+    pub fn value(&self, s: f64) -> f64 {
+        let u = 2.0 * s - 1.0;
+        self.0.iter().rev().fold(0.0, |sum, c| sum * u + c)
+    }
+
+    /// Value and time derivative at fraction `s` of a step of length `h` [s].
+    #[inline]
+    pub fn value_and_slope(&self, s: f64, h: f64) -> (f64, f64) {
+        let u = 2.0 * s - 1.0;
+        let (mut value, mut slope) = (0.0, 0.0);
+        for c in self.0.iter().rev() {
+            slope = slope * u + value;
+            value = value * u + c;
+        }
+        (value, slope * 2.0 / h)
+    }
+}
+
+/// Row `2k` are the coefficients per unit value at point k, row `2k + 1` per unit slope.
+fn hermite() -> &'static [[f64; DENSE]; DENSE] {
+    static MATRIX: OnceLock<[[f64; DENSE]; DENSE]> = OnceLock::new();
+    MATRIX.get_or_init(|| {
+        let mut system = DMatrix::zeros(DENSE, DENSE);
+        for k in 0..S {
+            let u: f64 = 2.0 * NODES[k] - 1.0;
+            for power in 0..DENSE {
+                let p = power as i32;
+                system[(2 * k, power)] = u.powi(p);
+                system[(2 * k + 1, power)] = if power == 0 {
+                    0.0
+                } else {
+                    f64::from(p) * u.powi(p - 1)
+                };
+            }
+        }
+        let lu = system.lu();
+        std::array::from_fn(|row| {
+            let mut unit = DVector::zeros(DENSE);
+            unit[row] = 1.0;
+            // The points are distinct, so that the system has a solution.
+            let solved = lu.solve(&unit).unwrap_or_else(|| DVector::zeros(DENSE));
+            std::array::from_fn(|power| solved[power])
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quadrature_is_exact_for_polynomials() {
+        let total: f64 = gauss().iter().map(|(_, w)| w).sum();
+        assert!((total - 1.0).abs() < 1e-14);
+        let tenth: f64 = gauss().iter().map(|(x, w)| w * x.powi(30)).sum();
+        assert!((tenth - 1.0 / 31.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn dense_output_is_exact_for_degree_nine_and_close_for_a_sine() {
+        let h = 0.3;
+        let f = |t: f64| t.powi(9) - 3.0 * t.powi(4) + 0.5;
+        let df = |t: f64| 9.0 * t.powi(8) - 12.0 * t.powi(3);
+        let dense = Dense::new(&NODES.map(|c| f(c * h)), &NODES.map(|c| df(c * h)), h);
+        for i in 0..=20 {
+            let s = f64::from(i) / 20.0;
+            let (value, slope) = dense.value_and_slope(s, h);
+            assert!((value - f(s * h)).abs() < 1e-14);
+            assert!((dense.value(s) - value).abs() < 1e-15);
+            assert!((slope - df(s * h)).abs() < 1e-12);
+        }
+        // A mode over the longest step, w h = 3.
+        let sine = Dense::new(
+            &NODES.map(|c| (3.0 * c).sin()),
+            &NODES.map(|c| 3.0 * (3.0 * c).cos()),
+            1.0,
+        );
+        let worst = (0..=100)
+            .map(|i| f64::from(i) / 100.0)
+            .map(|s| (sine.value(s) - (3.0 * s).sin()).abs())
+            .fold(0.0, f64::max);
+        assert!(worst < 1e-7, "{worst}");
+    }
+
+    #[test]
+    fn top_coefficient_sees_only_the_fourth_degree() {
+        let apply = |f: fn(f64) -> f64| -> f64 {
+            NODES
+                .iter()
+                .zip(top_coefficient())
+                .map(|(c, w)| w * f(*c))
+                .sum()
+        };
+        assert!(apply(|c| c * c * c - c).abs() < 1e-15);
+        assert!((apply(|c| 70.0 * c.powi(4)) - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,112 @@
+//! Uniform samples cut out of the steps.
+
+use crate::model::drive::Segment;
+use crate::model::effects::Kinematics;
+
+use super::device::Device;
+use super::error::Options;
+use super::step::StateValues;
+use super::trace::Trace;
+
+/// Sample times that fall into a part of a step.
+pub(super) struct Sink {
+    start: f64,
+    h: f64,
+    end: f64,
+    rate: f64,
+    next: u64,
+}
+
+impl Sink {
+    /// Samples from number `next` on that lie before fraction `s` of the step of `h` at `t`.
+    pub fn new(options: &Options, t: f64, h: f64, s: f64, next: u64) -> Self {
+        Self {
+            start: t,
+            h,
+            end: t + s * h,
+            rate: options.rate,
+            next,
+        }
+    }
+
+    /// Whether no sample falls into the part.
+    pub fn is_empty(&self) -> bool {
+        self.next as f64 / self.rate >= self.end
+    }
+
+    /// Next sample's time and fraction of the step.
+    pub fn next(&mut self) -> Option<(f64, f64)> {
+        let t = self.next as f64 / self.rate;
+        (t < self.end).then(|| {
+            self.next += 1;
+            (t, ((t - self.start) / self.h).max(0.0))
+        })
+    }
+
+    /// Number of the first sample not taken.
+    pub fn next_sample(&self) -> u64 {
+        self.next
+    }
+
+    /// Notes in the trace that a contact lasts from `since` until `t` at least.
+    pub fn open_contact(trace: &mut Trace, since: f64, t: f64) {
+        match trace.contacts.last_mut() {
+            Some(last) if last.0 == since => last.1 = t,
+            _ => trace.contacts.push((since, t)),
+        }
+    }
+}
+
+/// The device at one sample.
+pub(super) struct Sample {
+    pub t: f64,
+    pub xp: f64,
+    pub vp: f64,
+    pub xc: f64,
+    pub vc: f64,
+    /// Pull-off force and adhesion while held, if forces are recorded.
+    pub pull: Option<(f64, f64)>,
+    pub z: StateValues,
+}
+
+impl Sample {
+    /// Appends the sample to the trace.
+    #[inline]
+    pub fn push(&self, device: &Device, segment: &Segment, trace: &mut Trace) {
+        let voltage = segment.shape.voltage(self.t);
+        trace.voltage.push(voltage);
+        trace.proof_mass.push(self.xp + device.sensor.offset_p);
+        trace.proof_mass_velocity.push(self.vp);
+        if device.has_cantilever {
+            trace.cantilever.push(self.xc + device.sensor.offset_c);
+            trace.cantilever_velocity.push(self.vc);
+        }
+        let Some(forces) = &mut trace.forces else {
+            return;
+        };
+        let at = Kinematics {
+            t: self.t,
+            xp: self.xp,
+            vp: self.vp,
+            xc: self.xc,
+            vc: self.vc,
+            voltage,
+        };
+        let z = self.z.as_slice();
+        forces
+            .drive
+            .push(device.drive_force(&at, segment.branch, z));
+        forces.effects.push(device.effect_force(&at, z));
+        let (pull, adhesion) = self.pull.unwrap_or((0.0, 0.0));
+        forces.film.push(if self.pull.is_some() {
+            0.0
+        } else {
+            device.film_force(self.xp, self.vp)
+        });
+        forces.pull_off.push(pull);
+        forces.adhesion.push(adhesion);
+        forces
+            .ground
+            .push(if self.pull.is_some() { -pull } else { 0.0 });
+    }
+}

@@ -1,0 +1,643 @@
+//! The hybrid automaton: flight and held phases, events between them, output.
+
+use crate::model::Model;
+use crate::model::drive::{Segment, Waveform};
+
+use super::crossing::first_below;
+use super::device::{Device, dot};
+use super::error::{Options, SimError};
+use super::output::{Sample, Sink};
+use super::step::{LEVELS, Step, Tables};
+use super::trace::{Event, EventKind, Trace};
+
+/// What the proof mass is doing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    Flight,
+    /// On the ground since `since` [s], at `level` [m].
+    Held {
+        since: f64,
+        level: f64,
+    },
+}
+
+/// A device in motion that can be advanced piece by piece and changed on the way.
+#[derive(Debug, Clone)]
+pub struct Runner {
+    options: Options,
+    device: Device,
+    drive: Waveform,
+    index: usize,
+    segment: Segment,
+    t: f64,
+    phase: Phase,
+    /// Modal state in flight, held state on the ground, extra states.
+    q: Vec<f64>,
+    v: Vec<f64>,
+    r: Vec<f64>,
+    dr: Vec<f64>,
+    z: Vec<f64>,
+    flight_tables: Tables,
+    held_tables: Tables,
+    flight: Step,
+    held: Step,
+    level: usize,
+    next_sample: u64,
+    steps: u64,
+    events: u64,
+}
+
+impl Runner {
+    /// A device at its initial state at t = 0.
+    ///
+    /// # Errors
+    /// [`SimError`] if model, drive or options make no sense.
+    pub fn new(model: &Model, drive: &Waveform, options: &Options) -> Result<Self, SimError> {
+        options.check()?;
+        drive.check()?;
+        let device = Device::new(model)?;
+        let index = drive.index_at(0.0);
+        let (q, v) = initial_state(&device);
+        let m = device.held_modes.len();
+        let [flight_tables, held_tables] = tables(&device, options);
+        Ok(Self {
+            options: *options,
+            drive: drive.clone(),
+            segment: drive.segment(index),
+            index,
+            t: 0.0,
+            phase: Phase::Flight,
+            flight: Step::new(q.len(), device.rates.len()),
+            held: Step::new(m, device.rates.len()),
+            q,
+            v,
+            r: vec![0.0; m],
+            dr: vec![0.0; m],
+            z: vec![0.0; device.rates.len()],
+            flight_tables,
+            held_tables,
+            level: 0,
+            next_sample: 0,
+            steps: 0,
+            events: 0,
+            device,
+        })
+    }
+
+    /// An empty trace to advance into; its first sample is the next one due.
+    pub fn new_trace(&self) -> Trace {
+        let sensor = self.device.sensor;
+        Trace {
+            t0: self.next_sample as f64 / self.options.rate,
+            dt: 1.0 / self.options.rate,
+            ground_level: self.device.ground.map(|g| g.level + sensor.offset_p),
+            forces: self.options.forces.then(Default::default),
+            ..Trace::default()
+        }
+    }
+
+    /// Time reached [s].
+    pub fn time(&self) -> f64 {
+        self.t
+    }
+
+    /// Runs on until `until` [s] is passed, appending samples, events and contacts to
+    /// `trace`. Whole steps are taken: the run may reach a little further than asked,
+    /// and gives the same result in one piece or in many.
+    ///
+    /// # Errors
+    /// [`SimError`]; `trace` holds what was reached.
+    pub fn advance(&mut self, until: f64, trace: &mut Trace) -> Result<(), SimError> {
+        while self.t <= until {
+            self.enter_segment(trace)?;
+            match self.phase {
+                Phase::Flight => self.fly(trace)?,
+                Phase::Held { since, level } => self.hold(since, level, trace)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Changes parameters on the running device: positions and velocities are kept.
+    ///
+    /// # Errors
+    /// [`SimError`]; then nothing is changed.
+    pub fn set_model(&mut self, model: &Model) -> Result<(), SimError> {
+        let device = Device::new(model)?;
+        let level = device.ground_level(self.t);
+        // Held motion is taken over in flight coordinates, which outlive the change.
+        if let Phase::Held { level: before, .. } = self.phase {
+            self.lift(before);
+        }
+        self.q.resize(device.flight.len(), 0.0);
+        self.v.resize(device.flight.len(), 0.0);
+        self.z.resize(device.rates.len(), 0.0);
+        let m = device.held_modes.len();
+        self.r.resize(m, 0.0);
+        self.dr.resize(m, 0.0);
+        [self.flight_tables, self.held_tables] = tables(&device, &self.options);
+        self.flight = Step::new(self.q.len(), self.z.len());
+        self.held = Step::new(m, self.z.len());
+        self.level = 0;
+        self.device = device;
+        match self.phase {
+            Phase::Held { since, .. } if level.is_finite() => {
+                self.place(level, 0.0);
+                self.land(since, level);
+            }
+            _ => {
+                self.phase = Phase::Flight;
+                let (x, v) = self.proof_mass();
+                // The ground was raised above the mass: it is lifted with it.
+                if x < level {
+                    self.place(level, v.max(0.0));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Changes the drive from now on.
+    ///
+    /// # Errors
+    /// [`SimError`]; then nothing is changed.
+    pub fn set_drive(&mut self, drive: &Waveform) -> Result<(), SimError> {
+        drive.check()?;
+        self.drive = drive.clone();
+        self.index = self.drive.index_at(self.t);
+        self.segment = self.drive.segment(self.index);
+        Ok(())
+    }
+
+    /// Lets the effects change the readings of a whole run.
+    pub(super) fn finish(&self, trace: &mut Trace) {
+        for reading in [&mut trace.proof_mass, &mut trace.cantilever] {
+            self.device.alter_reading(reading, trace.t0, trace.dt);
+        }
+    }
+
+    fn proof_mass(&self) -> (f64, f64) {
+        (
+            dot(&self.device.phi_p, &self.q),
+            dot(&self.device.phi_p, &self.v),
+        )
+    }
+
+    /// Moves the proof mass to `x` with velocity `v` by an impulse on it alone.
+    fn place(&mut self, x: f64, v: f64) {
+        let (x0, v0) = self.proof_mass();
+        for i in 0..self.q.len() {
+            let anchor = self.device.held.anchor[i];
+            self.q[i] += anchor * (x - x0);
+            self.v[i] += anchor * (v - v0);
+        }
+    }
+
+    /// From flight coordinates to held ones.
+    fn land(&mut self, since: f64, level: f64) {
+        let held = &self.device.held;
+        let m = self.r.len();
+        for k in 0..m {
+            self.r[k] = 0.0;
+            self.dr[k] = 0.0;
+            for i in 0..self.q.len() {
+                let z = held.basis[i * m + k];
+                self.r[k] += z * (self.q[i] - level * held.anchor[i]);
+                self.dr[k] += z * self.v[i];
+            }
+        }
+        self.phase = Phase::Held { since, level };
+    }
+
+    /// From held coordinates to flight ones; the phase is left to the caller.
+    fn lift(&mut self, level: f64) {
+        let held = &self.device.held;
+        let m = self.r.len();
+        for i in 0..self.q.len() {
+            let row = &held.basis[i * m..(i + 1) * m];
+            self.q[i] = level * held.anchor[i] + dot(row, &self.r);
+            self.v[i] = dot(row, &self.dr);
+        }
+    }
+
+    fn enter_segment(&mut self, trace: &mut Trace) -> Result<(), SimError> {
+        while self.segment.end <= self.t {
+            let before = self
+                .device
+                .piezo_force(self.segment.shape.voltage(self.t), self.segment.branch);
+            self.index += 1;
+            self.segment = self.drive.segment(self.index);
+            let after = self
+                .device
+                .piezo_force(self.segment.shape.voltage(self.t), self.segment.branch);
+            if (after - before).abs() > 1e-6 * before.abs().max(after.abs()) {
+                let velocity = match self.phase {
+                    Phase::Flight => self.proof_mass().1,
+                    Phase::Held { .. } => 0.0,
+                };
+                self.report(trace, EventKind::DriveStep, [velocity; 2], 0.0, 0.0)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn report(
+        &mut self,
+        trace: &mut Trace,
+        kind: EventKind,
+        velocity: [f64; 2],
+        pull_off_force: f64,
+        contact_duration: f64,
+    ) -> Result<(), SimError> {
+        trace.events.push(Event {
+            time: self.t,
+            kind,
+            velocity_before: velocity[0],
+            velocity_after: velocity[1],
+            pull_off_force,
+            contact_duration,
+        });
+        self.events += 1;
+        if self.events > self.options.max_events as u64 {
+            return Err(SimError::too_much(self.t, "events", self.events));
+        }
+        Ok(())
+    }
+
+    /// First level whose step does not reach far beyond the segment's end.
+    fn covering_level(&self, tables: &Tables) -> usize {
+        if self.options.fixed_step.is_some() || !self.segment.end.is_finite() {
+            return 0;
+        }
+        let remaining = self.segment.end - self.t;
+        let halvings = (tables.length(0) / remaining).log2().floor();
+        halvings.clamp(0.0, (LEVELS - 1) as f64) as usize
+    }
+
+    /// Counts a step attempt and bounds the work.
+    fn count_step(&mut self, trace: &mut Trace) -> Result<(), SimError> {
+        self.steps += 1;
+        trace.steps += 1;
+        if self.steps > self.options.max_steps {
+            return Err(SimError::too_much(self.t, "steps", self.steps));
+        }
+        Ok(())
+    }
+
+    /// Takes one step of the present phase into its scratch; returns the step's length.
+    fn step(&mut self, trace: &mut Trace) -> Result<f64, SimError> {
+        let held = match self.phase {
+            Phase::Held { level, .. } => Some(level),
+            Phase::Flight => None,
+        };
+        let covering = self.covering_level(&self.flight_tables);
+        let mut level = self.level.max(covering);
+        let mut rejected = false;
+        loop {
+            self.count_step(trace)?;
+            let taken = match held {
+                Some(ground) => self.held.held(
+                    &self.device,
+                    &mut self.held_tables,
+                    level,
+                    &self.segment,
+                    self.t,
+                    (&self.r, &self.dr, &self.z),
+                    ground,
+                    self.options.tolerance,
+                ),
+                None => self.flight.flight(
+                    &self.device,
+                    &mut self.flight_tables,
+                    level,
+                    &self.segment,
+                    self.t,
+                    (&self.q, &self.v, &self.z),
+                    self.options.tolerance,
+                ),
+            };
+            let step = if held.is_some() {
+                &self.held
+            } else {
+                &self.flight
+            };
+            let (error, size) = (step.error, step.xp[0].abs());
+            // Errors below rounding cannot be asked for.
+            let tolerance = self.options.tolerance + 16.0 * f64::EPSILON * size;
+            let fixed = self.options.fixed_step.is_some();
+            if taken.is_ok() && (fixed || error <= tolerance) {
+                if rejected {
+                    self.level = level;
+                } else if error < tolerance / 64.0 && level == self.level && level > 0 {
+                    self.level -= 1;
+                }
+                return Ok(self.flight_tables.length(level));
+            }
+            rejected = true;
+            level += 1;
+            if level >= LEVELS || (fixed && taken.is_err()) {
+                return Err(if self.q.iter().any(|q| !q.is_finite()) {
+                    SimError::diverged(self.t)
+                } else {
+                    SimError::step_too_small(self.t)
+                });
+            }
+        }
+    }
+
+    fn fly(&mut self, trace: &mut Trace) -> Result<(), SimError> {
+        let h = self.step(trace)?;
+        let end = ((self.segment.end - self.t) / h).min(1.0);
+        let hit = if self.device.ground.is_some() {
+            self.first_hit(h, end)
+        } else {
+            None
+        };
+        let s = hit.unwrap_or(end);
+        self.emit_flight(h, s, trace);
+        if s >= 1.0 {
+            const LAST: usize = super::nodes::S - 1;
+            self.q.copy_from_slice(self.flight.q_at(LAST));
+            self.v.copy_from_slice(self.flight.v_at(LAST));
+            self.z.copy_from_slice(self.flight.z_at(LAST));
+        } else {
+            self.flight
+                .interpolate(s, &mut self.q, &mut self.v, &mut self.z);
+        }
+        self.t = self.time_after(h, s, hit.is_none());
+        let (x, v) = self.proof_mass();
+        if !(x.is_finite() && v.is_finite() && x.abs() < 1e9) {
+            return Err(SimError::diverged(self.t));
+        }
+        if hit.is_some() {
+            self.impact(v, trace)?;
+        }
+        Ok(())
+    }
+
+    /// Time at fraction `s` of a step; a segment's end is met exactly.
+    fn time_after(&self, h: f64, s: f64, whole: bool) -> f64 {
+        if whole && s < 1.0 {
+            self.segment.end
+        } else {
+            self.t + s * h
+        }
+    }
+
+    /// Fraction of the step at which the mass meets the ground.
+    fn first_hit(&self, h: f64, end: f64) -> Option<f64> {
+        let step = &self.flight;
+        let ground = self.device.ground_level(self.t);
+        let lowest = step.xp.iter().fold(f64::INFINITY, |a, &x| a.min(x));
+        let fastest = step.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+        // Points are at most 0.33 h apart. An effect may move the ground: then look.
+        let far = lowest - ground > 0.25 * h * fastest;
+        if far && !self.device.has_effects() {
+            return None;
+        }
+        let dense = step.dense_p();
+        let slack = 1e-10 * ground.abs();
+        let gap = |s: f64| dense.value(s) - self.device.ground_level(self.t + s * h);
+        first_below(gap, end, slack)
+    }
+
+    fn impact(&mut self, v: f64, trace: &mut Trace) -> Result<(), SimError> {
+        let level = self.device.ground_level(self.t);
+        let before = v.min(0.0);
+        let after = -self.device.restitution(-before) * before;
+        self.place(level, after);
+        let pull = self.pull_if_held();
+        if pull > self.device.adhesion(0.0).max(0.0) {
+            return self.report(trace, EventKind::Impact, [before, after], pull, 0.0);
+        }
+        self.place(level, 0.0);
+        self.land(self.t, level);
+        Sink::open_contact(trace, self.t, self.t);
+        self.report(trace, EventKind::Stick, [before, 0.0], pull, 0.0)
+    }
+
+    /// Eq (13) in flight coordinates.
+    fn pull_if_held(&self) -> f64 {
+        let voltage = self.segment.shape.voltage(self.t);
+        let mut at = self
+            .device
+            .flight_kinematics(self.t, voltage, &self.q, &self.v);
+        let drive = self.device.drive_force(&at, self.segment.branch, &self.z);
+        at.vp = 0.0;
+        let on_mass = self.device.effect_force(&at, &self.z);
+        self.device.pull_flight(&self.q, &self.v, drive, on_mass)
+    }
+
+    fn hold(&mut self, since: f64, level: f64, trace: &mut Trace) -> Result<(), SimError> {
+        let voltage = self.segment.shape.voltage(self.t);
+        let at = self
+            .device
+            .held_kinematics(self.t, voltage, level, &self.r, &self.dr);
+        let drive = self.device.drive_force(&at, self.segment.branch, &self.z);
+        let on_mass = self.device.effect_force(&at, &self.z);
+        let pull = self
+            .device
+            .pull_held(&self.r, &self.dr, level, drive, on_mass);
+        if pull > self.threshold(self.t - since) {
+            return self.release(since, level, pull, trace);
+        }
+        let h = self.step(trace)?;
+        let end = ((self.segment.end - self.t) / h).min(1.0);
+        let freed = self.first_release(h, end, since, level);
+        let s = freed.map_or(end, |(s, _)| s);
+        self.emit_held(h, s, since, level, trace);
+        if s >= 1.0 {
+            const LAST: usize = super::nodes::S - 1;
+            self.r.copy_from_slice(self.held.q_at(LAST));
+            self.dr.copy_from_slice(self.held.v_at(LAST));
+            self.z.copy_from_slice(self.held.z_at(LAST));
+        } else {
+            self.held
+                .interpolate(s, &mut self.r, &mut self.dr, &mut self.z);
+        }
+        self.t = self.time_after(h, s, freed.is_none());
+        Sink::open_contact(trace, since, self.t);
+        match freed {
+            Some((_, pull)) => self.release(since, level, pull, trace),
+            None => Ok(()),
+        }
+    }
+
+    /// Pull-off force that frees the mass after `contact_time` [s].
+    fn threshold(&self, contact_time: f64) -> f64 {
+        self.device.adhesion(contact_time).max(0.0)
+    }
+
+    /// Fraction of the held step at which the pull-off force exceeds adhesion, and the force.
+    fn first_release(&self, h: f64, end: f64, since: f64, level: f64) -> Option<(f64, f64)> {
+        let step = &self.held;
+        let margin: [f64; super::nodes::S] = std::array::from_fn(|k| {
+            let t = self.t + super::nodes::NODES[k] * h;
+            self.threshold(t - since) - step.force[k]
+        });
+        let lowest = margin.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let highest = margin.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
+        if lowest > 0.75 * (highest - lowest) {
+            return None;
+        }
+        let m = self.r.len();
+        let modes: Vec<super::nodes::Dense> = (0..m)
+            .map(|i| {
+                let unit: Vec<f64> = (0..m).map(|k| f64::from(u8::from(k == i))).collect();
+                step.dense(&unit)
+            })
+            .collect();
+        let pull = |s: f64| self.held_pull(&modes, h, s, level);
+        first_below(
+            |s| self.threshold(self.t + s * h - since) - pull(s),
+            end,
+            0.0,
+        )
+        .map(|s| (s, pull(s)))
+    }
+
+    /// Pull-off force at fraction `s` of the held step.
+    fn held_pull(&self, modes: &[super::nodes::Dense], h: f64, s: f64, level: f64) -> f64 {
+        let mut r = [0.0; super::MAX_MODES];
+        let mut dr = [0.0; super::MAX_MODES];
+        for (i, dense) in modes.iter().enumerate() {
+            (r[i], dr[i]) = dense.value_and_slope(s, h);
+        }
+        let (r, dr) = (&r[..modes.len()], &dr[..modes.len()]);
+        let t = self.t + s * h;
+        let voltage = self.segment.shape.voltage(t);
+        let at = self.device.held_kinematics(t, voltage, level, r, dr);
+        let states = self.held.states_at(s);
+        let z = states.as_slice();
+        let drive = self.device.drive_force(&at, self.segment.branch, z);
+        let on_mass = self.device.effect_force(&at, z);
+        self.device.pull_held(r, dr, level, drive, on_mass)
+    }
+
+    fn release(
+        &mut self,
+        since: f64,
+        level: f64,
+        pull: f64,
+        trace: &mut Trace,
+    ) -> Result<(), SimError> {
+        self.lift(level);
+        self.phase = Phase::Flight;
+        Sink::open_contact(trace, since, self.t);
+        self.report(trace, EventKind::Release, [0.0; 2], pull, self.t - since)
+    }
+
+    /// Samples of a flight step up to fraction `s`.
+    fn emit_flight(&mut self, h: f64, s: f64, trace: &mut Trace) {
+        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample);
+        if sink.is_empty() {
+            return;
+        }
+        let p = self.flight.dense_p();
+        let c = self
+            .device
+            .has_cantilever
+            .then(|| self.flight.dense(&self.device.phi_c));
+        while let Some((t, s)) = sink.next() {
+            let (xp, vp) = p.value_and_slope(s, h);
+            let (xc, vc) = c.map_or((0.0, 0.0), |c| c.value_and_slope(s, h));
+            let sample = Sample {
+                t,
+                xp,
+                vp,
+                xc,
+                vc,
+                pull: None,
+                z: self.flight.states_at(s),
+            };
+            sample.push(&self.device, &self.segment, trace);
+        }
+        self.next_sample = sink.next_sample();
+    }
+
+    /// Samples of a held step up to fraction `s`.
+    fn emit_held(&mut self, h: f64, s: f64, since: f64, level: f64, trace: &mut Trace) {
+        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample);
+        if sink.is_empty() {
+            return;
+        }
+        let m = self.r.len();
+        let base = level * self.device.anchor_c;
+        let c = self.held.dense(&self.device.held.cantilever);
+        let modes: Vec<super::nodes::Dense> = if self.options.forces {
+            (0..m)
+                .map(|i| {
+                    let unit: Vec<f64> = (0..m).map(|k| f64::from(u8::from(k == i))).collect();
+                    self.held.dense(&unit)
+                })
+                .collect()
+        } else {
+            Vec::new()
+        };
+        while let Some((t, s)) = sink.next() {
+            let (xc, vc) = c.value_and_slope(s, h);
+            let pull = self.options.forces.then(|| {
+                (
+                    self.held_pull(&modes, h, s, level),
+                    self.threshold(t - since),
+                )
+            });
+            let sample = Sample {
+                t,
+                xp: level,
+                vp: 0.0,
+                xc: base + xc,
+                vc,
+                pull,
+                z: self.held.states_at(s),
+            };
+            sample.push(&self.device, &self.segment, trace);
+        }
+        self.next_sample = sink.next_sample();
+    }
+}
+
+/// Modal state for the initial displacement (bent as by a static force on the mass)
+/// and velocity (given as by an impulse on it).
+fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
+    let (x0, v0) = device.initial;
+    let anchor = &device.held.anchor;
+    let v = anchor.iter().map(|a| a * v0).collect();
+    let free = device.flight.iter().any(|o| o.omega2 == 0.0);
+    let q = if free {
+        anchor.iter().map(|a| a * x0).collect()
+    } else {
+        let shape: Vec<f64> = device
+            .flight
+            .iter()
+            .zip(&device.phi_p)
+            .map(|(o, phi)| phi / o.omega2)
+            .collect();
+        let force = x0 / dot(&device.phi_p, &shape);
+        shape.iter().map(|s| s * force).collect()
+    };
+    (q, v)
+}
+
+/// Tables of both phases; levels have the same length in both.
+fn tables(device: &Device, options: &Options) -> [Tables; 2] {
+    let fastest = device.fastest();
+    // Three radians of the fastest motion per step keep the dense output exact to 1e-7
+    // of that motion's amplitude.
+    let longest = options.fixed_step.unwrap_or(if fastest > 0.0 {
+        3.0 / fastest
+    } else {
+        64.0 / options.rate
+    });
+    let none = vec![0.0; device.held_modes.len()];
+    [
+        Tables::new(
+            longest,
+            &device.flight,
+            &device.rates,
+            &device.phi_p,
+            &device.phi_d,
+        ),
+        Tables::new(longest, &device.held_modes, &device.rates, &none, &none),
+    ]
+}

@@ -1,0 +1,569 @@
+//! One step: forces as polynomials through the Lobatto points, the linear structure's
+//! answer exact, forces and answer iterated until they agree (exponential collocation).
+//! Flight and held structure are both a [`Step`] over independent oscillators; they
+//! differ in what forces act.
+
+use crate::model::drive::Segment;
+
+use super::device::{Device, dot};
+use super::linear::{DecayPropagator, Oscillator, Propagator};
+use super::nodes::{Dense, NODES, S, top_coefficient};
+
+/// Finest step is the longest over 2 to this power.
+pub(super) const LEVELS: usize = 48;
+
+/// Propagators of all oscillators and decays for one step length.
+#[derive(Debug, Clone)]
+pub(super) struct Table {
+    pub h: f64,
+    modes: Vec<Propagator>,
+    decays: Vec<DecayPropagator>,
+    /// Proof mass per force on it and per drive force: `[displacement, velocity]`.
+    p_from_p: [[[f64; S]; S - 1]; 2],
+    p_from_d: [[[f64; S]; S - 1]; 2],
+}
+
+/// Tables for halved and halved again step lengths, made when first needed.
+#[derive(Debug, Clone)]
+pub(super) struct Tables {
+    longest: f64,
+    oscillators: Vec<Oscillator>,
+    rates: Vec<f64>,
+    phi_p: Vec<f64>,
+    phi_d: Vec<f64>,
+    levels: Vec<Option<Box<Table>>>,
+}
+
+impl Tables {
+    pub fn new(
+        longest: f64,
+        oscillators: &[Oscillator],
+        rates: &[f64],
+        phi_p: &[f64],
+        phi_d: &[f64],
+    ) -> Self {
+        Self {
+            longest,
+            oscillators: oscillators.to_vec(),
+            rates: rates.to_vec(),
+            phi_p: phi_p.to_vec(),
+            phi_d: phi_d.to_vec(),
+            levels: vec![None; LEVELS],
+        }
+    }
+
+    /// Step length of a level [s].
+    pub fn length(&self, level: usize) -> f64 {
+        self.longest * 0.5f64.powi(level as i32)
+    }
+
+    fn get(&mut self, level: usize) -> &Table {
+        let h = self.length(level);
+        let (oscillators, rates) = (&self.oscillators, &self.rates);
+        let (phi_p, phi_d) = (&self.phi_p, &self.phi_d);
+        self.levels[level].get_or_insert_with(|| {
+            let modes: Vec<Propagator> =
+                oscillators.iter().map(|&o| Propagator::new(o, h)).collect();
+            let map = |of: &dyn Fn(&Propagator) -> [[f64; S]; S - 1], phi: &[f64]| {
+                let mut sum = [[0.0; S]; S - 1];
+                for (i, mode) in modes.iter().enumerate() {
+                    let part = of(mode);
+                    for k in 0..S - 1 {
+                        for j in 0..S {
+                            sum[k][j] += phi_p[i] * phi[i] * part[k][j];
+                        }
+                    }
+                }
+                sum
+            };
+            let both = |phi: &[f64]| [map(&|m| m.displacement, phi), map(&|m| m.velocity, phi)];
+            Box::new(Table {
+                h,
+                p_from_p: both(phi_p),
+                p_from_d: both(phi_d),
+                decays: rates.iter().map(|&r| DecayPropagator::new(r, h)).collect(),
+                modes,
+            })
+        })
+    }
+}
+
+/// The film is singular on the way or the iteration does not settle: a shorter step
+/// may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Reject;
+
+/// Values of the extra states at one instant, without allocation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StateValues {
+    values: [f64; super::MAX_STATES],
+    count: usize,
+}
+
+impl StateValues {
+    pub fn as_slice(&self) -> &[f64] {
+        &self.values[..self.count]
+    }
+}
+
+/// Scratch of one step: everything at the five points. Row-major `[point][mode]`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Step {
+    pub h: f64,
+    /// Modal coordinates and velocities at the points.
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    /// Extra states at the points.
+    pub z: Vec<f64>,
+    /// Proof mass at the points.
+    pub xp: [f64; S],
+    pub vp: [f64; S],
+    /// Forces at the points [N].
+    pub force: [f64; S],
+    pub drive: [f64; S],
+    inputs: Vec<f64>,
+    v_before: Vec<f64>,
+    modes: usize,
+    /// Estimated error of the step, as displacement of the proof mass [m].
+    pub error: f64,
+}
+
+impl Step {
+    pub fn new(modes: usize, states: usize) -> Self {
+        Self {
+            q: vec![0.0; S * modes],
+            v: vec![0.0; S * modes],
+            z: vec![0.0; S * states],
+            inputs: vec![0.0; S * states],
+            v_before: vec![0.0; S * modes],
+            modes,
+            ..Self::default()
+        }
+    }
+
+    /// Modal coordinates at a point.
+    pub fn q_at(&self, point: usize) -> &[f64] {
+        &self.q[point * self.modes..(point + 1) * self.modes]
+    }
+
+    /// Modal velocities at a point.
+    pub fn v_at(&self, point: usize) -> &[f64] {
+        &self.v[point * self.modes..(point + 1) * self.modes]
+    }
+
+    /// Extra states at a point.
+    pub fn z_at(&self, point: usize) -> &[f64] {
+        let states = self.z.len() / S;
+        &self.z[point * states..(point + 1) * states]
+    }
+
+    /// Extra states at fraction `s` of the step.
+    pub fn states_at(&self, s: f64) -> StateValues {
+        let count = self.z.len() / S;
+        let mut values = [0.0; super::MAX_STATES];
+        if count > 0 {
+            let basis = super::nodes::lagrange(s);
+            for (i, value) in values[..count].iter_mut().enumerate() {
+                *value = (0..S).map(|k| basis[k] * self.z[k * count + i]).sum();
+            }
+        }
+        StateValues { values, count }
+    }
+
+    /// Modal state at fraction `s` of the step, written to `q` and `v`.
+    pub fn interpolate(&self, s: f64, q: &mut [f64], v: &mut [f64], z: &mut [f64]) {
+        let m = self.modes;
+        for i in 0..m {
+            let dense = Dense::new(
+                &std::array::from_fn(|k| self.q[k * m + i]),
+                &std::array::from_fn(|k| self.v[k * m + i]),
+                self.h,
+            );
+            (q[i], v[i]) = dense.value_and_slope(s, self.h);
+        }
+        z.copy_from_slice(self.states_at(s).as_slice());
+    }
+
+    /// Motion of a point of the structure over the step.
+    pub fn dense(&self, shape: &[f64]) -> Dense {
+        Dense::new(
+            &std::array::from_fn(|k| dot(shape, self.q_at(k))),
+            &std::array::from_fn(|k| dot(shape, self.v_at(k))),
+            self.h,
+        )
+    }
+
+    /// Motion of the proof mass over the step (flight).
+    pub fn dense_p(&self) -> Dense {
+        Dense::new(&self.xp, &self.vp, self.h)
+    }
+
+    fn start(&mut self, q: &[f64], v: &[f64], z: &[f64]) {
+        self.q[..q.len()].copy_from_slice(q);
+        self.v[..v.len()].copy_from_slice(v);
+        self.z[..z.len()].copy_from_slice(z);
+    }
+
+    /// Free motion of all modes plus the answer to the forces at the points that
+    /// `per_mode` gives for each.
+    fn propagate(&mut self, table: &Table, per_mode: impl Fn(usize) -> [f64; S]) {
+        let m = self.modes;
+        for i in 0..m {
+            let (q0, v0) = (self.q[i], self.v[i]);
+            let force = per_mode(i);
+            let mode = &table.modes[i];
+            for k in 0..S - 1 {
+                let e = &mode.state[k];
+                self.q[(k + 1) * m + i] =
+                    e[0] * q0 + e[1] * v0 + dot(&mode.displacement[k], &force);
+                self.v[(k + 1) * m + i] = e[2] * q0 + e[3] * v0 + dot(&mode.velocity[k], &force);
+            }
+        }
+    }
+
+    fn propagate_states(&mut self, table: &Table) {
+        let states = self.z.len() / S;
+        for i in 0..states {
+            let z0 = self.z[i];
+            let decay = &table.decays[i];
+            for k in 0..S - 1 {
+                let mut z = decay.state[k] * z0;
+                for j in 0..S {
+                    z += decay.input[k][j] * self.inputs[j * states + i];
+                }
+                self.z[(k + 1) * states + i] = z;
+            }
+        }
+    }
+
+    /// Drive force at the points without effects; true if it is the same at all.
+    fn plain_drive(&mut self, device: &Device, segment: &Segment, t: f64) -> bool {
+        use crate::model::drive::Shape;
+        if let Shape::Constant { voltage } = segment.shape {
+            self.drive = [device.piezo_force(voltage, segment.branch); S];
+            return true;
+        }
+        for (k, c) in NODES.iter().enumerate() {
+            let voltage = segment.shape.voltage(t + c * self.h);
+            self.drive[k] = device.piezo_force(voltage, segment.branch);
+        }
+        false
+    }
+
+    /// A step of flight from `(q, v, z)` at `t`.
+    ///
+    /// `tolerance` [m] bounds the iteration's remaining error; the discretisation's is
+    /// left in `self.error` for the caller to judge.
+    #[allow(clippy::too_many_arguments)]
+    pub fn flight(
+        &mut self,
+        device: &Device,
+        tables: &mut Tables,
+        level: usize,
+        segment: &Segment,
+        t: f64,
+        state: (&[f64], &[f64], &[f64]),
+        tolerance: f64,
+    ) -> Result<(), Reject> {
+        let table = tables.get(level);
+        self.h = table.h;
+        let (q0, v0, z0) = state;
+        self.start(q0, v0, z0);
+        let growth = device.mobility * table.h * device.time_scale.max(table.h);
+        if device.has_effects() {
+            self.flight_with_effects(device, table, segment, t, tolerance / growth)?;
+        } else {
+            self.flight_plain(device, table, segment, t, tolerance / growth)?;
+        }
+        let top = dot(top_coefficient(), &self.force).abs();
+        let drive_top = dot(top_coefficient(), &self.drive).abs();
+        // A residual Legendre part of degree 4 moves the end by a small share of its
+        // size: its mean over the step is zero.
+        self.error = 0.02 * growth * (top + drive_top * device.drive_ratio);
+        if self.error.is_finite() && self.xp.iter().all(|x| device.is_inside_film(*x)) {
+            Ok(())
+        } else {
+            Err(Reject)
+        }
+    }
+
+    fn flight_plain(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        segment: &Segment,
+        t: f64,
+        force_tolerance: f64,
+    ) -> Result<(), Reject> {
+        let constant = self.plain_drive(device, segment, t);
+        let m = self.modes;
+        self.xp[0] = dot(&device.phi_p, self.q_at(0));
+        self.vp[0] = dot(&device.phi_p, self.v_at(0));
+        // Motion of the proof mass without force on it.
+        let (mut base_x, mut base_v) = ([0.0; S - 1], [0.0; S - 1]);
+        for k in 0..S - 1 {
+            for i in 0..m {
+                let e = &table.modes[i].state[k];
+                base_x[k] += device.phi_p[i] * (e[0] * self.q[i] + e[1] * self.v[i]);
+                base_v[k] += device.phi_p[i] * (e[2] * self.q[i] + e[3] * self.v[i]);
+            }
+            let (wx, wv) = (&table.p_from_d[0][k], &table.p_from_d[1][k]);
+            if constant {
+                base_x[k] += self.drive[0] * wx.iter().sum::<f64>();
+                base_v[k] += self.drive[0] * wv.iter().sum::<f64>();
+            } else {
+                base_x[k] += dot(wx, &self.drive);
+                base_v[k] += dot(wv, &self.drive);
+            }
+        }
+        self.force = [device.film_force(self.xp[0], self.vp[0]); S];
+        let mut previous = f64::INFINITY;
+        let mut settled = false;
+        for sweep in 0..24 {
+            for k in 0..S - 1 {
+                self.xp[k + 1] = base_x[k] + dot(&table.p_from_p[0][k], &self.force);
+                self.vp[k + 1] = base_v[k] + dot(&table.p_from_p[1][k], &self.force);
+            }
+            let mut residual = [0.0; S - 1];
+            let mut change = 0.0f64;
+            for k in 0..S - 1 {
+                if !device.is_inside_film(self.xp[k + 1]) {
+                    return Err(Reject);
+                }
+                residual[k] = device.film_force(self.xp[k + 1], self.vp[k + 1]) - self.force[k + 1];
+                change = change.max(residual[k].abs());
+            }
+            if !change.is_finite() {
+                return Err(Reject);
+            }
+            if change > 0.3 * previous && change > force_tolerance {
+                // The film is stiff over this step: Newton's method instead.
+                self.newton(device, table, &mut residual);
+            }
+            for k in 0..S - 1 {
+                self.force[k + 1] += residual[k];
+            }
+            if change <= 0.02 * force_tolerance
+                || change <= 4.0 * f64::EPSILON * self.force[0].abs()
+            {
+                settled = true;
+                break;
+            }
+            if sweep > 1 && change > 10.0 * previous {
+                return Err(Reject);
+            }
+            previous = change;
+        }
+        if !settled {
+            return Err(Reject);
+        }
+        let (force, drive) = (self.force, self.drive);
+        self.propagate(table, |i| {
+            std::array::from_fn(|j| device.phi_p[i] * force[j] + device.phi_d[i] * drive[j])
+        });
+        Ok(())
+    }
+
+    /// Turns the residual of the film force at the points into the Newton correction.
+    fn newton(&self, device: &Device, table: &Table, residual: &mut [f64; S - 1]) {
+        const N: usize = S - 1;
+        let mut a = [[0.0; N]; N];
+        for k in 0..N {
+            let (dx, dv) = device.film_slopes(self.xp[k + 1], self.vp[k + 1]);
+            for j in 0..N {
+                a[k][j] = -dx * table.p_from_p[0][k][j + 1] - dv * table.p_from_p[1][k][j + 1];
+            }
+            a[k][k] += 1.0;
+        }
+        // Elimination with row pivoting; a singular system leaves a non-finite
+        // correction, which the caller rejects.
+        for i in 0..N {
+            let pivot = (i..N)
+                .max_by(|&x, &y| a[x][i].abs().total_cmp(&a[y][i].abs()))
+                .unwrap_or(i);
+            a.swap(i, pivot);
+            residual.swap(i, pivot);
+            for r in i + 1..N {
+                let factor = a[r][i] / a[i][i];
+                for c in i..N {
+                    a[r][c] -= factor * a[i][c];
+                }
+                residual[r] -= factor * residual[i];
+            }
+        }
+        for i in (0..N).rev() {
+            for c in i + 1..N {
+                residual[i] -= a[i][c] * residual[c];
+            }
+            residual[i] /= a[i][i];
+        }
+    }
+
+    fn flight_with_effects(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        segment: &Segment,
+        t: f64,
+        force_tolerance: f64,
+    ) -> Result<(), Reject> {
+        let mut residual = [0.0; S];
+        self.evaluate(device, segment, t, 0..1, None, &mut residual);
+        self.force = [residual[0]; S];
+        self.drive = [self.drive[0]; S];
+        let states = self.z.len() / S;
+        for k in 1..S {
+            self.inputs.copy_within(0..states, k * states);
+        }
+        let mut previous = f64::INFINITY;
+        for sweep in 0..40 {
+            let (force, drive) = (self.force, self.drive);
+            self.propagate(table, |i| {
+                std::array::from_fn(|j| device.phi_p[i] * force[j] + device.phi_d[i] * drive[j])
+            });
+            self.propagate_states(table);
+            self.evaluate(device, segment, t, 1..S, None, &mut residual);
+            let mut change = 0.0f64;
+            for k in 1..S {
+                if !device.is_inside_film(self.xp[k]) {
+                    return Err(Reject);
+                }
+                residual[k] -= force[k];
+                change = change
+                    .max(residual[k].abs())
+                    .max((self.drive[k] - drive[k]).abs() * device.drive_ratio);
+            }
+            if !change.is_finite() {
+                return Err(Reject);
+            }
+            let mut correction: [f64; S - 1] = std::array::from_fn(|k| residual[k + 1]);
+            if change > 0.3 * previous && change > force_tolerance {
+                self.newton(device, table, &mut correction);
+            }
+            for k in 0..S - 1 {
+                self.force[k + 1] += correction[k];
+            }
+            let size = self.force[0].abs().max(self.drive[0].abs());
+            if change <= 0.02 * force_tolerance || change <= 8.0 * f64::EPSILON * size {
+                return Ok(());
+            }
+            if sweep > 1 && change > 10.0 * previous {
+                return Err(Reject);
+            }
+            previous = change;
+        }
+        Err(Reject)
+    }
+
+    /// Forces with effects at some of the points: on the mass into `force`, the drive's
+    /// and the inputs of the extra states in place. Held at `ground`, or in flight.
+    fn evaluate(
+        &mut self,
+        device: &Device,
+        segment: &Segment,
+        t: f64,
+        points: std::ops::Range<usize>,
+        ground: Option<f64>,
+        force: &mut [f64; S],
+    ) {
+        let states = self.z.len() / S;
+        for k in points {
+            let (q, v) = (self.q_at(k), self.v_at(k));
+            let t = t + NODES[k] * self.h;
+            let voltage = segment.shape.voltage(t);
+            let at = match ground {
+                Some(ground) => device.held_kinematics(t, voltage, ground, q, v),
+                None => device.flight_kinematics(t, voltage, q, v),
+            };
+            let z = &self.z[k * states..(k + 1) * states];
+            force[k] = device.effect_force(&at, z);
+            if ground.is_none() {
+                force[k] += device.film_force(at.xp, at.vp);
+            }
+            self.drive[k] = device.drive_force(&at, segment.branch, z);
+            (self.xp[k], self.vp[k]) = (at.xp, at.vp);
+            device.state_inputs(&at, z, &mut self.inputs[k * states..(k + 1) * states]);
+        }
+    }
+
+    /// A step with the proof mass held at `level` [m]. `q`, `v` are held coordinates.
+    #[allow(clippy::too_many_arguments)]
+    pub fn held(
+        &mut self,
+        device: &Device,
+        tables: &mut Tables,
+        level: usize,
+        segment: &Segment,
+        t: f64,
+        state: (&[f64], &[f64], &[f64]),
+        ground: f64,
+        tolerance: f64,
+    ) -> Result<(), Reject> {
+        let table = tables.get(level);
+        self.h = table.h;
+        let (q0, v0, z0) = state;
+        self.start(q0, v0, z0);
+        let m = self.modes;
+        let states = self.z.len() / S;
+        let held = &device.held;
+        let effects = device.has_effects();
+        if !effects {
+            self.plain_drive(device, segment, t);
+        }
+        for k in 1..S {
+            self.q.copy_within(0..m, k * m);
+            self.v.copy_within(0..m, k * m);
+            self.z.copy_within(0..states, k * states);
+        }
+        let growth = device.mobility * table.h * device.time_scale.max(table.h);
+        // Without effects and damping between modes the first answer is exact.
+        let sweeps = if effects || m > 1 { 40 } else { 1 };
+        let mut on_mass = [0.0; S];
+        let mut previous = [f64::INFINITY; S];
+        for sweep in 0..=sweeps {
+            if effects {
+                self.evaluate(device, segment, t, 0..S, Some(ground), &mut on_mass);
+            }
+            let drive = self.drive;
+            self.v_before.copy_from_slice(&self.v);
+            let v_before = std::mem::take(&mut self.v_before);
+            self.propagate(table, |i| {
+                std::array::from_fn(|j| {
+                    let row = i * m..(i + 1) * m;
+                    let cross = dot(&held.cross_damping[row], &v_before[j * m..(j + 1) * m]);
+                    held.drive[i] * drive[j] + held.level_force[i] * ground - cross
+                })
+            });
+            self.v_before = v_before;
+            self.propagate_states(table);
+            let pull: [f64; S] = std::array::from_fn(|k| {
+                device.pull_held(
+                    self.q_at(k),
+                    self.v_at(k),
+                    ground,
+                    self.drive[k],
+                    on_mass[k],
+                )
+            });
+            let change = (0..S)
+                .map(|k| (pull[k] - previous[k]).abs())
+                .fold(0.0, f64::max);
+            previous = pull;
+            if sweeps == 1 || change * growth <= 0.02 * tolerance || change <= 1e-14 * pull[0].abs()
+            {
+                break;
+            }
+            if sweep == sweeps {
+                return Err(Reject);
+            }
+        }
+        self.force = previous;
+        let drive_top = dot(top_coefficient(), &self.drive).abs();
+        self.error = 0.02 * growth * drive_top * device.drive_ratio;
+        if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
+            Ok(())
+        } else {
+            Err(Reject)
+        }
+    }
+}
