@@ -5,3 +5,4 @@
 //! - `model` (what the device is).
 
 pub mod model;
+pub mod recording;
