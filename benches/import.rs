@@ -21,7 +21,9 @@ fn recorder_text(rows: usize) -> Vec<u8> {
 
 /// The same with every digit of a simulation.
 fn simulated_text(rows: usize) -> Vec<u8> {
-    let x: Vec<f64> = (0..rows).map(|i| (i as f64 * 6e-3).sin() * 130e-6).collect();
+    let x: Vec<f64> = (0..rows)
+        .map(|i| (i as f64 * 6e-3).sin() * 130e-6)
+        .collect();
     let v: Vec<f64> = (0..rows).map(|i| (i as f64 * 6e-3).sin() * 8.0).collect();
     let mut text = Vec::new();
     let axis = TimeAxis::Uniform { t0: 0.0, dt: 2e-5 };
