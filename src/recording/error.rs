@@ -12,38 +12,113 @@ pub enum ImportError {
     NotFound { file: String },
     #[error("{file}: this is a folder, not a recording; choose a file in it")]
     IsDirectory { file: String },
-    #[error("{file}: this is not an ordinary file (a pipe or a device); copy the data into a file first")]
+    #[error(
+        "{file}: this is not an ordinary file (a pipe or a device); copy the data into a file first"
+    )]
     NotAFile { file: String },
     #[error("{file}: cannot be read ({reason}); check the permissions and the disk")]
     Unreadable { file: String, reason: String },
-    #[error("{file}: {megabytes} MB do not fit into the memory that is free; split the file, or record at a lower rate")]
+    #[error(
+        "{file}: {megabytes} MB do not fit into the memory that is free; split the file, or record at a lower rate"
+    )]
     TooLarge { file: String, megabytes: u64 },
     #[error("{file}: the file is empty; record or export it again")]
     Empty { file: String },
     #[error("{file}: the text is UTF-16; save it as UTF-8 (\"CSV UTF-8\" in a spreadsheet)")]
     Utf16 { file: String },
-    #[error("{file}, line {line}: binary data (byte 0x{byte:02x} at offset {offset}); export the recording as CSV text")]
-    Binary { file: String, line: usize, offset: usize, byte: u8 },
-    #[error("{file}, line {line}, column {column}: byte 0x{byte:02x} is not UTF-8 (Latin-1, perhaps); save the file as UTF-8, or write um for \u{b5}m")]
-    NotUtf8 { file: String, line: usize, column: usize, byte: u8 },
-    #[error("{file}, line {line}: no rows of numbers from here on; expected a header such as \"t [s], V [V], xp [um], xc [um]\" and rows of numbers separated by comma, semicolon or tab")]
+    #[error(
+        "{file}, line {line}: binary data (byte 0x{byte:02x} at offset {offset}); export the recording as CSV text"
+    )]
+    Binary {
+        file: String,
+        line: usize,
+        offset: usize,
+        byte: u8,
+    },
+    #[error(
+        "{file}, line {line}, column {column}: byte 0x{byte:02x} is not UTF-8 (Latin-1, perhaps); save the file as UTF-8, or write um for \u{b5}m"
+    )]
+    NotUtf8 {
+        file: String,
+        line: usize,
+        column: usize,
+        byte: u8,
+    },
+    #[error(
+        "{file}, line {line}: no rows of numbers from here on; expected a header such as \"t [s], V [V], xp [um], xc [um]\" and rows of numbers separated by comma, semicolon or tab"
+    )]
     NoNumbers { file: String, line: usize },
-    #[error("{file}, line {line}: rows have {cells} cells but the header names {names} columns, as when numbers with a decimal comma are separated by commas; export with a decimal point, or with semicolons")]
-    AmbiguousComma { file: String, line: usize, cells: usize, names: usize },
-    #[error("{file}, line {line}: no time column among {found}; name one \"t [s]\" (or ms, us), or choose it in the import window")]
-    NoTimeColumn { file: String, line: usize, found: String },
-    #[error("{file}, line {line}: no position column among {found}; name one \"xp [um]\" (or m, mm, nm), or choose it in the import window")]
-    NoPositionColumn { file: String, line: usize, found: String },
-    #[error("{file}, line {line}, column {column}: \"{unit}\" is not a unit for {quantity}; write {expected}")]
-    UnknownUnit { file: String, line: usize, column: usize, unit: String, quantity: String, expected: String },
-    #[error("{file}, line {line}, column {column}: {symbol} has no cell that is a number (here \"{cell}\"); check the column, the delimiter and the decimal mark")]
-    EmptyColumn { file: String, line: usize, column: usize, symbol: String, cell: String },
-    #[error("{file}, line {line}, column {column}: time goes backwards in {count} of {rows} rows; sort the rows by time, or choose another time column")]
-    TimeBackwards { file: String, line: usize, column: usize, count: usize, rows: usize },
-    #[error("{file}, line {line}, column {column}: only {rows} usable rows; a recording needs at least two with increasing time")]
-    TooFewRows { file: String, line: usize, column: usize, rows: usize },
+    #[error(
+        "{file}, line {line}: rows have {cells} cells but the header names {names} columns, as when numbers with a decimal comma are separated by commas; export with a decimal point, or with semicolons"
+    )]
+    AmbiguousComma {
+        file: String,
+        line: usize,
+        cells: usize,
+        names: usize,
+    },
+    #[error(
+        "{file}, line {line}: no time column among {found}; name one \"t [s]\" (or ms, us), or choose it in the import window"
+    )]
+    NoTimeColumn {
+        file: String,
+        line: usize,
+        found: String,
+    },
+    #[error(
+        "{file}, line {line}: no position column among {found}; name one \"xp [um]\" (or m, mm, nm), or choose it in the import window"
+    )]
+    NoPositionColumn {
+        file: String,
+        line: usize,
+        found: String,
+    },
+    #[error(
+        "{file}, line {line}, column {column}: \"{unit}\" is not a unit for {quantity}; write {expected}"
+    )]
+    UnknownUnit {
+        file: String,
+        line: usize,
+        column: usize,
+        unit: String,
+        quantity: String,
+        expected: String,
+    },
+    #[error(
+        "{file}, line {line}, column {column}: {symbol} has no cell that is a number (here \"{cell}\"); check the column, the delimiter and the decimal mark"
+    )]
+    EmptyColumn {
+        file: String,
+        line: usize,
+        column: usize,
+        symbol: String,
+        cell: String,
+    },
+    #[error(
+        "{file}, line {line}, column {column}: time goes backwards in {count} of {rows} rows; sort the rows by time, or choose another time column"
+    )]
+    TimeBackwards {
+        file: String,
+        line: usize,
+        column: usize,
+        count: usize,
+        rows: usize,
+    },
+    #[error(
+        "{file}, line {line}, column {column}: only {rows} usable rows; a recording needs at least two with increasing time"
+    )]
+    TooFewRows {
+        file: String,
+        line: usize,
+        column: usize,
+        rows: usize,
+    },
     #[error("{file}: import setting {setting} is {value}; give a finite number")]
-    BadSetting { file: String, setting: &'static str, value: String },
+    BadSetting {
+        file: String,
+        setting: &'static str,
+        value: String,
+    },
     #[error("{file}: import stopped")]
     Cancelled { file: String },
 }

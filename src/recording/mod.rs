@@ -8,14 +8,15 @@
 //! numbers of Table A.1.
 
 pub mod align;
+mod assemble;
 pub mod compare;
 pub mod csv;
 mod error;
+pub mod events;
 pub mod features;
 pub mod noise;
 
-/// Stand-in.
-pub const GAP_FACTOR: f64 = 5.0;
+pub use assemble::GAP_FACTOR;
 pub use error::{ImportError, ImportWarning, WarningKind};
 
 use serde::{Deserialize, Serialize};
@@ -228,9 +229,7 @@ impl Recording {
             return Err(RecordingError::TimeNotIncreasing { sample: 0 });
         }
         // `>` and finite: a NaN or an infinity must not pass.
-        if let Some(i) =
-            (1..expected).find(|&i| !(time[i] > time[i - 1] && time[i].is_finite()))
-        {
+        if let Some(i) = (1..expected).find(|&i| !(time[i] > time[i - 1] && time[i].is_finite())) {
             return Err(RecordingError::TimeNotIncreasing { sample: i });
         }
         let interval = median_interval(&time);
@@ -420,3 +419,6 @@ pub(crate) fn quantile_in_place(values: &mut [f64], q: f64) -> f64 {
     let k = k.min(values.len() - 1);
     *values.select_nth_unstable_by(k, f64::total_cmp).1
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,9 @@
 //! The drive: waveform, its values, a table of points, a preview of two periods.
 
-use eframe::egui::{Button, ComboBox, RichText, Ui};
+use eframe::egui::{Button, ComboBox, Ui};
 
 use super::slider::{ParameterSlider, Size};
+use super::small;
 use super::{drive_preview, drive_table, reference};
 use crate::app::command::Command;
 use crate::app::setup::{DriveChoice, Setup};
@@ -343,7 +344,7 @@ fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) 
         match waveform.check() {
             Ok(()) => setup.drive = DriveChoice::Waveform(waveform),
             Err(error) => {
-                let text = RichText::new(error.to_string()).small();
+                let text = small(error.to_string());
                 ui.label(text.color(ui.visuals().error_fg_color));
             }
         }
@@ -383,7 +384,7 @@ fn recorded(ui: &mut Ui, setup: &mut Setup, place: Place) {
         setup.drive = DriveChoice::Recorded(id);
     }
     if current.is_none() {
-        let text = RichText::new("That recording was removed: choose another drive.").small();
+        let text = small("That recording was removed: choose another drive.");
         ui.label(text.color(ui.visuals().error_fg_color));
     }
 }

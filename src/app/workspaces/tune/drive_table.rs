@@ -1,10 +1,11 @@
 //! The drive as a table of points, typed one by one or pasted as text.
 
-use eframe::egui::{Button, CollapsingHeader, Id, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{Button, CollapsingHeader, Id, ScrollArea, TextEdit, Ui};
 
 use super::drive_editor::Place;
 use super::icon::{Icon, icon_button};
 use super::quantity::QuantityField;
+use super::small;
 use crate::app::setup::{DriveChoice, Setup};
 use crate::model::drive::{DriveError, VoltageTable, Waveform};
 use crate::model::unit::parse_quantity;
@@ -89,11 +90,7 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
         }
     });
     for error in errors {
-        ui.label(
-            RichText::new(error)
-                .color(ui.visuals().error_fg_color)
-                .small(),
-        );
+        ui.label(small(error).color(ui.visuals().error_fg_color));
     }
     if ui.button("Add point").clicked() {
         let (mut time, mut voltage) = (time.to_vec(), voltage.to_vec());
@@ -127,11 +124,7 @@ fn text(ui: &mut Ui, setup: &mut Setup, time: &[f64], voltage: &[f64], place: Pl
         .accesskit_node_builder(response.id, |node| node.set_label("voltage table as text"));
     let read = read(&typed);
     if let Err(reason) = &read {
-        ui.label(
-            RichText::new(reason)
-                .color(ui.visuals().error_fg_color)
-                .small(),
-        );
+        ui.label(small(reason).color(ui.visuals().error_fg_color));
     }
     let usable = read.is_ok() && typed != present;
     let apply = ui.add_enabled(usable, Button::new("Use these points"));

@@ -5,6 +5,7 @@ pub mod drive_editor;
 mod drive_preview;
 mod drive_table;
 mod icon;
+mod noise;
 mod original;
 mod parameters;
 mod quantity;
@@ -22,12 +23,10 @@ pub use parameters::choose_preset;
 pub use recordings::remove as remove_recording;
 pub use start::start_from_recording;
 
-use eframe::egui::{CentralPanel, Color32, Id, Panel, ScrollArea, Ui, Window};
+use eframe::egui::{CentralPanel, Color32, Id, Panel, RichText, ScrollArea, Ui, Window};
 
 use crate::app::plots;
-use crate::app::setup::Overlay;
 use crate::app::state::State;
-use crate::model::unit::format_quantity;
 
 /// Draws the workspace.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -86,11 +85,7 @@ fn overlay_color(_ui: &Ui, index: usize) -> Color32 {
     COLORS[index % COLORS.len()]
 }
 
-/// Estimated noise of a recording's xp [m], before its scale.
-fn noise(_ui: &Ui, _overlay: &Overlay) -> Option<f64> {
-    None
-}
-
-fn noise_text(ui: &Ui, overlay: &Overlay) -> String {
-    noise(ui, overlay).map_or("unknown".to_owned(), |noise| format_quantity(noise, "m", 2))
+/// Text a little smaller than the rest, still readable.
+fn small(text: impl Into<String>) -> RichText {
+    RichText::new(text).size(11.5)
 }

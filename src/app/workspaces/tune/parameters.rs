@@ -3,6 +3,7 @@
 use eframe::egui::{CollapsingHeader, ComboBox, RichText, ScrollArea, Ui};
 
 use super::slider::{ParameterSlider, Size, SliderOutput};
+use super::small;
 use super::{drive_editor, original};
 use crate::app::command::Command;
 use crate::app::setup::{DriveChoice, Setup};
@@ -31,11 +32,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         ui.label(RichText::new(text).color(ui.visuals().error_fg_color));
     }
     if problem.is_some() {
-        ui.label(
-            RichText::new("The curve shown is the last good one.")
-                .color(ui.visuals().warn_fg_color)
-                .small(),
-        );
+        ui.label(small("The curve shown is the last good one.").color(ui.visuals().warn_fg_color));
     }
     ui.separator();
     ScrollArea::vertical()
@@ -117,7 +114,7 @@ fn preset_picker(ui: &mut Ui, state: &mut State) {
             state.ask(Command::ResetParameters);
         }
     });
-    ui.label(RichText::new(&state.setup.preset.about).weak().small());
+    ui.label(small(&state.setup.preset.about).weak());
 }
 
 fn is_changed(setup: &Setup) -> bool {
@@ -241,7 +238,7 @@ fn effect_entry(
         return;
     };
     ui.indent(effect.id, |ui| {
-        ui.label(RichText::new(effect.sentence).small());
+        ui.label(small(effect.sentence));
         ui.label(RichText::new(effect.law).monospace());
         for (i, spec) in effect.parameters.iter().enumerate() {
             let id = format!("{}.{}", effect.id, spec.id);
@@ -261,11 +258,7 @@ fn effect_entry(
             }
             lock(setup, &id, output);
         }
-        ui.label(
-            RichText::new(format!("Source: {}", effect.source))
-                .weak()
-                .small(),
-        );
+        ui.label(small(format!("Source: {}", effect.source)).weak());
     });
     ui.add_space(4.0);
 }

@@ -2,7 +2,7 @@
 //! with the reason; the value stays what it was.
 
 use eframe::egui::text::{CCursor, CCursorRange};
-use eframe::egui::{Align2, FontSelection, Id, Key, Response, StrokeKind, TextEdit, Ui};
+use eframe::egui::{Align2, FontSelection, Id, Key, Margin, Response, StrokeKind, TextEdit, Ui};
 
 use crate::model::unit::{format_quantity, parse_quantity};
 
@@ -74,6 +74,7 @@ impl QuantityField<'_> {
         };
         let edit = TextEdit::singleline(&mut text)
             .id(self.id)
+            .margin(Margin::symmetric(4, 2))
             .desired_width(self.width - 8.0)
             .align(Align2::RIGHT_CENTER)
             .font(FontSelection::Default)

@@ -84,7 +84,7 @@ impl Rail<'_> {
     }
 
     fn radius(&self) -> f32 {
-        (0.42 * self.size.y).min(9.0)
+        (0.36 * self.size.y).min(8.5)
     }
 
     fn travel(&self, response: &Response) -> (f32, f32) {
@@ -241,8 +241,10 @@ impl Rail<'_> {
         painter.rect_filled(bar(from, x), half, accent);
         if let Some(mark) = self.mark {
             let x = self.x_at(response, mark);
+            // Longer than the handle, so that it shows behind it.
+            let reach = (radius + 3.0).min(0.5 * rect.height());
             let tick = Stroke::new(2.0, visuals.text_color());
-            painter.line_segment([pos2(x, y - radius), pos2(x, y + radius)], tick);
+            painter.line_segment([pos2(x, y - reach), pos2(x, y + reach)], tick);
         }
         let look = if self.enabled {
             ui.style().interact(response)

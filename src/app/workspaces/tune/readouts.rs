@@ -1,9 +1,9 @@
 //! Numbers: how far recording and simulation are apart, features side by side, what
 //! differs from the kept curve and from the preset.
 
-use eframe::egui::{CollapsingHeader, Grid, RichText, Ui};
+use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::original;
+use super::{original, small};
 use crate::app::command::Command;
 use crate::app::setup::{OverlayId, Setup};
 use crate::app::snapshot::{OverlayComparison, Snapshot};
@@ -164,9 +164,10 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                         format!("rms {}", format_quantity(comparison.rms, "m", 3)),
                     )
                     .on_hover_text("Root mean square of simulation minus recording, xp");
-                    let nrmse = format_number(comparison.nrmse_percent, 3);
-                    number(ui, format!("NRMSE {nrmse} %"))
-                        .on_hover_text("rms over the range of the recording");
+                    if let Some(percent) = comparison.nrmse_percent {
+                        number(ui, format!("NRMSE {} %", format_number(percent, 3)))
+                            .on_hover_text("rms over the range of the recording");
+                    }
                     if let Some(noise) = noise_of(ui, state, entry) {
                         let times = format_number(comparison.rms / noise, 2);
                         number(ui, format!("{times} x noise")).on_hover_text(
@@ -182,25 +183,27 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                         ui.visuals().weak_text_color()
                     };
                     let text = format!("kept {} ({change:+.1} %)", format_quantity(kept, "m", 3));
-                    ui.label(RichText::new(text).small().color(color));
+                    ui.label(small(text).color(color));
                 }
             }
             Err(reason) => {
-                ui.label(
-                    RichText::new(reason)
-                        .small()
-                        .color(ui.visuals().warn_fg_color),
-                );
+                ui.label(small(reason).color(ui.visuals().warn_fg_color));
             }
         }
     }
 }
 
+/// A difference with its sign, to two digits.
+fn signed(value: f64) -> String {
+    let sign = if value < 0.0 { "" } else { "+" };
+    format!("{sign}{}", format_number(value, 2))
+}
+
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
-    super::noise(ui, overlay)
+    super::noise::sigma(ui, overlay)
         .filter(|noise| *noise > 0.0)
-        .map(|noise| noise * overlay.alignment.scale.abs())
+        .map(|noise| noise * overlay.alignment.xp_scale.abs())
 }
 
 fn features(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
@@ -213,46 +216,48 @@ fn features(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     for entry in &snapshot.comparisons {
         columns.push((Some(entry.id), figures(&entry.features)));
     }
-    Grid::new("features")
-        .num_columns(1 + columns.len())
-        .striped(true)
-        .spacing([10.0, 3.0])
-        .show(ui, |ui| {
-            ui.label("");
-            for (id, _) in &columns {
-                match id {
-                    None => {
-                        ui.label(RichText::new("now").small().strong());
-                    }
-                    Some(id) => {
-                        let name = name_of(&state.setup, *id);
-                        ui.label(RichText::new(short(&name, 16)).small().strong())
-                            .on_hover_text(name);
-                    }
-                }
-            }
-            ui.end_row();
-            for row in ROWS {
-                ui.label(row.title()).on_hover_text(row.help());
-                let simulated = row.value(&own);
-                for (id, column) in &columns {
-                    let text = match (id, row.value(column), simulated) {
-                        (_, None, _) => "-".to_owned(),
-                        (None, Some(value), _) | (Some(_), Some(value), None) => {
-                            format_number(value, 3)
+    ScrollArea::horizontal().id_salt("features").show(ui, |ui| {
+        Grid::new("features")
+            .num_columns(1 + columns.len())
+            .striped(true)
+            .spacing([10.0, 3.0])
+            .show(ui, |ui| {
+                ui.label("");
+                for (id, _) in &columns {
+                    match id {
+                        None => {
+                            ui.label(small("now").strong());
                         }
-                        (Some(_), Some(value), Some(simulated)) => {
-                            format!("{} ({:+.2})", format_number(value, 3), simulated - value)
+                        Some(id) => {
+                            let name = name_of(&state.setup, *id);
+                            ui.label(small(short(&name, 14)).strong())
+                                .on_hover_text(name);
                         }
-                    };
-                    let label = number(ui, text);
-                    if id.is_some() {
-                        label.on_hover_text("Recording (simulation minus recording)");
                     }
                 }
                 ui.end_row();
-            }
-        });
+                for row in ROWS {
+                    ui.label(row.title()).on_hover_text(row.help());
+                    let simulated = row.value(&own);
+                    for (id, column) in &columns {
+                        let text = match (id, row.value(column), simulated) {
+                            (_, None, _) => "-".to_owned(),
+                            (None, Some(value), _) | (Some(_), Some(value), None) => {
+                                format_number(value, 3)
+                            }
+                            (Some(_), Some(value), Some(simulated)) => {
+                                format!("{} ({})", format_number(value, 3), simulated - value)
+                            }
+                        };
+                        let label = number(ui, text);
+                        if id.is_some() {
+                            label.on_hover_text("Recording (simulation minus recording)");
+                        }
+                    }
+                    ui.end_row();
+                }
+            });
+    });
 }
 
 fn events(ui: &mut Ui, snapshot: &Snapshot) {
@@ -354,7 +359,7 @@ fn table(ui: &mut Ui, id: &str, titles: [&str; 3], rows: &[Difference]) {
         .spacing([10.0, 3.0])
         .show(ui, |ui| {
             for title in titles {
-                ui.label(RichText::new(title).small().strong());
+                ui.label(small(title).strong());
             }
             ui.end_row();
             for [name, old, new] in rows {

@@ -1,11 +1,12 @@
 //! The list of recordings laid over the simulation, and what can be done with one.
 
 use eframe::egui::{
-    Align, Button, CollapsingHeader, DragValue, Frame, Grid, Label, Layout, RichText, Sense, Ui,
-    vec2,
+    Align, Button, CollapsingHeader, DragValue, Frame, Grid, Label, Layout, Sense, Ui, vec2,
 };
 
 use super::icon::{Icon, icon_button};
+use super::noise;
+use super::small;
 use super::start::start_from_recording;
 use super::{drive_editor, overlay_color};
 use crate::app::command::Command;
@@ -127,6 +128,7 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Opti
             let stroke = (1.5, color);
             ui.painter().rect_stroke(rect, 2.0, stroke, eframe::egui::StrokeKind::Inside);
         }
+        ui.spacing_mut().icon_spacing = 0.0;
         let check = ui.checkbox(&mut overlay.visible, "");
         check.widget_info(|| {
             let label = format!("show {name}");
@@ -142,7 +144,7 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Opti
                 *wish = Some(Wish::Remove(overlay.id));
             }
             if overlay.made_up {
-                let badge = RichText::new("made up").small().color(ui.visuals().warn_fg_color);
+                let badge = small("made up").color(ui.visuals().warn_fg_color);
                 ui.label(badge).on_hover_text(
                     "Not a measurement: simulated with other parameters, to have something to tune against.",
                 );
@@ -167,9 +169,9 @@ fn facts(ui: &mut Ui, overlay: &Overlay) {
         "{} at {}, noise {}",
         format_quantity(recording.duration(), "s", 3),
         format_quantity(recording.sampling_rate(), "Hz", 3),
-        super::noise_text(ui, overlay),
+        noise::text(ui, overlay),
     );
-    let label = ui.add(Label::new(RichText::new(text).weak().small()).truncate());
+    let label = ui.add(Label::new(small(text).weak()).truncate());
     label.on_hover_text(format!(
         "{} samples; channels {}",
         recording.len(),
@@ -180,14 +182,13 @@ fn facts(ui: &mut Ui, overlay: &Overlay) {
         return;
     }
     let count: usize = warnings.iter().map(|w| w.count.max(1)).sum();
-    let title = RichText::new(format!("{count} warnings from reading it"))
-        .small()
-        .color(ui.visuals().warn_fg_color);
+    let title =
+        small(format!("{count} warnings from reading it")).color(ui.visuals().warn_fg_color);
     CollapsingHeader::new(title)
         .id_salt("warnings")
         .show_unindented(ui, |ui| {
             for warning in warnings {
-                ui.label(RichText::new(&warning.message).small());
+                ui.label(small(&warning.message));
             }
         });
 }
@@ -237,17 +238,17 @@ fn alignment(ui: &mut Ui, overlay: &mut Overlay) {
             line(
                 "time shift",
                 "Added to the recording's times: positive moves it to the right",
-                drag(&mut alignment.shift, "s", time_step),
+                drag(&mut alignment.time_shift, "s", time_step),
             );
             line(
                 "xp scale",
                 "Factor on the displacements",
-                drag(&mut alignment.scale, "", 0.001),
+                drag(&mut alignment.xp_scale, "", 0.001),
             );
             line(
                 "xp offset",
                 "Added to the displacements",
-                drag(&mut alignment.offset, "m", range / 500.0),
+                drag(&mut alignment.xp_offset, "m", range / 500.0),
             );
         });
 }
@@ -260,7 +261,7 @@ fn actions(
 ) {
     ui.horizontal_wrapped(|ui| {
         let button = |ui: &mut Ui, name: &str, help: &str, enabled: bool| {
-            let button = Button::new(RichText::new(name).small());
+            let button = Button::new(small(name));
             ui.add_enabled(enabled, button)
                 .on_hover_text(help)
                 .clicked()

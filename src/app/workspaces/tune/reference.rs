@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use eframe::egui::{Grid, RichText, Ui};
 
 use super::readouts::{Figures, ROWS, figures};
+use super::small;
 use crate::app::setup::{DriveChoice, Setup};
 use crate::app::state::State;
 use crate::model::drive::Waveform;
@@ -127,7 +128,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         case_picker(ui, &mut state.setup, "reference");
         return;
     };
-    ui.label(RichText::new(format!("{} (Ryou and Oldham 2012)", case.name())).small());
+    ui.label(small(format!("{} (Ryou and Oldham 2012)", case.name())));
     let own = state
         .snapshot
         .as_ref()
@@ -139,7 +140,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .spacing([10.0, 3.0])
         .show(ui, |ui| {
             for title in ["", "now", "paper's sim.", "experiment"] {
-                ui.label(RichText::new(title).small().strong());
+                ui.label(small(title).strong());
             }
             ui.end_row();
             for row in ROWS {

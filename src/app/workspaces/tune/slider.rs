@@ -1,13 +1,17 @@
 //! A parameter: name, track with its default marked, typed value, reset and lock.
 
-use eframe::egui::{Align, Grid, Id, Label, Layout, RichText, Ui, vec2};
+use eframe::egui::{Align, Grid, Id, Label, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
 use super::icon::{ICON_SIZE, Icon, icon_button, icon_toggle};
 use super::original::differs;
 use super::quantity::QuantityField;
 use super::rail::Rail;
+use super::small;
 use crate::model::parameter::{ParameterSpec, Scale};
 use crate::model::unit::format_quantity;
+
+/// Space between the parts of a row [points].
+const GAP: f32 = 4.0;
 
 /// How much room a slider takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,73 +55,75 @@ impl ParameterSlider<'_> {
     /// Draws the slider over the width at hand.
     pub fn show(self, ui: &mut Ui) -> SliderOutput {
         let mut output = SliderOutput::default();
-        let mut error = None;
-        ui.spacing_mut().item_spacing.x = 4.0;
-        let field: f32 = if self.spec.unit.len() > 6 {
-            128.0
-        } else {
-            84.0
-        };
+        let error;
+        let width = ui.available_width();
+        let long_unit = self.spec.unit.len() > 6;
+        // All places are given: a wide text never moves its neighbours.
         match self.size {
             Size::Large => {
-                ui.horizontal(|ui| {
-                    let name = ui.available_width() - field.max(104.0) - ICON_SIZE - 8.0;
-                    ui.allocate_ui_with_layout(
-                        vec2(name.max(40.0), 22.0),
-                        Layout::left_to_right(Align::Center),
-                        |ui| {
-                            ui.set_min_width(name.max(40.0));
-                            self.symbol(ui, 16.0);
-                            let text =
-                                RichText::new(self.spec.name).color(ui.visuals().weak_text_color());
-                            let label = ui.add(Label::new(text).truncate().selectable(false));
-                            label.on_hover_ui(|ui| self.tooltip(ui));
-                        },
-                    );
-                    error = self.field(ui, field.max(104.0), &mut output);
-                    self.lock(ui, &mut output);
+                let (rect, _) = ui.allocate_exact_size(vec2(width, 48.0), Sense::hover());
+                let (top, bottom) = rect.split_top_bottom_at_fraction(0.5);
+                let field = if long_unit { 132.0 } else { 104.0 };
+                let (rest, lock) = split_right(top, ICON_SIZE + GAP);
+                let (name, value) = split_right(rest, field + GAP);
+                self.place(ui, name, "name", |ui| self.name(ui));
+                error = self.place(ui, value, "value", |ui| self.field(ui, field, &mut output));
+                self.place(ui, lock, "lock", |ui| self.lock(ui, &mut output));
+                let (track, reset) = split_right(bottom, ICON_SIZE + GAP);
+                self.place(ui, track, "track", |ui| {
+                    self.rail(ui, track.width(), 24.0, &mut output);
                 });
-                ui.horizontal(|ui| {
-                    let width = ui.available_width() - ICON_SIZE - 4.0;
-                    self.rail(ui, width, 22.0, &mut output);
-                    self.reset(ui, &mut output);
-                });
+                self.place(ui, reset, "reset", |ui| self.reset(ui, &mut output));
             }
             Size::Small => {
-                ui.horizontal(|ui| {
-                    let symbol = 50.0;
-                    ui.allocate_ui_with_layout(
-                        vec2(symbol, 18.0),
-                        Layout::left_to_right(Align::Center),
-                        |ui| {
-                            ui.set_min_width(symbol);
-                            self.symbol(ui, 13.0);
-                        },
-                    );
-                    let rest = field + 2.0 * ICON_SIZE + 16.0;
-                    self.rail(
-                        ui,
-                        (ui.available_width() - rest).max(40.0),
-                        16.0,
-                        &mut output,
-                    );
-                    error = self.field(ui, field, &mut output);
-                    self.reset(ui, &mut output);
-                    self.lock(ui, &mut output);
+                let (rect, _) = ui.allocate_exact_size(vec2(width, 22.0), Sense::hover());
+                let field = if long_unit { 118.0 } else { 84.0 };
+                let (name, rest) = rect.split_left_right_at_x(rect.left() + 54.0);
+                let (rest, lock) = split_right(rest, ICON_SIZE + GAP);
+                let (rest, reset) = split_right(rest, ICON_SIZE + GAP);
+                let (track, value) = split_right(rest, field + GAP);
+                self.place(ui, name, "name", |ui| self.symbol(ui, 14.0));
+                self.place(ui, track, "track", |ui| {
+                    self.rail(ui, track.width(), 18.0, &mut output);
                 });
+                error = self.place(ui, value, "value", |ui| self.field(ui, field, &mut output));
+                self.place(ui, reset, "reset", |ui| self.reset(ui, &mut output));
+                self.place(ui, lock, "lock", |ui| self.lock(ui, &mut output));
             }
         }
         if let Some(reason) = error.as_deref().or(self.problem) {
-            ui.label(
-                RichText::new(reason)
-                    .color(ui.visuals().error_fg_color)
-                    .small(),
-            );
+            ui.label(small(reason).color(ui.visuals().error_fg_color));
         }
         if self.is_locked() {
             output.value = None;
         }
         output
+    }
+
+    /// Shows `content` in a part of the row, with an identity of its own.
+    fn place<R>(
+        &self,
+        ui: &mut Ui,
+        rect: Rect,
+        part: &str,
+        content: impl FnOnce(&mut Ui) -> R,
+    ) -> R {
+        let builder = UiBuilder::new()
+            .id_salt((self.scope, self.id, part))
+            .max_rect(rect)
+            .layout(Layout::left_to_right(Align::Center));
+        let mut child = ui.new_child(builder);
+        child.spacing_mut().item_spacing.x = GAP;
+        if part != "track" && part != "name" {
+            child.add_space(GAP);
+        }
+        content(&mut child)
+    }
+
+    fn name(&self, ui: &mut Ui) {
+        self.symbol(ui, 16.0);
+        let label = ui.add(Label::new(self.spec.name).truncate().selectable(false));
+        label.on_hover_ui(|ui| self.tooltip(ui));
     }
 
     fn is_locked(&self) -> bool {
@@ -190,8 +196,6 @@ impl ParameterSlider<'_> {
                 "Changed from {}.\nClick to go back, or double-click the track.",
                 self.write(self.original)
             ));
-        } else {
-            ui.add_space(ICON_SIZE + ui.spacing().item_spacing.x);
         }
     }
 
@@ -252,6 +256,11 @@ impl ParameterSlider<'_> {
             });
         ui.weak("Shift: fine. Arrow keys when focused. Double click: default. Type values beyond the track.");
     }
+}
+
+/// Cuts `width` off the right of `rect`.
+fn split_right(rect: Rect, width: f32) -> (Rect, Rect) {
+    rect.split_left_right_at_x((rect.right() - width).max(rect.left()))
 }
 
 /// Position of a value on the track. Zero on a logarithmic track lies left of it.

@@ -17,10 +17,10 @@ pub fn start_from_recording(setup: &mut Setup, id: OverlayId) {
         return;
     };
     let alignment = &mut overlay.alignment;
-    alignment.shift = -overlay.recording.span().0;
-    start.position *= alignment.scale;
-    start.velocity *= alignment.scale;
-    start.mean = alignment.scale * start.mean + alignment.offset;
+    alignment.time_shift = -overlay.recording.span().0;
+    start.position *= alignment.xp_scale;
+    start.velocity *= alignment.xp_scale;
+    start.mean = alignment.xp_scale * start.mean + alignment.xp_offset;
     if frequency == 0.0 {
         // Without a spring there is no rest position: all of it is displacement.
         start.position += start.mean;

@@ -1,10 +1,11 @@
 //! The strip at the top: Window or Live, span, and the controls of the live run.
 
-use eframe::egui::{Button, Id, Panel, RichText, Ui, vec2};
+use eframe::egui::{Button, Id, Panel, Ui, vec2};
 
 use super::icon::{Icon, icon_button, icon_button_enabled};
 use super::quantity::QuantityField;
 use super::rail::Rail;
+use super::small;
 use crate::app::command::Command;
 use crate::app::setup::{Mode, Setup};
 use crate::app::snapshot::LiveState;
@@ -39,11 +40,7 @@ pub fn show(ui: &mut Ui, state: &mut State, side: &mut bool) {
             );
         });
         if let Some(error) = error {
-            ui.label(
-                RichText::new(error)
-                    .color(ui.visuals().error_fg_color)
-                    .small(),
-            );
+            ui.label(small(error).color(ui.visuals().error_fg_color));
         }
     });
 }
@@ -76,7 +73,7 @@ pub fn recordings_end(setup: &Setup) -> Option<f64> {
         .overlays
         .iter()
         .filter(|overlay| overlay.visible)
-        .map(|overlay| overlay.recording.span().1 + overlay.alignment.shift)
+        .map(|overlay| overlay.recording.span().1 + overlay.alignment.time_shift)
         .filter(|end| *end > 0.0)
         .fold(None, |longest: Option<f64>, end| {
             Some(longest.map_or(end, |l| l.max(end)))

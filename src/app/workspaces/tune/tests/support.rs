@@ -8,8 +8,8 @@ use crate::app::setup::{DriveChoice, Mode, Overlay, Setup, View};
 use crate::app::snapshot::{LiveState, OverlayComparison, Snapshot};
 use crate::app::state::{Cursors, State};
 use crate::model::drive::Waveform;
-use crate::model::preset::Preset;
 use crate::model::parameter::ParameterId;
+use crate::model::preset::Preset;
 use crate::recording::Recording;
 use crate::recording::compare::Comparison;
 use crate::recording::features::Features;
@@ -48,7 +48,10 @@ pub fn recording(name: &str, amplitude: f64) -> Recording {
         .iter()
         .map(|t| amplitude * (-30.0 * t).exp() * (3900.0 * t).cos())
         .collect();
-    let voltage = time.iter().map(|t| if *t < 0.05 { 8.0 } else { -8.0 }).collect();
+    let voltage = time
+        .iter()
+        .map(|t| if *t < 0.05 { 8.0 } else { -8.0 })
+        .collect();
     Recording::new(name, time, Some(voltage), values, None).unwrap()
 }
 
@@ -90,7 +93,11 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
             contact_duration: 0.0,
         })
         .collect();
-    let trace = Trace { dt: 2e-5, events, ..Trace::default() };
+    let trace = Trace {
+        dt: 2e-5,
+        events,
+        ..Trace::default()
+    };
     Arc::new(Snapshot {
         generation: 1,
         model: Arc::new(state.setup.preset.model.clone()),
@@ -109,11 +116,28 @@ pub fn full() -> State {
     let mut state = state();
     state.setup.overlays = vec![
         overlay(0, recording("tapping-15Hz-8V-made-up.csv", 5e-5), true),
-        overlay(1, recording("a-recording-with-a-rather-long-file-name-2024-03-11.csv", 8e-5), false),
+        overlay(
+            1,
+            recording(
+                "a-recording-with-a-rather-long-file-name-2024-03-11.csv",
+                8e-5,
+            ),
+            false,
+        ),
     ];
     state.ghost = Some(snapshot(&state, 2.6e-6));
-    state.setup.preset.model.parameters.set(ParameterId::Cs, 3e-21);
-    state.setup.preset.model.parameters.set(ParameterId::Alpha, 0.2);
+    state
+        .setup
+        .preset
+        .model
+        .parameters
+        .set(ParameterId::Cs, 3e-21);
+    state
+        .setup
+        .preset
+        .model
+        .parameters
+        .set(ParameterId::Alpha, 0.2);
     state.setup.locked.insert("Ca".to_owned());
     state.snapshot = Some(snapshot(&state, 1.25e-6));
     state.selected = Some(0);
@@ -136,11 +160,23 @@ pub fn live() -> State {
 }
 
 fn features(bounces: f64, peak: f64, contact: f64) -> Features {
-    Features { bounces: Some(bounces), peak: Some(peak), contact: Some(contact) }
+    Features {
+        bounces: Some(bounces),
+        peak: Some(peak),
+        contact: Some(contact),
+    }
 }
 
 fn comparison(rms: f64) -> Comparison {
-    Comparison { rms, nrmse_percent: 1.4 }
+    Comparison {
+        residual: Vec::new(),
+        rms,
+        nrmse_percent: Some(1.4),
+        mean: 0.0,
+        count: 5000,
+        missing: 0,
+        outside: 0,
+    }
 }
 
 fn pyramid() -> Pyramid {
