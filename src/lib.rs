@@ -4,5 +4,7 @@
 //! `app` (the window) - `recording` (measurements) - `sim` (the hybrid simulator)
 //! - `model` (what the device is).
 
+pub mod app;
 pub mod model;
+pub mod recording;
 pub mod sim;

@@ -59,6 +59,12 @@ pub enum Command {
     Palette,
     /// Ends the program.
     Quit,
+    /// Changes how the selected recording was read.
+    ImportSettings,
+    /// Takes the selected recording off the list.
+    RemoveRecording,
+    /// Simulates with the voltage of the selected recording.
+    UseRecordedDrive,
 }
 
 impl Command {
@@ -91,6 +97,9 @@ impl Command {
             Command::ToggleTheme,
             Command::Palette,
             Command::Help,
+            Command::ImportSettings,
+            Command::RemoveRecording,
+            Command::UseRecordedDrive,
         ];
         all.extend(Picture::ALL.map(Command::TogglePicture));
         all
@@ -131,6 +140,9 @@ impl Command {
             Command::TogglePicture(Picture::PhasePortrait) => ("Plot: phase portrait", "Show or hide velocity against displacement"),
             Command::TogglePicture(Picture::DriveLoop) => ("Plot: drive loop", "Show or hide displacement against voltage"),
             Command::TogglePicture(Picture::Device) => ("Plot: device", "Show or hide the drawn device"),
+            Command::ImportSettings => ("Import settings...", "Change how the selected recording is read: columns, units, sign"),
+            Command::RemoveRecording => ("Remove recording", "Take the selected recording off the list"),
+            Command::UseRecordedDrive => ("Use recorded voltage", "Simulate with the voltage of the selected recording"),
             Command::Quit => ("Quit", "End the program; the session is kept"),
         }
     }

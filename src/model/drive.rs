@@ -98,6 +98,11 @@ impl VoltageTable {
         self.voltage.iter().fold(0.0, |a, v| a.max(v.abs()))
     }
 
+    /// The samples: times [s] and voltages [V], as many of each.
+    pub fn samples(&self) -> (&[f64], &[f64]) {
+        (&self.time, &self.voltage)
+    }
+
     /// Time of the last sample [s].
     pub fn end(&self) -> f64 {
         self.time.last().copied().unwrap_or(0.0)

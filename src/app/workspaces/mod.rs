@@ -1,0 +1,3 @@
+//! What the window shows at a time: one workspace a folder.
+
+pub mod tune;

@@ -1,0 +1,91 @@
+//! The Tune workspace: sliders on the left, pictures in the middle, recordings and
+//! readouts on the right, time at the top.
+
+pub mod drive_editor;
+mod drive_preview;
+mod drive_table;
+mod icon;
+mod noise;
+mod original;
+mod parameters;
+mod quantity;
+mod rail;
+mod readouts;
+mod recordings;
+mod reference;
+mod slider;
+mod start;
+#[cfg(test)]
+mod tests;
+mod transport;
+
+pub use parameters::choose_preset;
+pub use recordings::remove as remove_recording;
+pub use start::start_from_recording;
+
+use eframe::egui::{CentralPanel, Color32, Id, Panel, RichText, ScrollArea, Ui, Window};
+
+use crate::app::plots;
+use crate::app::state::State;
+
+/// Draws the workspace.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let key = Id::unique("tune side panel");
+    let mut side = ui.data_mut(|data| *data.get_persisted_mut_or(key, true));
+    transport::show(ui, state, &mut side);
+    Panel::left("tune parameters")
+        .default_size(330.0)
+        .size_range(280.0..=480.0)
+        .show(ui, |ui| parameters::show(ui, state));
+    Panel::right("tune readouts")
+        .default_size(300.0)
+        .size_range(250.0..=480.0)
+        .show_collapsible(ui, &mut side, |ui| {
+            side_panel(ui, state);
+        });
+    ui.data_mut(|data| data.insert_persisted(key, side));
+    CentralPanel::default().show(ui, |ui| plots::show(ui, state));
+    let mut open = state.drive_editor_open;
+    if open {
+        Window::new("Drive editor")
+            .open(&mut open)
+            .default_width(420.0)
+            .show(ui, |ui| {
+                drive_editor::show(ui, state, drive_editor::Place::Window);
+            });
+        state.drive_editor_open = open && state.drive_editor_open;
+    }
+}
+
+fn side_panel(ui: &mut Ui, state: &mut State) {
+    ScrollArea::vertical()
+        .id_salt("side")
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            ui.set_max_width(ui.available_width() - 6.0);
+            readouts::section(ui, "Recordings", |ui| recordings::show(ui, state));
+            readouts::show(ui, state);
+            if state.setup.preset.model.has_ground {
+                readouts::section(ui, "Table A.1", |ui| reference::show(ui, state));
+            }
+            ui.add_space(12.0);
+        });
+}
+
+/// Colour of a recording.
+fn overlay_color(_ui: &Ui, index: usize) -> Color32 {
+    const COLORS: [Color32; 6] = [
+        Color32::from_rgb(0xe6, 0x9f, 0x00),
+        Color32::from_rgb(0x00, 0x9e, 0x73),
+        Color32::from_rgb(0xcc, 0x79, 0xa7),
+        Color32::from_rgb(0xd5, 0x5e, 0x00),
+        Color32::from_rgb(0x56, 0xb4, 0xe9),
+        Color32::from_rgb(0xb0, 0xa0, 0x20),
+    ];
+    COLORS[index % COLORS.len()]
+}
+
+/// Text a little smaller than the rest, still readable.
+fn small(text: impl Into<String>) -> RichText {
+    RichText::new(text).size(11.5)
+}

@@ -1,0 +1,61 @@
+//! Noise of the recordings, estimated once for each.
+
+use std::sync::{Arc, OnceLock};
+
+use eframe::egui::{Id, Ui};
+
+use crate::app::setup::Overlay;
+use crate::model::unit::format_quantity;
+use crate::recording::noise::{NoiseEstimate, recording_noise};
+use crate::recording::{Channel, Recording};
+
+/// Longer recordings are estimated on a thread of their own.
+const LONG: usize = 200_000;
+
+type Estimate = Arc<OnceLock<Result<NoiseEstimate, String>>>;
+
+fn estimate(recording: &Recording) -> Result<NoiseEstimate, String> {
+    recording_noise(recording, Channel::ProofMass).map_err(|error| error.to_string())
+}
+
+fn of(ui: &Ui, overlay: &Overlay) -> Estimate {
+    let key = Id::unique((
+        "noise",
+        overlay.id,
+        Arc::as_ptr(&overlay.recording) as usize,
+    ));
+    if let Some(known) = ui.data(|data| data.get_temp::<Estimate>(key)) {
+        return known;
+    }
+    let result = Estimate::default();
+    ui.data_mut(|data| data.insert_temp(key, result.clone()));
+    if overlay.recording.len() <= LONG {
+        result.get_or_init(|| estimate(&overlay.recording));
+    } else {
+        let (context, recording, result) =
+            (ui.ctx().clone(), overlay.recording.clone(), result.clone());
+        std::thread::spawn(move || {
+            result.get_or_init(|| estimate(&recording));
+            context.request_repaint();
+        });
+    }
+    result
+}
+
+/// Standard deviation of the noise of xp [m] before its scale, once it is known.
+pub fn sigma(ui: &Ui, overlay: &Overlay) -> Option<f64> {
+    of(ui, overlay)
+        .get()?
+        .as_ref()
+        .ok()
+        .map(|estimate| estimate.sigma)
+}
+
+/// The noise as text, or why it is not known.
+pub fn text(ui: &Ui, overlay: &Overlay) -> String {
+    match of(ui, overlay).get() {
+        None => "being estimated".to_owned(),
+        Some(Ok(estimate)) => format_quantity(estimate.sigma, "m", 2),
+        Some(Err(_)) => "unknown".to_owned(),
+    }
+}

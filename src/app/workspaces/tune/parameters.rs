@@ -1,0 +1,264 @@
+//! The left panel: device, sliders, effects, drive.
+
+use eframe::egui::{CollapsingHeader, ComboBox, RichText, ScrollArea, Ui};
+
+use super::slider::{ParameterSlider, Size, SliderOutput};
+use super::small;
+use super::{drive_editor, original};
+use crate::app::command::Command;
+use crate::app::setup::{DriveChoice, Setup};
+use crate::app::state::State;
+use crate::model::drive::Waveform;
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
+use crate::model::parameter::{ParameterId, ParameterSpec, Rank};
+use crate::model::preset::Preset;
+
+/// Why the present values are refused: parameter and message.
+struct Problem {
+    parameter: String,
+    message: String,
+}
+
+/// Draws the panel.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    preset_picker(ui, state);
+    let problem = problem(state);
+    let setup = &mut state.setup;
+    if let Some(problem) = problem
+        .as_ref()
+        .filter(|p| !has_slider(setup, &p.parameter))
+    {
+        let text = format!("{}: {}", problem.parameter, problem.message);
+        ui.label(RichText::new(text).color(ui.visuals().error_fg_color));
+    }
+    if problem.is_some() {
+        ui.label(small("The curve shown is the last good one.").color(ui.visuals().warn_fg_color));
+    }
+    ui.separator();
+    ScrollArea::vertical()
+        .id_salt("parameters")
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            // Room for the scroll bar, which floats over the content.
+            ui.set_max_width(ui.available_width() - 6.0);
+            for rank in [Rank::Primary, Rank::Secondary] {
+                group(ui, &mut state.setup, rank, problem.as_ref());
+                ui.add_space(6.0);
+            }
+            ui.separator();
+            CollapsingHeader::new("Drive")
+                .default_open(false)
+                .show_unindented(ui, |ui| {
+                    drive_editor::show(ui, state, drive_editor::Place::Panel);
+                });
+            CollapsingHeader::new("Advanced").show_unindented(ui, |ui| {
+                group(ui, &mut state.setup, Rank::Advanced, problem.as_ref());
+            });
+            let on = state.setup.preset.model.effects.len();
+            let title = if on == 0 {
+                "Effects".to_owned()
+            } else {
+                format!("Effects ({on} on)")
+            };
+            CollapsingHeader::new(title)
+                .id_salt("effects")
+                .show_unindented(ui, |ui| {
+                    ui.weak("Physics beyond the baseline. Switch one on to see what it does.");
+                    for effect in CATALOGUE {
+                        effect_entry(ui, &mut state.setup, effect, problem.as_ref());
+                    }
+                });
+            ui.add_space(12.0);
+        });
+}
+
+/// Changes the device; recordings, locks, and the drive if the new device has one, stay.
+pub fn choose_preset(setup: &mut Setup, preset: &Preset) {
+    let keeps_drive = setup.preset.model.piezo.is_some() && preset.model.piezo.is_some();
+    if !keeps_drive {
+        if let Ok(drive) = Waveform::parse(&preset.drive, preset.duration) {
+            setup.drive = DriveChoice::Waveform(drive);
+        }
+        setup.duration = preset.duration;
+    }
+    setup.preset = preset.clone();
+}
+
+fn preset_picker(ui: &mut Ui, state: &mut State) {
+    let name = state.setup.preset.model.name.clone();
+    ui.horizontal(|ui| {
+        ui.label("Device");
+        let reset_width = 76.0;
+        let width = ui.available_width() - reset_width - 8.0;
+        ComboBox::from_id_salt("preset")
+            .width(width)
+            .truncate()
+            .selected_text(&name)
+            .show_ui(ui, |ui| {
+                for preset in original::embedded() {
+                    let chosen = preset.model.name == name;
+                    let button = ui.selectable_label(chosen, &preset.model.name);
+                    if button.on_hover_text(&preset.about).clicked() && !chosen {
+                        choose_preset(&mut state.setup, preset);
+                    }
+                }
+            })
+            .response
+            .on_hover_text("The device. Changing it keeps the recordings.");
+        let changed = is_changed(&state.setup);
+        let reset = ui.add_enabled(changed, eframe::egui::Button::new("Reset all"));
+        if reset
+            .on_hover_text("All parameters and effects back to the preset.")
+            .clicked()
+        {
+            state.ask(Command::ResetParameters);
+        }
+    });
+    ui.label(small(&state.setup.preset.about).weak());
+}
+
+fn is_changed(setup: &Setup) -> bool {
+    let model = &setup.preset.model;
+    let values = model
+        .parameters
+        .iter()
+        .any(|(id, value)| original::differs(value, original::value(setup, id)));
+    let effects = original::preset(setup).map_or(&[][..], |p| &p.model.effects[..]);
+    values || model.effects != effects
+}
+
+fn problem(state: &State) -> Option<Problem> {
+    if let Err(error) = state.setup.preset.model.check() {
+        return Some(Problem {
+            parameter: error.parameter,
+            message: error.reason,
+        });
+    }
+    let refusal = state.refusal.as_ref()?;
+    Some(Problem {
+        parameter: refusal.parameter.clone(),
+        message: refusal.message.clone(),
+    })
+}
+
+fn has_slider(setup: &Setup, id: &str) -> bool {
+    let model = &setup.preset.model;
+    match id.split_once('.') {
+        Some((effect, _)) => model.effects.iter().any(|e| e.spec.id == effect),
+        None => ParameterId::from_id(id).is_some_and(|p| model.uses(p)),
+    }
+}
+
+fn message_for<'a>(problem: Option<&'a Problem>, id: &str) -> Option<&'a str> {
+    problem
+        .filter(|p| p.parameter == id)
+        .map(|p| p.message.as_str())
+}
+
+/// All sliders of a rank that this device uses.
+fn group(ui: &mut Ui, setup: &mut Setup, rank: Rank, problem: Option<&Problem>) {
+    for id in ParameterId::ALL {
+        let spec = id.spec();
+        if spec.rank != rank || !setup.preset.model.uses(id) {
+            continue;
+        }
+        let slider = ParameterSlider {
+            scope: "",
+            id: spec.id,
+            spec: ParameterSpec {
+                range: setup.preset.range(id),
+                ..*spec
+            },
+            value: setup.preset.model.parameters[id],
+            original: original::value(setup, id),
+            locked: Some(setup.locked.contains(spec.id)),
+            size: if rank == Rank::Primary {
+                Size::Large
+            } else {
+                Size::Small
+            },
+            problem: message_for(problem, spec.id),
+        };
+        let output = slider.show(ui);
+        if let Some(value) = output.value {
+            setup.preset.model.parameters.set(id, value);
+        }
+        lock(setup, spec.id, output);
+        if rank == Rank::Primary {
+            ui.add_space(3.0);
+        }
+    }
+}
+
+fn lock(setup: &mut Setup, id: &str, output: SliderOutput) {
+    if output.toggle_lock && !setup.locked.remove(id) {
+        setup.locked.insert(id.to_owned());
+    }
+}
+
+fn effect_entry(
+    ui: &mut Ui,
+    setup: &mut Setup,
+    effect: &'static EffectSpec,
+    problem: Option<&Problem>,
+) {
+    let place = setup
+        .preset
+        .model
+        .effects
+        .iter()
+        .position(|e| e.spec == effect);
+    let mut on = place.is_some();
+    let check = ui.checkbox(&mut on, effect.name);
+    let check = check.on_hover_text(format!(
+        "{}\n\n{}\n\nSource: {}",
+        effect.sentence, effect.law, effect.source
+    ));
+    if check.changed() {
+        match place {
+            Some(index) => {
+                setup.preset.model.effects.remove(index);
+            }
+            None => {
+                let mut active = ActiveEffect::new(effect);
+                for (i, value) in active.values.iter_mut().enumerate() {
+                    *value = original::effect_value(setup, effect, i);
+                }
+                setup.preset.model.effects.push(active);
+            }
+        }
+    }
+    let Some(index) = setup
+        .preset
+        .model
+        .effects
+        .iter()
+        .position(|e| e.spec == effect)
+    else {
+        return;
+    };
+    ui.indent(effect.id, |ui| {
+        ui.label(small(effect.sentence));
+        ui.label(RichText::new(effect.law).monospace());
+        for (i, spec) in effect.parameters.iter().enumerate() {
+            let id = format!("{}.{}", effect.id, spec.id);
+            let slider = ParameterSlider {
+                scope: "",
+                id: &id,
+                spec: *spec,
+                value: setup.preset.model.effects[index].values[i],
+                original: original::effect_value(setup, effect, i),
+                locked: Some(setup.locked.contains(&id)),
+                size: Size::Small,
+                problem: message_for(problem, &id),
+            };
+            let output = slider.show(ui);
+            if let Some(value) = output.value {
+                setup.preset.model.effects[index].values[i] = value;
+            }
+            lock(setup, &id, output);
+        }
+        ui.label(small(format!("Source: {}", effect.source)).weak());
+    });
+    ui.add_space(4.0);
+}

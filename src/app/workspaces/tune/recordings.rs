@@ -1,0 +1,310 @@
+//! The list of recordings laid over the simulation, and what can be done with one.
+
+use eframe::egui::{
+    Align, Button, CollapsingHeader, DragValue, Frame, Grid, Label, Layout, Sense, Ui, vec2,
+};
+
+use super::icon::{Icon, icon_button};
+use super::noise;
+use super::small;
+use super::start::start_from_recording;
+use super::{drive_editor, overlay_color};
+use crate::app::command::Command;
+use crate::app::setup::{DriveChoice, Overlay, OverlayId, Setup};
+use crate::app::state::State;
+use crate::model::unit::{format_quantity, parse_quantity};
+use crate::recording::align::Alignment;
+
+/// What a person asked for in the list; done after it is drawn.
+enum Wish {
+    Select(OverlayId),
+    Remove(OverlayId),
+    Align,
+    Drive(OverlayId),
+    Start(OverlayId),
+    Import(OverlayId),
+}
+
+/// Draws the list.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    if state.setup.overlays.is_empty() {
+        ui.weak("None yet. Drop a CSV file on the window, or open one.");
+    }
+    let mut wish = None;
+    let selected = state.selected;
+    let can_drive = state.setup.preset.model.piezo.is_some();
+    let model = &state.setup.preset.model;
+    let can_start = !model.has_ground && model.piezo.is_none();
+    let driving = match state.setup.drive {
+        DriveChoice::Recorded(id) => Some(id),
+        DriveChoice::Waveform(_) => None,
+    };
+    for overlay in &mut state.setup.overlays {
+        let is_selected = selected == Some(overlay.id);
+        let mut frame = Frame::group(ui.style()).inner_margin(6);
+        if is_selected {
+            frame.fill = ui.visuals().faint_bg_color;
+            frame.stroke = ui.visuals().selection.stroke;
+        }
+        frame.show(ui, |ui| {
+            ui.push_id(overlay.id, |ui| {
+                ui.set_width(ui.available_width());
+                header(ui, overlay, is_selected, &mut wish);
+                facts(ui, overlay);
+                if !is_selected {
+                    return;
+                }
+                alignment(ui, overlay);
+                actions(
+                    ui,
+                    overlay,
+                    [can_drive && driving != Some(overlay.id), can_start],
+                    &mut wish,
+                );
+            });
+        });
+    }
+    if ui.button("Open recording...").clicked() {
+        state.ask(Command::Open);
+    }
+    if let Some(wish) = wish {
+        grant(state, wish);
+    }
+}
+
+fn grant(state: &mut State, wish: Wish) {
+    match wish {
+        Wish::Select(id) => {
+            state.selected = (state.selected != Some(id)).then_some(id);
+        }
+        Wish::Remove(id) => remove(state, id),
+        Wish::Align => state.ask(Command::AutoAlign),
+        Wish::Drive(id) => state.setup.drive = DriveChoice::Recorded(id),
+        Wish::Start(id) => start_from_recording(&mut state.setup, id),
+        Wish::Import(id) => {
+            state.selected = Some(id);
+            state.ask(Command::ImportSettings);
+        }
+    }
+}
+
+/// Takes a recording away; a drive that came from it goes back to the usual one.
+pub fn remove(state: &mut State, id: OverlayId) {
+    state.setup.overlays.retain(|overlay| overlay.id != id);
+    if state.setup.drive == DriveChoice::Recorded(id) {
+        usual_drive(&mut state.setup);
+    }
+    if state.selected == Some(id) {
+        state.selected = None;
+    }
+}
+
+fn usual_drive(setup: &mut Setup) {
+    let name = setup
+        .preset
+        .drive
+        .split(':')
+        .next()
+        .unwrap_or("rest")
+        .to_owned();
+    setup.drive = DriveChoice::Waveform(Default::default());
+    if let Ok(drive) =
+        crate::model::drive::Waveform::parse(&setup.preset.drive, setup.preset.duration)
+    {
+        setup.drive = DriveChoice::Waveform(drive);
+    } else if let Some(drive) = drive_editor::of_kind(setup, &name) {
+        setup.drive = drive;
+    }
+}
+
+fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Option<Wish>) {
+    let name = overlay.recording.name.clone();
+    ui.horizontal(|ui| {
+        let color = overlay_color(ui, overlay.color);
+        let (rect, _) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());
+        if overlay.visible {
+            ui.painter().rect_filled(rect, 2.0, color);
+        } else {
+            let stroke = (1.5, color);
+            ui.painter().rect_stroke(rect, 2.0, stroke, eframe::egui::StrokeKind::Inside);
+        }
+        ui.spacing_mut().icon_spacing = 0.0;
+        let check = ui.checkbox(&mut overlay.visible, "");
+        check.widget_info(|| {
+            let label = format!("show {name}");
+            let role = eframe::egui::Role::CheckBox;
+            eframe::egui::WidgetInfo::selected(role, true, overlay.visible, label)
+        });
+        check.on_hover_text("Draw it and compare it with the simulation");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if icon_button(ui, Icon::Remove, &format!("remove {name}"))
+                .on_hover_text("Take it off the list (undo brings it back)")
+                .clicked()
+            {
+                *wish = Some(Wish::Remove(overlay.id));
+            }
+            if overlay.made_up {
+                let badge = small("made up").color(ui.visuals().warn_fg_color);
+                ui.label(badge).on_hover_text(
+                    "Not a measurement: simulated with other parameters, to have something to tune against.",
+                );
+            }
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let button = Button::selectable(is_selected, &name).truncate();
+                let hover = match &overlay.recording.path {
+                    Some(path) => format!("{}\nClick for shift, scale and more.", path.display()),
+                    None => format!("{name}\nClick for shift, scale and more."),
+                };
+                if ui.add(button).on_hover_text(hover).clicked() {
+                    *wish = Some(Wish::Select(overlay.id));
+                }
+            });
+        });
+    });
+}
+
+fn facts(ui: &mut Ui, overlay: &Overlay) {
+    let recording = &overlay.recording;
+    let text = format!(
+        "{} at {}, noise {}",
+        format_quantity(recording.duration(), "s", 3),
+        format_quantity(recording.sampling_rate(), "Hz", 3),
+        noise::text(ui, overlay),
+    );
+    let label = ui.add(Label::new(small(text).weak()).truncate());
+    label.on_hover_text(format!(
+        "{} samples; channels {}",
+        recording.len(),
+        channels(overlay)
+    ));
+    let warnings = &recording.warnings;
+    if warnings.is_empty() {
+        return;
+    }
+    let count: usize = warnings.iter().map(|w| w.count.max(1)).sum();
+    let title =
+        small(format!("{count} warnings from reading it")).color(ui.visuals().warn_fg_color);
+    CollapsingHeader::new(title)
+        .id_salt("warnings")
+        .show_unindented(ui, |ui| {
+            for warning in warnings {
+                ui.label(small(&warning.message));
+            }
+        });
+}
+
+fn channels(overlay: &Overlay) -> String {
+    let all = crate::recording::Channel::ALL;
+    let present = all
+        .into_iter()
+        .filter(|c| overlay.recording.channel(*c).is_some());
+    present.map(|c| c.symbol()).collect::<Vec<_>>().join(", ")
+}
+
+/// A number with a unit that is dragged or typed.
+fn drag<'a>(value: &'a mut f64, unit: &'static str, speed: f64) -> DragValue<'a> {
+    DragValue::new(value)
+        .speed(speed)
+        .custom_formatter(move |value, _| format_quantity(value, unit, 5))
+        .custom_parser(move |text| parse_quantity(text, unit).ok())
+}
+
+fn alignment(ui: &mut Ui, overlay: &mut Overlay) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    // A glance is enough for the step of a drag.
+    let samples = &overlay.recording.proof_mass;
+    for x in samples
+        .iter()
+        .step_by((samples.len() / 256).max(1))
+        .filter(|x| x.is_finite())
+    {
+        low = low.min(*x);
+        high = high.max(*x);
+    }
+    let range = if high > low { high - low } else { 1e-6 };
+    let time_step = (overlay.recording.duration() / 2000.0).max(1e-9);
+    let alignment = &mut overlay.alignment;
+    Grid::new("alignment")
+        .num_columns(2)
+        .spacing([8.0, 3.0])
+        .show(ui, |ui| {
+            let mut line = |name: &str, help: &str, value: DragValue<'_>| {
+                let label = ui.label(name).on_hover_text(help);
+                ui.add(value)
+                    .labelled_by(label.id)
+                    .on_hover_text(format!("{help}\nDrag, or click and type."));
+                ui.end_row();
+            };
+            line(
+                "time shift",
+                "Added to the recording's times: positive moves it to the right",
+                drag(&mut alignment.time_shift, "s", time_step),
+            );
+            line(
+                "xp scale",
+                "Factor on the displacements",
+                drag(&mut alignment.xp_scale, "", 0.001),
+            );
+            line(
+                "xp offset",
+                "Added to the displacements",
+                drag(&mut alignment.xp_offset, "m", range / 500.0),
+            );
+        });
+}
+
+fn actions(
+    ui: &mut Ui,
+    overlay: &mut Overlay,
+    [can_drive, can_start]: [bool; 2],
+    wish: &mut Option<Wish>,
+) {
+    ui.horizontal_wrapped(|ui| {
+        let button = |ui: &mut Ui, name: &str, help: &str, enabled: bool| {
+            let button = Button::new(small(name));
+            ui.add_enabled(enabled, button)
+                .on_hover_text(help)
+                .clicked()
+        };
+        if button(
+            ui,
+            "Auto-align",
+            "Shift it onto the simulation by cross-correlation",
+            true,
+        ) {
+            *wish = Some(Wish::Align);
+        }
+        let moved = overlay.alignment != Alignment::default();
+        if button(ui, "Reset shift", "No shift, scale 1, no offset", moved) {
+            overlay.alignment = Alignment::default();
+        }
+        if overlay.recording.voltage.is_some()
+            && button(
+                ui,
+                "Use its voltage as drive",
+                "Simulate with the voltage that was recorded",
+                can_drive,
+            )
+        {
+            *wish = Some(Wish::Drive(overlay.id));
+        }
+        if can_start
+            && button(
+                ui,
+                "Start from its first samples",
+                "Set x0, v0 and the sensor offset from the recording",
+                true,
+            )
+        {
+            *wish = Some(Wish::Start(overlay.id));
+        }
+        if button(
+            ui,
+            "Import settings...",
+            "Which column is what, units, time offset, scale, sign",
+            overlay.recording.path.is_some(),
+        ) {
+            *wish = Some(Wish::Import(overlay.id));
+        }
+    });
+}

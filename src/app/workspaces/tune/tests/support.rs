@@ -1,0 +1,184 @@
+//! States made up for the tests: no worker, no files.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::app::plots::pyramid::Pyramid;
+use crate::app::setup::{DriveChoice, Mode, Overlay, Setup, View};
+use crate::app::snapshot::{LiveState, OverlayComparison, Snapshot};
+use crate::app::state::{Cursors, State};
+use crate::model::drive::Waveform;
+use crate::model::parameter::ParameterId;
+use crate::model::preset::Preset;
+use crate::recording::Recording;
+use crate::recording::compare::Comparison;
+use crate::recording::features::Features;
+use crate::sim::{Event, EventKind, Trace};
+
+/// The state of a first start without recordings.
+pub fn state() -> State {
+    let preset = Preset::default();
+    let drive = Waveform::parse(&preset.drive, preset.duration).unwrap();
+    State {
+        setup: Setup {
+            drive: DriveChoice::Waveform(drive),
+            duration: preset.duration,
+            preset,
+            locked: Default::default(),
+            overlays: Vec::new(),
+        },
+        view: View::default(),
+        snapshot: None,
+        ghost: None,
+        refusal: None,
+        paused: false,
+        scrub: None,
+        cursors: Cursors::default(),
+        selected: None,
+        commands: Vec::new(),
+        notices: Vec::new(),
+        drive_editor_open: false,
+    }
+}
+
+/// A recording of a decaying ring of 100 ms at 50 kHz, with a voltage.
+pub fn recording(name: &str, amplitude: f64) -> Recording {
+    let time: Vec<f64> = (0..5000).map(|i| 2e-5 * f64::from(i)).collect();
+    let values = time
+        .iter()
+        .map(|t| amplitude * (-30.0 * t).exp() * (3900.0 * t).cos())
+        .collect();
+    let voltage = time
+        .iter()
+        .map(|t| if *t < 0.05 { 8.0 } else { -8.0 })
+        .collect();
+    Recording::new(name, time, Some(voltage), values, None).unwrap()
+}
+
+/// Adds a recording with a number of its own.
+pub fn overlay(id: u64, recording: Recording, made_up: bool) -> Overlay {
+    Overlay {
+        id,
+        recording: Arc::new(recording),
+        import: Default::default(),
+        alignment: Default::default(),
+        visible: true,
+        color: id as usize,
+        made_up,
+    }
+}
+
+/// A result for `state`, with a comparison for each recording.
+pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
+    let features = Arc::new(features(1.0, 253e-6, 31.4e-3));
+    let comparisons = state
+        .setup
+        .overlays
+        .iter()
+        .map(|overlay| OverlayComparison {
+            id: overlay.id,
+            comparison: Ok(Arc::new(comparison(rms))),
+            residual_pyramid: None,
+            features: Arc::new(self::features(0.0, 212e-6, 32e-3)),
+        })
+        .collect();
+    let events = [EventKind::Impact, EventKind::Stick, EventKind::Release]
+        .into_iter()
+        .map(|kind| Event {
+            time: 0.01,
+            kind,
+            velocity_before: -0.1,
+            velocity_after: 0.0,
+            pull_off_force: 1e-7,
+            contact_duration: 0.0,
+        })
+        .collect();
+    let trace = Trace {
+        dt: 2e-5,
+        events,
+        ..Trace::default()
+    };
+    Arc::new(Snapshot {
+        generation: 1,
+        model: Arc::new(state.setup.preset.model.clone()),
+        trace: Arc::new(trace),
+        proof_mass_pyramid: Arc::new(pyramid()),
+        cantilever_pyramid: Arc::new(pyramid()),
+        features,
+        comparisons,
+        cost: Duration::from_micros(2300),
+        live: None,
+    })
+}
+
+/// Two recordings, a result, a kept curve, some changes.
+pub fn full() -> State {
+    let mut state = state();
+    state.setup.overlays = vec![
+        overlay(0, recording("tapping-15Hz-8V-made-up.csv", 5e-5), true),
+        overlay(
+            1,
+            recording(
+                "a-recording-with-a-rather-long-file-name-2024-03-11.csv",
+                8e-5,
+            ),
+            false,
+        ),
+    ];
+    state.ghost = Some(snapshot(&state, 2.6e-6));
+    state
+        .setup
+        .preset
+        .model
+        .parameters
+        .set(ParameterId::Cs, 3e-21);
+    state
+        .setup
+        .preset
+        .model
+        .parameters
+        .set(ParameterId::Alpha, 0.2);
+    state.setup.locked.insert("Ca".to_owned());
+    state.snapshot = Some(snapshot(&state, 1.25e-6));
+    state.selected = Some(0);
+    state
+}
+
+/// The same in Live mode.
+pub fn live() -> State {
+    let mut state = full();
+    state.view.mode = Mode::Live;
+    let mut snapshot = snapshot(&state, 1e-6).as_ref().clone();
+    snapshot.live = Some(LiveState {
+        time: 1.2345,
+        history_start: 0.2,
+        speed: 0.0099,
+        paused: false,
+    });
+    state.snapshot = Some(Arc::new(snapshot));
+    state
+}
+
+fn features(bounces: f64, peak: f64, contact: f64) -> Features {
+    Features {
+        bounces: Some(bounces),
+        peak: Some(peak),
+        contact: Some(contact),
+    }
+}
+
+fn comparison(rms: f64) -> Comparison {
+    Comparison {
+        residual: Vec::new(),
+        rms,
+        nrmse_percent: Some(1.4),
+        mean: 0.0,
+        count: 5000,
+        missing: 0,
+        outside: 0,
+    }
+}
+
+fn pyramid() -> Pyramid {
+    Pyramid::default()
+}

@@ -1,0 +1,271 @@
+//! The strip at the top: Window or Live, span, and the controls of the live run.
+
+use eframe::egui::{Button, Id, Panel, Ui, vec2};
+
+use super::icon::{Icon, icon_button, icon_button_enabled};
+use super::quantity::QuantityField;
+use super::rail::Rail;
+use super::small;
+use crate::app::command::Command;
+use crate::app::setup::{Mode, Setup};
+use crate::app::snapshot::LiveState;
+use crate::app::state::State;
+use crate::model::unit::{format_number, format_quantity};
+
+/// Shortest and longest span of the window mode [s].
+const SPAN: (f64, f64) = (1e-4, 1000.0);
+/// Slowest and fastest live mode, simulated seconds per wall second.
+const SPEED: (f64, f64) = (1e-5, 1.0);
+/// Speed of the first start.
+const DEFAULT_SPEED: f64 = 0.01;
+
+/// Draws the strip. `side` is whether the panel on the right is open.
+pub fn show(ui: &mut Ui, state: &mut State, side: &mut bool) {
+    let mut error = None;
+    Panel::top("tune transport").show(ui, |ui| {
+        ui.horizontal(|ui| {
+            ui.set_min_height(28.0);
+            mode(ui, state);
+            ui.separator();
+            match state.view.mode {
+                Mode::Window => error = window(ui, state),
+                Mode::Live => live(ui, state),
+            }
+            ui.with_layout(
+                eframe::egui::Layout::right_to_left(eframe::egui::Align::Center),
+                |ui| {
+                    ui.toggle_value(side, "Recordings")
+                        .on_hover_text("Show or hide the panel with recordings and readouts");
+                },
+            );
+        });
+        if let Some(error) = error {
+            ui.label(small(error).color(ui.visuals().error_fg_color));
+        }
+    });
+}
+
+fn mode(ui: &mut Ui, state: &mut State) {
+    for (mode, name) in [(Mode::Window, "Window"), (Mode::Live, "Live")] {
+        let command = Command::SetMode(mode);
+        let button = ui.selectable_label(state.view.mode == mode, name);
+        if button.on_hover_text(hint(command)).clicked() && state.view.mode != mode {
+            state.ask(command);
+        }
+    }
+}
+
+/// Help of a command with its key.
+fn hint(command: Command) -> String {
+    let (_, help) = command.text();
+    match command.shortcut() {
+        Some(key) => format!(
+            "{help} ({})",
+            key.format(&eframe::egui::ModifierNames::NAMES, false)
+        ),
+        None => help.to_owned(),
+    }
+}
+
+/// End of the longest visible recording as it is shifted [s].
+pub fn recordings_end(setup: &Setup) -> Option<f64> {
+    setup
+        .overlays
+        .iter()
+        .filter(|overlay| overlay.visible)
+        .map(|overlay| overlay.recording.span().1 + overlay.alignment.time_shift)
+        .filter(|end| *end > 0.0)
+        .fold(None, |longest: Option<f64>, end| {
+            Some(longest.map_or(end, |l| l.max(end)))
+        })
+}
+
+fn window(ui: &mut Ui, state: &mut State) -> Option<String> {
+    ui.label("Span");
+    let field = QuantityField {
+        id: Id::unique("span"),
+        label: "span",
+        value: state.setup.duration,
+        unit: "s",
+        width: 72.0,
+        enabled: true,
+    };
+    let typed = field.show(ui, |value| {
+        (!(SPAN.0..=SPAN.1).contains(&value)).then(|| {
+            format!(
+                "the span must lie between {} and {}",
+                format_quantity(SPAN.0, "s", 3),
+                format_quantity(SPAN.1, "s", 3)
+            )
+        })
+    });
+    if let Some(value) = typed.value {
+        state.setup.duration = value;
+    }
+    typed
+        .response
+        .on_hover_text("Simulated span from t = 0, for example \"400 ms\"");
+    if let Some(end) = recordings_end(&state.setup) {
+        let end = end.clamp(SPAN.0, SPAN.1);
+        let fits = (end - state.setup.duration).abs() < 1e-9 * end;
+        let button = ui.add_enabled(!fits, Button::new("Fit to recording"));
+        if button
+            .on_hover_text(format!(
+                "Simulate to the end of the recordings, {}",
+                format_quantity(end, "s", 4)
+            ))
+            .clicked()
+        {
+            state.setup.duration = end;
+        }
+    }
+    if let Some(snapshot) = &state.snapshot {
+        let cost = format_quantity(snapshot.cost.as_secs_f64(), "s", 2);
+        ui.weak(format!("computed in {cost}"));
+    }
+    typed.error
+}
+
+fn live(ui: &mut Ui, state: &mut State) {
+    let reached = state.snapshot.as_ref().and_then(|s| s.live);
+    let (icon, name) = if state.paused {
+        (Icon::Run, "run")
+    } else {
+        (Icon::Pause, "pause")
+    };
+    if icon_button(ui, icon, name)
+        .on_hover_text(hint(Command::TogglePause))
+        .clicked()
+    {
+        state.ask(Command::TogglePause);
+    }
+    let step = icon_button_enabled(ui, Icon::Step, "step", state.paused);
+    if step.on_hover_text(hint(Command::Step)).clicked() {
+        state.ask(Command::Step);
+    }
+    if icon_button(ui, Icon::Restart, "restart")
+        .on_hover_text(hint(Command::Restart))
+        .clicked()
+    {
+        state.ask(Command::Restart);
+    }
+    ui.separator();
+    speed(ui, state, reached);
+    ui.separator();
+    match reached {
+        Some(reached) => scrub(ui, state, reached),
+        None => {
+            ui.weak("waiting for the first step");
+        }
+    }
+}
+
+/// `1/100`, `1/2.5`, `1` for simulated seconds per wall second.
+pub fn speed_text(speed: f64) -> String {
+    if speed >= 0.9995 {
+        format_number(speed, 3)
+    } else if speed > 0.0 {
+        format!("1/{}", format_number(1.0 / speed, 3))
+    } else {
+        "0".to_owned()
+    }
+}
+
+fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
+    let position = |speed: f64| (speed / SPEED.0).ln() / (SPEED.1 / SPEED.0).ln();
+    let text = speed_text(state.view.slow_down);
+    ui.label("Speed");
+    let rail = Rail {
+        id: Id::unique("slow-down"),
+        label: "speed",
+        text: &text,
+        numeric: (state.view.slow_down, SPEED.0, SPEED.1),
+        fraction: position(state.view.slow_down),
+        mark: Some(position(DEFAULT_SPEED)),
+        enabled: true,
+        error: false,
+        size: vec2(100.0, 18.0),
+    };
+    let moved = rail.show(ui);
+    if let Some(fraction) = moved.fraction {
+        let slower = (1.0 / (SPEED.0 * (SPEED.1 / SPEED.0).powf(fraction))).max(1.0);
+        // Whole multiples are easier to say: 1/100 rather than 1/98.6.
+        let unit = 10f64.powf(slower.log10().floor() - 1.0).max(0.1);
+        state.view.slow_down = 1.0 / ((slower / unit).round() * unit);
+    }
+    if let Some(value) = moved.value {
+        state.view.slow_down = value.clamp(SPEED.0, SPEED.1);
+    }
+    if moved.reset {
+        state.view.slow_down = DEFAULT_SPEED;
+    }
+    moved
+        .response
+        .on_hover_text("Simulated time against wall time. Double click: 1/100. Shift: fine.");
+    let reached = reached.filter(|r| !r.paused);
+    let text = match reached {
+        Some(r) => format!("{text}, reached {}", speed_text(r.speed)),
+        None => text,
+    };
+    ui.add_sized(
+        [128.0, 18.0],
+        eframe::egui::Label::new(text).halign(eframe::egui::Align::LEFT),
+    )
+    .on_hover_text("Speed asked for, and the speed that the computer really reaches");
+}
+
+fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
+    let span = (reached.time - reached.history_start).max(1e-12);
+    let at = state.scrub.unwrap_or(reached.time);
+    let text = format_quantity(at, "s", 5);
+    let following = state.scrub.is_none();
+    let width = (ui.available_width() - 250.0).clamp(60.0, 500.0);
+    let rail = Rail {
+        id: Id::unique("scrub"),
+        label: "history",
+        text: &text,
+        numeric: (at, reached.history_start, reached.time),
+        fraction: (at - reached.history_start) / span,
+        mark: None,
+        enabled: true,
+        error: false,
+        size: vec2(width, 18.0),
+    };
+    let moved = rail.show(ui);
+    if let Some(fraction) = moved.fraction {
+        state.scrub = (fraction < 1.0).then_some(reached.history_start + fraction * span);
+    }
+    if let Some(time) = moved.value {
+        state.scrub = Some(time.clamp(reached.history_start, reached.time));
+    }
+    if moved.reset {
+        state.scrub = None;
+    }
+    moved
+        .response
+        .on_hover_text("Drag to look back through the history");
+    ui.add_sized(
+        [86.0, 18.0],
+        eframe::egui::Label::new(format!("t = {text}")),
+    );
+    if ui
+        .add_enabled(!following, Button::new("Follow"))
+        .on_hover_text("Look at the newest moment again")
+        .clicked()
+    {
+        state.scrub = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn speeds_read_as_fractions() {
+        assert_eq!(speed_text(0.01), "1/100");
+        assert_eq!(speed_text(0.4), "1/2.5");
+        assert_eq!(speed_text(1.0), "1");
+        assert_eq!(speed_text(0.0), "0");
+    }
+}

@@ -1,0 +1,479 @@
+//! Laying a recording over a simulation: shift, scale, offset, and the shift found
+//! by correlation.
+//!
+//! The correlation is Pearson's over the samples that both have at a shift, for all
+//! shifts at once by FFT with masks (D. Padfield, "Masked object registration in the
+//! Fourier domain", IEEE Trans. Image Process. 21, 2012), so that gaps, missing
+//! samples and different lengths need no filling. The best shift is then refined
+//! between samples on the recording's own times.
+
+use super::{Channel, Grid, Recording};
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Longest grid that is correlated; longer ones are taken more coarsely.
+const LONGEST: usize = 1 << 20;
+/// Least overlap, as a share of the shorter of the two.
+const LEAST_OVERLAP: f64 = 0.5;
+/// Of peaks this close to the best correlation the smallest shift wins: a periodic
+/// motion fits at every period.
+const AS_GOOD: f64 = 0.005;
+/// Samples used to refine the shift.
+const REFINE_SAMPLES: usize = 100_000;
+
+/// How a recording is laid over a simulation: `t + time_shift`,
+/// `x * scale + offset`. Applied when comparing and drawing; the recording itself is
+/// never changed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Alignment {
+    /// Added to the recording's times \[s\].
+    pub time_shift: f64,
+    /// Multiplies the proof mass.
+    pub xp_scale: f64,
+    /// Added to the scaled proof mass \[m\].
+    pub xp_offset: f64,
+    /// Multiplies the cantilever.
+    pub xc_scale: f64,
+    /// Added to the scaled cantilever \[m\].
+    pub xc_offset: f64,
+    /// Multiplies the voltage.
+    pub voltage_scale: f64,
+}
+
+impl Default for Alignment {
+    fn default() -> Self {
+        Self {
+            time_shift: 0.0,
+            xp_scale: 1.0,
+            xp_offset: 0.0,
+            xc_scale: 1.0,
+            xc_offset: 0.0,
+            voltage_scale: 1.0,
+        }
+    }
+}
+
+impl Alignment {
+    /// Simulated time of a recorded time \[s\].
+    #[must_use]
+    pub fn time(&self, t: f64) -> f64 {
+        t + self.time_shift
+    }
+
+    /// Value to compare of a recorded value.
+    #[must_use]
+    pub fn value(&self, channel: Channel, value: f64) -> f64 {
+        match channel {
+            Channel::Voltage => value * self.voltage_scale,
+            Channel::ProofMass => value * self.xp_scale + self.xp_offset,
+            Channel::Cantilever => value * self.xc_scale + self.xc_offset,
+        }
+    }
+}
+
+/// Why no shift could be found.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum AlignError {
+    /// The channel was not recorded.
+    #[error("channel {0} was not recorded; align another channel")]
+    NotRecorded(&'static str),
+    /// One of the two does not move.
+    #[error("the {which} is constant; there is nothing to align")]
+    Constant {
+        /// `recording` or `simulation`.
+        which: &'static str,
+    },
+    /// Too few samples at every shift.
+    #[error(
+        "recording and simulation have too few samples in common at any shift; simulate at least half as long as the recording, or record longer"
+    )]
+    NoOverlap,
+    /// The grid is empty or its interval is not positive.
+    #[error("the simulated trace is empty or has no positive interval; simulate first")]
+    BadGrid,
+}
+
+/// A shift found by correlation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aligned {
+    /// To be added to the recording's times \[s\].
+    pub time_shift: f64,
+    /// Pearson's correlation at that shift, -1 to 1.
+    pub correlation: f64,
+    /// Factor and offset that then bring the recording closest to the simulation in
+    /// the least-squares sense; a suggestion.
+    pub scale: f64,
+    /// See `scale`; in the unit of the channel.
+    pub offset: f64,
+    /// Samples of the recording that overlap.
+    pub samples: usize,
+}
+
+/// Finds the shift of a recording against a simulated trace of the same channel.
+/// `max_shift` \[s\] bounds the search, if given.
+///
+/// # Errors
+/// [`AlignError`] if there is nothing to correlate.
+pub fn auto_align(
+    recording: &Recording,
+    channel: Channel,
+    simulated: Grid,
+    max_shift: Option<f64>,
+) -> Result<Aligned, AlignError> {
+    let values = recording
+        .channel(channel)
+        .ok_or(AlignError::NotRecorded(channel.symbol()))?;
+    if simulated.values.len() < 2
+        || simulated.dt.is_nan()
+        || simulated.dt <= 0.0
+        || !simulated.t0.is_finite()
+    {
+        return Err(AlignError::BadGrid);
+    }
+    // The finer of the two intervals, unless that makes too many samples.
+    let (rec_span, sim_span) = (recording.duration(), simulated.end() - simulated.t0);
+    let coarsest = rec_span.max(sim_span) / LONGEST as f64;
+    let dt = recording.interval().min(simulated.dt).max(coarsest);
+    let (first, _) = recording.span();
+    let count = |span: f64| (span / dt + 1e-6) as usize + 1;
+    let measured = recording
+        .resampled(channel, first, dt, count(rec_span))
+        .unwrap_or_default();
+    let modelled: Vec<f64> = (0..count(sim_span))
+        .map(|i| {
+            simulated
+                .value_at(simulated.t0 + i as f64 * dt)
+                .unwrap_or(f64::NAN)
+        })
+        .collect();
+    let measured = Masked::new(&measured, "recording")?;
+    let modelled = Masked::new(&modelled, "simulation")?;
+
+    let lags = correlate(&modelled, &measured);
+    let shift_of = |lag: i64| simulated.t0 - first + lag as f64 * dt;
+    let allowed = |lag: i64| max_shift.is_none_or(|most| shift_of(lag).abs() <= most + 0.5 * dt);
+    let best = lags
+        .iter()
+        .filter(|(lag, _)| allowed(*lag))
+        .map(|(_, c)| *c)
+        .fold(f64::NEG_INFINITY, f64::max);
+    if !best.is_finite() {
+        return Err(AlignError::NoOverlap);
+    }
+    let is_peak = |i: usize| {
+        let c = lags[i].1;
+        let neighbour = |j: Option<usize>| {
+            j.and_then(|j| lags.get(j))
+                .map_or(f64::NEG_INFINITY, |l| l.1)
+        };
+        c >= neighbour(i.checked_sub(1)) && c >= neighbour(Some(i + 1))
+    };
+    let (lag, _) = (0..lags.len())
+        .filter(|&i| allowed(lags[i].0) && lags[i].1 >= best - AS_GOOD && is_peak(i))
+        .map(|i| lags[i])
+        .min_by(|a, b| shift_of(a.0).abs().total_cmp(&shift_of(b.0).abs()))
+        .or_else(|| lags.iter().copied().find(|l| allowed(l.0) && l.1 == best))
+        .ok_or(AlignError::NoOverlap)?;
+    refine(&recording.time, values, simulated, shift_of(lag), dt)
+}
+
+/// A signal with its mean taken out, zero where it is missing, and where it is not.
+struct Masked {
+    values: Vec<f64>,
+    mask: Vec<f64>,
+    count: usize,
+}
+
+impl Masked {
+    fn new(raw: &[f64], which: &'static str) -> Result<Self, AlignError> {
+        let present = || raw.iter().copied().filter(|v| v.is_finite());
+        let count = present().count();
+        let mean = present().sum::<f64>() / count.max(1) as f64;
+        let spread = present().map(|v| (v - mean).powi(2)).sum::<f64>() / count.max(1) as f64;
+        let scale = spread.sqrt();
+        let size = present().fold(0.0, |m: f64, v| m.max(v.abs()));
+        if count < 2 || scale.is_nan() || scale <= 1e-12 * size {
+            return Err(AlignError::Constant { which });
+        }
+        // Unit variance keeps the sums below near one, where the FFT is exact enough.
+        let values = raw.iter().map(|v| {
+            if v.is_finite() {
+                (v - mean) / scale
+            } else {
+                0.0
+            }
+        });
+        Ok(Self {
+            values: values.collect(),
+            mask: raw
+                .iter()
+                .map(|v| f64::from(u8::from(v.is_finite())))
+                .collect(),
+            count,
+        })
+    }
+}
+
+/// Pearson's correlation for each lag of `b` against `a` (`b[i]` on `a[i + lag]`),
+/// lags in increasing order, those with enough overlap only.
+fn correlate(a: &Masked, b: &Masked) -> Vec<(i64, f64)> {
+    let (na, nb) = (a.values.len(), b.values.len());
+    let n = (na + nb).next_power_of_two();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let forward = planner.plan_fft_forward(n);
+    let inverse = planner.plan_fft_inverse(n);
+    let spectrum = |values: &mut dyn Iterator<Item = f64>| {
+        let mut input = forward.make_input_vec();
+        input.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
+        let mut output = forward.make_output_vec();
+        // Lengths are the planner's own: this cannot fail.
+        let _ = forward.process(&mut input, &mut output);
+        output
+    };
+    let product = |x: &[Complex<f64>], y: &[Complex<f64>]| {
+        let mut both: Vec<Complex<f64>> = x.iter().zip(y).map(|(x, y)| x * y.conj()).collect();
+        // The inverse wants these exactly real; rounding leaves them nearly so.
+        if let Some(first) = both.first_mut() {
+            first.im = 0.0;
+        }
+        if let Some(last) = both.last_mut() {
+            last.im = 0.0;
+        }
+        let mut output = inverse.make_output_vec();
+        let _ = inverse.process(&mut both, &mut output);
+        output.iter_mut().for_each(|v| *v /= n as f64);
+        output
+    };
+    let (a0, a1, a2) = (
+        spectrum(&mut a.mask.iter().copied()),
+        spectrum(&mut a.values.iter().copied()),
+        spectrum(&mut a.values.iter().map(|v| v * v)),
+    );
+    let (b0, b1, b2) = (
+        spectrum(&mut b.mask.iter().copied()),
+        spectrum(&mut b.values.iter().copied()),
+        spectrum(&mut b.values.iter().map(|v| v * v)),
+    );
+    let overlap = product(&a0, &b0);
+    let (sum_a, sum_b) = (product(&a1, &b0), product(&a0, &b1));
+    let (squares_a, squares_b) = (product(&a2, &b0), product(&a0, &b2));
+    let cross = product(&a1, &b1);
+
+    let least = (LEAST_OVERLAP * a.count.min(b.count) as f64).max(3.0);
+    (-(nb as i64 - 1)..na as i64)
+        .filter_map(|lag| {
+            let i = if lag < 0 {
+                n - lag.unsigned_abs() as usize
+            } else {
+                lag as usize
+            };
+            let m = overlap[i];
+            if m < least - 0.5 {
+                return None;
+            }
+            let covariance = cross[i] - sum_a[i] * sum_b[i] / m;
+            let variance_a = squares_a[i] - sum_a[i] * sum_a[i] / m;
+            let variance_b = squares_b[i] - sum_b[i] * sum_b[i] / m;
+            // Where one of them stands still there is nothing to correlate.
+            let flat = variance_a <= 1e-6 * m || variance_b <= 1e-6 * m;
+            (!flat).then(|| (lag, covariance / (variance_a * variance_b).sqrt()))
+        })
+        .collect()
+}
+
+/// Sums of a regression of simulated on recorded values at one shift.
+fn regression(time: &[f64], values: &[f64], simulated: Grid, shift: f64) -> Option<Aligned> {
+    let stride = (time.len() / REFINE_SAMPLES).max(1);
+    let pairs = || {
+        time.iter()
+            .zip(values)
+            .step_by(stride)
+            .filter(|(_, x)| x.is_finite())
+            .filter_map(|(t, x)| simulated.value_at(t + shift).map(|y| (*x, y)))
+    };
+    let (mut n, mut mx, mut my) = (0usize, 0.0, 0.0);
+    for (x, y) in pairs() {
+        n += 1;
+        mx += x;
+        my += y;
+    }
+    if n < 3 {
+        return None;
+    }
+    mx /= n as f64;
+    my /= n as f64;
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (x, y) in pairs() {
+        xx += (x - mx) * (x - mx);
+        xy += (x - mx) * (y - my);
+        yy += (y - my) * (y - my);
+    }
+    if xx <= 0.0 || yy <= 0.0 {
+        return None;
+    }
+    let scale = xy / xx;
+    Some(Aligned {
+        time_shift: shift,
+        correlation: xy / (xx * yy).sqrt(),
+        scale,
+        offset: my - scale * mx,
+        samples: n * stride,
+    })
+}
+
+/// Golden-section search for the best correlation within one sample of `start`.
+fn refine(
+    time: &[f64],
+    values: &[f64],
+    simulated: Grid,
+    start: f64,
+    dt: f64,
+) -> Result<Aligned, AlignError> {
+    let at = |shift: f64| regression(time, values, simulated, shift);
+    let score = |shift: f64| at(shift).map_or(f64::NEG_INFINITY, |a| a.correlation);
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = (start - dt, start + dt);
+    let mut a = high - golden * (high - low);
+    let mut b = low + golden * (high - low);
+    let (mut at_a, mut at_b) = (score(a), score(b));
+    for _ in 0..24 {
+        if at_a >= at_b {
+            high = b;
+            (b, at_b) = (a, at_a);
+            a = high - golden * (high - low);
+            at_a = score(a);
+        } else {
+            low = a;
+            (a, at_a) = (b, at_b);
+            b = low + golden * (high - low);
+            at_b = score(b);
+        }
+    }
+    let found = at(0.5 * (low + high));
+    // The search never ends worse than it began.
+    [found, at(start)]
+        .into_iter()
+        .flatten()
+        .max_by(|a, b| a.correlation.total_cmp(&b.correlation))
+        .ok_or(AlignError::NoOverlap)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// A start-up and then a periodic motion with a sharp edge in it.
+    fn signal(t: f64) -> f64 {
+        if t < 0.0 {
+            return 0.0;
+        }
+        let slow = (std::f64::consts::TAU * 50.0 * t).sin() * (1.0 - (-t / 0.02).exp());
+        1e-4 * slow.max(-0.58)
+            + 2e-5 * (-t / 0.05).exp() * (std::f64::consts::TAU * 623.0 * t).sin()
+    }
+
+    fn simulated() -> Vec<f64> {
+        (0..15_000).map(|i| signal(i as f64 * 1e-5)).collect()
+    }
+
+    #[test]
+    fn shift_is_found_to_a_tenth_of_a_sample() {
+        let values = simulated();
+        let grid = Grid {
+            t0: 0.0,
+            dt: 1e-5,
+            values: &values,
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for (rate, shift) in [
+            (50e3, 0.0),
+            (50e3, 0.0123),
+            (20e3, -0.01234567),
+            (200e3, 0.003_333),
+        ] {
+            let n = (0.1 * rate) as usize;
+            // Time as the recorder counts it: the motion at t is the model's at t + shift.
+            let time: Vec<f64> = (0..n).map(|i| 0.02 + i as f64 / rate).collect();
+            let mut x: Vec<f64> = time
+                .iter()
+                .map(|t| 1.3 * signal(t + shift) + 5e-6 + 1e-7 * (rng.random::<f64>() - 0.5))
+                .collect();
+            x.iter_mut().step_by(97).for_each(|v| *v = f64::NAN);
+            let (mut time, mut x) = (time, x);
+            // A gap.
+            time.drain(n / 2..n / 2 + n / 20);
+            x.drain(n / 2..n / 2 + n / 20);
+            let recording = Recording::new("r", time, None, x, None).unwrap();
+            let found = auto_align(&recording, Channel::ProofMass, grid, None).unwrap();
+            let error = (found.time_shift - shift) * rate;
+            assert!(
+                error.abs() < 0.1,
+                "{rate} {shift}: {error} samples, {found:?}"
+            );
+            assert!(found.correlation > 0.999);
+            assert!((found.scale * 1.3 - 1.0).abs() < 1e-2, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_periodic_motion_takes_the_nearest_period() {
+        let wave = |t: f64| (std::f64::consts::TAU * 50.0 * t).sin();
+        let values: Vec<f64> = (0..20_000).map(|i| wave(i as f64 * 1e-5)).collect();
+        let time: Vec<f64> = (0..2000).map(|i| i as f64 * 5e-5).collect();
+        let x: Vec<f64> = time.iter().map(|t| wave(t - 0.002)).collect();
+        let recording = Recording::new("r", time, None, x, None).unwrap();
+        let grid = Grid {
+            t0: 0.0,
+            dt: 1e-5,
+            values: &values,
+        };
+        // Before zero there is no simulation, but half the recording still overlaps.
+        let found = auto_align(&recording, Channel::ProofMass, grid, None).unwrap();
+        assert!((found.time_shift + 0.002).abs() < 5e-6, "{found:?}");
+        let found = auto_align(&recording, Channel::ProofMass, grid, Some(1e-3));
+        assert!(found.is_ok_and(|f| f.time_shift.abs() <= 2e-3));
+    }
+
+    #[test]
+    fn nothing_to_align_is_an_error() {
+        let grid = |values| Grid {
+            t0: 0.0,
+            dt: 1e-5,
+            values,
+        };
+        let time: Vec<f64> = (0..100).map(f64::from).collect();
+        let flat = Recording::new("r", time.clone(), None, vec![3.0; 100], None).unwrap();
+        let moving = Recording::new("r", time.clone(), None, time.clone(), None).unwrap();
+        let values = simulated();
+        let align = |r: &Recording, g| auto_align(r, Channel::ProofMass, g, None).unwrap_err();
+        assert_eq!(
+            align(&flat, grid(&values)),
+            AlignError::Constant { which: "recording" }
+        );
+        assert_eq!(
+            align(&moving, grid(&[1.0; 50])),
+            AlignError::Constant {
+                which: "simulation"
+            }
+        );
+        assert_eq!(align(&moving, grid(&[])), AlignError::BadGrid);
+        let missing = auto_align(&moving, Channel::Voltage, grid(&values), None);
+        assert_eq!(missing, Err(AlignError::NotRecorded("V")));
+        let far = auto_align(
+            &moving,
+            Channel::ProofMass,
+            Grid {
+                t0: 1e6,
+                dt: 1.0,
+                values: &values,
+            },
+            Some(1.0),
+        );
+        assert_eq!(far, Err(AlignError::NoOverlap));
+    }
+}

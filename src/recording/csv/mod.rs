@@ -1,0 +1,320 @@
+//! Recordings as delimited text: `t [s], V [V], xp [um], xc [um]`.
+//!
+//! Columns in any order, any of s/ms/us, V/mV, m/cm/mm/um/nm; comma, semicolon or
+//! tab; decimal comma; a UTF-8 mark; comments and free text before the header;
+//! `V` and `xc` may be missing, and `x [m]` alone is the proof mass. What a file
+//! says clearly needs no dialog ([`import_auto`]); otherwise [`preview`] shows what
+//! was understood and [`import`] does what the user settled.
+
+mod header;
+mod number;
+mod rows;
+mod sniff;
+mod text;
+mod write;
+
+pub use sniff::{Preview, preview, preview_bytes};
+pub use write::{WriteError, write_csv, write_recording};
+
+use super::assemble::{Columns, Place, assemble};
+use super::{Channel, ImportError, ImportWarning, Recording, WarningKind};
+use crate::model::unit::unit_factor;
+use rows::{Layout, Table};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+use text::Text;
+
+/// Told the share done (0 to 1); returns whether to go on.
+pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;
+
+/// What separates the cells of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Delimiter {
+    /// `,`
+    #[default]
+    Comma,
+    /// `;`
+    Semicolon,
+    /// A tabulator.
+    Tab,
+}
+
+impl Delimiter {
+    /// All delimiters, for a chooser.
+    pub const ALL: [Delimiter; 3] = [Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab];
+
+    /// The byte that separates cells.
+    #[must_use]
+    pub fn byte(self) -> u8 {
+        match self {
+            Delimiter::Comma => b',',
+            Delimiter::Semicolon => b';',
+            Delimiter::Tab => b'\t',
+        }
+    }
+}
+
+/// The decimal mark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Decimal {
+    /// `1.5`
+    #[default]
+    Point,
+    /// `1,5` (a point is still understood). With comma-separated cells the numbers
+    /// must be quoted.
+    Comma,
+}
+
+/// Which column holds a quantity, and in what unit.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ColumnChoice {
+    /// Index of the column, from 0.
+    pub index: usize,
+    /// Unit of its numbers, such as `ms` or `um`.
+    pub unit: String,
+}
+
+/// How a file is to be read; what the import dialog edits and remembers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ImportSettings {
+    /// What separates the cells.
+    pub delimiter: Delimiter,
+    /// The decimal mark.
+    pub decimal: Decimal,
+    /// Lines before the first row of numbers, header and comments included.
+    pub skip_lines: usize,
+    /// The time column; required.
+    pub time: Option<ColumnChoice>,
+    /// The voltage column.
+    pub voltage: Option<ColumnChoice>,
+    /// The proof mass column; required.
+    pub proof_mass: Option<ColumnChoice>,
+    /// The cantilever column.
+    pub cantilever: Option<ColumnChoice>,
+    /// Added to the times \[s\].
+    pub time_offset: f64,
+    /// The voltage is multiplied by this; negative turns it over.
+    pub voltage_scale: f64,
+    /// The proof mass is multiplied by this, before the offset.
+    pub xp_scale: f64,
+    /// Added to the scaled proof mass \[m\].
+    pub xp_offset: f64,
+    /// The cantilever is multiplied by this, before the offset.
+    pub xc_scale: f64,
+    /// Added to the scaled cantilever \[m\].
+    pub xc_offset: f64,
+}
+
+impl Default for ImportSettings {
+    fn default() -> Self {
+        Self {
+            delimiter: Delimiter::Comma,
+            decimal: Decimal::Point,
+            skip_lines: 0,
+            time: None,
+            voltage: None,
+            proof_mass: None,
+            cantilever: None,
+            time_offset: 0.0,
+            voltage_scale: 1.0,
+            xp_scale: 1.0,
+            xp_offset: 0.0,
+            xc_scale: 1.0,
+            xc_offset: 0.0,
+        }
+    }
+}
+
+impl ImportSettings {
+    /// The column chosen for a channel.
+    #[must_use]
+    pub fn choice(&self, channel: Channel) -> Option<&ColumnChoice> {
+        match channel {
+            Channel::Voltage => self.voltage.as_ref(),
+            Channel::ProofMass => self.proof_mass.as_ref(),
+            Channel::Cantilever => self.cantilever.as_ref(),
+        }
+    }
+
+    /// Scale and offset of a channel.
+    fn scaling(&self, channel: Channel) -> (f64, f64) {
+        match channel {
+            Channel::Voltage => (self.voltage_scale, 0.0),
+            Channel::ProofMass => (self.xp_scale, self.xp_offset),
+            Channel::Cantilever => (self.xc_scale, self.xc_offset),
+        }
+    }
+
+    fn check(&self, file: &str) -> Result<(), ImportError> {
+        let numbers = [
+            ("time_offset", self.time_offset),
+            ("voltage_scale", self.voltage_scale),
+            ("xp_scale", self.xp_scale),
+            ("xp_offset", self.xp_offset),
+            ("xc_scale", self.xc_scale),
+            ("xc_offset", self.xc_offset),
+        ];
+        match numbers.iter().find(|(_, value)| !value.is_finite()) {
+            Some((setting, value)) => Err(ImportError::BadSetting {
+                file: file.to_owned(),
+                setting,
+                value: value.to_string(),
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The power of ten of `unit` over the SI unit `base`; `None` if it is not a unit
+/// of that quantity.
+fn unit_shift(unit: &str, base: &str) -> Option<i32> {
+    let unit = header::plain_unit(unit, base);
+    unit_factor(&unit, base).map(|factor| factor.log10().round() as i32)
+}
+
+/// Reads a file as `settings` say.
+///
+/// # Errors
+/// [`ImportError`]; every one names the file, the place and the remedy.
+pub fn import(
+    path: &Path,
+    settings: &ImportSettings,
+    progress: Option<&Progress>,
+) -> Result<Recording, ImportError> {
+    let file = path.display().to_string();
+    let bytes = text::read_file(path, progress)?;
+    let mut recording = read(&file, &bytes, settings, Vec::new(), progress)?;
+    recording.name = text::short_name(path);
+    recording.path = Some(path.to_owned());
+    Ok(recording)
+}
+
+/// [`import`] from memory; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_bytes(
+    name: &str,
+    bytes: &[u8],
+    settings: &ImportSettings,
+) -> Result<Recording, ImportError> {
+    read(name, bytes, settings, Vec::new(), None)
+}
+
+/// Reads a file as its header says; guesses are among the recording's warnings.
+///
+/// # Errors
+/// As [`import`], and if the time or position column cannot be told.
+pub fn import_auto(path: &Path, progress: Option<&Progress>) -> Result<Recording, ImportError> {
+    let file = path.display().to_string();
+    let bytes = text::read_file(path, progress)?;
+    let mut recording = read_auto(&file, &bytes, progress)?;
+    recording.name = text::short_name(path);
+    recording.path = Some(path.to_owned());
+    Ok(recording)
+}
+
+/// [`import_auto`] from memory; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`import_auto`].
+pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportError> {
+    read_auto(name, bytes, None)
+}
+
+fn read_auto(
+    file: &str,
+    bytes: &[u8],
+    progress: Option<&Progress>,
+) -> Result<Recording, ImportError> {
+    let preview = preview_bytes(file, bytes)?;
+    if let Some(problem) = preview.problem {
+        return Err(problem);
+    }
+    read(file, bytes, &preview.settings, preview.warnings, progress)
+}
+
+/// The whole import: text, rows in parallel, then the rules for time and gaps.
+fn read(
+    file: &str,
+    bytes: &[u8],
+    settings: &ImportSettings,
+    mut warnings: Vec<ImportWarning>,
+    progress: Option<&Progress>,
+) -> Result<Recording, ImportError> {
+    settings.check(file)?;
+    let text = Text::new(file, bytes)?;
+    let layout = Layout::new(file, settings)?;
+    let (start, first_line) = text.skip_lines(settings.skip_lines);
+    let cut = rows::cut_last_line(&text.bytes[start..], &text, &layout);
+    let end = cut.map_or(text.bytes.len(), |at| start + at);
+
+    // The hash is of the same bytes but needs nothing of the parse: its own thread.
+    let (table, hash) = std::thread::scope(|scope| {
+        let hash = scope.spawn(|| hex(&Sha256::digest(bytes)));
+        let table = Table::parse(file, &text, start..end, first_line, &layout, progress);
+        (table, hash.join().ok())
+    });
+    let mut table = table?;
+    if cut.is_some() {
+        warnings.push(ImportWarning {
+            kind: WarningKind::CutLastLine,
+            count: 1,
+            first_line: Some(table.next_line),
+            message: format!(
+                "the last line ({}) was cut off in the middle and is left out",
+                table.next_line
+            ),
+        });
+    }
+
+    let [time, voltage, proof_mass, cantilever] = std::mem::take(&mut table.columns);
+    let scaled = |channel: Channel, column: Option<Vec<f64>>| {
+        let (scale, offset) = settings.scaling(channel);
+        column.map(|mut values| {
+            if scale != 1.0 || offset != 0.0 {
+                values.iter_mut().for_each(|v| *v = *v * scale + offset);
+            }
+            values
+        })
+    };
+    let mut time = time.unwrap_or_default();
+    if settings.time_offset != 0.0 {
+        time.iter_mut().for_each(|t| *t += settings.time_offset);
+    }
+    let columns = Columns {
+        time,
+        voltage: scaled(Channel::Voltage, voltage),
+        proof_mass: scaled(Channel::ProofMass, proof_mass).unwrap_or_default(),
+        cantilever: scaled(Channel::Cantilever, cantilever),
+    };
+    let column_of = |channel: Option<Channel>| match channel {
+        None => settings.time.as_ref().map_or(0, |c| c.index),
+        Some(channel) => settings.choice(channel).map_or(0, |c| c.index),
+    };
+    let place = Place {
+        file,
+        line_of: &|row| table.line_of(&text, &layout, row),
+        column_of: &|channel| column_of(channel).saturating_add(1),
+        cell_of: &|row, channel| table.cell_of(&text, &layout, row, column_of(channel)),
+    };
+    let mut recording = assemble(columns, &place, warnings)?;
+    recording.sha256 = hash;
+    Ok(recording)
+}
+
+fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests;

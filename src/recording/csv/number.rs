@@ -1,0 +1,276 @@
+//! Decimal text to `f64`, correctly rounded, with the unit's power of ten applied
+//! to the text: `58.1` in um is read as `58.1e-6`, not as `58.1 * 1e-6`, so that a
+//! written file comes back bit for bit.
+
+/// Powers of ten that are exact in an `f64`.
+const EXACT: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+
+/// Reads the number at the start of `bytes`, times `10^shift`; returns it with the
+/// number of bytes it took. `None` if there is no number. With `comma` the decimal
+/// mark may be a comma or a point, else a point only.
+///
+/// Short numbers take Clinger's exact path (an integer below 2^53 times or over an
+/// exact power of ten rounds once, hence correctly); the rest goes to the standard
+/// library.
+#[inline]
+pub(super) fn prefix(bytes: &[u8], comma: bool, shift: i32) -> Option<(f64, usize)> {
+    let mut p = 0;
+    let negative = match bytes.first() {
+        Some(b'-') => {
+            p = 1;
+            true
+        }
+        Some(b'+') => {
+            p = 1;
+            false
+        }
+        _ => false,
+    };
+    let mantissa_start = p;
+    let mut mantissa: u64 = 0;
+    let mut overflow = false;
+    let mut digits = 0usize;
+    let mut exponent: i32 = 0;
+    while let Some(d) = bytes
+        .get(p)
+        .map(|b| b.wrapping_sub(b'0'))
+        .filter(|d| *d < 10)
+    {
+        overflow |= mantissa >= 1 << 59;
+        mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(d));
+        digits += 1;
+        p += 1;
+    }
+    let mut mark = None;
+    if let Some(&b) = bytes.get(p)
+        && (b == b'.' || (comma && b == b','))
+    {
+        mark = Some(p);
+        p += 1;
+        let fraction = p;
+        while let Some(d) = bytes
+            .get(p)
+            .map(|b| b.wrapping_sub(b'0'))
+            .filter(|d| *d < 10)
+        {
+            overflow |= mantissa >= 1 << 59;
+            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(d));
+            p += 1;
+        }
+        digits += p - fraction;
+        exponent = -i32::try_from(p - fraction).ok()?;
+    }
+    if digits == 0 {
+        return None;
+    }
+    let mantissa_end = p;
+    let mut written: i32 = 0;
+    if let Some(b'e' | b'E') = bytes.get(p) {
+        let mut q = p + 1;
+        let down = match bytes.get(q) {
+            Some(b'-') => {
+                q += 1;
+                true
+            }
+            Some(b'+') => {
+                q += 1;
+                false
+            }
+            _ => false,
+        };
+        let first = q;
+        while let Some(d) = bytes
+            .get(q)
+            .map(|b| b.wrapping_sub(b'0'))
+            .filter(|d| *d < 10)
+        {
+            // Beyond this everything is zero or infinite anyway.
+            written = (written * 10 + i32::from(d)).min(100_000);
+            q += 1;
+        }
+        if q > first {
+            p = q;
+            if down {
+                written = -written;
+            }
+        } else {
+            written = 0;
+        }
+    }
+    let total = exponent.saturating_add(written).saturating_add(shift);
+    let magnitude = if !overflow && mantissa <= 1 << 53 && (-22..=22).contains(&total) {
+        let power = EXACT[total.unsigned_abs() as usize];
+        if total < 0 {
+            mantissa as f64 / power
+        } else {
+            mantissa as f64 * power
+        }
+    } else {
+        by_library(
+            &bytes[mantissa_start..mantissa_end],
+            mark.map(|m| m - mantissa_start),
+            written.saturating_add(shift),
+        )?
+    };
+    Some((if negative { -magnitude } else { magnitude }, p))
+}
+
+/// The general case: the digits with a plain decimal point and the shifted exponent
+/// appended, parsed by the standard library.
+fn by_library(mantissa: &[u8], mark: Option<usize>, exponent: i32) -> Option<f64> {
+    let mut buffer = [0u8; 64];
+    let parse = |text: &[u8]| std::str::from_utf8(text).ok()?.parse::<f64>().ok();
+    let n = mantissa.len();
+    if n + 8 > buffer.len() {
+        let mut text: Vec<u8> = mantissa.to_vec();
+        if let Some(m) = mark {
+            text[m] = b'.';
+        }
+        text.extend_from_slice(format!("e{exponent}").as_bytes());
+        return parse(&text);
+    }
+    buffer[..n].copy_from_slice(mantissa);
+    if let Some(m) = mark {
+        buffer[m] = b'.';
+    }
+    let mut end = n;
+    if exponent != 0 {
+        buffer[end] = b'e';
+        end += 1;
+        if exponent < 0 {
+            buffer[end] = b'-';
+            end += 1;
+        }
+        // At most six digits: `exponent` is bounded by its reader.
+        let mut rest = exponent.unsigned_abs().min(999_999);
+        let mut reversed = [0u8; 6];
+        let mut k = 0;
+        while rest > 0 {
+            reversed[k] = b'0' + (rest % 10) as u8;
+            rest /= 10;
+            k += 1;
+        }
+        while k > 0 {
+            k -= 1;
+            buffer[end] = reversed[k];
+            end += 1;
+        }
+    }
+    parse(&buffer[..end])
+}
+
+/// A whole cell as a number times `10^shift`; NaN if it is anything else (text,
+/// empty, infinite). Quotes and a typographic minus are understood.
+pub(super) fn cell(text: &[u8], comma: bool, shift: i32) -> f64 {
+    let mut text = text.trim_ascii();
+    let mut comma = comma;
+    if let Some(inner) = text.strip_prefix(b"\"").and_then(|t| t.strip_suffix(b"\"")) {
+        text = inner.trim_ascii();
+        // Inside quotes a comma cannot be a delimiter.
+        comma = true;
+    }
+    // U+2212, the minus of typeset tables.
+    let (text, sign) = match text.strip_prefix("\u{2212}".as_bytes()) {
+        Some(rest) if !rest.starts_with(b"-") && !rest.starts_with(b"+") => (rest, -1.0),
+        _ => (text, 1.0),
+    };
+    match prefix(text, comma, shift) {
+        Some((value, taken)) if taken == text.len() && value.is_finite() => sign * value,
+        _ => f64::NAN,
+    }
+}
+
+/// Whether a cell is a number (`Some(true)`), one of the ways to say that there is
+/// none (`Some(false)`), or other text (`None`). `comma` as in [`prefix`].
+pub(super) fn looks_numeric(text: &[u8], comma: bool) -> Option<bool> {
+    const MISSING: [&[u8]; 10] = [
+        b"", b"\"\"", b"nan", b"n/a", b"na", b"null", b"none", b"-", b"inf", b"-inf",
+    ];
+    if cell(text, comma, 0).is_finite() {
+        return Some(true);
+    }
+    let word = text.trim_ascii();
+    MISSING
+        .iter()
+        .any(|m| word.eq_ignore_ascii_case(m))
+        .then_some(false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn read(text: &str, shift: i32) -> f64 {
+        cell(text.as_bytes(), false, shift)
+    }
+
+    #[test]
+    fn reads_the_usual_forms() {
+        assert_eq!(read("58.1", -6), 58.1e-6);
+        assert_eq!(read("-0.5", 0), -0.5);
+        assert_eq!(read("+.5", 0), 0.5);
+        assert_eq!(read("5.", 0), 5.0);
+        assert_eq!(read(" 1e-3 ", -3), 1e-6);
+        assert_eq!(read("1E+05", 0), 1e5);
+        assert_eq!(read("\u{2212}3", 0), -3.0);
+        assert_eq!(read("\"1,5\"", 0), 1.5);
+        assert_eq!(cell(b"1,5", true, 0), 1.5);
+        assert_eq!(
+            read(
+                "0.1234567890123456789012345678901234567890123456789012345678901234567890",
+                0
+            ),
+            0.12345678901234568
+        );
+        assert_eq!(
+            read("123456789012345678901234567890", -6),
+            123456789012345678901234567890e-6
+        );
+        assert_eq!(read("18446744073709551616", 0), 18446744073709551616.0);
+    }
+
+    #[test]
+    fn anything_else_is_missing() {
+        for text in [
+            "",
+            "-",
+            ".",
+            "e5",
+            "1.2.3",
+            "1,5",
+            "abc",
+            "1e999",
+            "nan",
+            "inf",
+            "--1",
+            "1 2",
+            "0x10",
+            "1e",
+            "\u{2212}-3",
+        ] {
+            assert!(read(text, 0).is_nan(), "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_the_library(value in proptest::num::f64::NORMAL | proptest::num::f64::ZERO | proptest::num::f64::SUBNORMAL) {
+            let text = format!("{value}");
+            prop_assert_eq!(read(&text, 0), value);
+            let text = format!("{value:e}");
+            prop_assert_eq!(read(&text, 0), value);
+            let short = format!("{value:.6e}");
+            prop_assert_eq!(read(&short, 0), short.parse::<f64>().unwrap());
+        }
+
+        #[test]
+        fn never_panics(bytes in proptest::collection::vec(any::<u8>(), 0..80), shift in -20..20) {
+            let _ = cell(&bytes, true, shift);
+            let _ = prefix(&bytes, false, shift);
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Bytes that are text: reading the file, and one clear error for each way of not
+//! being UTF-8 text.
+
+use super::Progress;
+use crate::recording::ImportError;
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+/// Share of the progress bar that reading takes; the rest is parsing.
+pub(super) const READ_SHARE: f32 = 0.25;
+/// How much is read between two reports of progress.
+const BLOCK: usize = 16 << 20;
+/// How much of the file is looked at to tell text from something else.
+const HEAD: usize = 64 << 10;
+
+/// The last part of a path, as a name for the screen.
+pub(super) fn short_name(path: &Path) -> String {
+    path.file_name().map_or_else(
+        || path.display().to_string(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
+/// Opens an ordinary file; returns it with its size.
+pub(super) fn open(path: &Path) -> Result<(File, u64), ImportError> {
+    let file = || path.display().to_string();
+    let explain = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => ImportError::NotFound { file: file() },
+        _ => ImportError::Unreadable {
+            file: file(),
+            reason: error.to_string(),
+        },
+    };
+    // Asked before opening: opening a pipe would wait for its writer.
+    let about = std::fs::metadata(path).map_err(explain)?;
+    if about.is_dir() {
+        return Err(ImportError::IsDirectory { file: file() });
+    }
+    if !about.is_file() {
+        return Err(ImportError::NotAFile { file: file() });
+    }
+    Ok((File::open(path).map_err(explain)?, about.len()))
+}
+
+/// The whole file.
+pub(super) fn read_file(path: &Path, progress: Option<&Progress>) -> Result<Vec<u8>, ImportError> {
+    let (mut input, size) = open(path)?;
+    let file = || path.display().to_string();
+    let too_large = || ImportError::TooLarge {
+        file: file(),
+        megabytes: size >> 20,
+    };
+    let mut bytes = Vec::new();
+    let capacity = usize::try_from(size).map_err(|_| too_large())?;
+    bytes
+        .try_reserve_exact(capacity.saturating_add(1))
+        .map_err(|_| too_large())?;
+    loop {
+        let read = Read::by_ref(&mut input)
+            .take(BLOCK as u64)
+            .read_to_end(&mut bytes)
+            .map_err(|error| ImportError::Unreadable {
+                file: file(),
+                reason: error.to_string(),
+            })?;
+        if read == 0 {
+            return Ok(bytes);
+        }
+        let done = READ_SHARE * (bytes.len() as f32 / (size.max(1)) as f32).min(1.0);
+        if progress.is_some_and(|go_on| !go_on(done)) {
+            return Err(ImportError::Cancelled { file: file() });
+        }
+    }
+}
+
+/// Text whose head has been checked: no byte-order mark, its line end known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Text<'a> {
+    /// The bytes after a UTF-8 mark.
+    pub bytes: &'a [u8],
+    /// `\n`, or `\r` for files of old.
+    pub newline: u8,
+    /// Bytes of the mark, for offsets in messages.
+    mark: usize,
+}
+
+impl<'a> Text<'a> {
+    /// Looks at the head of `bytes`; the rest is checked by [`Text::check`] as it is
+    /// read.
+    pub(super) fn new(file: &str, bytes: &'a [u8]) -> Result<Self, ImportError> {
+        let file = || file.to_owned();
+        if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+            return Err(ImportError::Utf16 { file: file() });
+        }
+        let mark = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) {
+            3
+        } else {
+            0
+        };
+        let text = &bytes[mark..];
+        if text.iter().all(u8::is_ascii_whitespace) {
+            return Err(ImportError::Empty { file: file() });
+        }
+        let head = &text[..text.len().min(HEAD)];
+        // Western text in UTF-16 without a mark: every other byte is zero.
+        let zeros = |parity: usize| {
+            head.iter()
+                .skip(parity)
+                .step_by(2)
+                .filter(|b| **b == 0)
+                .count()
+        };
+        let (even, odd) = (zeros(0), zeros(1));
+        let (most, least) = (even.max(odd), even.min(odd));
+        if head.len() >= 8 && most * 4 > head.len() && least * 20 < head.len() {
+            return Err(ImportError::Utf16 { file: file() });
+        }
+        // 0x1a is the end mark that DOS programs left.
+        let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c | 0x1a);
+        let newline = if head.contains(&b'\n') || !head.contains(&b'\r') {
+            b'\n'
+        } else {
+            b'\r'
+        };
+        let text = Text {
+            bytes: text,
+            newline,
+            mark,
+        };
+        let found = head.iter().filter(|b| control(b)).count();
+        if found * 100 > head.len()
+            && let Some(at) = head.iter().position(|b| control(b))
+        {
+            return Err(text.binary(&file(), at, 1, 0));
+        }
+        Ok(text)
+    }
+
+    /// Checks that `bytes[range]` is UTF-8 without zero bytes; `first_line` is the
+    /// line number of its start.
+    pub(super) fn check(
+        &self,
+        file: &str,
+        range: std::ops::Range<usize>,
+        first_line: usize,
+    ) -> Result<(), ImportError> {
+        let start = range.start;
+        let part = &self.bytes[range];
+        if let Some(at) = part
+            .iter()
+            .position(|b| *b == 0)
+            .filter(|_| part.contains(&0))
+        {
+            return Err(self.binary(file, start + at, first_line, start));
+        }
+        let Err(error) = std::str::from_utf8(part) else {
+            return Ok(());
+        };
+        let at = error.valid_up_to();
+        let before = &part[..at];
+        let line_start = before
+            .iter()
+            .rposition(|b| *b == self.newline)
+            .map_or(0, |p| p + 1);
+        Err(ImportError::NotUtf8 {
+            file: file.to_owned(),
+            line: first_line + self.lines(before),
+            column: 1 + String::from_utf8_lossy(&before[line_start..])
+                .chars()
+                .count(),
+            byte: part.get(at).copied().unwrap_or_default(),
+        })
+    }
+
+    /// The error for the binary byte at `at`, lines counted from `from` on.
+    fn binary(&self, file: &str, at: usize, first_line: usize, from: usize) -> ImportError {
+        ImportError::Binary {
+            file: file.to_owned(),
+            line: first_line + self.lines(&self.bytes[from..at]),
+            offset: self.mark + at,
+            byte: self.bytes.get(at).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Number of line ends in `part`.
+    pub(super) fn lines(&self, part: &[u8]) -> usize {
+        part.iter().filter(|b| **b == self.newline).count()
+    }
+
+    /// Where the line after `n` lines starts, and its number from 1.
+    pub(super) fn skip_lines(&self, n: usize) -> (usize, usize) {
+        let mut start = 0;
+        for done in 0..n {
+            match self.bytes[start..].iter().position(|b| *b == self.newline) {
+                Some(end) => start += end + 1,
+                None => return (self.bytes.len(), done + 1),
+            }
+        }
+        (start, n + 1)
+    }
+
+    /// The lines of `part`, without their ends.
+    pub(super) fn split<'p>(&self, part: &'p [u8]) -> impl Iterator<Item = &'p [u8]> + use<'p> {
+        let newline = self.newline;
+        part.split(move |b| *b == newline)
+            .map(|line| line.strip_suffix(b"\r").unwrap_or(line))
+    }
+}

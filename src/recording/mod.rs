@@ -1,0 +1,424 @@
+//! Measurements: what was recorded, how it is read, and what can be said of it
+//! without a model.
+//!
+//! A [`Recording`] is immutable once it is made and is shared behind an `Arc`.
+//! Everything in it is SI. One file per format reads it ([`csv`]); [`align`] lays
+//! it over a simulation, [`compare`] measures what is left, [`noise`] says how
+//! much of that is noise, [`events`] finds the impacts and [`features`] the
+//! numbers of Table A.1.
+
+pub mod align;
+mod assemble;
+pub mod compare;
+pub mod csv;
+mod error;
+pub mod events;
+pub mod features;
+pub mod noise;
+
+pub use assemble::GAP_FACTOR;
+pub use error::{ImportError, ImportWarning, WarningKind};
+
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// One measured quantity of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Channel {
+    /// The drive voltage \[V\].
+    Voltage,
+    /// Displacement of the proof mass \[m\].
+    ProofMass,
+    /// Displacement of the cantilever's centre \[m\].
+    Cantilever,
+}
+
+impl Channel {
+    /// All channels, in the order in which they are written.
+    pub const ALL: [Channel; 3] = [Channel::Voltage, Channel::ProofMass, Channel::Cantilever];
+
+    /// The symbol used in headers: `V`, `xp`, `xc`.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Channel::Voltage => "V",
+            Channel::ProofMass => "xp",
+            Channel::Cantilever => "xc",
+        }
+    }
+
+    /// SI unit of the channel.
+    #[must_use]
+    pub fn base_unit(self) -> &'static str {
+        match self {
+            Channel::Voltage => "V",
+            Channel::ProofMass | Channel::Cantilever => "m",
+        }
+    }
+}
+
+/// The instants of a sampled signal: even, or listed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TimeAxis<'a> {
+    /// Sample `i` is at `t0 + i dt` \[s\].
+    Uniform {
+        /// Time of the first sample \[s\].
+        t0: f64,
+        /// Sample interval \[s\], positive.
+        dt: f64,
+    },
+    /// The time of each sample \[s\], strictly increasing.
+    Samples(&'a [f64]),
+}
+
+impl TimeAxis<'_> {
+    /// Time of sample `i` \[s\]; NaN past the end of a listed axis.
+    #[must_use]
+    pub fn at(&self, i: usize) -> f64 {
+        match self {
+            TimeAxis::Uniform { t0, dt } => t0 + i as f64 * dt,
+            TimeAxis::Samples(times) => times.get(i).copied().unwrap_or(f64::NAN),
+        }
+    }
+
+    /// Whether the axis can name `n` samples.
+    #[must_use]
+    pub fn covers(&self, n: usize) -> bool {
+        match self {
+            TimeAxis::Uniform { t0, dt } => t0.is_finite() && dt.is_finite() && *dt > 0.0,
+            TimeAxis::Samples(times) => times.len() >= n,
+        }
+    }
+
+    /// Median sample interval of the first `n` samples \[s\]; NaN below two samples.
+    #[must_use]
+    pub fn interval(&self, n: usize) -> f64 {
+        match self {
+            TimeAxis::Uniform { dt, .. } => *dt,
+            TimeAxis::Samples(times) => median_interval(&times[..n.min(times.len())]),
+        }
+    }
+}
+
+/// A simulated (or any) signal on an even grid: `values[i]` at `t0 + i dt`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid<'a> {
+    /// Time of the first value \[s\].
+    pub t0: f64,
+    /// Interval \[s\], positive.
+    pub dt: f64,
+    /// The values, in the SI unit of their channel.
+    pub values: &'a [f64],
+}
+
+impl Grid<'_> {
+    /// Value at time `t` \[s\] by straight lines; `None` outside the grid or next to
+    /// a value that is not a number.
+    #[must_use]
+    pub fn value_at(&self, t: f64) -> Option<f64> {
+        let position = (t - self.t0) / self.dt;
+        let last = self.values.len().checked_sub(1)?;
+        // A hair of tolerance: t0 + n dt is rarely exact in binary.
+        if position.is_nan() || position < -1e-6 || position > last as f64 + 1e-6 {
+            return None;
+        }
+        let position = position.clamp(0.0, last as f64);
+        let i = (position.floor() as usize).min(last.saturating_sub(1));
+        let w = position - i as f64;
+        let a = self.values[i];
+        let b = self.values[(i + 1).min(last)];
+        // A weight of zero must not let a missing neighbour in.
+        let value = if w == 0.0 {
+            a
+        } else if w == 1.0 {
+            b
+        } else {
+            a + (b - a) * w
+        };
+        value.is_finite().then_some(value)
+    }
+
+    /// Time of the last value \[s\]; `t0` for an empty grid.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.t0 + self.values.len().saturating_sub(1) as f64 * self.dt
+    }
+}
+
+/// Why columns of numbers are not a recording.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum RecordingError {
+    /// A channel's length differs from the time axis.
+    #[error("{channel} has {found} values for {expected} times; give one value for each time")]
+    LengthMismatch {
+        /// Symbol of the channel.
+        channel: &'static str,
+        /// Values in the channel.
+        found: usize,
+        /// Times.
+        expected: usize,
+    },
+    /// The times do not increase.
+    #[error("time does not increase at sample {sample}; sort the samples by time")]
+    TimeNotIncreasing {
+        /// Index of the offending sample.
+        sample: usize,
+    },
+    /// Fewer than two samples.
+    #[error("a recording needs at least two samples, {0} given")]
+    TooShort(usize),
+}
+
+/// One recording. Missing samples are NaN in their channel.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    /// What the recording is called, normally the file name.
+    pub name: String,
+    /// Where it was read from.
+    pub path: Option<PathBuf>,
+    /// SHA-256 of the file's bytes, lower-case hexadecimal.
+    pub sha256: Option<String>,
+    /// Times \[s\], finite and strictly increasing, at least two.
+    pub time: Vec<f64>,
+    /// Drive voltage \[V\] at each time, if recorded.
+    pub voltage: Option<Vec<f64>>,
+    /// Displacement of the proof mass \[m\] at each time, up positive.
+    pub proof_mass: Vec<f64>,
+    /// Displacement of the cantilever's centre \[m\] at each time, if recorded.
+    pub cantilever: Option<Vec<f64>>,
+    /// What the reader had to leave out or guess; shown to the user.
+    pub warnings: Vec<ImportWarning>,
+    /// Kept because it is asked for at every interpolation.
+    interval: f64,
+}
+
+impl Recording {
+    /// A recording from columns in memory (a simulation, a test).
+    ///
+    /// # Errors
+    /// [`RecordingError`] if lengths differ, times do not increase, or there are
+    /// fewer than two samples.
+    pub fn new(
+        name: impl Into<String>,
+        time: Vec<f64>,
+        voltage: Option<Vec<f64>>,
+        proof_mass: Vec<f64>,
+        cantilever: Option<Vec<f64>>,
+    ) -> Result<Self, RecordingError> {
+        let expected = time.len();
+        if expected < 2 {
+            return Err(RecordingError::TooShort(expected));
+        }
+        let columns = [
+            (Channel::Voltage, voltage.as_ref()),
+            (Channel::ProofMass, Some(&proof_mass)),
+            (Channel::Cantilever, cantilever.as_ref()),
+        ];
+        for (channel, column) in columns {
+            if let Some(found) = column.map(Vec::len).filter(|n| *n != expected) {
+                return Err(RecordingError::LengthMismatch {
+                    channel: channel.symbol(),
+                    found,
+                    expected,
+                });
+            }
+        }
+        if !time[0].is_finite() {
+            return Err(RecordingError::TimeNotIncreasing { sample: 0 });
+        }
+        // `>` and finite: a NaN or an infinity must not pass.
+        if let Some(i) = (1..expected).find(|&i| !(time[i] > time[i - 1] && time[i].is_finite())) {
+            return Err(RecordingError::TimeNotIncreasing { sample: i });
+        }
+        let interval = median_interval(&time);
+        Ok(Self {
+            name: name.into(),
+            path: None,
+            sha256: None,
+            time,
+            voltage,
+            proof_mass,
+            cantilever,
+            warnings: Vec::new(),
+            interval,
+        })
+    }
+
+    /// Number of samples, at least two.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Never true: a recording has at least two samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// First and last time \[s\].
+    #[must_use]
+    pub fn span(&self) -> (f64, f64) {
+        match (self.time.first(), self.time.last()) {
+            (Some(first), Some(last)) => (*first, *last),
+            _ => (0.0, 0.0),
+        }
+    }
+
+    /// Last time minus first time \[s\].
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        let (first, last) = self.span();
+        last - first
+    }
+
+    /// Median interval between samples \[s\].
+    #[must_use]
+    pub fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    /// Samples per second, from the median interval \[Hz\].
+    #[must_use]
+    pub fn sampling_rate(&self) -> f64 {
+        1.0 / self.interval
+    }
+
+    /// Whether every interval is within 1 % of the median (a recorder that rounds
+    /// its times to a few digits still counts as even).
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        let tolerance = 0.01 * self.interval;
+        self.time
+            .windows(2)
+            .all(|w| (w[1] - w[0] - self.interval).abs() <= tolerance)
+    }
+
+    /// The samples of a channel, NaN where missing; `None` if it was not recorded.
+    #[must_use]
+    pub fn channel(&self, channel: Channel) -> Option<&[f64]> {
+        match channel {
+            Channel::Voltage => self.voltage.as_deref(),
+            Channel::ProofMass => Some(&self.proof_mass),
+            Channel::Cantilever => self.cantilever.as_deref(),
+        }
+    }
+
+    /// The instants of the samples, as the other modules take them.
+    #[must_use]
+    pub fn axis(&self) -> TimeAxis<'_> {
+        TimeAxis::Samples(&self.time)
+    }
+
+    /// Whether the step from sample `i` to `i + 1` is a gap (more than
+    /// [`GAP_FACTOR`] median intervals).
+    #[must_use]
+    pub fn is_gap(&self, i: usize) -> bool {
+        match (self.time.get(i), self.time.get(i + 1)) {
+            (Some(a), Some(b)) => b - a > GAP_FACTOR * self.interval,
+            _ => true,
+        }
+    }
+
+    /// The gaps, as (last time before, first time after) \[s\].
+    #[must_use]
+    pub fn gaps(&self) -> Vec<(f64, f64)> {
+        (0..self.len() - 1)
+            .filter(|&i| self.is_gap(i))
+            .map(|i| (self.time[i], self.time[i + 1]))
+            .collect()
+    }
+
+    /// Value of a channel at time `t` \[s\] by straight lines between samples.
+    /// `None` outside the recording, in a gap, next to a missing sample, or if the
+    /// channel was not recorded.
+    #[must_use]
+    pub fn value_at(&self, channel: Channel, t: f64) -> Option<f64> {
+        let values = self.channel(channel)?;
+        let after = self.time.partition_point(|&sample| sample <= t);
+        let i = after.checked_sub(1)?;
+        self.between(values, i, t)
+    }
+
+    /// `values` at `t`, known to lie at or after sample `i`.
+    fn between(&self, values: &[f64], i: usize, t: f64) -> Option<f64> {
+        let (t_a, a) = (*self.time.get(i)?, *values.get(i)?);
+        if t == t_a {
+            return a.is_finite().then_some(a);
+        }
+        let (t_b, b) = (*self.time.get(i + 1)?, *values.get(i + 1)?);
+        if self.is_gap(i) {
+            return None;
+        }
+        let value = a + (b - a) * ((t - t_a) / (t_b - t_a));
+        value.is_finite().then_some(value)
+    }
+
+    /// A channel on the even grid `t0 + i dt`, `n` values, NaN where the recording
+    /// says nothing. `None` if the channel was not recorded.
+    #[must_use]
+    pub fn resampled(&self, channel: Channel, t0: f64, dt: f64, n: usize) -> Option<Vec<f64>> {
+        let values = self.channel(channel)?;
+        let mut i = 0;
+        let grid = (0..n).map(|k| {
+            let t = t0 + k as f64 * dt;
+            // The grid only moves forward, so the search does too.
+            while self.time.get(i + 1).is_some_and(|&next| next <= t) {
+                i += 1;
+            }
+            if t.is_nan() || t < self.time[0] {
+                return f64::NAN;
+            }
+            self.between(values, i, t).unwrap_or(f64::NAN)
+        });
+        Some(grid.collect())
+    }
+
+    /// The recorded voltage as a drive, `(times [s], volts [V])` without missing
+    /// samples; `None` if no voltage was recorded or fewer than two values are left.
+    #[must_use]
+    pub fn drive_table(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        let voltage = self.voltage.as_ref()?;
+        let (times, volts): (Vec<f64>, Vec<f64>) = self
+            .time
+            .iter()
+            .zip(voltage)
+            .filter(|(_, v)| v.is_finite())
+            .map(|(t, v)| (*t, *v))
+            .unzip();
+        (times.len() >= 2).then_some((times, volts))
+    }
+}
+
+/// Median of the steps of `time`; NaN below two samples. Long axes are judged by
+/// about 200 000 evenly picked steps, which is as good and does not wait.
+pub(crate) fn median_interval(time: &[f64]) -> f64 {
+    let stride = (time.len() / 200_000).max(1);
+    let mut steps: Vec<f64> = time
+        .windows(2)
+        .step_by(stride)
+        .map(|w| w[1] - w[0])
+        .collect();
+    median_in_place(&mut steps)
+}
+
+/// Median of `values` (the lower of the middle two), reordering them; NaN if empty.
+pub(crate) fn median_in_place(values: &mut [f64]) -> f64 {
+    quantile_in_place(values, 0.5)
+}
+
+/// The value below which the share `q` of `values` lies, reordering them; NaN if
+/// empty.
+pub(crate) fn quantile_in_place(values: &mut [f64], q: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let k = (q * (values.len() - 1) as f64) as usize;
+    let k = k.min(values.len() - 1);
+    *values.select_nth_unstable_by(k, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests;
