@@ -1,6 +1,8 @@
 //! Numbers: how far recording and simulation are apart, features side by side, what
 //! differs from the kept curve and from the preset.
 
+use std::sync::Arc;
+
 use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
 use super::{original, small};
@@ -25,12 +27,16 @@ pub struct Figures {
     pub contact: Option<f64>,
 }
 
-/// The figures of a run or a recording.
-pub fn figures(features: &Features) -> Figures {
+/// The figures of a run or a recording in its periodic steady state; empty while they
+/// are still computed.
+pub fn figures(features: &Option<Arc<Features>>) -> Figures {
+    let Some(steady) = features.as_ref().and_then(|f| f.steady.as_ref().ok()) else {
+        return Figures::default();
+    };
     Figures {
-        bounces: features.bounces,
-        peak: features.peak,
-        contact: features.contact,
+        bounces: steady.bounces.map(|spread| spread.mean),
+        peak: steady.peak_amplitude.map(|spread| spread.mean),
+        contact: steady.contact_duration.map(|spread| spread.mean),
     }
 }
 
