@@ -47,7 +47,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             }
             ui.separator();
             CollapsingHeader::new("Drive")
-                .default_open(false)
+                .default_open(true)
                 .show_unindented(ui, |ui| {
                     drive_editor::show(ui, state, drive_editor::Place::Panel);
                 });

@@ -3,7 +3,7 @@
 
 use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::{original, small};
+use super::{noise, original, small};
 use crate::app::command::Command;
 use crate::app::setup::{OverlayId, Setup};
 use crate::app::snapshot::{OverlayComparison, Snapshot};
@@ -159,18 +159,17 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
         match &entry.comparison {
             Ok(comparison) => {
                 ui.horizontal_wrapped(|ui| {
-                    number(
-                        ui,
-                        format!("rms {}", format_quantity(comparison.rms, "m", 3)),
-                    )
-                    .on_hover_text("Root mean square of simulation minus recording, xp");
+                    ui.spacing_mut().item_spacing.x = 14.0;
+                    let rms = format!("rms {}", format_quantity(comparison.rms, "m", 3));
+                    ui.label(RichText::new(rms).strong())
+                        .on_hover_text("Root mean square of simulation minus recording, xp");
                     if let Some(percent) = comparison.nrmse_percent {
-                        number(ui, format!("NRMSE {} %", format_number(percent, 3)))
+                        ui.label(format!("NRMSE {} %", format_number(percent, 3)))
                             .on_hover_text("rms over the range of the recording");
                     }
                     if let Some(noise) = noise_of(ui, state, entry) {
                         let times = format_number(comparison.rms / noise, 2);
-                        number(ui, format!("{times} x noise")).on_hover_text(
+                        ui.label(format!("{times} x noise")).on_hover_text(
                             "rms over the estimated noise of the recording: 1 is a perfect model",
                         );
                     }
@@ -201,8 +200,8 @@ fn signed(value: f64) -> String {
 
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
-    super::noise::sigma(ui, overlay)
-        .filter(|noise| *noise > 0.0)
+    noise::sigma(ui, overlay)
+        .filter(|noise| *noise > noise::NOTHING)
         .map(|noise| noise * overlay.alignment.xp_scale.abs())
 }
 
@@ -246,7 +245,11 @@ fn features(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                                 format_number(value, 3)
                             }
                             (Some(_), Some(value), Some(simulated)) => {
-                                format!("{} ({})", format_number(value, 3), simulated - value)
+                                format!(
+                                    "{} ({})",
+                                    format_number(value, 3),
+                                    signed(simulated - value)
+                                )
                             }
                         };
                         let label = number(ui, text);
@@ -353,20 +356,22 @@ pub fn differences(before: &Model, after: &Model) -> Vec<Difference> {
 }
 
 fn table(ui: &mut Ui, id: &str, titles: [&str; 3], rows: &[Difference]) {
-    Grid::new(id)
-        .num_columns(3)
-        .striped(true)
-        .spacing([10.0, 3.0])
-        .show(ui, |ui| {
-            for title in titles {
-                ui.label(small(title).strong());
-            }
-            ui.end_row();
-            for [name, old, new] in rows {
-                ui.label(short(name, 18)).on_hover_text(name);
-                number(ui, old.clone());
-                number(ui, new.clone());
+    ScrollArea::horizontal().id_salt(id).show(ui, |ui| {
+        Grid::new(id)
+            .num_columns(3)
+            .striped(true)
+            .spacing([10.0, 3.0])
+            .show(ui, |ui| {
+                for title in titles {
+                    ui.label(small(title).strong());
+                }
                 ui.end_row();
-            }
-        });
+                for [name, old, new] in rows {
+                    ui.label(short(name, 18)).on_hover_text(name);
+                    ui.label(small(old));
+                    ui.label(small(new));
+                    ui.end_row();
+                }
+            });
+    });
 }
