@@ -108,7 +108,7 @@ impl Rail<'_> {
         let down = response.is_pointer_button_down_on() && ui.input(|i| i.pointer.primary_down());
         let Some(pointer) = response.interact_pointer_pos().filter(|_| down) else {
             ui.data_mut(|data| data.remove::<Drag>(key));
-            output.reset |= response.double_clicked();
+            output.reset |= response.double_clicked() || response.triple_clicked();
             return;
         };
         let (left, span) = self.travel(response);

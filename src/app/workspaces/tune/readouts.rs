@@ -90,9 +90,11 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         }
     });
     if let Some(snapshot) = state.snapshot.clone() {
-        section(ui, "Features per period", |ui| {
-            features(ui, state, &snapshot)
-        });
+        if snapshot.model.has_ground {
+            section(ui, "Features per period", |ui| {
+                features(ui, state, &snapshot)
+            });
+        }
         section(ui, "Events", |ui| events(ui, &snapshot));
     }
     section(ui, "Kept curve (A/B)", |ui| ghost(ui, state));
@@ -109,7 +111,7 @@ pub(super) fn section(ui: &mut Ui, title: &str, content: impl FnOnce(&mut Ui)) {
 }
 
 fn number(ui: &mut Ui, text: String) -> eframe::egui::Response {
-    ui.label(RichText::new(text).monospace())
+    ui.label(RichText::new(text).monospace().size(12.0))
 }
 
 fn name_of(setup: &Setup, id: OverlayId) -> String {

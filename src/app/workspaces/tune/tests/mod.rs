@@ -52,7 +52,8 @@ fn type_into(harness: &mut Harness<'_, State>, label: &str, text: &str) {
     harness.get_by_label(label).type_text(text);
     harness.run_steps(2);
     harness.key_press(eframe::egui::Key::Enter);
-    harness.run_steps(3);
+    // Long enough for the next click not to be a double click.
+    harness.run_steps(30);
 }
 
 /// Whether some text on screen contains `part`.

@@ -30,6 +30,8 @@ fn an_effect_is_switched_on_and_shows_its_sliders() {
     assert!(has_track(&harness, &id));
     assert!(says(&harness, effect.law) && says(&harness, effect.source));
     let field = format!("{id} value");
+    harness.get_by_label(&field).scroll_to_me();
+    harness.run_steps(60);
     let text = format!("{:e}", 2.0 * effect.parameters[0].default);
     type_into(&mut harness, &field, &text);
     let set = harness.state().setup.preset.model.effects[0].values[0];
