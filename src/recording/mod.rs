@@ -14,7 +14,9 @@ pub mod csv;
 mod error;
 pub mod events;
 pub mod features;
+pub mod level;
 pub mod noise;
+pub mod period;
 
 pub use assemble::GAP_FACTOR;
 pub use error::{ImportError, ImportWarning, WarningKind};

@@ -25,13 +25,23 @@ pub struct Figures {
     pub contact: Option<f64>,
 }
 
-/// The figures of a run or a recording.
+/// The figures of a run or a recording in its steady state, as far as there are any.
 pub fn figures(features: &Features) -> Figures {
+    let Ok(steady) = &features.steady else {
+        return Figures::default();
+    };
     Figures {
-        bounces: features.bounces,
-        peak: features.peak,
-        contact: features.contact,
+        bounces: steady.bounces.map(|spread| spread.mean),
+        peak: steady.peak_amplitude.map(|spread| spread.mean),
+        contact: steady.contact_duration.map(|spread| spread.mean),
     }
+}
+
+/// Why figures are missing, if any are.
+fn missing(features: &Features) -> Option<String> {
+    let steady = features.steady.as_ref().err();
+    let missing = steady.or(features.contact_level.as_ref().err());
+    missing.map(ToString::to_string)
 }
 
 /// A row of the features' table.
@@ -209,10 +219,6 @@ fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
 
 fn features(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     let own = figures(&snapshot.features);
-    if own == Figures::default() && snapshot.comparisons.is_empty() {
-        ui.weak("None: the drive does not repeat within the span, or there is no ground.");
-        return;
-    }
     let mut columns = vec![(None, own)];
     for entry in &snapshot.comparisons {
         columns.push((Some(entry.id), figures(&entry.features)));
@@ -263,6 +269,15 @@ fn features(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                 }
             });
     });
+    let mut reasons = Vec::from_iter(missing(&snapshot.features).map(|m| format!("now: {m}")));
+    for entry in &snapshot.comparisons {
+        let name = name_of(&state.setup, entry.id);
+        let why = missing(&entry.features).map(|m| format!("{}: {m}", short(&name, 22)));
+        reasons.extend(why);
+    }
+    for reason in reasons {
+        ui.label(small(reason).weak());
+    }
 }
 
 fn events(ui: &mut Ui, snapshot: &Snapshot) {

@@ -1,0 +1,178 @@
+//! The cycles of a drive, from its recorded voltage.
+
+use super::events::Contact;
+use super::features::Missing;
+use super::noise::estimate_noise;
+use super::{TimeAxis, median_in_place, quantile_in_place};
+
+/// Cycles whose lengths differ by more than this share are not periodic.
+const REGULAR: f64 = 0.03;
+/// Share of the swing that counts as being at the top or at the bottom.
+const EDGE: f64 = 0.02;
+
+/// One cycle of the drive. All times in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cycle {
+    /// The voltage crosses its middle upwards.
+    pub start: f64,
+    /// It does so again.
+    pub end: f64,
+    /// The voltage leaves its top: from here it falls or is held low.
+    pub fall: f64,
+    /// The voltage leaves its bottom: from here it rises.
+    pub rise: f64,
+}
+
+/// The whole cycles among `n` samples. With a given `period` and no voltage the
+/// cycles are laid so that no contact crosses their ends.
+///
+/// # Errors
+/// [`Missing`] if there is neither a period nor a periodic voltage.
+pub fn find_cycles(
+    time: TimeAxis,
+    voltage: Option<&[f64]>,
+    n: usize,
+    period: Option<f64>,
+    contacts: &[Contact],
+) -> Result<Vec<Cycle>, Missing> {
+    match (voltage, period.filter(|p| p.is_finite() && *p > 0.0)) {
+        (Some(voltage), period) => match from_voltage(time, voltage) {
+            Err(_) if period.is_some() => Ok(by_clock(time, n, period.unwrap_or(1.0), contacts)),
+            found => found,
+        },
+        (None, Some(period)) => Ok(by_clock(time, n, period, contacts)),
+        (None, None) => Err(Missing::NoVoltage),
+    }
+}
+
+/// Cycles by the clock: each starts a little before a contact would.
+fn by_clock(time: TimeAxis, n: usize, period: f64, contacts: &[Contact]) -> Vec<Cycle> {
+    let Some(last) = n.checked_sub(1) else {
+        return Vec::new();
+    };
+    let (from, to) = (time.at(0), time.at(last));
+    let phase = contacts
+        .iter()
+        .find(|c| !c.cut)
+        .map_or(0.0, |c| (c.start - 0.05 * period - from).rem_euclid(period));
+    let whole = ((to - from - phase) / period + 1e-9).floor();
+    // More cycles than samples would be no cycles.
+    if !(whole >= 1.0 && whole <= n as f64) {
+        return Vec::new();
+    }
+    (0..whole as usize)
+        .map(|k| from + phase + k as f64 * period)
+        .map(|start| Cycle {
+            start,
+            end: start + period,
+            // Without a voltage nothing is known of its fall: the whole cycle counts.
+            fall: start,
+            rise: start + period,
+        })
+        .collect()
+}
+
+fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> {
+    let mut sorted: Vec<f64> = voltage.iter().copied().filter(|v| v.is_finite()).collect();
+    if sorted.len() < 4 {
+        return Err(Missing::TooShort {
+            samples: sorted.len(),
+        });
+    }
+    let low = quantile_in_place(&mut sorted, 0.005);
+    let high = quantile_in_place(&mut sorted, 0.995);
+    let swing = high - low;
+    let noise = estimate_noise(time, voltage).map_or(0.0, |n| n.sigma);
+    if swing.is_nan() || swing <= 10.0 * noise || swing <= 1e-9 * high.abs().max(low.abs()) {
+        return Err(Missing::ConstantVoltage);
+    }
+    let (top, middle, bottom) = (
+        high - (EDGE * swing).max(3.0 * noise),
+        0.5 * (high + low),
+        low + (EDGE * swing).max(3.0 * noise),
+    );
+    let band = 0.1 * swing;
+    // Upward crossings of the middle, armed by having been clearly below it.
+    let mut crossings: Vec<f64> = Vec::new();
+    let mut tops: Vec<f64> = Vec::new();
+    let mut bottoms: Vec<f64> = Vec::new();
+    let (mut armed, mut was_top, mut was_bottom) = (false, None, None);
+    let mut previous: Option<(f64, f64)> = None;
+    let mut pending: Option<f64> = None;
+    for (i, &v) in voltage.iter().enumerate() {
+        if !v.is_finite() {
+            continue;
+        }
+        let t = time.at(i);
+        if let Some((t_before, v_before)) = previous {
+            if v_before < middle && v >= middle {
+                pending = Some(t_before + (t - t_before) * (middle - v_before) / (v - v_before));
+            } else if v < middle {
+                pending = None;
+            }
+        }
+        if v < middle - band {
+            armed = true;
+            if let Some(top) = was_top.take() {
+                tops.push(top);
+            }
+        }
+        if v > middle + band {
+            if let (true, Some(crossing)) = (armed, pending) {
+                crossings.push(crossing);
+                armed = false;
+            }
+            if let Some(bottom) = was_bottom.take() {
+                bottoms.push(bottom);
+            }
+        }
+        if v >= top {
+            was_top = Some(t);
+        }
+        if v <= bottom {
+            was_bottom = Some(t);
+        }
+        previous = Some((t, v));
+    }
+    if crossings.len() < 2 {
+        return Err(if crossings.is_empty() && tops.is_empty() {
+            Missing::ConstantVoltage
+        } else {
+            Missing::TooFewPeriods { found: 0 }
+        });
+    }
+    let lengths: Vec<f64> = crossings.windows(2).map(|w| w[1] - w[0]).collect();
+    let usual = median_in_place(&mut lengths.clone());
+    // A square that starts at its top has just risen: its first period counts too.
+    let first = (0..voltage.len()).find(|i| voltage[*i].is_finite());
+    if let Some(i) = first.filter(|i| voltage[*i] >= top)
+        && ((crossings[0] - time.at(i)) / usual - 1.0).abs() <= REGULAR
+    {
+        crossings.insert(0, time.at(i));
+    }
+    let mut deviations: Vec<f64> = lengths.iter().map(|l| (l / usual - 1.0).abs()).collect();
+    // The upper quartile: a gap or two may lengthen a few cycles, a sweep changes most.
+    let spread = quantile_in_place(&mut deviations, 0.75);
+    if spread > REGULAR {
+        return Err(Missing::NotPeriodic {
+            spread_percent: 100.0 * spread,
+        });
+    }
+    let last_between = |events: &[f64], from: f64, to: f64| {
+        let end = events.partition_point(|t| *t <= to);
+        end.checked_sub(1).map(|i| events[i]).filter(|t| *t >= from)
+    };
+    Ok(crossings
+        .windows(2)
+        .filter(|w| ((w[1] - w[0]) / usual - 1.0).abs() <= 2.0 * REGULAR)
+        .map(|w| {
+            let (start, end) = (w[0], w[1]);
+            Cycle {
+                start,
+                end,
+                fall: last_between(&tops, start, end).unwrap_or(start),
+                rise: last_between(&bottoms, start, end).unwrap_or(end),
+            }
+        })
+        .collect())
+}

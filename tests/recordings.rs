@@ -1,0 +1,90 @@
+//! The real recordings of the shared folder, if it is there.
+
+use impactscope::recording::csv::{import_auto, preview};
+use impactscope::recording::features::{FeatureOptions, recording_features};
+use impactscope::recording::noise::recording_noise;
+use impactscope::recording::{Channel, Recording};
+use std::path::PathBuf;
+
+fn real_files() -> Vec<PathBuf> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| entry.ok().map(|e| e.path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "csv"))
+        .collect();
+    files.sort();
+    if files.is_empty() {
+        println!("skipped: {} is not there", folder.display());
+    }
+    files
+}
+
+fn read(path: &std::path::Path) -> Recording {
+    import_auto(path, None).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn real_files_read_without_a_dialog() {
+    for path in real_files() {
+        let seen = preview(&path).unwrap();
+        assert!(
+            !seen.needs_dialog(),
+            "{}: {:?}",
+            path.display(),
+            seen.ambiguities
+        );
+        let r = read(&path);
+        assert!(r.warnings.is_empty(), "{}: {:?}", r.name, r.warnings);
+        let lines = std::fs::read_to_string(&path).unwrap().lines().count();
+        assert_eq!(r.len(), lines - 1, "{}", r.name);
+        assert!(r.voltage.is_none() && r.cantilever.is_none());
+        let rate = r.sampling_rate();
+        let expected = if r.name.starts_with("faller") {
+            15.0
+        } else {
+            100.0
+        };
+        assert!(
+            (rate / expected - 1.0).abs() < 0.02,
+            "{}: {rate} Hz",
+            r.name
+        );
+        let (low, high) = r
+            .proof_mass
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+                (l.min(*x), h.max(*x))
+            });
+        assert!(
+            low > 0.0 && high < 50.0 && high - low > 0.05,
+            "{}: {low} to {high} m",
+            r.name
+        );
+    }
+}
+
+#[test]
+fn real_files_have_plausible_noise_and_no_invented_contact() {
+    for path in real_files() {
+        let r = read(&path);
+        let noise = recording_noise(&r, Channel::ProofMass).unwrap();
+        println!("{}: {noise:?}", r.name);
+        let bounds = if r.name.starts_with("faller") {
+            1e-3..0.3
+        } else {
+            2e-5..2e-3
+        };
+        assert!(bounds.contains(&noise.sigma), "{}: {noise:?}", r.name);
+        let features = recording_features(&r, &FeatureOptions::default());
+        assert!(
+            features.contact_level.is_err(),
+            "{}: {:?}",
+            r.name,
+            features.contact_level
+        );
+        assert!(features.steady.is_err());
+        println!("{}: {}", r.name, features.contact_level.unwrap_err());
+    }
+}
