@@ -1,8 +1,11 @@
 //! The window. Nothing below this floor knows egui.
 
 pub mod command;
+mod live;
 pub mod plots;
 pub mod setup;
 pub mod snapshot;
 pub mod state;
+mod summary;
+pub mod worker;
 pub mod workspaces;

@@ -4,12 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::model::Model;
-use crate::recording::compare::Comparison;
+use crate::recording::compare::{Comparison, compare};
 use crate::recording::features::Features;
+use crate::recording::{Channel, Grid};
 use crate::sim::Trace;
 
 use super::plots::pyramid::Pyramid;
-use super::setup::OverlayId;
+use super::setup::{Overlay, OverlayId};
 
 /// A simulated run with everything that is drawn of it.
 #[derive(Debug, Clone)]
@@ -24,8 +25,8 @@ pub struct Snapshot {
     pub proof_mass_pyramid: Arc<Pyramid>,
     /// Empty for a device without that point.
     pub cantilever_pyramid: Arc<Pyramid>,
-    /// Features of the simulated run, per period.
-    pub features: Arc<Features>,
+    /// Features of the simulated run, per period, once they are computed.
+    pub features: Option<Arc<Features>>,
     /// One for each visible recording.
     pub comparisons: Vec<OverlayComparison>,
     /// What the run cost.
@@ -43,14 +44,14 @@ pub struct OverlayComparison {
     pub comparison: Result<Arc<Comparison>, String>,
     /// Decimated residual for drawing: `(time [s], residual [m])` pyramid.
     pub residual_pyramid: Option<Arc<Pyramid>>,
-    /// The recording's own features, or why there are none.
-    pub features: Arc<Features>,
+    /// The recording's own features, once they are computed.
+    pub features: Option<Arc<Features>>,
 }
 
 /// Where a live run stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveState {
-    /// Simulated time reached [s].
+    /// Simulated time reached [s]; the trace may end earlier, where it is looked at.
     pub time: f64,
     /// Oldest time that can be scrubbed to [s].
     pub history_start: f64,
@@ -58,4 +59,63 @@ pub struct LiveState {
     pub speed: f64,
     /// Whether it stands still.
     pub paused: bool,
+}
+
+impl Snapshot {
+    /// A run with what is drawn of it; features are left to be filled in.
+    pub fn new(
+        generation: u64,
+        model: &Arc<Model>,
+        trace: Arc<Trace>,
+        overlays: &[Overlay],
+        cost: Duration,
+    ) -> Self {
+        let pyramid = |values: &[f64]| Arc::new(Pyramid::new(trace.t0, trace.dt, values));
+        Self {
+            generation,
+            model: Arc::clone(model),
+            proof_mass_pyramid: pyramid(&trace.proof_mass),
+            cantilever_pyramid: pyramid(&trace.cantilever),
+            features: None,
+            comparisons: overlays
+                .iter()
+                .filter(|overlay| overlay.visible)
+                .map(|overlay| OverlayComparison::new(overlay, &trace))
+                .collect(),
+            cost,
+            live: None,
+            trace,
+        }
+    }
+}
+
+impl OverlayComparison {
+    fn new(overlay: &Overlay, trace: &Trace) -> Self {
+        let simulated = Grid {
+            t0: trace.t0,
+            dt: trace.dt,
+            values: &trace.proof_mass,
+        };
+        let recording = &overlay.recording;
+        let comparison = compare(
+            recording,
+            Channel::ProofMass,
+            &overlay.alignment,
+            simulated,
+        );
+        let residual_pyramid = comparison.as_ref().ok().map(|comparison| {
+            let times: Vec<f64> = recording
+                .time
+                .iter()
+                .map(|&t| overlay.alignment.time(t))
+                .collect();
+            Arc::new(Pyramid::xy(&times, &comparison.residual))
+        });
+        Self {
+            id: overlay.id,
+            comparison: comparison.map(Arc::new).map_err(|error| error.to_string()),
+            residual_pyramid,
+            features: None,
+        }
+    }
 }

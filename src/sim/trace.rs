@@ -146,6 +146,58 @@ impl Trace {
         .chain(forces.into_iter().flatten())
     }
 
+    /// Samples `from..to` with the events and contacts of that time.
+    pub fn piece(&self, from: usize, to: usize) -> Trace {
+        let to = to.min(self.len());
+        let from = from.min(to);
+        let mut piece = self.clone_samples(from..to);
+        let (start, end) = (piece.t0, piece.end());
+        let first = self.events.partition_point(|e| e.time < start);
+        let last = self.events.partition_point(|e| e.time <= end);
+        piece.events = self.events[first..last].to_vec();
+        let first = self.contacts.partition_point(|c| c.1 < start);
+        let last = self.contacts.partition_point(|c| c.0 <= end);
+        piece.contacts = self.contacts[first..last.max(first)].to_vec();
+        piece
+    }
+
+    fn clone_samples(&self, range: std::ops::Range<usize>) -> Trace {
+        let cut = |column: &Vec<f64>| column.get(range.clone()).unwrap_or_default().to_vec();
+        Trace {
+            t0: self.time(range.start),
+            dt: self.dt,
+            voltage: cut(&self.voltage),
+            proof_mass: cut(&self.proof_mass),
+            cantilever: cut(&self.cantilever),
+            proof_mass_velocity: cut(&self.proof_mass_velocity),
+            cantilever_velocity: cut(&self.cantilever_velocity),
+            events: Vec::new(),
+            contacts: Vec::new(),
+            ground_level: self.ground_level,
+            forces: self.forces.as_ref().map(|f| ForceTraces {
+                drive: cut(&f.drive),
+                film: cut(&f.film),
+                effects: cut(&f.effects),
+                adhesion: cut(&f.adhesion),
+                ground: cut(&f.ground),
+                pull_off: cut(&f.pull_off),
+            }),
+            steps: self.steps,
+        }
+    }
+
+    /// Drops the first `samples` and what happened before.
+    pub fn forget(&mut self, samples: usize) {
+        let samples = samples.min(self.len());
+        self.t0 = self.time(samples);
+        for column in self.columns() {
+            column.drain(..samples.min(column.len()));
+        }
+        let start = self.t0;
+        self.events.retain(|event| event.time >= start);
+        self.contacts.retain(|contact| contact.1 >= start);
+    }
+
     /// Makes room for `samples` and the few more that the last step may bring.
     pub(super) fn reserve(&mut self, samples: usize) {
         self.columns()

@@ -4,6 +4,7 @@
 pub mod drive_editor;
 mod drive_preview;
 mod drive_table;
+mod figures;
 mod icon;
 mod noise;
 mod original;

@@ -3,7 +3,7 @@
 
 use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::{noise, original, small};
+use super::{figures, noise, original, small};
 use crate::app::command::Command;
 use crate::app::setup::{OverlayId, Setup};
 use crate::app::snapshot::{OverlayComparison, Snapshot};
@@ -11,85 +11,7 @@ use crate::app::state::State;
 use crate::model::Model;
 use crate::model::parameter::ParameterSpec;
 use crate::model::unit::{format_number, format_quantity};
-use crate::recording::features::Features;
 use crate::sim::EventKind;
-
-/// The features of Table A.1, per period.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Figures {
-    /// Bounces before the sustained contact.
-    pub bounces: Option<f64>,
-    /// Peak oscillation amplitude [m].
-    pub peak: Option<f64>,
-    /// Time in contact [s].
-    pub contact: Option<f64>,
-}
-
-/// The figures of a run or a recording in its steady state, as far as there are any.
-pub fn figures(features: &Features) -> Figures {
-    let Ok(steady) = &features.steady else {
-        return Figures::default();
-    };
-    Figures {
-        bounces: steady.bounces.map(|spread| spread.mean),
-        peak: steady.peak_amplitude.map(|spread| spread.mean),
-        contact: steady.contact_duration.map(|spread| spread.mean),
-    }
-}
-
-/// Why figures are missing, if any are.
-fn missing(features: &Features) -> Option<String> {
-    let steady = features.steady.as_ref().err();
-    let missing = steady.or(features.contact_level.as_ref().err());
-    missing.map(ToString::to_string)
-}
-
-/// A row of the features' table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Row {
-    /// Bounces.
-    Bounces,
-    /// Peak.
-    Peak,
-    /// Contact.
-    Contact,
-}
-
-/// All rows in order.
-pub const ROWS: [Row; 3] = [Row::Bounces, Row::Peak, Row::Contact];
-
-impl Row {
-    /// Name with the unit of [`Self::value`].
-    pub fn title(self) -> &'static str {
-        match self {
-            Row::Bounces => "bounces",
-            Row::Peak => "peak [µm]",
-            Row::Contact => "contact [ms]",
-        }
-    }
-
-    /// What it means.
-    pub fn help(self) -> &'static str {
-        match self {
-            Row::Bounces => {
-                "Departures of more than 5 µm before the sustained contact, per period; 0 where contact is not sustained"
-            }
-            Row::Peak => {
-                "Highest xp after break-off while the voltage falls or is held, minus the lowest xp, per period"
-            }
-            Row::Contact => "Total time in contact per period; hops under 5 µm are merged",
-        }
-    }
-
-    /// The number in the unit of [`Self::title`].
-    pub fn value(self, figures: &Figures) -> Option<f64> {
-        match self {
-            Row::Bounces => figures.bounces,
-            Row::Peak => figures.peak.map(|v| 1e6 * v),
-            Row::Contact => figures.contact.map(|v| 1e3 * v),
-        }
-    }
-}
 
 /// Draws the readouts.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -102,7 +24,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if let Some(snapshot) = state.snapshot.clone() {
         if snapshot.model.has_ground {
             section(ui, "Features per period", |ui| {
-                features(ui, state, &snapshot)
+                figures::show(ui, state, &snapshot)
             });
         }
         section(ui, "Events", |ui| events(ui, &snapshot));
@@ -120,11 +42,7 @@ pub(super) fn section(ui: &mut Ui, title: &str, content: impl FnOnce(&mut Ui)) {
         .show_unindented(ui, content);
 }
 
-fn number(ui: &mut Ui, text: String) -> eframe::egui::Response {
-    ui.label(RichText::new(text).monospace().size(12.0))
-}
-
-fn name_of(setup: &Setup, id: OverlayId) -> String {
+pub(super) fn name_of(setup: &Setup, id: OverlayId) -> String {
     let overlay = setup.overlays.iter().find(|overlay| overlay.id == id);
     overlay.map_or_else(
         || format!("#{id}"),
@@ -148,7 +66,7 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
 }
 
 /// The first `limit` characters of a name.
-fn short(name: &str, limit: usize) -> String {
+pub(super) fn short(name: &str, limit: usize) -> String {
     if name.chars().count() <= limit {
         name.to_owned()
     } else {
@@ -204,80 +122,11 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     }
 }
 
-/// A difference with its sign, to two digits.
-fn signed(value: f64) -> String {
-    let sign = if value < 0.0 { "" } else { "+" };
-    format!("{sign}{}", format_number(value, 2))
-}
-
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
     noise::sigma(ui, overlay)
         .filter(|noise| *noise > noise::NOTHING)
         .map(|noise| noise * overlay.alignment.xp_scale.abs())
-}
-
-fn features(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
-    let own = figures(&snapshot.features);
-    let mut columns = vec![(None, own)];
-    for entry in &snapshot.comparisons {
-        columns.push((Some(entry.id), figures(&entry.features)));
-    }
-    ScrollArea::horizontal().id_salt("features").show(ui, |ui| {
-        Grid::new("features")
-            .num_columns(1 + columns.len())
-            .striped(true)
-            .spacing([10.0, 3.0])
-            .show(ui, |ui| {
-                ui.label("");
-                for (id, _) in &columns {
-                    match id {
-                        None => {
-                            ui.label(small("now").strong());
-                        }
-                        Some(id) => {
-                            let name = name_of(&state.setup, *id);
-                            ui.label(small(short(&name, 14)).strong())
-                                .on_hover_text(name);
-                        }
-                    }
-                }
-                ui.end_row();
-                for row in ROWS {
-                    ui.label(row.title()).on_hover_text(row.help());
-                    let simulated = row.value(&own);
-                    for (id, column) in &columns {
-                        let text = match (id, row.value(column), simulated) {
-                            (_, None, _) => "-".to_owned(),
-                            (None, Some(value), _) | (Some(_), Some(value), None) => {
-                                format_number(value, 3)
-                            }
-                            (Some(_), Some(value), Some(simulated)) => {
-                                format!(
-                                    "{} ({})",
-                                    format_number(value, 3),
-                                    signed(simulated - value)
-                                )
-                            }
-                        };
-                        let label = number(ui, text);
-                        if id.is_some() {
-                            label.on_hover_text("Recording (simulation minus recording)");
-                        }
-                    }
-                    ui.end_row();
-                }
-            });
-    });
-    let mut reasons = Vec::from_iter(missing(&snapshot.features).map(|m| format!("now: {m}")));
-    for entry in &snapshot.comparisons {
-        let name = name_of(&state.setup, entry.id);
-        let why = missing(&entry.features).map(|m| format!("{}: {m}", short(&name, 22)));
-        reasons.extend(why);
-    }
-    for reason in reasons {
-        ui.label(small(reason).weak());
-    }
 }
 
 fn events(ui: &mut Ui, snapshot: &Snapshot) {

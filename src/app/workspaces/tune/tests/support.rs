@@ -70,7 +70,7 @@ pub fn overlay(id: u64, recording: Recording, made_up: bool) -> Overlay {
 
 /// A result for `state`, with a comparison for each recording.
 pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
-    let features = Arc::new(features(1.0, 253e-6, 31.4e-3));
+    let features = Some(Arc::new(features(1.0, 253e-6, 31.4e-3)));
     let comparisons = state
         .setup
         .overlays
@@ -79,7 +79,7 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
             id: overlay.id,
             comparison: Ok(Arc::new(comparison(rms))),
             residual_pyramid: None,
-            features: Arc::new(self::features(0.0, 212e-6, 32e-3)),
+            features: Some(Arc::new(self::features(0.0, 212e-6, 32e-3))),
         })
         .collect();
     let events = [EventKind::Impact, EventKind::Stick, EventKind::Release]
