@@ -130,6 +130,12 @@ pub fn show(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
             .spacing([10.0, 3.0])
             .show(ui, |ui| table(ui, &columns));
     });
+    if columns
+        .iter()
+        .all(|column| column.figures == Figures::default() && column.missing.is_none())
+    {
+        ui.label(small("not computed yet").weak());
+    }
     for column in columns {
         if let Some(reason) = column.missing {
             let name = short(&column.name, 22);

@@ -107,7 +107,18 @@ impl Rail<'_> {
         let key = self.id.with("drag");
         let down = response.is_pointer_button_down_on() && ui.input(|i| i.pointer.primary_down());
         let Some(pointer) = response.interact_pointer_pos().filter(|_| down) else {
+            let dragged = ui.data(|data| data.get_temp::<Drag>(key)).is_some();
             ui.data_mut(|data| data.remove::<Drag>(key));
+            if response.clicked()
+                && !dragged
+                && !output.fine
+                && let Some(pointer) = response.interact_pointer_pos()
+            {
+                // A tap so short that press and release came in one frame.
+                let (left, span) = self.travel(response);
+                output.fraction = Some(f64::from((pointer.x - left) / span).clamp(0.0, 1.0));
+                response.request_focus();
+            }
             output.reset |= response.double_clicked() || response.triple_clicked();
             return;
         };

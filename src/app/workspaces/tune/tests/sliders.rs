@@ -59,6 +59,27 @@ fn shift_drags_fine() {
 }
 
 #[test]
+fn a_tap_within_one_frame_moves_it_and_gives_it_the_keys() {
+    use eframe::egui::{Event, PointerButton};
+    let mut harness = harness(state());
+    let pos = track(&harness, "alpha").rect().center();
+    harness.hover_at(pos);
+    harness.run_steps(2);
+    for pressed in [true, false] {
+        harness.input_mut().events.push(Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
+    }
+    harness.step();
+    assert!((value(harness.state(), P::Alpha) - 0.5).abs() < 0.01);
+    harness.run_steps(2);
+    assert!(track(&harness, "alpha").is_focused());
+}
+
+#[test]
 fn arrow_keys_and_screen_readers_move_it() {
     let mut harness = harness(state());
     let before = value(harness.state(), P::Alpha);
