@@ -104,6 +104,10 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
         ui.weak("This device has no drive.");
         return;
     }
+    if place == Place::Panel && state.drive_editor_open {
+        ui.weak("Shown in its window.");
+        return;
+    }
     ui.horizontal(|ui| {
         kind_picker(ui, &mut state.setup, place);
         reference::case_picker(ui, &mut state.setup, place.scope());
@@ -116,7 +120,7 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
         DriveChoice::Recorded(_) => recorded(ui, &mut state.setup, place),
     }
     drive_preview::show(ui, &state.setup, place);
-    if place == Place::Panel && !state.drive_editor_open {
+    if place == Place::Panel {
         let button = ui.add(Button::new("Open in a window").small());
         if button.clicked() {
             state.ask(Command::DriveEditor);

@@ -127,7 +127,7 @@ pub fn show(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
         Grid::new("features")
             .num_columns(1 + columns.len())
             .striped(true)
-            .spacing([10.0, 3.0])
+            .spacing([7.0, 3.0])
             .show(ui, |ui| table(ui, &columns));
     });
     if columns
@@ -181,7 +181,7 @@ fn table(ui: &mut Ui, columns: &[Column]) {
                 ),
                 (Some(value), _) => format_number(value, 3),
             };
-            let label = ui.label(RichText::new(text).monospace().size(12.0));
+            let label = ui.label(RichText::new(text).monospace().size(11.5));
             if of_recording {
                 label.on_hover_text("Recording (simulation minus recording)");
             }
