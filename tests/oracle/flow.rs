@@ -97,6 +97,7 @@ pub fn advance<S: System>(
     }
     let (mut from, mut before) = (tau0, start);
     let mut steps = 0;
+    let mut value = NalgebraVec::from_vec(vec![0.0; 4], *problem.context());
     loop {
         let reason = solver.step().unwrap();
         steps += 1;
@@ -105,7 +106,6 @@ pub fn advance<S: System>(
         let end = violation(system, before, from, to, after, tolerance)
             .map(|beyond| zero(system, before, from, beyond, tolerance));
         let limit = end.as_ref().map_or(to, |(tau, _)| *tau);
-        let mut value = NalgebraVec::from_vec(vec![0.0; 4], problem.context().clone());
         while let Some(tau) = samples.next_if(|&tau| tau <= limit) {
             // Samples that coincide with the start were passed by the rounding of times.
             solver

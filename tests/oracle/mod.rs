@@ -6,7 +6,7 @@
 //! simulator's own method. What both agree on is unlikely to be wrong in the same way.
 
 // Several test programs and a benchmark share this folder; none of them uses all of it.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports)]
 
 pub mod device;
 pub mod flow;
