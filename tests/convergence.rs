@@ -7,14 +7,20 @@ use impactscope::model::preset::Preset;
 use impactscope::sim::{Options, simulate};
 use oracle::{Device, Drive, Tolerance, run};
 
+/// Film coefficient that is some 60 times the device's: the modes are cheap to follow
+/// exactly, so that only the film (and the drive) tells the order of the method.
+const STRONG_FILM: f64 = 1e-19;
+
 /// Largest error of xp with fixed steps on a smooth flight, against the reference.
 fn error(fixed_step: f64, waveform: &Waveform, duration: f64, reference: &[[f64; 4]]) -> f64 {
     let options = Options {
         fixed_step: Some(fixed_step),
         ..Options::default()
     };
-    let trace = simulate(&Preset::default().model, waveform, duration, &options).unwrap();
-    assert!(trace.contacts.is_empty());
+    let mut model = Preset::default().model;
+    model.set("Cs", STRONG_FILM).unwrap();
+    let trace = simulate(&model, waveform, duration, &options).unwrap();
+    assert!(trace.contacts.is_empty(), "{:?}", trace.events);
     assert_eq!(trace.len(), reference.len());
     let pairs = trace.proof_mass.iter().zip(reference);
     pairs.fold(0.0, |m, (x, r)| f64::max(m, (x - r[1]).abs()))
@@ -23,17 +29,20 @@ fn error(fixed_step: f64, waveform: &Waveform, duration: f64, reference: &[[f64;
 /// Halves the step until rounding takes over; prints and returns the orders seen between
 /// errors that are clear of it.
 fn orders(name: &str, waveform: &Waveform, drive: Drive, duration: f64, coarsest: f64) -> Vec<f64> {
-    let tolerance = Tolerance::relative(1e-13);
-    let reference = run(&Device::paper(), &drive, duration, 50e3, &tolerance).samples;
+    let mut device = Device::paper();
+    // In uN um^2 ms.
+    device.cs = STRONG_FILM * 1e21;
+    let tolerance = Tolerance::relative(1e-14);
+    let reference = run(&device, &drive, duration, 50e3, &tolerance).samples;
     let mut orders = Vec::new();
     let mut last: Option<f64> = None;
     let mut step = coarsest;
-    for _ in 0..8 {
+    for _ in 0..9 {
         let now = error(step, waveform, duration, &reference);
         let order = last.map(|before: f64| (before / now).log2());
         println!("{name}: step {step:.2e} s, error {now:.2e} m, order {order:.2?}");
         // Below this the reference's own error and rounding are in sight.
-        if now < 3e-13 {
+        if now < 1e-15 {
             break;
         }
         orders.extend(order);
@@ -45,31 +54,34 @@ fn orders(name: &str, waveform: &Waveform, drive: Drive, duration: f64, coarsest
 
 #[test]
 fn fixed_steps_converge_with_their_order() {
-    // The first flight of the standard square, up to its first impact at 0.33 ms.
+    // The first flight of the standard square, before its first impact at 0.33 ms.
     let square = Waveform::Square {
         frequency: 5.0,
         amplitude: 8.0,
     };
     let drive = Drive::Square { hz: 5.0, volt: 8.0 };
-    let short = orders("first flight", &square, drive, 0.32e-3, 4e-5);
-    // A drive that changes all the time and never reaches the ground.
+    let short = orders("first flight", &square, drive, 0.32e-3, 1.6e-4);
+    // A drive that changes all the time and stays clear of the ground.
     let sine = Waveform::Sine {
-        frequency: 200.0,
+        frequency: 50.0,
         amplitude: 4.0,
     };
     let drive = Drive::Sine {
-        hz: 200.0,
+        hz: 50.0,
         volt: 4.0,
     };
-    let long = orders("sine flight", &sine, drive, 10e-3, 4e-5);
+    let long = orders("sine flight", &sine, drive, 4.9e-3, 1.6e-4);
     for (name, orders) in [("first flight", short), ("sine flight", long)] {
         assert!(
             orders.len() >= 2,
             "{name}: too few errors to tell: {orders:?}"
         );
-        // The finest pair is the asymptotic one.
-        let last = *orders.last().unwrap();
-        assert!(last >= 3.9, "{name}: order {last}");
+        // From the third step on; each pair, and not only the kindest, has to show it. The
+        // method shows 8.5 to 9.4, the documents promise 4.
+        assert!(
+            orders.iter().skip(1).all(|&order| order >= 4.0),
+            "{name}: {orders:?}"
+        );
     }
 }
 

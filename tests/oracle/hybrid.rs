@@ -86,7 +86,8 @@ const UM_PER_MS: f64 = 1e-3;
 const MS: f64 = 1e-3;
 const MICRONEWTON: f64 = 1e-6;
 
-fn si(s: &State) -> State {
+/// From um and ms.
+pub fn si(s: &State) -> State {
     [s[0] * UM, s[1] * UM, s[2] * UM_PER_MS, s[3] * UM_PER_MS]
 }
 
@@ -172,7 +173,7 @@ pub fn run_from(
 }
 
 /// What happens where a guard is zero: eqs (11)-(14).
-fn event(
+pub fn event(
     device: &Device,
     state: &mut State,
     contact: &mut Option<f64>,

@@ -11,6 +11,7 @@
 pub mod device;
 pub mod flow;
 pub mod hybrid;
+pub mod native;
 pub mod voltage;
 
 pub use device::Device;
