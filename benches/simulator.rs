@@ -80,34 +80,35 @@ fn opponent(relative: f64) -> Tolerance {
     Tolerance::relative(relative)
 }
 
-/// Median of several runs [s].
-fn time(mut run: impl FnMut()) -> f64 {
-    let mut times: Vec<f64> = (0..15)
-        .map(|_| {
+/// Shortest of several runs of each [s], in turns, so that whatever else the machine does
+/// falls on all alike.
+fn times(runs: &[Box<dyn Fn() + '_>]) -> Vec<f64> {
+    let mut shortest = vec![f64::INFINITY; runs.len()];
+    for _ in 0..40 {
+        for (least, run) in shortest.iter_mut().zip(runs) {
             let start = Instant::now();
             run();
-            start.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+            *least = least.min(start.elapsed().as_secs_f64());
+        }
+    }
+    shortest
 }
 
-/// A way to run a case: its error, its steps and its time.
-struct Figures {
+/// A way to run a case, with its error and its steps.
+struct Figures<'a> {
     label: String,
     error: f64,
     steps: u64,
-    seconds: f64,
+    run: Box<dyn Fn() + 'a>,
 }
 
-fn ours(case: &Case, reference: &Outcome, tolerance: f64) -> Figures {
+fn ours<'a>(case: &'a Case, reference: &Outcome, tolerance: f64) -> Figures<'a> {
     let model = Model::default();
     let options = Options {
         tolerance,
         ..Options::default()
     };
-    let run = || simulate(&model, &case.waveform, case.duration, &options).unwrap();
+    let run = move || simulate(&model, &case.waveform, case.duration, &options).unwrap();
     let trace = run();
     let contact = |e: &&impactscope::sim::Event| e.kind != impactscope::sim::EventKind::DriveStep;
     let events = trace.events.iter().filter(contact).count();
@@ -115,22 +116,22 @@ fn ours(case: &Case, reference: &Outcome, tolerance: f64) -> Figures {
         label: format!("simulator, tolerance {tolerance:.0e} m"),
         error: error(reference, |i| trace.proof_mass[i], events),
         steps: trace.steps,
-        seconds: time(|| {
+        run: Box::new(move || {
             black_box(run());
         }),
     }
 }
 
-fn theirs(case: &Case, reference: &Outcome, relative: f64) -> Figures {
+fn theirs<'a>(case: &'a Case, reference: &Outcome, relative: f64) -> Figures<'a> {
     let device = Device::paper();
     let tolerance = opponent(relative);
-    let run = || run_native(&device, &case.drive, case.duration, RATE, &tolerance);
+    let run = move || run_native(&device, &case.drive, case.duration, RATE, &tolerance);
     let outcome = run();
     Figures {
         label: format!("diffsol tsit45, rtol {relative:.0e}"),
         error: error(reference, |i| outcome.samples[i][1], outcome.events.len()),
         steps: outcome.steps as u64,
-        seconds: time(|| {
+        run: Box::new(move || {
             black_box(run());
         }),
     }
@@ -187,12 +188,15 @@ fn main() {
             ours(&case, &reference, 1e-9),
             theirs(&case, &reference, enough),
         ];
+        let seconds = times(
+            &figures
+                .each_ref()
+                .map(|f| Box::new(|| (f.run)()) as Box<dyn Fn()>),
+        );
         for (i, f) in figures.iter().enumerate() {
             let against = if i % 2 == 1 {
-                format!(
-                    ", {:.1} times the simulator's",
-                    f.seconds / figures[i - 1].seconds
-                )
+                let ratio = seconds[i] / seconds[i - 1];
+                format!(", {ratio:.1} times the simulator's")
             } else {
                 String::new()
             };
@@ -201,7 +205,7 @@ fn main() {
                 f.label,
                 f.error,
                 f.steps,
-                f.seconds * 1e3
+                seconds[i] * 1e3
             ));
         }
     }

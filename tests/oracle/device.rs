@@ -50,6 +50,12 @@ impl Device {
         Self::from_modes(modes, 0.32635, 1.747, 82.0, 70.0, 1.7e-3, 0.2743, 0.378)
     }
 
+    /// The paper's device with other damping ratios.
+    pub fn damped(self, zeta1: f64, zeta2: f64) -> Self {
+        let (m, b, k) = matrices(table(zeta1, zeta2));
+        Self { m, b, k, ..self }
+    }
+
     #[allow(clippy::too_many_arguments)] // a row of a table, read once
     fn from_modes(
         modes: [ModeRow; 2],
