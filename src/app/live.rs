@@ -71,8 +71,8 @@ impl Live {
     /// # Errors
     /// [`SimError`] if they cannot be simulated; the device runs on with the old ones.
     pub fn adopt(&mut self, wish: &Wish) -> Result<(), SimError> {
-        let other_device = wish.model.modes.len() != self.model.modes.len()
-            || wish.model.name != self.model.name;
+        let other_device =
+            wish.model.modes.len() != self.model.modes.len() || wish.model.name != self.model.name;
         if other_device || wish.restarts != self.restarts {
             *self = Self::start(wish)?;
             return Ok(());
@@ -167,13 +167,8 @@ impl Live {
         let view = self
             .history
             .piece(last.saturating_sub(samples), last.min(self.history.len()));
-        let mut snapshot = Snapshot::new(
-            generation,
-            &self.model,
-            Arc::new(view),
-            &[],
-            Duration::ZERO,
-        );
+        let mut snapshot =
+            Snapshot::new(generation, &self.model, Arc::new(view), &[], Duration::ZERO);
         snapshot.live = Some(LiveState {
             time,
             history_start: self.history.t0,

@@ -2,6 +2,7 @@
 
 pub mod command;
 mod live;
+mod noise;
 pub mod plots;
 pub mod setup;
 pub mod snapshot;

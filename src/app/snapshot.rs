@@ -97,12 +97,7 @@ impl OverlayComparison {
             values: &trace.proof_mass,
         };
         let recording = &overlay.recording;
-        let comparison = compare(
-            recording,
-            Channel::ProofMass,
-            &overlay.alignment,
-            simulated,
-        );
+        let comparison = compare(recording, Channel::ProofMass, &overlay.alignment, simulated);
         let residual_pyramid = comparison.as_ref().ok().map(|comparison| {
             let times: Vec<f64> = recording
                 .time

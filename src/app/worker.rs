@@ -291,8 +291,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 None => started.elapsed(),
             };
             self.generation += 1;
-            let snapshot =
-                Snapshot::new(self.generation, &wish.model, trace, &wish.overlays, cost);
+            let snapshot = Snapshot::new(self.generation, &wish.model, trace, &wish.overlays, cost);
             self.show(snapshot.clone());
             snapshot
         };

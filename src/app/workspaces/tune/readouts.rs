@@ -136,7 +136,7 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
         .map(|o| o.color);
     let mut text = RichText::new(short(&name, 22));
     if let Some(color) = color {
-        text = text.color(super::overlay_color(ui, color));
+        text = text.color(crate::app::plots::style::overlay_color(ui, color));
     }
     ui.label(text).on_hover_text(name);
 }
@@ -207,7 +207,7 @@ fn signed(value: f64) -> String {
 
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
-    super::noise::sigma(ui, overlay)
+    crate::app::noise::sigma(ui, overlay)
         .filter(|noise| *noise > 0.0)
         .map(|noise| noise * overlay.alignment.xp_scale.abs())
 }
