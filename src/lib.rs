@@ -5,6 +5,7 @@
 //! - `model` (what the device is).
 
 pub mod app;
+pub mod cli;
 pub mod model;
 pub mod recording;
 pub mod sim;

@@ -1,12 +1,111 @@
 //! The window. Nothing below this floor knows egui.
 
+pub mod actions;
 pub mod command;
+pub mod dialogs;
+pub mod export;
+pub mod files;
+pub mod first_start;
+pub mod history;
+mod layout;
 mod live;
 mod noise;
 pub mod plots;
+pub mod session;
 pub mod setup;
+pub mod shell;
 pub mod snapshot;
 pub mod state;
 mod summary;
+pub mod theme;
 pub mod worker;
 pub mod workspaces;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use eframe::egui::{Vec2, ViewportBuilder};
+use thiserror::Error;
+
+use crate::model::preset::{Preset, PresetError};
+
+/// What to open the window with.
+#[derive(Debug, Clone, Default)]
+pub struct WindowOptions {
+    /// Recordings, presets, a session.
+    pub files: Vec<PathBuf>,
+    /// Preset by name or path.
+    pub preset: Option<String>,
+    /// Workspace by name.
+    pub workspace: Option<String>,
+    /// Save a picture of the settled window here and end.
+    pub screenshot: Option<PathBuf>,
+}
+
+/// Why there is no window.
+#[derive(Debug, Error)]
+pub enum AppError {
+    /// There is no display, or none that can be drawn on.
+    #[error(
+        "no window can be opened ({0}); without a display use a command: impactscope simulate --help"
+    )]
+    NoWindow(String),
+    /// The preset cannot be used.
+    #[error(transparent)]
+    Preset(#[from] PresetError),
+    /// The picture could not be saved.
+    #[error("no picture was saved: {0}")]
+    Screenshot(String),
+}
+
+/// Opens the window and runs it to its end.
+///
+/// # Errors
+/// [`AppError`].
+pub fn run(options: WindowOptions) -> Result<(), AppError> {
+    #[cfg(target_os = "linux")]
+    if ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"]
+        .iter()
+        .all(|name| std::env::var_os(name).is_none_or(|value| value.is_empty()))
+    {
+        return Err(AppError::NoWindow("there is no display".to_owned()));
+    }
+    let preset = options.preset.as_deref().map(Preset::load).transpose()?;
+    let picture = options.screenshot.is_some();
+    // Outcome of the picture, handed out of the event loop.
+    let outcome = Arc::new(Mutex::new(None));
+    let of_shell = Arc::clone(&outcome);
+    let native = eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title("impactscope")
+            .with_app_id("impactscope")
+            .with_inner_size(Vec2::new(1440.0, 900.0))
+            .with_min_inner_size(Vec2::new(900.0, 600.0))
+            .with_drag_and_drop(true),
+        ..eframe::NativeOptions::default()
+    };
+    eframe::run_native(
+        "impactscope",
+        native,
+        Box::new(move |context| {
+            Ok(Box::new(shell::Shell::new(
+                &context.egui_ctx,
+                options,
+                preset,
+                of_shell,
+            )?))
+        }),
+    )
+    .map_err(|error| AppError::NoWindow(error.to_string()))?;
+    let saved = outcome
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take();
+    match saved {
+        Some(Err(reason)) => Err(AppError::Screenshot(reason)),
+        None if picture => Err(AppError::Screenshot(
+            "the window was closed first".to_owned(),
+        )),
+        _ => Ok(()),
+    }
+}

@@ -9,6 +9,8 @@ use crate::model::unit::format_quantity;
 use crate::recording::noise::{NoiseEstimate, recording_noise};
 use crate::recording::{Channel, Recording};
 
+/// Below this there is no noise worth naming [m].
+pub const NOTHING: f64 = 1e-13;
 /// Longer recordings are estimated on a thread of their own.
 const LONG: usize = 200_000;
 
@@ -55,6 +57,7 @@ pub fn sigma(ui: &Ui, overlay: &Overlay) -> Option<f64> {
 pub fn text(ui: &Ui, overlay: &Overlay) -> String {
     match of(ui, overlay).get() {
         None => "being estimated".to_owned(),
+        Some(Ok(estimate)) if estimate.sigma <= NOTHING => "none".to_owned(),
         Some(Ok(estimate)) => format_quantity(estimate.sigma, "m", 2),
         Some(Err(_)) => "unknown".to_owned(),
     }

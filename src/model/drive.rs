@@ -93,6 +93,21 @@ impl VoltageTable {
         })
     }
 
+    /// A table from a recorded voltage, whose noise must not flip the hysteresis branch:
+    /// reversals below 2 % of its span do not count.
+    ///
+    /// # Errors
+    /// As [`VoltageTable::new`].
+    pub fn from_recording(
+        name: impl Into<String>,
+        time: Vec<f64>,
+        voltage: Vec<f64>,
+    ) -> Result<Self, DriveError> {
+        let low = voltage.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = voltage.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Self::new(name, time, voltage, 0.02 * (high - low))
+    }
+
     /// Largest voltage by magnitude.
     pub fn amplitude(&self) -> f64 {
         self.voltage.iter().fold(0.0, |a, v| a.max(v.abs()))
@@ -100,6 +115,11 @@ impl VoltageTable {
 
     /// The samples: times [s] and voltages [V], as many of each.
     pub fn samples(&self) -> (&[f64], &[f64]) {
+        (&self.time, &self.voltage)
+    }
+
+    /// The samples: times [s] and voltages [V].
+    pub fn points(&self) -> (&[f64], &[f64]) {
         (&self.time, &self.voltage)
     }
 

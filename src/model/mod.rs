@@ -202,6 +202,17 @@ impl Model {
         Ok(())
     }
 
+    /// SI unit of a parameter, or of an active effect's as `effect.parameter`.
+    pub fn unit_of(&self, id: &str) -> Option<&'static str> {
+        if let Some(parameter) = ParameterId::from_id(id) {
+            return Some(parameter.spec().unit);
+        }
+        let (effect, parameter) = id.split_once('.')?;
+        let active = self.effects.iter().find(|e| e.spec.id == effect)?;
+        let spec = active.spec.parameters.iter().find(|p| p.id == parameter)?;
+        Some(spec.unit)
+    }
+
     /// Sets a parameter, or an effect's as `effect.parameter`, by id.
     ///
     /// # Errors

@@ -13,6 +13,7 @@ pub mod compare;
 pub mod csv;
 mod error;
 pub mod events;
+pub mod events_file;
 pub mod features;
 pub mod level;
 pub mod noise;

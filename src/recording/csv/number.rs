@@ -8,6 +8,9 @@ const EXACT: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
+/// Largest mantissa that takes another digit without leaving a `u64`.
+const LARGEST: u64 = (u64::MAX - 9) / 10;
+
 /// Reads the number at the start of `bytes`, times `10^shift`; returns it with the
 /// number of bytes it took. `None` if there is no number. With `comma` the decimal
 /// mark may be a comma or a point, else a point only.
@@ -39,7 +42,7 @@ pub(super) fn prefix(bytes: &[u8], comma: bool, shift: i32) -> Option<(f64, usiz
         .map(|b| b.wrapping_sub(b'0'))
         .filter(|d| *d < 10)
     {
-        overflow |= mantissa >= 1 << 59;
+        overflow |= mantissa > LARGEST;
         mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(d));
         digits += 1;
         p += 1;
@@ -56,7 +59,7 @@ pub(super) fn prefix(bytes: &[u8], comma: bool, shift: i32) -> Option<(f64, usiz
             .map(|b| b.wrapping_sub(b'0'))
             .filter(|d| *d < 10)
         {
-            overflow |= mantissa >= 1 << 59;
+            overflow |= mantissa > LARGEST;
             mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(d));
             p += 1;
         }
@@ -101,21 +104,46 @@ pub(super) fn prefix(bytes: &[u8], comma: bool, shift: i32) -> Option<(f64, usiz
         }
     }
     let total = exponent.saturating_add(written).saturating_add(shift);
-    let magnitude = if !overflow && mantissa <= 1 << 53 && (-22..=22).contains(&total) {
-        let power = EXACT[total.unsigned_abs() as usize];
-        if total < 0 {
-            mantissa as f64 / power
-        } else {
-            mantissa as f64 * power
+    let quick = match total {
+        _ if overflow => None,
+        -22..=22 if mantissa <= 1 << 53 => {
+            let power = EXACT[total.unsigned_abs() as usize];
+            Some(if total < 0 {
+                mantissa as f64 / power
+            } else {
+                mantissa as f64 * power
+            })
         }
-    } else {
-        by_library(
+        -22..=-1 => long_quotient(mantissa, EXACT[total.unsigned_abs() as usize]),
+        _ => None,
+    };
+    let magnitude = match quick {
+        Some(value) => value,
+        None => by_library(
             &bytes[mantissa_start..mantissa_end],
             mark.map(|m| m - mantissa_start),
             written.saturating_add(shift),
-        )?
+        )?,
     };
     Some((if negative { -magnitude } else { magnitude }, p))
+}
+
+/// `mantissa / power`, correctly rounded, or `None` where that cannot be told.
+///
+/// The quotient is had to twice the precision from its remainder, which a fused
+/// multiply-add gives exactly (T. J. Dekker, Numer. Math. 18, 1971). Its rounding is
+/// in doubt only where it lies within a millionth of the middle between two numbers.
+fn long_quotient(mantissa: u64, power: f64) -> Option<f64> {
+    let head = mantissa as f64;
+    // |tail| <= 2^10: exact. The cast back cannot wrap in 128 bits.
+    let tail = (i128::from(mantissa) - head as i128) as f64;
+    let quotient = head / power;
+    let remainder = (-quotient).mul_add(power, head) + tail;
+    let correction = remainder / power;
+    let sum = quotient + correction;
+    let lost = correction - (sum - quotient);
+    let below = sum - f64::from_bits(sum.to_bits().checked_sub(1)?);
+    (lost.abs() < 0.499_999 * below).then_some(sum)
 }
 
 /// The general case: the digits with a plain decimal point and the shifted exponent
@@ -263,8 +291,23 @@ mod tests {
             prop_assert_eq!(read(&text, 0), value);
             let text = format!("{value:e}");
             prop_assert_eq!(read(&text, 0), value);
+            // Every digit and a unit, as a simulation writes them.
+            let shifted = format!("{value:e}").replace('e', " ");
+            let (digits, exponent) = shifted.split_once(' ').unwrap();
+            let exponent: i32 = exponent.parse().unwrap();
+            let plain = digits.replace(['.', '-'], "");
+            let sign = if value < 0.0 { "-" } else { "" };
+            let text = format!("{sign}{plain}");
+            prop_assert_eq!(read(&text, exponent - plain.len() as i32 + 1), value);
             let short = format!("{value:.6e}");
             prop_assert_eq!(read(&short, 0), short.parse::<f64>().unwrap());
+        }
+
+        /// Long mantissas over small powers of ten: the double-length division.
+        #[test]
+        fn long_mantissas_round_correctly(mantissa in (1u64 << 53)..u64::MAX, shift in -25i32..3) {
+            let expected: f64 = format!("{mantissa}e{shift}").parse().unwrap();
+            prop_assert_eq!(read(&mantissa.to_string(), shift), expected);
         }
 
         #[test]

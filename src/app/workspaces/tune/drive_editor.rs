@@ -35,98 +35,77 @@ const KINDS: [&str; 8] = [
     "rest", "sine", "square", "triangle", "ramped", "chirp", "table", "recorded",
 ];
 
-const fn row(
-    id: &'static str,
-    symbol: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    range: (f64, f64),
-    limits: (f64, f64),
-    scale: Scale,
-    meaning: &'static str,
-) -> ParameterSpec {
-    ParameterSpec {
-        id,
-        symbol,
-        name,
-        unit,
-        default: range.0,
-        range,
-        limits,
-        scale,
-        rank: Rank::Secondary,
-        meaning,
-        equation: "",
-    }
-}
-
 const HERTZ: (f64, f64) = (1e-6, 1e6);
-const FREQUENCY: ParameterSpec = row(
-    "frequency",
-    "f",
-    "drive frequency",
-    "Hz",
-    (1.0, 1000.0),
-    HERTZ,
-    Scale::Log,
-    "periods per second of the drive voltage",
-);
-const FROM: ParameterSpec = row(
-    "from",
-    "f from",
-    "first frequency",
-    "Hz",
-    (1.0, 10_000.0),
-    HERTZ,
-    Scale::Log,
-    "frequency at the start of the sweep",
-);
-const TO: ParameterSpec = row(
-    "to",
-    "f to",
-    "last frequency",
-    "Hz",
-    (1.0, 10_000.0),
-    HERTZ,
-    Scale::Log,
-    "frequency at the end of the sweep",
-);
-const SWEEP: ParameterSpec = row(
-    "sweep",
-    "sweep",
-    "sweep time",
-    "s",
-    (0.01, 100.0),
-    (1e-9, 1e6),
-    Scale::Log,
-    "time from the first frequency to the last; then the voltage is held",
-);
-const AMPLITUDE: ParameterSpec = row(
-    "amplitude",
-    "A",
-    "drive amplitude",
-    "V",
-    (0.0, 10.0),
-    (-1e4, 1e4),
-    Scale::Linear,
-    "largest voltage; the branches of the piezo film are known to 8 V",
-);
-const LAMBDA: ParameterSpec = row(
-    "lambda",
-    "λ",
-    "ramp share",
-    "",
-    (0.0, 0.5),
-    (0.0, 0.5),
-    Scale::Linear,
-    "share of the period that each ramp takes; 0 is a square wave (fig. 6)",
-);
+const FREQUENCY: ParameterSpec = ParameterSpec {
+    id: "frequency",
+    symbol: "f",
+    name: "drive frequency",
+    unit: "Hz",
+    default: 15.0,
+    range: (1.0, 1000.0),
+    limits: HERTZ,
+    scale: Scale::Log,
+    rank: Rank::Secondary,
+    meaning: "periods per second of the drive voltage",
+    equation: "",
+};
+const FROM: ParameterSpec = ParameterSpec {
+    id: "from",
+    symbol: "f from",
+    name: "first frequency",
+    range: (1.0, 10_000.0),
+    meaning: "frequency at the start of the sweep",
+    ..FREQUENCY
+};
+const TO: ParameterSpec = ParameterSpec {
+    id: "to",
+    symbol: "f to",
+    name: "last frequency",
+    meaning: "frequency at the end of the sweep",
+    ..FROM
+};
+const SWEEP: ParameterSpec = ParameterSpec {
+    id: "sweep",
+    symbol: "sweep",
+    name: "sweep time",
+    unit: "s",
+    range: (0.01, 100.0),
+    limits: (1e-9, 1e6),
+    meaning: "time from the first frequency to the last; then the voltage is held",
+    ..FREQUENCY
+};
+const AMPLITUDE: ParameterSpec = ParameterSpec {
+    id: "amplitude",
+    symbol: "A",
+    name: "drive amplitude",
+    unit: "V",
+    range: (0.0, 10.0),
+    limits: (-1e4, 1e4),
+    scale: Scale::Linear,
+    meaning: "largest voltage; the branches of the piezo film are known to 8 V",
+    ..FREQUENCY
+};
+const LAMBDA: ParameterSpec = ParameterSpec {
+    id: "lambda",
+    symbol: "λ",
+    name: "ramp share",
+    unit: "",
+    range: (0.0, 0.5),
+    limits: (0.0, 0.5),
+    scale: Scale::Linear,
+    meaning: "share of the period that each ramp takes; 0 is a square wave (fig. 6)",
+    ..FREQUENCY
+};
 
 /// Draws the editor. Values that make no sense are shown where they are typed; the
 /// drive stays what it was.
 pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
     if state.setup.preset.model.piezo.is_none() {
         ui.weak("This device has no drive.");
+        return;
+    }
+    if place == Place::Panel && state.drive_editor_open {
+        ui.weak("Shown in its window.");
         return;
     }
     ui.horizontal(|ui| {
@@ -141,7 +120,7 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
         DriveChoice::Recorded(_) => recorded(ui, &mut state.setup, place),
     }
     drive_preview::show(ui, &state.setup, place);
-    if place == Place::Panel && !state.drive_editor_open {
+    if place == Place::Panel {
         let button = ui.add(Button::new("Open in a window").small());
         if button.clicked() {
             state.ask(Command::DriveEditor);

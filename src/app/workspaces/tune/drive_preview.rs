@@ -26,7 +26,7 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
     let milliseconds = points.last().is_some_and(|p| p[0] < 2.0);
     let factor = if milliseconds { 1e3 } else { 1.0 };
     let line: Vec<[f64; 2]> = points.iter().map(|p| [p[0] * factor, p[1]]).collect();
-    let height = if place == Place::Panel { 110.0 } else { 170.0 };
+    let height = if place == Place::Panel { 84.0 } else { 170.0 };
     Plot::new((place.scope(), "preview"))
         .height(height)
         .x_axis_label(if milliseconds { "t [ms]" } else { "t [s]" })
@@ -39,7 +39,12 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
         .show_y(false)
         .set_margin_fraction(eframe::egui::vec2(0.01, 0.12))
         .show(ui, |plot| {
-            plot.line(Line::new("drive", PlotPoints::from(line)).width(1.5))
+            plot.line(
+                Line::new("drive", PlotPoints::from(line))
+                    // A band would smear the vertical edges.
+                    .allow_band(false)
+                    .width(1.5),
+            )
         });
 }
 

@@ -4,6 +4,7 @@
 pub mod drive_editor;
 mod drive_preview;
 mod drive_table;
+mod figures;
 mod icon;
 mod original;
 mod parameters;
@@ -33,7 +34,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let mut side = ui.data_mut(|data| *data.get_persisted_mut_or(key, true));
     transport::show(ui, state, &mut side);
     Panel::left("tune parameters")
-        .default_size(330.0)
+        .default_size(350.0)
         .size_range(280.0..=480.0)
         .show(ui, |ui| parameters::show(ui, state));
     Panel::right("tune readouts")
@@ -49,6 +50,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         Window::new("Drive editor")
             .open(&mut open)
             .default_width(420.0)
+            .default_pos([380.0, 90.0])
             .show(ui, |ui| {
                 drive_editor::show(ui, state, drive_editor::Place::Window);
             });

@@ -47,13 +47,18 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             }
             ui.separator();
             CollapsingHeader::new("Drive")
-                .default_open(false)
+                .default_open(true)
                 .show_unindented(ui, |ui| {
                     drive_editor::show(ui, state, drive_editor::Place::Panel);
                 });
-            CollapsingHeader::new("Advanced").show_unindented(ui, |ui| {
-                group(ui, &mut state.setup, Rank::Advanced, problem.as_ref());
-            });
+            // A device without ground has little else to tune.
+            let has_ground = state.setup.preset.model.has_ground;
+            CollapsingHeader::new("Advanced")
+                .id_salt(("advanced", has_ground))
+                .default_open(!has_ground)
+                .show_unindented(ui, |ui| {
+                    group(ui, &mut state.setup, Rank::Advanced, problem.as_ref());
+                });
             let on = state.setup.preset.model.effects.len();
             let title = if on == 0 {
                 "Effects".to_owned()

@@ -3,7 +3,7 @@
 
 use eframe::egui::accesskit::{Action, ActionData};
 use eframe::egui::{
-    EventFilter, Id, Key, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
+    Event, EventFilter, Id, Key, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
 /// Share of the track that one press of an arrow key moves.
@@ -107,8 +107,19 @@ impl Rail<'_> {
         let key = self.id.with("drag");
         let down = response.is_pointer_button_down_on() && ui.input(|i| i.pointer.primary_down());
         let Some(pointer) = response.interact_pointer_pos().filter(|_| down) else {
+            let dragged = ui.data(|data| data.get_temp::<Drag>(key)).is_some();
             ui.data_mut(|data| data.remove::<Drag>(key));
-            output.reset |= response.double_clicked();
+            if response.clicked()
+                && !dragged
+                && !output.fine
+                && let Some(pointer) = response.interact_pointer_pos()
+            {
+                // A tap so short that press and release came in one frame.
+                let (left, span) = self.travel(response);
+                output.fraction = Some(f64::from((pointer.x - left) / span).clamp(0.0, 1.0));
+                response.request_focus();
+            }
+            output.reset |= response.double_clicked() || response.triple_clicked();
             return;
         };
         let (left, span) = self.travel(response);
@@ -155,31 +166,45 @@ impl Rail<'_> {
                 },
             );
         });
-        let presses = |key| ui.input(|i| i.num_presses(key)) as f64;
-        let steps = presses(Key::ArrowRight) + presses(Key::ArrowUp)
-            - presses(Key::ArrowLeft)
-            - presses(Key::ArrowDown)
-            + 10.0 * (presses(Key::PageUp) - presses(Key::PageDown));
         let mut fraction = self.fraction.clamp(0.0, 1.0);
-        let mut step = |by: f64| {
+        let mut step = |by: f64, fine: bool| {
             if by != 0.0 {
-                fraction += by * KEY_STEP * if output.fine { FINE } else { 1.0 };
+                fraction += by * KEY_STEP * if fine { FINE } else { 1.0 };
                 output.fraction = Some(fraction.clamp(0.0, 1.0));
+                output.fine |= fine;
             }
         };
-        step(steps);
+        let mut jump = None;
+        // Each press knows its own modifiers, however fast they follow one another.
+        for event in ui.input(|i| i.events.clone()) {
+            let Event::Key {
+                key,
+                pressed: true,
+                modifiers,
+                ..
+            } = event
+            else {
+                continue;
+            };
+            match key {
+                Key::ArrowRight | Key::ArrowUp => step(1.0, modifiers.shift),
+                Key::ArrowLeft | Key::ArrowDown => step(-1.0, modifiers.shift),
+                Key::PageUp => step(10.0, false),
+                Key::PageDown => step(-10.0, false),
+                Key::Home => jump = Some(0.0),
+                Key::End => jump = Some(1.0),
+                Key::Backspace | Key::Delete => output.reset = true,
+                _ => {}
+            }
+        }
         if output.response.hovered() {
             // The wheel belongs to the focused slider, not to the page around it.
             let wheel = ui.input_mut(|i| std::mem::take(&mut i.smooth_scroll_delta));
-            step(f64::from(wheel.y + wheel.x) / 40.0);
+            step(f64::from(wheel.y + wheel.x) / 40.0, false);
         }
-        if presses(Key::Home) > 0.0 {
-            output.fraction = Some(0.0);
+        if jump.is_some() {
+            output.fraction = jump;
         }
-        if presses(Key::End) > 0.0 {
-            output.fraction = Some(1.0);
-        }
-        output.reset |= presses(Key::Backspace) + presses(Key::Delete) > 0.0;
     }
 
     fn screen_reader(&self, ui: &Ui, output: &mut RailOutput) {
@@ -215,7 +240,7 @@ impl Rail<'_> {
         let accent = if self.error {
             visuals.error_fg_color
         } else if self.enabled {
-            visuals.selection.bg_fill
+            visuals.hyperlink_color
         } else {
             visuals.weak_text_color()
         };

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use eframe::egui::{Grid, RichText, Ui};
 
-use super::readouts::{Figures, ROWS, figures};
+use super::figures::{Figures, ROWS, figures, latest};
 use super::small;
 use crate::app::setup::{DriveChoice, Setup};
 use crate::app::state::State;
@@ -132,8 +132,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let own = state
         .snapshot
         .as_ref()
-        .map(|s| figures(&s.features))
-        .unwrap_or_default();
+        .and_then(|s| latest(ui, None, &s.features));
+    let own = figures(own.as_deref());
     Grid::new("table a1")
         .num_columns(4)
         .striped(true)

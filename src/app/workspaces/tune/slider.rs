@@ -164,9 +164,6 @@ impl ParameterSlider<'_> {
         if shown.reset {
             output.value = Some(self.original);
         }
-        if !shown.response.is_pointer_button_down_on() {
-            shown.response.on_hover_ui(|ui| self.tooltip(ui));
-        }
     }
 
     fn field(&self, ui: &mut Ui, width: f32, output: &mut SliderOutput) -> Option<String> {

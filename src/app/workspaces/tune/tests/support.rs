@@ -12,7 +12,7 @@ use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
 use crate::recording::compare::Comparison;
-use crate::recording::features::Features;
+use crate::recording::features::{Features, Spread, SteadyState};
 use crate::sim::{Event, EventKind, Trace};
 
 /// The state of a first start without recordings.
@@ -70,7 +70,7 @@ pub fn overlay(id: u64, recording: Recording, made_up: bool) -> Overlay {
 
 /// A result for `state`, with a comparison for each recording.
 pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
-    let features = Arc::new(features(1.0, 253e-6, 31.4e-3));
+    let features = Some(Arc::new(features(1.0, 253e-6, 31.4e-3)));
     let comparisons = state
         .setup
         .overlays
@@ -79,7 +79,7 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
             id: overlay.id,
             comparison: Ok(Arc::new(comparison(rms))),
             residual_pyramid: None,
-            features: Arc::new(self::features(0.0, 212e-6, 32e-3)),
+            features: Some(Arc::new(self::features(0.0, 212e-6, 32e-3))),
         })
         .collect();
     let events = [EventKind::Impact, EventKind::Stick, EventKind::Release]
@@ -160,10 +160,20 @@ pub fn live() -> State {
 }
 
 fn features(bounces: f64, peak: f64, contact: f64) -> Features {
+    let spread = |mean| Some(Spread { mean, std: 0.0 });
     Features {
-        bounces: Some(bounces),
-        peak: Some(peak),
-        contact: Some(contact),
+        noise: 0.0,
+        contact_level: Ok(-58e-6),
+        period: Ok(1.0 / 15.0),
+        events: Default::default(),
+        periods: Vec::new(),
+        steady: Ok(SteadyState {
+            first: 0,
+            periods: 3,
+            peak_amplitude: spread(peak),
+            contact_duration: spread(contact),
+            bounces: spread(bounces),
+        }),
     }
 }
 

@@ -1,0 +1,72 @@
+//! The list of keys and gestures, made from the commands; and what the program is.
+
+use eframe::egui::{Grid, Key, ScrollArea, Ui, Window};
+
+use crate::app::command::Command;
+
+/// What the mouse does.
+const GESTURES: [(&str, &str); 9] = [
+    ("drag in a plot", "move through time"),
+    ("wheel in a plot", "zoom the time around the pointer"),
+    ("double-click in a plot", "show the whole span"),
+    ("click in a plot", "set the cursor"),
+    (
+        "Shift + click in a plot",
+        "set the second cursor, for differences",
+    ),
+    ("Escape", "clear the cursors"),
+    ("double-click a slider", "back to the preset's value"),
+    ("Shift + drag a slider", "move it finely"),
+    ("arrow keys on a slider", "move it step by step"),
+];
+
+/// Draws the list while `open`.
+pub fn show(ui: &mut Ui, open: &mut bool) {
+    if *open && ui.input(|input| input.key_pressed(Key::Escape)) {
+        *open = false;
+    }
+    Window::new("Keyboard and mouse")
+        .open(open)
+        .default_width(520.0)
+        .show(ui, |ui| {
+            ScrollArea::vertical().max_height(560.0).show(ui, |ui| {
+                Grid::new("keys")
+                    .num_columns(3)
+                    .striped(true)
+                    .show(ui, |ui| {
+                        for command in Command::all() {
+                            let Some(shortcut) = command.shortcut() else {
+                                continue;
+                            };
+                            let (name, line) = command.text();
+                            ui.monospace(ui.ctx().format_shortcut(&shortcut));
+                            ui.label(name);
+                            ui.weak(line);
+                            ui.end_row();
+                        }
+                        for (gesture, line) in GESTURES {
+                            ui.monospace("");
+                            ui.label(gesture);
+                            ui.weak(line);
+                            ui.end_row();
+                        }
+                    });
+            });
+        });
+}
+
+/// Draws what the program is while `open`.
+pub fn about(ui: &mut Ui, open: &mut bool) {
+    Window::new("About impactscope")
+        .open(open)
+        .resizable(false)
+        .default_width(420.0)
+        .show(ui, |ui| {
+            ui.heading(concat!("impactscope ", env!("CARGO_PKG_VERSION")));
+            ui.label(env!("CARGO_PKG_DESCRIPTION"));
+            ui.add_space(6.0);
+            ui.label("The model: J. H. Ryou and K. R. Oldham, Model identification for impact dynamics of a piezoelectric microactuator, J. Micromech. Microeng. 22 (2012) 115002.");
+            ui.add_space(6.0);
+            ui.label(concat!("Licence: ", env!("CARGO_PKG_LICENSE")));
+        });
+}

@@ -1,0 +1,105 @@
+//! Windows that ask something. One file each.
+
+mod help;
+mod import;
+mod palette;
+mod path;
+
+use std::path::PathBuf;
+
+use eframe::egui::Ui;
+
+use crate::recording::csv::{ImportSettings, Preview};
+
+use super::command::Command;
+use super::files::Purpose;
+
+pub use import::ImportDialog;
+pub use palette::Palette;
+pub use path::PathDialog;
+
+/// What the person answered.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// Run a command.
+    Command(Command),
+    /// Open a file.
+    Open(PathBuf),
+    /// Save to a file.
+    Save(Purpose, PathBuf),
+    /// Import a recording so.
+    Import(PathBuf, ImportSettings),
+    /// Use the system's dialog.
+    Browse(Option<Purpose>),
+}
+
+/// The dialogs, each open or not.
+#[derive(Debug, Default)]
+pub struct Dialogs {
+    import: Option<ImportDialog>,
+    path: Option<PathDialog>,
+    palette: Option<Palette>,
+    help: bool,
+    about: bool,
+}
+
+impl Dialogs {
+    /// Whether any is open: then keys belong to it.
+    pub fn is_open(&self) -> bool {
+        self.import.is_some() || self.path.is_some() || self.palette.is_some()
+    }
+
+    /// Asks how a recording is to be read; starts from `known` settings, if given.
+    pub fn ask_import(&mut self, path: PathBuf, preview: Preview, known: Option<ImportSettings>) {
+        self.import = Some(ImportDialog::new(path, preview, known));
+    }
+
+    /// Asks for a file to open (`None`) or to save to.
+    pub fn ask_path(&mut self, purpose: Option<Purpose>) {
+        self.path = Some(PathDialog::new(purpose));
+    }
+
+    /// Opens the command palette.
+    pub fn open_palette(&mut self) {
+        self.palette = Some(Palette::default());
+    }
+
+    /// Shows or hides the list of keys.
+    pub fn toggle_help(&mut self) {
+        self.help = !self.help;
+    }
+
+    /// Shows what the program is.
+    pub fn open_about(&mut self) {
+        self.about = true;
+    }
+
+    /// Draws what is open; returns what was answered.
+    pub fn show(&mut self, ui: &mut Ui) -> Option<Answer> {
+        let mut answer = None;
+        if let Some(dialog) = &mut self.import {
+            let (open, given) = dialog.show(ui);
+            answer = answer.or(given);
+            if !open {
+                self.import = None;
+            }
+        }
+        if let Some(dialog) = &mut self.path {
+            let (open, given) = dialog.show(ui);
+            answer = answer.or(given);
+            if !open {
+                self.path = None;
+            }
+        }
+        if let Some(palette) = &mut self.palette {
+            let (open, given) = palette.show(ui);
+            answer = answer.or(given.map(Answer::Command));
+            if !open {
+                self.palette = None;
+            }
+        }
+        help::show(ui, &mut self.help);
+        help::about(ui, &mut self.about);
+        answer
+    }
+}

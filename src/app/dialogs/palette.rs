@@ -1,0 +1,99 @@
+//! The command palette: every command by name.
+
+use eframe::egui::{Align2, Key, ScrollArea, TextEdit, Ui, Window};
+
+use crate::app::command::Command;
+
+/// The open palette.
+#[derive(Debug, Default)]
+pub struct Palette {
+    text: String,
+    chosen: usize,
+}
+
+/// Commands whose name or help has all the words.
+fn matching(text: &str) -> Vec<Command> {
+    let words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();
+    Command::all()
+        .into_iter()
+        .filter(|command| {
+            let (name, line) = command.text();
+            let place = format!("{name} {line}").to_lowercase();
+            words.iter().all(|word| place.contains(word))
+        })
+        .collect()
+}
+
+impl Palette {
+    /// Draws it; returns whether it stays open, and the command chosen.
+    pub fn show(&mut self, ui: &mut Ui) -> (bool, Option<Command>) {
+        let (up, down, enter, escape) = ui.input_mut(|input| {
+            let none = eframe::egui::Modifiers::NONE;
+            (
+                input.consume_key(none, Key::ArrowUp),
+                input.consume_key(none, Key::ArrowDown),
+                input.consume_key(none, Key::Enter),
+                input.consume_key(none, Key::Escape),
+            )
+        });
+        let found = matching(&self.text);
+        if down {
+            self.chosen += 1;
+        }
+        if up {
+            self.chosen = self.chosen.saturating_sub(1);
+        }
+        self.chosen = self.chosen.min(found.len().saturating_sub(1));
+        let mut command = enter.then(|| found.get(self.chosen).copied()).flatten();
+        Window::new("Commands")
+            .title_bar(false)
+            .resizable(false)
+            .anchor(Align2::CENTER_TOP, [0.0, 80.0])
+            .show(ui, |ui| {
+                let label = ui.label("Command:").id;
+                let field = ui
+                    .add(
+                        TextEdit::singleline(&mut self.text)
+                            .desired_width(480.0)
+                            .hint_text("type part of a name"),
+                    )
+                    .labelled_by(label);
+                field.request_focus();
+                ScrollArea::vertical().max_height(360.0).show(ui, |ui| {
+                    for (i, entry) in found.iter().enumerate() {
+                        let keys = entry
+                            .shortcut()
+                            .map(|keys| ui.ctx().format_shortcut(&keys))
+                            .unwrap_or_default();
+                        let (name, line) = entry.text();
+                        let row = ui.selectable_label(
+                            i == self.chosen,
+                            format!("{name}   {line}   {keys}"),
+                        );
+                        if i == self.chosen && (up || down) {
+                            row.scroll_to_me(None);
+                        }
+                        if row.clicked() {
+                            command = Some(*entry);
+                        }
+                    }
+                    if found.is_empty() {
+                        ui.weak("no command has these words");
+                    }
+                });
+            });
+        (command.is_none() && !escape, command)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_commands_by_words_in_any_order() {
+        assert_eq!(matching("png export"), vec![Command::ExportPng]);
+        assert_eq!(matching("").len(), Command::all().len());
+        assert!(matching("no such thing").is_empty());
+    }
+}
