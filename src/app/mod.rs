@@ -9,6 +9,7 @@ pub mod first_start;
 pub mod history;
 mod layout;
 mod live;
+mod noise;
 pub mod plots;
 pub mod session;
 pub mod setup;

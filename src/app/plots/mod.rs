@@ -1,6 +1,145 @@
-//! Stand-in until branch `plots` lands.
+//! The pictures of the Tune workspace, stacked: one file for each.
+
+mod axes;
+mod cache;
+mod curve;
+mod device;
+mod forces;
+mod layer;
 pub mod pyramid;
-/// All pictures.
-pub fn show(ui: &mut eframe::egui::Ui, _state: &mut super::state::State) {
-    ui.label("plots");
+mod readout;
+mod residual;
+pub mod style;
+mod time_plot;
+mod trajectory;
+mod voltage;
+mod window;
+
+use eframe::egui::{Key, RichText, ScrollArea, Ui, vec2};
+
+use super::setup::Picture;
+use super::state::{Cursors, State};
+use readout::Readout;
+use time_plot::{Common, TimePlot};
+
+/// Space between two pictures [points].
+const SPACING: f32 = 6.0;
+/// Height of a line that stands for a picture [points].
+const LINE: f32 = 20.0;
+/// Height of ticks and label of the time axis [points].
+const TIME_AXIS: f32 = 36.0;
+
+/// Draws all pictures that are switched on and takes up what is done over them.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let typing = ui.ctx().memory(|memory| memory.focused().is_some());
+    if !typing && ui.input(|input| input.key_pressed(Key::Escape)) {
+        state.cursors = Cursors::default();
+    }
+    let (plots, lines) = describe(ui, state);
+    let readout = Readout::of(ui, state, &plots);
+    let shown = |picture| state.view.pictures.contains(&picture);
+    let device = shown(Picture::Device);
+    let space = ui.available_size();
+    let device_height = if device {
+        (0.24 * space.y).clamp(130.0, 200.0)
+    } else {
+        0.0
+    };
+    let mut rest = space.y - lines.len() as f32 * (LINE + SPACING) - 2.0 * SPACING;
+    if device {
+        rest -= device_height + SPACING;
+    }
+    if !plots.is_empty() {
+        rest -= readout.height(space.x) + TIME_AXIS;
+    }
+    let heights = heights(&plots, rest);
+    ScrollArea::vertical()
+        .id_salt("plots")
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = SPACING;
+            if device {
+                let size = vec2(ui.available_width(), device_height);
+                ui.allocate_ui(size, |ui| {
+                    ui.set_min_size(size);
+                    device::show(ui, state, device_time(state));
+                });
+            }
+            if !plots.is_empty() {
+                ui.scope(|ui| {
+                    ui.spacing_mut().item_spacing.y = 0.0;
+                    readout.show(ui);
+                });
+            }
+            time_plots(ui, state, plots, &heights);
+            for line in lines {
+                ui.label(RichText::new(line).size(12.0).weak());
+            }
+        });
+}
+
+/// The pictures against time that are switched on, and lines for those that have
+/// nothing to show.
+fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
+    let (mut plots, mut lines) = (Vec::new(), Vec::new());
+    for picture in &state.view.pictures {
+        match picture {
+            Picture::Voltage => plots.push(voltage::describe(ui, state)),
+            Picture::Trajectory => plots.push(trajectory::describe(ui, state)),
+            Picture::Residual => match residual::describe(ui, state) {
+                Ok(plot) => plots.push(plot),
+                Err(line) => lines.push(line),
+            },
+            Picture::Forces => plots.push(forces::describe(ui, state)),
+            Picture::PhasePortrait | Picture::DriveLoop | Picture::Device => {}
+        }
+    }
+    (plots, lines)
+}
+
+/// Least height and share of what is left over.
+fn demand(picture: Picture) -> (f32, f32) {
+    match picture {
+        Picture::Trajectory => (150.0, 3.0),
+        Picture::Forces => (110.0, 2.0),
+        Picture::Residual => (80.0, 1.2),
+        _ => (64.0, 0.8),
+    }
+}
+
+fn heights(plots: &[TimePlot], space: f32) -> Vec<f32> {
+    let demands: Vec<(f32, f32)> = plots.iter().map(|plot| demand(plot.picture)).collect();
+    let least: f32 = demands.iter().map(|d| d.0 + SPACING).sum();
+    let shares: f32 = demands.iter().map(|d| d.1).sum();
+    let left = (space - least).max(0.0);
+    demands
+        .iter()
+        .map(|(least, share)| (least + left * share / shares).floor())
+        .collect()
+}
+
+/// Time at which the device is drawn [s].
+fn device_time(state: &State) -> Option<f64> {
+    readout::time(state).or_else(|| {
+        let snapshot = state.snapshot.as_ref()?;
+        snapshot
+            .live
+            .map(|live| state.scrub.unwrap_or(live.time))
+            .or_else(|| Some(window::in_view(state).1.min(snapshot.trace.end())))
+    })
+}
+
+fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[f32]) {
+    let common = Common {
+        window: window::in_view(state),
+        cursors: state.cursors,
+    };
+    let last = plots.len().saturating_sub(1);
+    state.cursors.hover = None;
+    for (i, plot) in plots.into_iter().enumerate() {
+        let lowest = i == last;
+        let height = heights[i] + if lowest { TIME_AXIS } else { 0.0 };
+        let reply = plot.show(ui, &common, height, lowest);
+        window::react(ui, state, &reply);
+    }
 }

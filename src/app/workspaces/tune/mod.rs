@@ -6,7 +6,6 @@ mod drive_preview;
 mod drive_table;
 mod figures;
 mod icon;
-mod noise;
 mod original;
 mod parameters;
 mod quantity;
@@ -24,7 +23,7 @@ pub use parameters::choose_preset;
 pub use recordings::remove as remove_recording;
 pub use start::start_from_recording;
 
-use eframe::egui::{CentralPanel, Color32, Id, Panel, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{CentralPanel, Id, Panel, RichText, ScrollArea, Ui, Window};
 
 use crate::app::plots;
 use crate::app::state::State;
@@ -72,19 +71,6 @@ fn side_panel(ui: &mut Ui, state: &mut State) {
             }
             ui.add_space(12.0);
         });
-}
-
-/// Colour of a recording.
-fn overlay_color(_ui: &Ui, index: usize) -> Color32 {
-    const COLORS: [Color32; 6] = [
-        Color32::from_rgb(0xe6, 0x9f, 0x00),
-        Color32::from_rgb(0x00, 0x9e, 0x73),
-        Color32::from_rgb(0xcc, 0x79, 0xa7),
-        Color32::from_rgb(0xd5, 0x5e, 0x00),
-        Color32::from_rgb(0x56, 0xb4, 0xe9),
-        Color32::from_rgb(0xb0, 0xa0, 0x20),
-    ];
-    COLORS[index % COLORS.len()]
 }
 
 /// Text a little smaller than the rest, still readable.

@@ -3,8 +3,9 @@
 
 use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::{figures, noise, original, small};
+use super::{figures, original, small};
 use crate::app::command::Command;
+use crate::app::noise;
 use crate::app::setup::{OverlayId, Setup};
 use crate::app::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
@@ -60,7 +61,7 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
         .map(|o| o.color);
     let mut text = RichText::new(short(&name, 22));
     if let Some(color) = color {
-        text = text.color(super::overlay_color(ui, color));
+        text = text.color(crate::app::plots::style::overlay_color(ui, color));
     }
     ui.label(text).on_hover_text(name);
 }

@@ -5,11 +5,13 @@ use eframe::egui::{
 };
 
 use super::icon::{Icon, icon_button};
-use super::noise;
+
+use super::drive_editor;
 use super::small;
 use super::start::start_from_recording;
-use super::{drive_editor, overlay_color};
 use crate::app::command::Command;
+use crate::app::noise;
+use crate::app::plots::style::overlay_color;
 use crate::app::setup::{DriveChoice, Overlay, OverlayId, Setup};
 use crate::app::state::State;
 use crate::model::unit::{format_quantity, parse_quantity};

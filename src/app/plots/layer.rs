@@ -1,0 +1,126 @@
+//! What is drawn inside the frame of a plot, without the hover search and the bounds of
+//! the plot library's own items: both look at every point.
+
+use std::ops::RangeInclusive;
+
+use eframe::egui::{Color32, Pos2, Shape, Stroke, Ui, pos2, vec2};
+use egui_plot::{PlotBounds, PlotGeometry, PlotItem, PlotItemBase, PlotPoint, PlotTransform};
+
+/// Longest dashed line [points]; a longer one is drawn solid, it would be all dashes.
+const LONGEST_DASHED: f32 = 12_000.0;
+
+type Draw = dyn Fn(&Ui, &PlotTransform, &mut Vec<Shape>);
+
+/// One layer of a picture, drawn by a closure.
+pub struct Layer {
+    base: PlotItemBase,
+    draw: Box<Draw>,
+}
+
+impl Layer {
+    /// Drawn by `draw`.
+    pub fn new(draw: impl Fn(&Ui, &PlotTransform, &mut Vec<Shape>) + 'static) -> Self {
+        Self {
+            base: PlotItemBase::new(String::new()),
+            draw: Box::new(draw),
+        }
+    }
+
+    /// A line through `points`; `[NaN, NaN]` breaks it.
+    pub fn line(points: Vec<[f64; 2]>, stroke: Stroke, dashed: bool) -> Self {
+        Self::new(move |_, transform, shapes| {
+            for piece in points.split(|point| point[0].is_nan()) {
+                polyline(piece, stroke, dashed, transform, shapes);
+            }
+        })
+    }
+}
+
+impl PlotItem for Layer {
+    fn shapes(&self, ui: &Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
+        (self.draw)(ui, transform, shapes);
+    }
+
+    fn initialize(&mut self, _x_range: RangeInclusive<f64>) {}
+
+    fn color(&self) -> Color32 {
+        Color32::TRANSPARENT
+    }
+
+    fn allow_hover(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self) -> PlotGeometry<'_> {
+        PlotGeometry::None
+    }
+
+    fn bounds(&self) -> PlotBounds {
+        PlotBounds::NOTHING
+    }
+
+    fn base(&self) -> &PlotItemBase {
+        &self.base
+    }
+
+    fn base_mut(&mut self) -> &mut PlotItemBase {
+        &mut self.base
+    }
+}
+
+/// Place of a point on the screen, kept near the frame: what lies far outside would lose
+/// its place in single precision.
+fn place(transform: &PlotTransform, [x, y]: [f64; 2]) -> Pos2 {
+    const FAR: f32 = 1e5;
+    let pos = transform.position_from_point(&PlotPoint::new(x, y));
+    pos2(pos.x.clamp(-FAR, FAR), pos.y.clamp(-FAR, FAR))
+}
+
+fn polyline(
+    points: &[[f64; 2]],
+    stroke: Stroke,
+    dashed: bool,
+    transform: &PlotTransform,
+    shapes: &mut Vec<Shape>,
+) {
+    let path: Vec<Pos2> = points.iter().map(|&p| place(transform, p)).collect();
+    match path.as_slice() {
+        [] => {}
+        [only] => shapes.push(Shape::circle_filled(
+            *only,
+            stroke.width + 1.0,
+            stroke.color,
+        )),
+        _ => {
+            let length: f32 = path.windows(2).map(|p| p[0].distance(p[1])).sum();
+            if dashed && length < LONGEST_DASHED {
+                shapes.extend(Shape::dashed_line(&path, stroke, 6.0, 4.0));
+            } else {
+                shapes.push(Shape::line(path, stroke));
+            }
+        }
+    }
+}
+
+/// What happened, as drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// A triangle that points down.
+    Impact,
+    /// A square.
+    Stick,
+    /// A triangle that points up.
+    Release,
+}
+
+/// A marker at `at`.
+pub fn mark(mark: Mark, at: Pos2, color: Color32) -> Shape {
+    const R: f32 = 4.0;
+    let corners = match mark {
+        Mark::Impact => vec![vec2(-R, -R), vec2(R, -R), vec2(0.0, R)],
+        Mark::Release => vec![vec2(-R, R), vec2(0.0, -R), vec2(R, R)],
+        Mark::Stick => vec![vec2(-R, -R), vec2(R, -R), vec2(R, R), vec2(-R, R)],
+    };
+    let points = corners.into_iter().map(|corner| at + corner).collect();
+    Shape::convex_polygon(points, color, Stroke::NONE)
+}

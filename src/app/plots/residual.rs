@@ -1,0 +1,69 @@
+//! Recording minus simulation against time.
+
+use std::sync::Arc;
+
+use eframe::egui::Ui;
+
+use crate::app::noise;
+use crate::app::setup::{Overlay, Picture};
+use crate::app::snapshot::OverlayComparison;
+use crate::app::state::State;
+
+use super::curve::Curve;
+use super::style;
+use super::time_plot::TimePlot;
+
+/// The picture, or a line that says why there is none.
+pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
+    let mut plot = TimePlot::new(Picture::Residual, "residual", "m");
+    plot.least = 1e-10;
+    let mut reason = None;
+    let visible: Vec<&Overlay> = state
+        .setup
+        .overlays
+        .iter()
+        .filter(|overlay| overlay.visible)
+        .collect();
+    for overlay in &visible {
+        let Some(compared) = comparison(state, overlay) else {
+            continue;
+        };
+        if let Err(why) = &compared.comparison {
+            reason.get_or_insert_with(|| format!("{}: {why}", overlay.recording.name));
+        }
+        let Some(pyramid) = &compared.residual_pyramid else {
+            continue;
+        };
+        let color = style::overlay_color(ui, overlay.color);
+        let name = format!("residual of {}", overlay.recording.name);
+        plot.curves
+            .push(Curve::new(name, Arc::clone(pyramid), color));
+        if let Some(sigma) = noise::sigma(ui, overlay) {
+            let half = sigma * overlay.alignment.xp_scale.abs();
+            plot.bands.push((half, color.gamma_multiply(0.18)));
+        }
+    }
+    if !plot.curves.is_empty() {
+        return Ok(plot);
+    }
+    Err(reason.unwrap_or_else(|| nothing(state, visible.is_empty()).to_owned()))
+}
+
+/// What the run says of a recording.
+pub fn comparison<'a>(state: &'a State, overlay: &Overlay) -> Option<&'a OverlayComparison> {
+    let comparisons = &state.snapshot.as_ref()?.comparisons;
+    comparisons.iter().find(|c| c.id == overlay.id)
+}
+
+fn nothing(state: &State, none_visible: bool) -> &'static str {
+    let live = state.snapshot.as_ref().is_some_and(|s| s.live.is_some());
+    if state.setup.overlays.is_empty() {
+        "Residual: open a recording to see how far it lies from the simulation."
+    } else if none_visible {
+        "Residual: show a recording to compare it with the simulation."
+    } else if live {
+        "Residual: recordings are compared in Window mode."
+    } else {
+        "Residual: the comparison is being computed."
+    }
+}

@@ -1,0 +1,130 @@
+//! Colours and sizes of all pictures, for dark and light: Okabe and Ito's palette, which
+//! the colour-blind can tell apart, darkened where it would be faint on white.
+
+use eframe::egui::{Color32, Ui};
+
+/// Width of the curve that matters [points].
+pub const THICK: f32 = 2.0;
+/// Width of all other curves [points].
+pub const THIN: f32 = 1.2;
+/// Room for the ticks and the label of a vertical axis [points]; the same for all, so
+/// that times lie below each other.
+pub const AXIS_WIDTH: f32 = 72.0;
+/// Size of the text on axes [points].
+pub const AXIS_TEXT: f32 = 12.0;
+
+/// Colours of one theme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Palette {
+    /// Proof mass, simulated.
+    pub proof_mass: Color32,
+    /// Cantilever, simulated.
+    pub cantilever: Color32,
+    /// Drive voltage.
+    pub voltage: Color32,
+    /// The curve kept for comparison.
+    pub ghost: Color32,
+    /// The ground and its text.
+    pub ground: Color32,
+    /// Stretches in contact, drawn under the curves.
+    pub contact: Color32,
+    /// Impacts.
+    pub impact: Color32,
+    /// Impacts after which the mass stays.
+    pub stick: Color32,
+    /// Releases.
+    pub release: Color32,
+    /// Line where the pointer is.
+    pub hover: Color32,
+    /// First and second cursor.
+    pub cursor: [Color32; 2],
+    /// Drive, film, effects, ground, pull-off, adhesion.
+    pub forces: [Color32; 6],
+    /// Lines of the grid.
+    pub grid: Color32,
+    /// Text on axes.
+    pub text: Color32,
+}
+
+const fn rgb(hex: u32) -> Color32 {
+    Color32::from_rgb((hex >> 16) as u8, (hex >> 8) as u8, hex as u8)
+}
+
+const DARK: Palette = Palette {
+    proof_mass: rgb(0x56b4e9),
+    cantilever: rgb(0xa8b4c0),
+    voltage: rgb(0xf0e442),
+    ghost: rgb(0x9a8fb8),
+    ground: rgb(0xb0aca4),
+    contact: Color32::from_rgba_premultiplied(40, 36, 26, 60),
+    impact: rgb(0xff8a5c),
+    stick: rgb(0xf0e442),
+    release: rgb(0x6fd6b4),
+    hover: rgb(0x8a8a8a),
+    cursor: [rgb(0xffffff), rgb(0xffc95e)],
+    forces: [
+        rgb(0xf0e442),
+        rgb(0x56b4e9),
+        rgb(0xcc79a7),
+        rgb(0xb0aca4),
+        rgb(0xff8a5c),
+        rgb(0x2fc59b),
+    ],
+    grid: rgb(0x707070),
+    text: rgb(0xc4c4c4),
+};
+
+const LIGHT: Palette = Palette {
+    proof_mass: rgb(0x0072b2),
+    cantilever: rgb(0x6b7885),
+    voltage: rgb(0x8a6d00),
+    ghost: rgb(0x8a7ab0),
+    ground: rgb(0x6a655c),
+    contact: Color32::from_rgba_premultiplied(58, 48, 24, 60),
+    impact: rgb(0xc44a00),
+    stick: rgb(0x8a6d00),
+    release: rgb(0x00785a),
+    hover: rgb(0x808080),
+    cursor: [rgb(0x101010), rgb(0xb06000)],
+    forces: [
+        rgb(0x8a6d00),
+        rgb(0x0072b2),
+        rgb(0xb0528a),
+        rgb(0x6a655c),
+        rgb(0xc44a00),
+        rgb(0x00785a),
+    ],
+    grid: rgb(0xa8a8a8),
+    text: rgb(0x404040),
+};
+
+/// The colours of the theme in use.
+pub fn palette(ui: &Ui) -> &'static Palette {
+    if ui.visuals().dark_mode {
+        &DARK
+    } else {
+        &LIGHT
+    }
+}
+
+/// Colour of a recording, by its place in the palette.
+pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
+    const DARK: [Color32; 6] = [
+        rgb(0xe69f00),
+        rgb(0x00b386),
+        rgb(0xcc79a7),
+        rgb(0xe8702a),
+        rgb(0x8ad0f5),
+        rgb(0xc0b040),
+    ];
+    const LIGHT: [Color32; 6] = [
+        rgb(0xc07f00),
+        rgb(0x008a64),
+        rgb(0xb0528a),
+        rgb(0xc44a00),
+        rgb(0x2f8fc4),
+        rgb(0x857800),
+    ];
+    let colors = if ui.visuals().dark_mode { DARK } else { LIGHT };
+    colors[index % colors.len()]
+}

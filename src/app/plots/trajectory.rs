@@ -1,0 +1,80 @@
+//! Proof mass and cantilever against time, with recordings and the kept curve.
+
+use std::sync::Arc;
+
+use eframe::egui::Ui;
+
+use crate::app::setup::{Overlay, Picture};
+use crate::app::state::State;
+use crate::recording::Channel;
+
+use super::cache;
+use super::curve::{Curve, Placed};
+use super::style::{self, THICK, THIN};
+use super::time_plot::{Level, TimePlot};
+
+/// The picture.
+pub fn describe(ui: &Ui, state: &State) -> TimePlot {
+    let palette = style::palette(ui);
+    let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
+    plot.least = 1e-10;
+    let cantilever = state.view.show_cantilever;
+    if let Some(ghost) = &state.ghost {
+        let pyramid = Arc::clone(&ghost.proof_mass_pyramid);
+        let curve = Curve::new("A: xp", pyramid, palette.ghost).width(1.5);
+        plot.curves.push(curve.dashed());
+    }
+    if cantilever {
+        plot.curves.extend(recorded(ui, state, Channel::Cantilever));
+    }
+    if let Some(snapshot) = &state.snapshot {
+        if cantilever && !snapshot.cantilever_pyramid.is_empty() {
+            let pyramid = Arc::clone(&snapshot.cantilever_pyramid);
+            let curve = Curve::new("xc", pyramid, palette.cantilever);
+            plot.curves.push(curve.width(1.0));
+        }
+        let proof_mass = Curve::new(
+            "xp",
+            Arc::clone(&snapshot.proof_mass_pyramid),
+            palette.proof_mass,
+        );
+        plot.curves.push(proof_mass.clone().width(THICK));
+        if let Some(value) = snapshot.trace.ground_level {
+            plot.levels.push(Level {
+                value,
+                text: "ground",
+                color: palette.ground,
+            });
+        }
+        plot.contacts = Some(Arc::clone(&snapshot.trace));
+        plot.events = state
+            .view
+            .show_events
+            .then(|| (Arc::clone(&snapshot.trace), proof_mass));
+    } else if state.setup.overlays.iter().all(|overlay| !overlay.visible) {
+        plot.message = Some("The first result is being computed.".to_owned());
+    }
+    // Measured points lie over the simulation: they are what it has to meet.
+    plot.curves.extend(recorded(ui, state, Channel::ProofMass));
+    plot
+}
+
+/// A channel of every visible recording that has it, aligned, in its colour.
+pub fn recorded(ui: &Ui, state: &State, channel: Channel) -> Vec<Curve> {
+    let curve = |overlay: &Overlay| {
+        let mut color = style::overlay_color(ui, overlay.color);
+        if channel == Channel::Cantilever {
+            color = color.gamma_multiply(0.55);
+        }
+        let name = format!("{} of {}", channel.symbol(), overlay.recording.name);
+        let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
+        let placed = Placed::aligned(&overlay.alignment, channel);
+        Some(curve.placed(placed).width(THIN))
+    };
+    let overlays = &state.setup.overlays;
+    overlays
+        .iter()
+        .filter(|overlay| overlay.visible)
+        .filter_map(curve)
+        .collect()
+}

@@ -1,0 +1,26 @@
+//! Drive voltage against time.
+
+use eframe::egui::Ui;
+
+use crate::app::setup::Picture;
+use crate::app::state::State;
+use crate::recording::Channel;
+
+use super::cache;
+use super::curve::Curve;
+use super::style;
+use super::time_plot::TimePlot;
+use super::trajectory::recorded;
+
+/// The picture.
+pub fn describe(ui: &Ui, state: &State) -> TimePlot {
+    let mut plot = TimePlot::new(Picture::Voltage, "drive V", "V");
+    plot.least = 1e-3;
+    plot.curves = recorded(ui, state, Channel::Voltage);
+    if let Some(snapshot) = &state.snapshot {
+        let pyramid = cache::column(ui, "voltage", &snapshot.trace, |trace| &trace.voltage);
+        let color = style::palette(ui).voltage;
+        plot.curves.push(Curve::new("V", pyramid, color).width(1.5));
+    }
+    plot
+}
