@@ -110,39 +110,92 @@ impl Command {
         match self {
             Command::Open => ("Open...", "Open a recording, a preset or a session"),
             Command::OpenPath => ("Open path...", "Open a file by typing its path"),
-            Command::SaveSession => ("Save session", "Save parameters, drive, recordings and view"),
+            Command::SaveSession => (
+                "Save session",
+                "Save parameters, drive, recordings and view",
+            ),
             Command::SaveSessionAs => ("Save session as...", "Save the session under a new name"),
-            Command::SavePreset => ("Save as preset...", "Save the present device as a preset file"),
-            Command::ExportSvg => ("Export plots as SVG...", "Write the visible plots as a vector picture"),
-            Command::ExportPng => ("Export plots as PNG...", "Write the visible plots as a pixel picture"),
-            Command::ExportTrace => ("Export trace as CSV...", "Write the simulated trace; it can be loaded as a recording"),
-            Command::ExportEvents => ("Export events as CSV...", "Write impacts, sticks and releases"),
+            Command::SavePreset => (
+                "Save as preset...",
+                "Save the present device as a preset file",
+            ),
+            Command::ExportSvg => (
+                "Export plots as SVG...",
+                "Write the visible plots as a vector picture",
+            ),
+            Command::ExportPng => (
+                "Export plots as PNG...",
+                "Write the visible plots as a pixel picture",
+            ),
+            Command::ExportTrace => (
+                "Export trace as CSV...",
+                "Write the simulated trace; it can be loaded as a recording",
+            ),
+            Command::ExportEvents => (
+                "Export events as CSV...",
+                "Write impacts, sticks and releases",
+            ),
             Command::Undo => ("Undo", "Take the last change back"),
             Command::Redo => ("Redo", "Make the change again"),
             Command::ResetParameters => ("Reset parameters", "Back to the values of the preset"),
             Command::ResetAll => ("Reset everything", "Back to the first start; can be undone"),
-            Command::SetMode(Mode::Window) => ("Window mode", "Show the whole span for the current parameters at once"),
+            Command::SetMode(Mode::Window) => (
+                "Window mode",
+                "Show the whole span for the current parameters at once",
+            ),
             Command::SetMode(Mode::Live) => ("Live mode", "Let the device run in slow motion"),
             Command::TogglePause => ("Pause / run", "Live mode: stand still or go on"),
             Command::Step => ("Step", "Live mode: one step on while paused"),
             Command::Restart => ("Restart", "Live mode: start again at t = 0"),
-            Command::ToggleGhost => ("Keep curve (A/B)", "Keep the present curve to compare with, or drop it"),
+            Command::ToggleGhost => (
+                "Keep curve (A/B)",
+                "Keep the present curve to compare with, or drop it",
+            ),
             Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency, amplitude"),
-            Command::AutoAlign => ("Auto-align", "Shift the recordings onto the simulation by cross-correlation"),
+            Command::AutoAlign => (
+                "Auto-align",
+                "Shift the recordings onto the simulation by cross-correlation",
+            ),
             Command::ToggleTheme => ("Dark / light", "Change the colours"),
             Command::Palette => ("Command palette", "Find a command by name"),
-            Command::Help => ("Keyboard shortcuts", "List the shortcuts and mouse gestures"),
-            Command::TogglePicture(Picture::Voltage) => ("Plot: voltage", "Show or hide the drive voltage"),
-            Command::TogglePicture(Picture::Trajectory) => ("Plot: trajectory", "Show or hide the trajectories"),
-            Command::TogglePicture(Picture::Residual) => ("Plot: residual", "Show or hide recording minus simulation"),
+            Command::Help => (
+                "Keyboard shortcuts",
+                "List the shortcuts and mouse gestures",
+            ),
+            Command::TogglePicture(Picture::Voltage) => {
+                ("Plot: voltage", "Show or hide the drive voltage")
+            }
+            Command::TogglePicture(Picture::Trajectory) => {
+                ("Plot: trajectory", "Show or hide the trajectories")
+            }
+            Command::TogglePicture(Picture::Residual) => {
+                ("Plot: residual", "Show or hide recording minus simulation")
+            }
             Command::TogglePicture(Picture::Forces) => ("Plot: forces", "Show or hide the forces"),
-            Command::TogglePicture(Picture::PhasePortrait) => ("Plot: phase portrait", "Show or hide velocity against displacement"),
-            Command::TogglePicture(Picture::DriveLoop) => ("Plot: drive loop", "Show or hide displacement against voltage"),
-            Command::TogglePicture(Picture::Device) => ("Plot: device", "Show or hide the drawn device"),
-            Command::ImportSettings => ("Import settings...", "Change how the selected recording is read: columns, units, sign"),
-            Command::RemoveRecording => ("Remove recording", "Take the selected recording off the list"),
-            Command::UseRecordedDrive => ("Use recorded voltage", "Simulate with the voltage of the selected recording"),
+            Command::TogglePicture(Picture::PhasePortrait) => (
+                "Plot: phase portrait",
+                "Show or hide velocity against displacement",
+            ),
+            Command::TogglePicture(Picture::DriveLoop) => (
+                "Plot: drive loop",
+                "Show or hide displacement against voltage",
+            ),
+            Command::TogglePicture(Picture::Device) => {
+                ("Plot: device", "Show or hide the drawn device")
+            }
+            Command::ImportSettings => (
+                "Import settings...",
+                "Change how the selected recording is read: columns, units, sign",
+            ),
+            Command::RemoveRecording => (
+                "Remove recording",
+                "Take the selected recording off the list",
+            ),
+            Command::UseRecordedDrive => (
+                "Use recorded voltage",
+                "Simulate with the voltage of the selected recording",
+            ),
             Command::Quit => ("Quit", "End the program; the session is kept"),
         }
     }
@@ -150,8 +203,12 @@ impl Command {
     /// Its key, if it has one.
     pub fn shortcut(self) -> Option<KeyboardShortcut> {
         let ctrl = |key| Some(KeyboardShortcut::new(Modifiers::COMMAND, key));
-        let ctrl_shift =
-            |key| Some(KeyboardShortcut::new(Modifiers::COMMAND | Modifiers::SHIFT, key));
+        let ctrl_shift = |key| {
+            Some(KeyboardShortcut::new(
+                Modifiers::COMMAND | Modifiers::SHIFT,
+                key,
+            ))
+        };
         let plain = |key| Some(KeyboardShortcut::new(Modifiers::NONE, key));
         match self {
             Command::Open => ctrl(Key::O),
