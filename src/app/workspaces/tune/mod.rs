@@ -91,3 +91,8 @@ fn overlay_color(_ui: &Ui, index: usize) -> Color32 {
 fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).size(11.5)
 }
+
+/// Colour of errors in the present theme.
+fn error_color(ui: &Ui) -> Color32 {
+    crate::app::theme::error(ui.visuals().dark_mode)
+}
