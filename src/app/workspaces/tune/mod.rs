@@ -79,6 +79,6 @@ fn small(text: impl Into<String>) -> RichText {
 }
 
 /// Colour of errors in the present theme.
-fn error_color(ui: &Ui) -> Color32 {
+fn error_color(ui: &Ui) -> eframe::egui::Color32 {
     crate::app::theme::error(ui.visuals().dark_mode)
 }
