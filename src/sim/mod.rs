@@ -18,7 +18,7 @@ pub use runner::Runner;
 pub use trace::{Event, EventKind, ForceTraces, Trace};
 
 use crate::model::drive::Waveform;
-use crate::model::{MAX_MODES, Model};
+use crate::model::Model;
 
 /// Most extra states that the effects can have together.
 const MAX_STATES: usize = 32;
