@@ -2,7 +2,7 @@
 
 use super::heading::find_heading;
 use super::text::{self, Text};
-use super::{Decimal, Delimiter, ImportSettings, header, names, number, rows};
+use super::{Decimal, Delimiter, ImportSettings, header, number, rows};
 use crate::recording::{ImportError, ImportWarning};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -249,18 +249,18 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         None => (Vec::new(), first_data + 1),
     };
     // One name per two cells: "0,001;..." written with commas for both purposes.
-    if way.0 == Delimiter::Comma && names.len() >= 2 && columns == 2 * names.len() {
+    if way.0 == Delimiter::Comma && named.len() >= 2 && columns == 2 * named.len() {
         return Err(ImportError::AmbiguousComma {
             file: file.to_owned(),
             line: first_data + 1,
             cells: columns,
-            names: names.len(),
+            names: named.len(),
         });
     }
-    let mapping = if names.is_empty() {
+    let mapping = if named.is_empty() {
         header::map_by_count(file, line, columns, assumed, &mut settings)
     } else {
-        header::map_header(file, line, &names, assumed, &mut settings)
+        header::map_header(file, line, &named, assumed, &mut settings)
     };
     let heading_line = heading.as_ref().map_or(settings.skip_lines, |h| h.line);
     let comments = lines[..heading_line]
@@ -278,8 +278,8 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         name: file.to_owned(),
         size: 0,
         comments,
-        columns: columns.max(names.len()),
-        header: names,
+        columns: columns.max(named.len()),
+        header: named,
         rows: shown,
         settings,
         ambiguities: mapping.ambiguities,
