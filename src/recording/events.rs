@@ -5,9 +5,9 @@
 //! where it is at the level to within the noise, or where straight lines through the
 //! samples before and after a kink meet there (an impact between two samples).
 
+use super::TimeAxis;
 use super::impact::find_impacts;
 use super::noise::estimate_noise;
-use super::{TimeAxis, median_in_place};
 
 /// Departures up to this height do not end a contact \[m\] (Table A.1's features).
 pub const HOP: f64 = 5e-6;
@@ -204,24 +204,6 @@ fn contact_of(
     let cut = visit.cut
         && (first.is_some_and(|i| i == visit.first) || last.is_some_and(|i| i == visit.last));
     Some(Contact { start, end, cut })
-}
-
-/// Median height while in contact \[m\]; `None` without contacts. Shows how the level
-/// drifts or was guessed.
-#[must_use]
-pub fn resting_height(time: TimeAxis, xp: &[f64], contacts: &[Contact]) -> Option<f64> {
-    let mut heights: Vec<f64> = Vec::new();
-    let mut i = 0;
-    for contact in contacts {
-        while i < xp.len() && time.at(i) < contact.start {
-            i += 1;
-        }
-        while i < xp.len() && time.at(i) <= contact.end {
-            heights.extend(Some(xp[i]).filter(|x| x.is_finite()));
-            i += 1;
-        }
-    }
-    (!heights.is_empty()).then(|| median_in_place(&mut heights))
 }
 
 #[cfg(test)]

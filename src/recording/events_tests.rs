@@ -65,8 +65,6 @@ fn impacts_and_contact_of_a_bouncing_mass() {
         (rest.start - truth[2].0).abs() < 2e-6 && (rest.end - 10e-3).abs() < 2e-5,
         "{rest:?}"
     );
-    let height = resting_height(axis, &x, &events.contacts).unwrap();
-    assert!((height - LEVEL).abs() < 1e-9);
 }
 
 #[test]
