@@ -5,7 +5,6 @@ use crate::model::effects::Kinematics;
 
 use super::device::Device;
 use super::error::Options;
-use super::step::StateValues;
 use super::trace::Trace;
 
 /// Sample times that fall into a part of a step.
@@ -58,7 +57,7 @@ impl Sink {
 }
 
 /// The device at one sample.
-pub(super) struct Sample {
+pub(super) struct Sample<'a> {
     pub t: f64,
     pub xp: f64,
     pub vp: f64,
@@ -66,10 +65,11 @@ pub(super) struct Sample {
     pub vc: f64,
     /// Pull-off force and adhesion while held, if forces are recorded.
     pub pull: Option<(f64, f64)>,
-    pub z: StateValues,
+    /// Extra states, if forces are recorded.
+    pub z: &'a [f64],
 }
 
-impl Sample {
+impl Sample<'_> {
     /// Appends the sample to the trace.
     #[inline]
     pub fn push(&self, device: &Device, segment: &Segment, trace: &mut Trace) {
@@ -92,7 +92,7 @@ impl Sample {
             vc: self.vc,
             voltage,
         };
-        let z = self.z.as_slice();
+        let z = self.z;
         forces
             .drive
             .push(device.drive_force(&at, segment.branch, z));

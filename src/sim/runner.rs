@@ -270,6 +270,9 @@ impl Runner {
             return 0;
         }
         let remaining = self.segment.end - self.t;
+        if remaining >= tables.length(0) {
+            return 0;
+        }
         let halvings = (tables.length(0) / remaining).log2().floor();
         halvings.clamp(0.0, (LEVELS - 1) as f64) as usize
     }
@@ -541,6 +544,7 @@ impl Runner {
         while let Some((t, s)) = sink.next() {
             let (xp, vp) = p.value_and_slope(s, h);
             let (xc, vc) = c.map_or((0.0, 0.0), |c| c.value_and_slope(s, h));
+            let states = self.options.forces.then(|| self.flight.states_at(s));
             let sample = Sample {
                 t,
                 xp,
@@ -548,7 +552,7 @@ impl Runner {
                 xc,
                 vc,
                 pull: None,
-                z: self.flight.states_at(s),
+                z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };
             sample.push(&self.device, &self.segment, trace);
         }
@@ -582,6 +586,7 @@ impl Runner {
                     self.threshold(t - since),
                 )
             });
+            let states = self.options.forces.then(|| self.held.states_at(s));
             let sample = Sample {
                 t,
                 xp: level,
@@ -589,7 +594,7 @@ impl Runner {
                 xc: base + xc,
                 vc,
                 pull,
-                z: self.held.states_at(s),
+                z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };
             sample.push(&self.device, &self.segment, trace);
         }

@@ -26,11 +26,11 @@ pub(super) struct Table {
 /// Tables for halved and halved again step lengths, made when first needed.
 #[derive(Debug, Clone)]
 pub(super) struct Tables {
-    longest: f64,
     oscillators: Vec<Oscillator>,
     rates: Vec<f64>,
     phi_p: Vec<f64>,
     phi_d: Vec<f64>,
+    lengths: [f64; LEVELS],
     levels: Vec<Option<Box<Table>>>,
 }
 
@@ -43,7 +43,7 @@ impl Tables {
         phi_d: &[f64],
     ) -> Self {
         Self {
-            longest,
+            lengths: std::array::from_fn(|level| longest * 0.5f64.powi(level as i32)),
             oscillators: oscillators.to_vec(),
             rates: rates.to_vec(),
             phi_p: phi_p.to_vec(),
@@ -54,7 +54,7 @@ impl Tables {
 
     /// Step length of a level [s].
     pub fn length(&self, level: usize) -> f64 {
-        self.longest * 0.5f64.powi(level as i32)
+        self.lengths[level]
     }
 
     fn get(&mut self, level: usize) -> &Table {

@@ -1,10 +1,202 @@
-//! The device drawn; stand-in.
+//! The device drawn, moving with the run: a cantilever with its proof mass over the
+//! ground, a mass on a spring, or a free mass.
+//!
+//! Heights are to scale, lengths are not; the scale is that of the whole run, so that
+//! only the device moves. Force arrows grow with the force, the drive's and the mass's
+//! each against their own largest value in the run.
 
-use eframe::egui::Ui;
+mod moment;
+mod paint;
+mod parts;
+#[cfg(test)]
+mod tests;
 
+use eframe::egui::{Id, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+
+use crate::app::snapshot::Snapshot;
 use crate::app::state::State;
+use crate::model::parameter::ParameterId;
+use crate::model::unit::format_quantity;
 
-/// Draws the device at `time` [s].
-pub fn show(ui: &mut Ui, _state: &State, time: Option<f64>) {
-    ui.label(format!("device at {time:?}"));
+use moment::{Extremes, Moment};
+use paint::{Colors, text};
+
+/// Least and greatest height of the picture [points].
+const HEIGHT: (f32, f32) = (110.0, 420.0);
+
+/// What stands in the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A clamped beam with the mass at its end.
+    Cantilever,
+    /// A mass on a spring.
+    Spring,
+    /// A free mass.
+    Free,
+}
+
+impl Kind {
+    fn of(snapshot: &Snapshot) -> Self {
+        if snapshot.model.has_cantilever {
+            Kind::Cantilever
+        } else if snapshot.model.parameters[ParameterId::F1] > 0.0 {
+            Kind::Spring
+        } else {
+            Kind::Free
+        }
+    }
+}
+
+/// Places in the picture, fixed for a run and a size.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    /// Where the device moves.
+    area: Rect,
+    /// Left upper corner of the column of text.
+    column: Pos2,
+    /// Centre of the mass across.
+    mass_x: f32,
+    /// Width and height of the mass.
+    mass: eframe::egui::Vec2,
+    /// The level of the ground as drawn, if there is one [m].
+    ground: Option<f64>,
+    low: f64,
+    low_y: f32,
+    /// Points per metre.
+    scale: f64,
+}
+
+impl Layout {
+    fn new(rect: Rect, kind: Kind, ground: Option<f64>, extremes: &Extremes) -> Self {
+        let column_width = (0.22 * rect.width()).clamp(164.0, 210.0);
+        let area = Rect::from_min_max(
+            rect.min,
+            pos2(
+                (rect.right() - column_width).max(rect.left() + 60.0),
+                rect.bottom(),
+            ),
+        );
+        let h = area.height();
+        let mass = vec2(
+            (0.14 * area.width()).clamp(30.0, 84.0),
+            (0.13 * h).clamp(14.0, 30.0),
+        );
+        let below = if ground.is_some() { 24.0 } else { 8.0 };
+        let above = match kind {
+            Kind::Cantilever => 22.0 + mass.y,
+            // The spring keeps some length when the mass is at its highest.
+            Kind::Spring => 24.0 + mass.y + 0.12 * h,
+            Kind::Free => 8.0 + mass.y,
+        };
+        let room = f64::from((h - below - above).max(10.0));
+        let low_y = area.bottom() - below;
+        let across = match kind {
+            Kind::Cantilever => 0.68,
+            Kind::Spring | Kind::Free => 0.5,
+        };
+        Self {
+            area,
+            column: pos2(area.right() + 8.0, rect.top() + 6.0),
+            mass_x: area.left() + across * area.width(),
+            mass,
+            ground,
+            low: extremes.low,
+            low_y,
+            scale: room / (extremes.high - extremes.low),
+        }
+    }
+
+    /// Height on screen of a displacement [m].
+    fn y(&self, x: f64) -> f32 {
+        self.low_y - ((x - self.low) * self.scale) as f32
+    }
+
+    /// Most that an arrow can be long.
+    fn arrow(&self) -> f32 {
+        (0.2 * self.area.height()).clamp(18.0, 42.0)
+    }
+}
+
+/// Draws the device at `time` [s] (held within the run; the run's last sample if `None`)
+/// in the room that `ui` has.
+pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
+    let room = ui.available_size();
+    let height = if room.y.is_finite() { room.y } else { 220.0 };
+    let size = vec2(room.x.max(240.0), height.clamp(HEIGHT.0, HEIGHT.1));
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let seen = state
+        .snapshot
+        .as_deref()
+        .map(|snapshot| (snapshot, Moment::new(state, snapshot, time)));
+    response.widget_info(|| {
+        let label = match &seen {
+            Some((_, Some(moment))) => label(moment),
+            _ => "Device, nothing to draw".to_owned(),
+        };
+        WidgetInfo::labeled(Role::Image, true, label)
+    });
+    if !ui.is_rect_visible(rect) {
+        return;
+    }
+    let colors = Colors::of(ui.visuals());
+    let painter = ui.painter_at(rect);
+    let (snapshot, moment) = match seen {
+        Some((snapshot, Some(moment))) => (snapshot, moment),
+        other => {
+            let why = if other.is_some() {
+                "no motion to draw at this time"
+            } else {
+                "the device appears here once it has been simulated"
+            };
+            text(&painter, rect.center(), "cc", why, 13.0, colors.weak);
+            return;
+        }
+    };
+    let extremes = extremes(ui, snapshot);
+    let kind = Kind::of(snapshot);
+    let ground = snapshot
+        .trace
+        .ground_level
+        .map(|level| level - snapshot.model.parameters[ParameterId::OffsetP])
+        .filter(|level| level.is_finite());
+    let layout = Layout::new(rect, kind, ground, &extremes);
+    let scene = parts::Scene {
+        painter: &painter.with_clip_rect(layout.area.intersect(painter.clip_rect())),
+        layout: &layout,
+        colors: &colors,
+        moment: &moment,
+        extremes: &extremes,
+    };
+    match kind {
+        Kind::Cantilever => scene.cantilever(),
+        Kind::Spring => scene.spring(),
+        Kind::Free => scene.free(),
+    }
+    scene.scale_bar();
+    parts::column(&painter, &layout, &colors, &moment, kind);
+}
+
+/// What a screen reader says.
+fn label(moment: &Moment) -> String {
+    let mut label = format!(
+        "Device, {}, xp = {}",
+        moment.regime(),
+        format_quantity(moment.xp, "m", 3)
+    );
+    if let Some(voltage) = moment.voltage {
+        label.push_str(&format!(", V = {}", format_quantity(voltage, "V", 3)));
+    }
+    label
+}
+
+/// The extremes of a run, looked for once per run.
+fn extremes(ui: &Ui, snapshot: &Snapshot) -> Extremes {
+    let id = Id::unique("device picture extremes");
+    let kept = ui.data(|data| data.get_temp::<Extremes>(id));
+    if let Some(kept) = kept.filter(|kept| kept.are_of(snapshot)) {
+        return kept;
+    }
+    let new = Extremes::new(snapshot, kept.as_ref());
+    ui.data_mut(|data| data.insert_temp(id, new));
+    new
 }

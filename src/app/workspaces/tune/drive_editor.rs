@@ -324,7 +324,7 @@ fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) 
             Ok(()) => setup.drive = DriveChoice::Waveform(waveform),
             Err(error) => {
                 let text = small(error.to_string());
-                ui.label(text.color(ui.visuals().error_fg_color));
+                ui.label(text.color(super::error_color(ui)));
             }
         }
     }
@@ -364,6 +364,6 @@ fn recorded(ui: &mut Ui, setup: &mut Setup, place: Place) {
     }
     if current.is_none() {
         let text = small("That recording was removed: choose another drive.");
-        ui.label(text.color(ui.visuals().error_fg_color));
+        ui.label(text.color(super::error_color(ui)));
     }
 }

@@ -90,7 +90,7 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
         }
     });
     for error in errors {
-        ui.label(small(error).color(ui.visuals().error_fg_color));
+        ui.label(small(error).color(super::error_color(ui)));
     }
     if ui.button("Add point").clicked() {
         let (mut time, mut voltage) = (time.to_vec(), voltage.to_vec());
@@ -124,7 +124,7 @@ fn text(ui: &mut Ui, setup: &mut Setup, time: &[f64], voltage: &[f64], place: Pl
         .accesskit_node_builder(response.id, |node| node.set_label("voltage table as text"));
     let read = read(&typed);
     if let Err(reason) = &read {
-        ui.label(small(reason).color(ui.visuals().error_fg_color));
+        ui.label(small(reason).color(super::error_color(ui)));
     }
     let usable = read.is_ok() && typed != present;
     let apply = ui.add_enabled(usable, Button::new("Use these points"));

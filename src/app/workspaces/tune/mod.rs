@@ -77,3 +77,8 @@ fn side_panel(ui: &mut Ui, state: &mut State) {
 fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).size(11.5)
 }
+
+/// Colour of errors in the present theme.
+fn error_color(ui: &Ui) -> eframe::egui::Color32 {
+    crate::app::theme::error(ui.visuals().dark_mode)
+}

@@ -29,7 +29,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .filter(|p| !has_slider(setup, &p.parameter))
     {
         let text = format!("{}: {}", problem.parameter, problem.message);
-        ui.label(RichText::new(text).color(ui.visuals().error_fg_color));
+        ui.label(RichText::new(text).color(super::error_color(ui)));
     }
     if problem.is_some() {
         ui.label(small("The curve shown is the last good one.").color(ui.visuals().warn_fg_color));

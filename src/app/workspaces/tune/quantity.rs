@@ -68,7 +68,7 @@ impl QuantityField<'_> {
             .as_ref()
             .is_some_and(|d| d.text != d.start && read(&d.text).is_err());
         let color = if wrong {
-            ui.visuals().error_fg_color
+            super::error_color(ui)
         } else {
             ui.visuals().text_color()
         };
@@ -123,7 +123,7 @@ impl QuantityField<'_> {
         }
         let error = draft.as_ref().and_then(|d| d.error.clone());
         if error.is_some() {
-            let stroke = (1.0, ui.visuals().error_fg_color);
+            let stroke = (1.0, super::error_color(ui));
             ui.painter()
                 .rect_stroke(response.rect, 2.0, stroke, StrokeKind::Outside);
         }

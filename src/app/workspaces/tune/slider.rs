@@ -92,7 +92,7 @@ impl ParameterSlider<'_> {
             }
         }
         if let Some(reason) = error.as_deref().or(self.problem) {
-            ui.label(small(reason).color(ui.visuals().error_fg_color));
+            ui.label(small(reason).color(super::error_color(ui)));
         }
         if self.is_locked() {
             output.value = None;
@@ -133,7 +133,7 @@ impl ParameterSlider<'_> {
     fn symbol(&self, ui: &mut Ui, size: f32) {
         let mut text = RichText::new(self.spec.symbol).size(size).strong();
         if self.problem.is_some() {
-            text = text.color(ui.visuals().error_fg_color);
+            text = text.color(super::error_color(ui));
         }
         let label = ui.add(Label::new(text).truncate().selectable(false));
         label.on_hover_ui(|ui| self.tooltip(ui));
@@ -154,6 +154,10 @@ impl ParameterSlider<'_> {
             size: vec2(width, height),
         }
         .show(ui);
+        if self.scope.is_empty() {
+            let name = format!("slider {}", self.id);
+            crate::app::layout::note(ui.ctx(), &name, shown.response.rect);
+        }
         if let Some(fraction) = shown.fraction {
             let pixel = 1.0 / f64::from(width.max(1.0)) * if shown.fine { 0.1 } else { 1.0 };
             output.value = Some(round_to_pixel(&self.spec, fraction, pixel));

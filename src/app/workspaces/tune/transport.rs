@@ -40,7 +40,7 @@ pub fn show(ui: &mut Ui, state: &mut State, side: &mut bool) {
             );
         });
         if let Some(error) = error {
-            ui.label(small(error).color(ui.visuals().error_fg_color));
+            ui.label(small(error).color(super::error_color(ui)));
         }
     });
 }

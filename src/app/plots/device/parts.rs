@@ -1,0 +1,442 @@
+//! The parts of the device, and the column of text beside it.
+
+use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, pos2, vec2};
+
+use crate::model::unit::{format_number, format_quantity};
+
+use super::moment::{Extremes, Moment};
+use super::paint::{Colors, arrow, block, leader, nice_below, strip, text};
+use super::{Kind, Layout};
+
+/// Pieces of the drawn beam.
+const BEAM_PIECES: usize = 40;
+/// Heights of bumps of the ground, in points below the ridge, side by side.
+const BUMPS: [f32; 16] = [
+    9.0, 6.0, 10.0, 8.0, 5.0, 9.0, 11.0, 7.0, 10.0, 6.0, 9.0, 12.0, 7.0, 9.0, 5.0, 10.0,
+];
+/// Points on screen that make a metre at a density of 96 per inch.
+const POINTS_PER_METRE: f64 = 96.0 / 0.0254;
+
+/// Everything that is needed to draw one instant.
+pub(super) struct Scene<'a> {
+    pub painter: &'a Painter,
+    pub layout: &'a Layout,
+    pub colors: &'a Colors,
+    pub moment: &'a Moment,
+    pub extremes: &'a Extremes,
+}
+
+impl Scene<'_> {
+    /// Middle of the mass's base.
+    fn base(&self) -> Pos2 {
+        pos2(self.layout.mass_x, self.layout.y(self.moment.xp))
+    }
+
+    /// Clamp, beam, mass, ground, film and arrows.
+    pub fn cantilever(&self) {
+        let (l, c) = (self.layout, self.colors);
+        let clamp_x = l.area.left() + 20.0;
+        let lift = 0.5 * l.mass.y;
+        let zero = l.y(0.0) - lift;
+        self.rest_line(clamp_x, zero);
+        self.ground();
+
+        // Clamped at 0 with zero slope, through xc at half length and xp at the end.
+        let xp = self.moment.xp;
+        let xc = self.moment.xc.unwrap_or(0.3125 * xp);
+        let (a, b) = (8.0 * xc - xp, 2.0 * xp - 8.0 * xc);
+        let beam: Vec<Pos2> = (0..=BEAM_PIECES)
+            .map(|i| {
+                let s = i as f64 / BEAM_PIECES as f64;
+                let x = clamp_x + s as f32 * (l.mass_x - clamp_x);
+                pos2(x, l.y((a + b * s) * s * s) - lift)
+            })
+            .collect();
+        let edge = c.mass_edge.gamma_multiply(0.5);
+        strip(self.painter, &beam, 1.0, 4.5, c.silicon, edge);
+        strip(self.painter, &beam, 4.5, 3.5, c.piezo, edge);
+        let wall = Rect::from_min_max(
+            pos2(l.area.left() + 4.0, zero - 22.0),
+            pos2(clamp_x, zero + 22.0),
+        );
+        self.painter.rect(
+            wall,
+            2.0,
+            c.clamp,
+            Stroke::new(1.0, edge),
+            StrokeKind::Inside,
+        );
+
+        let slope = f64::from(l.mass_x - clamp_x).recip() * l.scale * (2.0 * a + 3.0 * b);
+        let angle = (-slope as f32).atan() * 0.35;
+        self.film();
+        self.mass(angle.clamp(-0.12, 0.12));
+
+        let top = l.area.top() + 2.0;
+        let middle = beam[BEAM_PIECES * 3 / 10];
+        let at = pos2(clamp_x + 6.0, top);
+        let label = text(self.painter, at, "lt", "cantilever (piezo)", 12.0, c.weak);
+        leader(
+            self.painter,
+            pos2(middle.x.min(label.right() - 8.0), label.bottom()),
+            middle - vec2(0.0, 4.0),
+            c.weak,
+        );
+        self.mass_label("proof mass");
+
+        if let Some(drive) = self.moment.drive {
+            let from = beam[BEAM_PIECES / 2];
+            let length = self.length(drive, self.extremes.drive);
+            // From the skin of the beam, so that a short arrow shows too.
+            let from = from - vec2(0.0, if length > 0.0 { 5.0 } else { -4.0 });
+            arrow(self.painter, from, length, 3.0, c.drive);
+        }
+        self.mass_arrows();
+    }
+
+    /// Ceiling, spring and mass; ground and film if there are any.
+    pub fn spring(&self) {
+        let (l, c) = (self.layout, self.colors);
+        let ceiling = l.area.top() + 18.0;
+        let x = l.mass_x;
+        self.rest_line(l.area.left() + 12.0, l.y(0.0) - 0.5 * l.mass.y);
+        self.ground();
+        self.film();
+        let plate = Rect::from_min_max(pos2(x - 60.0, ceiling - 8.0), pos2(x + 60.0, ceiling));
+        self.painter.rect_filled(plate, 1.0, c.clamp);
+        let end = self.base().y - l.mass.y;
+        let (turns, lead) = (9, 5.0);
+        let body = (end - ceiling - 2.0 * lead).max(1.0);
+        let mut line = vec![pos2(x, ceiling), pos2(x, ceiling + lead)];
+        line.extend((0..2 * turns).map(|i| {
+            let side = if i % 2 == 0 { 9.0 } else { -9.0 };
+            let share = (i as f32 + 0.5) / (2 * turns) as f32;
+            pos2(x + side, ceiling + lead + share * body)
+        }));
+        line.extend([pos2(x, end - lead), pos2(x, end)]);
+        self.painter.line(line, Stroke::new(1.8, c.silicon));
+        self.mass(0.0);
+        text(
+            self.painter,
+            pos2(plate.right() + 8.0, plate.center().y),
+            "lc",
+            "ceiling, spring",
+            12.0,
+            c.weak,
+        );
+        self.beside("mass");
+        self.mass_arrows();
+    }
+
+    /// A ball in free motion beside a scale of heights.
+    pub fn free(&self) {
+        let (l, c) = (self.layout, self.colors);
+        self.ground();
+        let axis_x = l.area.left() + 64.0;
+        let (low, high) = (self.extremes.low, self.extremes.high);
+        self.painter.line_segment(
+            [pos2(axis_x, l.y(low)), pos2(axis_x, l.y(high))],
+            Stroke::new(1.0, c.weak),
+        );
+        let step = 2.0 * nice_below((high - low) / 6.0);
+        let first = (low / step).ceil() as i64;
+        for i in (first..).take_while(|i| *i as f64 * step <= high).take(12) {
+            let y = l.y(i as f64 * step);
+            self.painter.line_segment(
+                [pos2(axis_x - 4.0, y), pos2(axis_x + 4.0, y)],
+                Stroke::new(1.0, c.weak),
+            );
+            let height = format_quantity(i as f64 * step, "m", 3);
+            let y = y.clamp(l.area.top() + 7.0, l.area.bottom() - 7.0);
+            text(
+                self.painter,
+                pos2(axis_x - 8.0, y),
+                "rc",
+                height,
+                11.0,
+                c.weak,
+            );
+        }
+        let radius = 0.5 * l.mass.y;
+        let centre = self.base() - vec2(0.0, radius);
+        self.painter
+            .circle(centre, radius, c.mass, Stroke::new(1.5, c.mass_edge));
+        let speed = self.length(self.moment.velocity, self.extremes.speed);
+        let from = centre - vec2(0.0, radius * speed.signum());
+        arrow(self.painter, from, speed, 2.5, c.drive);
+        self.beside("mass");
+    }
+
+    /// Where the mass is at rest without voltage.
+    fn rest_line(&self, from: f32, y: f32) {
+        let right = self.layout.area.right() - 8.0;
+        self.painter.extend(Shape::dashed_line(
+            &[pos2(from, y), pos2(right, y)],
+            Stroke::new(1.0, self.colors.weak.gamma_multiply(0.4)),
+            4.0,
+            5.0,
+        ));
+    }
+
+    /// The ground with its ridge under the mass.
+    fn ground(&self) {
+        let (l, c) = (self.layout, self.colors);
+        let Some(level) = l.ground else { return };
+        let y = l.y(level);
+        let (left, right) = (l.area.left(), l.area.right());
+        let mut line = vec![];
+        let ridge = 0.32 * l.mass.x;
+        for (i, bump) in BUMPS.iter().enumerate() {
+            let x = left + (right - left) * i as f32 / (BUMPS.len() - 1) as f32;
+            if (x - l.mass_x).abs() > 2.2 * ridge {
+                line.push(pos2(x, y + bump));
+            }
+        }
+        let at = line.partition_point(|p| p.x < l.mass_x);
+        line.splice(
+            at..at,
+            [
+                pos2(l.mass_x - 1.5 * ridge, y + 7.0),
+                pos2(l.mass_x - 0.5 * ridge, y),
+                pos2(l.mass_x + 0.5 * ridge, y),
+                pos2(l.mass_x + 1.5 * ridge, y + 8.0),
+            ],
+        );
+        // Upright slices: the whole is not convex.
+        let mut mesh = eframe::egui::Mesh::default();
+        for p in &line {
+            mesh.colored_vertex(*p, c.ground);
+            mesh.colored_vertex(pos2(p.x, l.area.bottom().max(p.y)), c.ground);
+        }
+        for i in 0..line.len().saturating_sub(1) as u32 {
+            mesh.add_triangle(2 * i, 2 * i + 1, 2 * i + 2);
+            mesh.add_triangle(2 * i + 1, 2 * i + 3, 2 * i + 2);
+        }
+        self.painter.add(Shape::mesh(mesh));
+        self.painter.line(line, Stroke::new(1.5, c.ground_edge));
+        let at = pos2(left + 26.0, l.area.bottom() - 1.0);
+        text(self.painter, at, "lb", "ground", 12.0, c.text);
+        if self.moment.contact_since.is_some() {
+            let half = 0.5 * ridge;
+            self.painter.circle_filled(
+                pos2(l.mass_x, y),
+                1.3 * ridge,
+                c.contact.gamma_multiply(0.28),
+            );
+            self.painter.line_segment(
+                [pos2(l.mass_x - half, y), pos2(l.mass_x + half, y)],
+                Stroke::new(3.5, c.contact),
+            );
+        }
+    }
+
+    /// The gas between mass and ground, the stronger the more it pushes.
+    fn film(&self) {
+        let (l, c) = (self.layout, self.colors);
+        let Some(level) = l.ground else { return };
+        let (top, bottom) = (self.base().y, l.y(level));
+        let share = match self.moment.film {
+            Some(force) if self.extremes.film > 0.0 => {
+                (force.abs() / self.extremes.film).min(1.0).sqrt() as f32
+            }
+            _ => 0.0,
+        };
+        if bottom > top + 0.5 {
+            let gap = Rect::from_min_max(
+                pos2(l.mass_x - 0.5 * l.mass.x, top),
+                pos2(l.mass_x + 0.5 * l.mass.x, bottom),
+            );
+            let fill = c.film.gamma_multiply(0.10 + 0.65 * share);
+            self.painter.rect_filled(gap, 0.0, fill);
+        }
+        let at = pos2(l.mass_x + 0.5 * l.mass.x + 16.0, bottom - 9.0);
+        let label = text(self.painter, at, "lc", "gas film", 12.0, c.film);
+        leader(
+            self.painter,
+            pos2(label.left() - 3.0, at.y),
+            pos2(l.mass_x + 0.42 * l.mass.x, bottom - 3.0),
+            c.film,
+        );
+    }
+
+    /// The mass, outlined while it touches the ground.
+    fn mass(&self, angle: f32) {
+        let (l, c) = (self.layout, self.colors);
+        let edge = match self.moment.contact_since {
+            Some(_) => Stroke::new(2.5, c.contact),
+            None => Stroke::new(1.5, c.mass_edge),
+        };
+        let corners = block(self.base(), l.mass, angle);
+        self.painter
+            .add(Shape::convex_polygon(corners, c.mass, edge));
+    }
+
+    /// The mass's name at the top edge, with a line to it.
+    fn mass_label(&self, name: &str) {
+        let (l, c) = (self.layout, self.colors);
+        let at = pos2(l.mass_x + 0.5 * l.mass.x, l.area.top() + 2.0);
+        let label = text(self.painter, at, "lt", name, 12.0, c.weak);
+        leader(
+            self.painter,
+            pos2(label.left() + 4.0, label.bottom()),
+            self.base() + vec2(0.36 * l.mass.x, -l.mass.y + 3.0),
+            c.weak,
+        );
+    }
+
+    /// A name that moves with the mass, on its left.
+    fn beside(&self, name: &str) {
+        let l = self.layout;
+        let at = self.base() - vec2(0.5 * l.mass.x + 8.0, 0.5 * l.mass.y);
+        text(self.painter, at, "rc", name, 12.0, self.colors.weak);
+    }
+
+    /// Length of an arrow for `force` against the largest of its kind.
+    fn length(&self, force: f64, largest: f64) -> f32 {
+        if largest > 0.0 && force.is_finite() {
+            (force / largest).clamp(-1.0, 1.0) as f32 * self.layout.arrow()
+        } else {
+            0.0
+        }
+    }
+
+    /// Film, ground, adhesion, pull and effects where they act on the mass.
+    fn mass_arrows(&self) {
+        let (l, c, m) = (self.layout, self.colors, self.moment);
+        let base = self.base();
+        let top = base - vec2(0.0, l.mass.y);
+        let at = |share: f32, from: Pos2| pos2(from.x + share * l.mass.x, from.y);
+        let largest = self.extremes.film.max(self.extremes.contact);
+        let draw = |force: Option<f64>, from: Pos2, width: f32, color: Color32| {
+            if let Some(force) = force {
+                arrow(
+                    self.painter,
+                    from,
+                    self.length(force, largest),
+                    width,
+                    color,
+                );
+            }
+        };
+        match m.contact_since {
+            None => {
+                let centre = base - vec2(0.0, 0.5 * l.mass.y);
+                draw(m.film, at(-0.25, centre), 3.0, c.film);
+            }
+            Some(_) => {
+                draw(m.pull_off, at(-0.12, top), 3.0, c.pull);
+                let seat = base - vec2(0.0, 0.5 * l.mass.y);
+                draw(m.adhesion.map(|f| -f), at(0.3, seat), 1.5, c.adhesion);
+                draw(m.ground, at(0.12, seat), 3.0, c.reaction);
+            }
+        }
+        draw(m.effects, at(0.3, top), 2.5, c.weak);
+    }
+
+    /// A bar of a round height at the right edge; its length says the scale.
+    pub fn scale_bar(&self) {
+        let (l, c) = (self.layout, self.colors);
+        let room = f64::from(0.38 * l.area.height());
+        let length = nice_below(room / l.scale);
+        let height = (length * l.scale) as f32;
+        let x = l.area.right() - 12.0;
+        let top = l.area.top() + 22.0;
+        let stroke = Stroke::new(1.5, c.text);
+        let ends = [pos2(x, top), pos2(x, top + height)];
+        self.painter.line_segment(ends, stroke);
+        for end in ends {
+            self.painter
+                .line_segment([end - vec2(4.0, 0.0), end + vec2(4.0, 0.0)], stroke);
+        }
+        text(
+            self.painter,
+            pos2(x - 6.0, top + 0.5 * height),
+            "rc",
+            format_quantity(length, "m", 3),
+            12.0,
+            c.text,
+        );
+    }
+}
+
+/// Regime, time, voltage, displacement and forces, one line each, and what is to scale.
+pub(super) fn column(
+    painter: &Painter,
+    layout: &Layout,
+    colors: &Colors,
+    moment: &Moment,
+    kind: Kind,
+) {
+    let c = colors;
+    let mut at = layout.column;
+    let bottom = layout.area.bottom();
+    let regime_color = match moment.contact_since {
+        Some(_) => c.contact,
+        None => c.text,
+    };
+    let has_ground = layout.ground.is_some();
+    if has_ground {
+        text(painter, at, "lt", moment.regime(), 14.0, regime_color);
+        at.y += 19.0;
+    }
+    let mut line = |marker: Option<(Color32, f64)>, words: String, color: Color32| {
+        // The last line is kept for the note on the scale.
+        if at.y + 30.0 > bottom {
+            return;
+        }
+        if let Some((color, value)) = marker {
+            let half = if value < 0.0 { -5.5 } else { 5.5 };
+            let foot = at + vec2(5.0, 7.0 + half);
+            arrow(painter, foot, 2.0 * half, 2.0, color);
+        }
+        let indent = if marker.is_some() { 14.0 } else { 0.0 };
+        text(painter, at + vec2(indent, 0.0), "lt", words, 12.0, color);
+        at.y += 15.0;
+    };
+    let quantity = |value: f64, unit| format_quantity(value, unit, 3);
+    let mut first = format!("t = {}", format_quantity(moment.time, "s", 5));
+    if let Some(voltage) = moment.voltage.filter(|_| kind == Kind::Cantilever) {
+        first = format!("V = {},  {first}", quantity(voltage, "V"));
+    }
+    line(None, first, c.text);
+    let name = if kind == Kind::Free { "height" } else { "x" };
+    let name = if kind == Kind::Cantilever { "xp" } else { name };
+    line(
+        None,
+        format!("{name} = {}", quantity(moment.xp, "m")),
+        c.text,
+    );
+    if kind == Kind::Free {
+        let words = format!("velocity {}", quantity(moment.velocity, "m/s"));
+        line(Some((c.drive, moment.velocity)), words, c.text);
+    }
+    let shown = |value: Option<f64>| value.filter(|f| f.abs() >= 5e-13);
+    let forces = [
+        ("piezo drive", shown(moment.drive), c.drive),
+        ("gas film", shown(moment.film), c.film),
+        ("structure's pull", shown(moment.pull_off), c.pull),
+        ("ground", shown(moment.ground), c.reaction),
+        (
+            "adhesion, up to",
+            shown(moment.adhesion.map(|f| -f)),
+            c.adhesion,
+        ),
+        ("effects", shown(moment.effects), c.weak),
+    ];
+    for (name, force, color) in forces {
+        let Some(force) = force.filter(|_| kind != Kind::Free || name == "effects") else {
+            continue;
+        };
+        let words = format!("{name} {}", quantity(force.abs(), "N"));
+        line(Some((color, force)), words, c.text);
+    }
+    let times = layout.scale / POINTS_PER_METRE;
+    let scale = if times >= 1.0 {
+        format!("vertical scale \u{d7} {}", format_number(times, 2))
+    } else {
+        format!("vertical scale 1 : {}", format_number(1.0 / times, 2))
+    };
+    let foot = pos2(layout.column.x, bottom - 14.0);
+    let words = format!("{scale}, lengths free");
+    text(painter, foot, "lt", words, 11.0, c.weak);
+}

@@ -1,0 +1,331 @@
+//! Parameters that no device has: the simulator ends soon, with a sound trace or with an
+//! error that says what is wrong.
+
+use std::time::{Duration, Instant};
+
+use impactscope::model::Model;
+use impactscope::model::drive::Waveform;
+use impactscope::model::effects::{self, ActiveEffect};
+use impactscope::model::preset::Preset;
+use impactscope::sim::{Options, SimError, Trace, simulate};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+/// A call that takes longer than this hangs, even on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+fn options() -> Options {
+    Options {
+        max_steps: 200_000,
+        max_events: 100_000,
+        forces: true,
+        ..Options::default()
+    }
+}
+
+fn all_finite(trace: &Trace) -> Result<(), String> {
+    let forces = trace.forces.iter().flat_map(|f| {
+        [
+            &f.drive,
+            &f.film,
+            &f.effects,
+            &f.adhesion,
+            &f.ground,
+            &f.pull_off,
+        ]
+    });
+    let channels = [
+        &trace.voltage,
+        &trace.proof_mass,
+        &trace.cantilever,
+        &trace.proof_mass_velocity,
+        &trace.cantilever_velocity,
+    ];
+    for (k, channel) in channels.into_iter().chain(forces).enumerate() {
+        if let Some(i) = channel.iter().position(|x| !x.is_finite()) {
+            return Err(format!("channel {k}, sample {i} is {}", channel[i]));
+        }
+    }
+    for event in &trace.events {
+        let values = [
+            event.time,
+            event.velocity_before,
+            event.velocity_after,
+            event.pull_off_force,
+            event.contact_duration,
+        ];
+        if values.iter().any(|x| !x.is_finite()) {
+            return Err(format!("{event:?}"));
+        }
+    }
+    if !trace.events.is_sorted_by(|a, b| a.time <= b.time) {
+        return Err("events out of order".to_owned());
+    }
+    Ok(())
+}
+
+/// Runs, and judges what comes back.
+fn judge(model: &Model, drive: &Waveform, duration: f64, options: &Options) -> Result<(), String> {
+    let start = Instant::now();
+    let outcome = simulate(model, drive, duration, options);
+    let took = start.elapsed();
+    if took > PATIENCE {
+        return Err(format!(
+            "took {took:?}, ended with {:?}",
+            outcome.map(|t| t.steps)
+        ));
+    }
+    match outcome {
+        Ok(trace) => {
+            let expected = (duration * options.rate + 1e-9).floor() as usize + 1;
+            if trace.len() != expected {
+                return Err(format!("{} samples instead of {expected}", trace.len()));
+            }
+            if let Some(ground) = trace.ground_level {
+                let scale = ground.abs().max(1e-6);
+                let below = |x: &&f64| **x < ground - 1e-9 * scale;
+                if let Some(x) = trace.proof_mass.iter().find(below) {
+                    return Err(format!("{x} m is below the ground at {ground} m"));
+                }
+            }
+            all_finite(&trace)
+        }
+        Err(error) => match &error {
+            SimError::Diverged {
+                time, parameter, ..
+            }
+            | SimError::StepTooSmall {
+                time, parameter, ..
+            }
+            | SimError::TooMuchWork {
+                time, parameter, ..
+            } => {
+                if parameter.is_empty() || !(0.0..=duration).contains(time) {
+                    return Err(format!("says too little: {error:?}"));
+                }
+                Ok(())
+            }
+            SimError::Model(_) | SimError::Drive(_) | SimError::Options { .. } => Ok(()),
+        },
+    }
+}
+
+/// A value from zero, or from any decade of the range.
+fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![
+        1 => Just(0.0),
+        6 => (low.log10()..high.log10()).prop_map(|e| 10_f64.powf(e)),
+    ]
+}
+
+fn drives() -> impl Strategy<Value = Waveform> {
+    let frequency = || (-1.0..6.0).prop_map(|e| 10_f64.powf(e));
+    let amplitude = || prop_oneof![-10.0..10.0, -1e4..1e4];
+    prop_oneof![
+        Just(Waveform::Rest),
+        (frequency(), amplitude()).prop_map(|(frequency, amplitude)| Waveform::Square {
+            frequency,
+            amplitude
+        }),
+        (frequency(), amplitude()).prop_map(|(frequency, amplitude)| Waveform::Sine {
+            frequency,
+            amplitude
+        }),
+        (frequency(), amplitude()).prop_map(|(frequency, amplitude)| Waveform::Triangle {
+            frequency,
+            amplitude
+        }),
+        (frequency(), amplitude(), 0.0..=0.5).prop_map(|(frequency, amplitude, lambda)| {
+            Waveform::Ramped {
+                frequency,
+                amplitude,
+                lambda,
+            }
+        }),
+        (frequency(), frequency(), amplitude()).prop_map(|(from, to, amplitude)| {
+            Waveform::Chirp {
+                from,
+                to,
+                amplitude,
+                duration: 0.02,
+            }
+        }),
+    ]
+}
+
+fn models() -> impl Strategy<Value = Model> {
+    let ground = (
+        decades(1e-25, 1e-12),
+        // dp and what the film has left at contact.
+        (-7.0..-2.0).prop_map(|e: f64| 10_f64.powf(e)),
+        prop_oneof![Just(1e-9), (-9.0..-2.0).prop_map(|e: f64| 10_f64.powf(e))],
+        decades(1e-10, 1e3),
+        decades(1e-12, 1.0),
+        prop_oneof![Just(0.0), Just(1.0), 0.0..1.0],
+    );
+    let structure = (
+        decades(1e-10, 1.0),
+        prop_oneof![Just(0.0), Just(1.0), 0.0..20.0],
+        prop_oneof![Just(0.0), Just(1.0), 0.0..20.0],
+        decades(1e-1, 1e6),
+        decades(1e-1, 1e6),
+    );
+    let start = (
+        prop_oneof![3 => Just(0.0), 1 => -1e-3..1e-3, 1 => -1e6..1e6],
+        prop_oneof![3 => Just(0.0), 1 => -10.0..10.0, 1 => -1e9..1e9],
+        prop_oneof![4 => Just(None), 1 => decades(1e-12, 1e6).prop_map(Some)],
+    );
+    (ground, structure, start).prop_map(|(ground, structure, start)| {
+        let (cs, dp, left, ca, ca0, alpha) = ground;
+        let (eta, zeta1, zeta2, f1, f2) = structure;
+        let (x0, v0, drag) = start;
+        let mut model = Preset::default().model;
+        if let Some(cd) = drag {
+            let spec = effects::find("quadratic_drag").unwrap();
+            model.effects.push(ActiveEffect::new(spec));
+            model.set("quadratic_drag.cd", cd).unwrap();
+        }
+        for (id, value) in [
+            ("Cs", cs),
+            ("dp", dp),
+            ("gp", dp + left),
+            ("Ca", ca),
+            ("Ca0", ca0),
+            ("alpha", alpha),
+            ("eta", eta),
+            ("zeta1", zeta1),
+            ("zeta2", zeta2),
+            ("f1", f1),
+            ("f2", f2),
+            ("x0", x0),
+            ("v0", v0),
+        ] {
+            model.set(id, value).unwrap();
+        }
+        model
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 128,
+        rng_seed: RngSeed::Fixed(20_120_905),
+        failure_persistence: None,
+        max_shrink_iters: 64,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn any_device_ends_soundly(model in models(), drive in drives()) {
+        if let Err(reason) = judge(&model, &drive, 0.02, &options()) {
+            return Err(TestCaseError::fail(format!("{reason}\n{:?}", model.parameters)));
+        }
+    }
+
+    #[test]
+    fn any_tolerance_and_rate_end_soundly(
+        tolerance in (-20.0..0.0).prop_map(|e: f64| 10_f64.powf(e)),
+        rate in (0.0..6.5).prop_map(|e: f64| 10_f64.powf(e)),
+        fixed in prop_oneof![3 => Just(None), 1 => (-12.0..1.0).prop_map(|e: f64| Some(10_f64.powf(e)))],
+        drive in drives(),
+    ) {
+        let options = Options { tolerance, rate, fixed_step: fixed, ..options() };
+        if let Err(reason) = judge(&Preset::default().model, &drive, 0.02, &options) {
+            return Err(TestCaseError::fail(format!("{reason}\n{options:?}")));
+        }
+    }
+}
+
+/// Single cases that are easy to get wrong.
+#[test]
+fn corners_end_soundly() {
+    let square = Waveform::Square {
+        frequency: 15.0,
+        amplitude: 8.0,
+    };
+    let corners: [&[(&str, f64)]; 12] = [
+        &[("gp", 58.001e-6)],
+        &[("gp", 58.001e-6), ("Cs", 1e-12)],
+        &[("alpha", 1.0), ("Ca0", 0.0), ("Ca", 0.0)],
+        &[("alpha", 0.0), ("Ca0", 0.0), ("Ca", 0.0)],
+        &[("Cs", 0.0), ("zeta1", 0.0), ("zeta2", 0.0), ("alpha", 1.0)],
+        &[("zeta1", 20.0), ("zeta2", 20.0)],
+        &[("f1", 0.0)],
+        &[("f1", 0.0), ("f2", 0.0)],
+        &[
+            ("f1", 6424.0),
+            ("f2", 6424.0),
+            ("zeta1", 1.0),
+            ("zeta2", 1.0),
+        ],
+        &[("f1", 1e6), ("f2", 1e6)],
+        &[("eta", 1e9)],
+        &[("v0", -1e9)],
+    ];
+    for changes in corners {
+        let mut model = Preset::default().model;
+        for (id, value) in changes {
+            model.set(id, *value).unwrap();
+        }
+        if let Err(reason) = judge(&model, &square, 0.1, &options()) {
+            panic!("{changes:?}: {reason}");
+        }
+    }
+}
+
+#[test]
+fn senseless_options_are_refused_by_name() {
+    let model = Preset::default().model;
+    let good = Options::default();
+    let cases = [
+        Options { rate: 0.0, ..good },
+        Options { rate: -1.0, ..good },
+        Options {
+            rate: f64::NAN,
+            ..good
+        },
+        Options {
+            rate: f64::INFINITY,
+            ..good
+        },
+        Options {
+            tolerance: 0.0,
+            ..good
+        },
+        Options {
+            tolerance: -1e-12,
+            ..good
+        },
+        Options {
+            tolerance: f64::NAN,
+            ..good
+        },
+        Options {
+            fixed_step: Some(0.0),
+            ..good
+        },
+        Options {
+            fixed_step: Some(-1.0),
+            ..good
+        },
+        Options {
+            fixed_step: Some(f64::NAN),
+            ..good
+        },
+    ];
+    for options in cases {
+        let error = simulate(&model, &Waveform::Rest, 0.01, &options);
+        assert!(
+            matches!(error, Err(SimError::Options { .. })),
+            "{options:?}: {error:?}"
+        );
+    }
+    for duration in [f64::NAN, f64::INFINITY, -1.0, 1e12] {
+        let outcome = simulate(&model, &Waveform::Rest, duration, &good);
+        assert!(
+            outcome.is_err(),
+            "{duration}: {} samples",
+            outcome.unwrap().len()
+        );
+    }
+}
