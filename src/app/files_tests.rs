@@ -88,7 +88,7 @@ fn an_unclear_one_asks_and_is_remembered() {
 fn kinds_are_told_by_content() {
     let folder = tempfile::tempdir().unwrap();
     let session = folder.path().join("mine.toml");
-    session::save(&session, &setup(), &View::default()).unwrap();
+    session::save(&session, &setup(), &View::default(), &[]).unwrap();
     let found = events(|files| files.open(session));
     assert!(
         matches!(&found[..], [FileEvent::Session { .. }]),

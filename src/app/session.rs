@@ -102,12 +102,18 @@ fn folder_of(path: &Path) -> &Path {
         .unwrap_or(Path::new("."))
 }
 
-/// Saves a session.
+/// Saves a session. `absent` are recordings of it that could not be loaded this time:
+/// they stay in it.
 ///
 /// # Errors
 /// [`SessionError::Io`], [`SessionError::Unwritable`].
-pub fn save(path: &Path, setup: &Setup, view: &View) -> Result<(), SessionError> {
-    let text = session_file::to_text(setup, view, folder_of(path)).map_err(|reason| {
+pub fn save(
+    path: &Path,
+    setup: &Setup,
+    view: &View,
+    absent: &[RecordingEntry],
+) -> Result<(), SessionError> {
+    let text = session_file::to_text(setup, view, absent, folder_of(path)).map_err(|reason| {
         SessionError::Unwritable {
             path: path.to_owned(),
             reason,

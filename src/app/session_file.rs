@@ -88,11 +88,16 @@ pub struct RecordingEntry {
     pub color: usize,
 }
 
-/// The text of a session that will stand in `folder`.
+/// The text of a session that will stand in `folder`, `absent` recordings included.
 ///
 /// # Errors
 /// What cannot be written, such as a path that is no Unicode.
-pub fn to_text(setup: &Setup, view: &View, folder: &Path) -> Result<String, String> {
+pub fn to_text(
+    setup: &Setup,
+    view: &View,
+    absent: &[RecordingEntry],
+    folder: &Path,
+) -> Result<String, String> {
     let drive = match &setup.drive {
         DriveChoice::Recorded(id) => DriveEntry::Recorded(*id),
         DriveChoice::Waveform(Waveform::Table(table)) => {
@@ -116,11 +121,12 @@ pub fn to_text(setup: &Setup, view: &View, folder: &Path) -> Result<String, Stri
         drive,
         preset: setup.preset.to_toml(),
         view: view.clone(),
-        recordings: Some(setup.overlays.len()),
+        recordings: Some(setup.overlays.len() + absent.len()),
         recording: setup
             .overlays
             .iter()
             .map(|overlay| entry(overlay, folder))
+            .chain(absent.iter().cloned())
             .collect(),
     };
     toml::to_string(&file).map_err(|error| error.to_string())

@@ -58,7 +58,7 @@ fn comes_back_as_it_was() {
             time_range: Some((0.01, 0.02)),
             ..View::default()
         };
-        save(&path, &setup, &view).unwrap();
+        save(&path, &setup, &view, &[]).unwrap();
         assert!(is_session(&path));
         let loaded = load(&path).unwrap();
         assert_eq!(loaded.setup, setup);
@@ -77,7 +77,7 @@ fn recordings_come_back_by_path_hash_and_number() {
     let shown = overlay(41, &folder.path().join("data/one.csv"));
     setup.overlays.push(shown.clone());
     setup.drive = DriveChoice::Recorded(41);
-    save(&path, &setup, &View::default()).unwrap();
+    save(&path, &setup, &View::default(), &[]).unwrap();
     let loaded = load(&path).unwrap();
     assert_eq!(loaded.setup.drive, DriveChoice::Recorded(41));
     assert_eq!(loaded.last_id(), 41);
@@ -102,7 +102,7 @@ fn the_shipped_recording_needs_no_file() {
     shipped.visible = false;
     let mut setup = setup();
     setup.overlays.push(shipped);
-    save(&path, &setup, &View::default()).unwrap();
+    save(&path, &setup, &View::default(), &[]).unwrap();
     let loaded = load(&path).unwrap();
     assert_eq!(loaded.setup, setup);
     assert!(loaded.setup.overlays[0].made_up);
@@ -116,7 +116,13 @@ fn a_session_that_moved_finds_its_recordings() {
     setup.overlays.push(overlay(1, &old.join("data/one.csv")));
     setup.overlays.push(overlay(2, &old.join("data/two.csv")));
     setup.overlays.push(overlay(3, &old.join("data/three.csv")));
-    save(&old.join("a.impactscope.toml"), &setup, &View::default()).unwrap();
+    save(
+        &old.join("a.impactscope.toml"),
+        &setup,
+        &View::default(),
+        &[],
+    )
+    .unwrap();
     std::fs::rename(&old, &new).unwrap();
     // One lies beside the session now, one is gone.
     std::fs::rename(new.join("data/two.csv"), new.join("two.csv")).unwrap();
@@ -138,7 +144,7 @@ fn a_session_that_moved_finds_its_recordings() {
 fn damage_is_named_and_the_file_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
-    save(&path, &setup(), &View::default()).unwrap();
+    save(&path, &setup(), &View::default(), &[]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     let damaged = [
         text[..text.len() / 2].to_owned(),
@@ -174,7 +180,7 @@ fn every_cut_gives_an_error_and_no_panic() {
     setup
         .overlays
         .push(overlay(1, &folder.path().join("one.csv")));
-    save(&path, &setup, &View::default()).unwrap();
+    save(&path, &setup, &View::default(), &[]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
         if let Ok(loaded) = session_file::from_text(&text[..end]) {
@@ -213,7 +219,7 @@ fn two_recordings_of_one_number_are_told_apart() {
         setup.overlays.push(overlay(id, &folder.path().join(name)));
     }
     setup.drive = DriveChoice::Recorded(1);
-    save(&path, &setup, &View::default()).unwrap();
+    save(&path, &setup, &View::default(), &[]).unwrap();
     let loaded = load(&path).unwrap();
     let ids: Vec<_> = loaded.recordings.iter().map(|entry| entry.id).collect();
     assert_eq!(ids, [1, 3, 2]);
@@ -224,12 +230,12 @@ fn two_recordings_of_one_number_are_told_apart() {
 fn a_failed_save_leaves_the_former_file_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("no/such/folder/x.toml");
-    assert!(save(&missing, &setup(), &View::default()).is_err());
+    assert!(save(&missing, &setup(), &View::default(), &[]).is_err());
     assert!(load(&missing).is_err());
     // A folder of that name cannot be replaced by a file.
     let taken = folder.path().join("taken.impactscope.toml");
     std::fs::create_dir_all(taken.join("inside")).unwrap();
-    assert!(save(&taken, &setup(), &View::default()).is_err());
+    assert!(save(&taken, &setup(), &View::default(), &[]).is_err());
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1, "{left:?}");
 }

@@ -1,7 +1,7 @@
 //! Uniform samples cut out of the steps.
 
-use crate::model::drive::Segment;
 use crate::model::MAX_MODES;
+use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 
 use super::device::Device;

@@ -238,8 +238,13 @@ impl Step {
     fn settle(&mut self, table: &Table) {
         for i in 0..self.modes {
             let oscillator = table.modes[i].oscillator;
-            self.swings[i] =
-                Swing::new(oscillator, self.h, self.q[i], self.v[i], &self.mode_force[i]);
+            self.swings[i] = Swing::new(
+                oscillator,
+                self.h,
+                self.q[i],
+                self.v[i],
+                &self.mode_force[i],
+            );
         }
     }
 
