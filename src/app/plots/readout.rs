@@ -11,7 +11,7 @@ use super::style;
 use super::time_plot::TimePlot;
 
 /// Width of an entry [points].
-const CELL: f32 = 132.0;
+const CELL: f32 = 142.0;
 /// Height of a row [points].
 const ROW: f32 = 18.0;
 
@@ -105,7 +105,7 @@ impl Readout {
 
 /// A name that leaves room for a value.
 fn shortened(name: &str) -> String {
-    const MOST: usize = 11;
+    const MOST: usize = 9;
     if name.chars().count() <= MOST {
         return name.to_owned();
     }
