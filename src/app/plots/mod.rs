@@ -4,8 +4,10 @@ mod axes;
 mod cache;
 mod curve;
 mod device;
+mod drive_loop;
 mod forces;
 mod layer;
+mod phase_portrait;
 pub mod pyramid;
 mod readout;
 mod residual;
@@ -14,6 +16,9 @@ mod time_plot;
 mod trajectory;
 mod voltage;
 mod window;
+mod xy;
+#[cfg(test)]
+mod tests;
 
 use eframe::egui::{Key, RichText, ScrollArea, Ui, vec2};
 
@@ -28,6 +33,8 @@ const SPACING: f32 = 6.0;
 const LINE: f32 = 20.0;
 /// Height of ticks and label of the time axis [points].
 const TIME_AXIS: f32 = 36.0;
+/// Least height of the pictures without a time axis [points].
+const XY_HEIGHT: f32 = 190.0;
 
 /// Draws all pictures that are switched on and takes up what is done over them.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -52,6 +59,18 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if !plots.is_empty() {
         rest -= readout.height(space.x) + TIME_AXIS;
     }
+    let planes = [Picture::PhasePortrait, Picture::DriveLoop]
+        .into_iter()
+        .filter(|&picture| shown(picture))
+        .collect::<Vec<_>>();
+    let plane_height = if plots.is_empty() {
+        rest.clamp(XY_HEIGHT, 600.0)
+    } else {
+        (0.3 * space.y).clamp(XY_HEIGHT, 300.0)
+    };
+    if !planes.is_empty() {
+        rest -= plane_height + SPACING;
+    }
     let heights = heights(&plots, rest);
     ScrollArea::vertical()
         .id_salt("plots")
@@ -74,6 +93,9 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             time_plots(ui, state, plots, &heights);
             for line in lines {
                 ui.label(RichText::new(line).size(12.0).weak());
+            }
+            if !planes.is_empty() {
+                side_by_side(ui, state, &planes, plane_height);
             }
         });
 }
@@ -142,4 +164,18 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[f
         let reply = plot.show(ui, &common, height, lowest);
         window::react(ui, state, &reply);
     }
+}
+
+/// The pictures without a time axis in a row.
+fn side_by_side(ui: &mut Ui, state: &State, planes: &[Picture], height: f32) {
+    let width = ui.available_width() / planes.len() as f32 - 14.0;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 14.0;
+        for picture in planes {
+            match picture {
+                Picture::PhasePortrait => phase_portrait::show(ui, state, [width, height]),
+                _ => drive_loop::show(ui, state, [width, height]),
+            }
+        }
+    });
 }
