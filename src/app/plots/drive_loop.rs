@@ -84,9 +84,6 @@ fn recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64,
         return;
     };
     plot.add(ui, path, (index(from), index(to)), |i| {
-        [
-            volts.value(voltage[i]),
-            xp.value(recording.proof_mass[i]),
-        ]
+        [volts.value(voltage[i]), xp.value(recording.proof_mass[i])]
     });
 }

@@ -12,13 +12,13 @@ pub mod pyramid;
 mod readout;
 mod residual;
 pub mod style;
+#[cfg(test)]
+mod tests;
 mod time_plot;
 mod trajectory;
 mod voltage;
 mod window;
 mod xy;
-#[cfg(test)]
-mod tests;
 
 use eframe::egui::{Key, RichText, ScrollArea, Ui, vec2};
 

@@ -41,6 +41,16 @@ impl Extent {
     }
 
     fn of(values: &[f64]) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &value in values {
+            // A comparison with NaN is false.
+            low = if value < low { value } else { low };
+            high = if value > high { value } else { high };
+        }
+        if low > f64::NEG_INFINITY && high < f64::INFINITY {
+            return Self { low, high };
+        }
+        // Rarely: without the infinities.
         let mut extent = Self::NOTHING;
         values.iter().for_each(|&value| extent.add(value));
         extent

@@ -97,7 +97,12 @@ impl XyPlot {
             .map(|axis| Unit::of_range(axis.base, axis.range.0, axis.range.1));
         let [x, y] = &units;
         let labels = [0, 1].map(|i| units[i].label(self.axes[i].quantity));
-        let name = format!("{}: {} against {}", self.picture.name(), labels[1], labels[0]);
+        let name = format!(
+            "{}: {} against {}",
+            self.picture.name(),
+            labels[1],
+            labels[0]
+        );
         let [x_label, y_label] = labels;
         let plot = Plot::new(("xy plot", self.picture.name()))
             .width(self.size[0])
@@ -232,7 +237,13 @@ mod tests {
 
     #[test]
     fn missing_points_break_a_path() {
-        let points = [[0.0, 0.0], [0.5, 0.0], [f64::NAN, 0.0], [0.5, 0.5], [0.0, 0.5]];
+        let points = [
+            [0.0, 0.0],
+            [0.5, 0.0],
+            [f64::NAN, 0.0],
+            [0.5, 0.5],
+            [0.0, 0.5],
+        ];
         let line = thin(points.into_iter(), UNIT, [300.0, 300.0]);
         assert_eq!(line.len(), 5);
         assert!(line[2][0].is_nan());

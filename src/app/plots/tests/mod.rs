@@ -1,0 +1,301 @@
+//! The pictures without a GPU, by their accessible names.
+
+mod pyramid;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{
+    Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, TouchPhase, vec2,
+};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+
+use super::window;
+use crate::app::setup::{DriveChoice, Overlay, Picture, Setup, View};
+use crate::app::snapshot::{LiveState, Snapshot};
+use crate::app::state::{Cursors, State};
+use crate::model::drive::Waveform;
+use crate::model::preset::Preset;
+use crate::recording::Recording;
+use crate::sim::{Event as SimEvent, EventKind, ForceTraces, Trace};
+
+/// All pictures on, nothing loaded, no result.
+fn empty() -> State {
+    let preset = Preset::default();
+    State {
+        setup: Setup {
+            drive: DriveChoice::Waveform(Waveform::Rest),
+            duration: preset.duration,
+            preset,
+            locked: Default::default(),
+            overlays: Vec::new(),
+        },
+        view: View {
+            pictures: Picture::ALL.into(),
+            ..View::default()
+        },
+        snapshot: None,
+        ghost: None,
+        refusal: None,
+        paused: false,
+        scrub: None,
+        cursors: Cursors::default(),
+        selected: None,
+        commands: Vec::new(),
+        notices: Vec::new(),
+        drive_editor_open: false,
+    }
+}
+
+/// A made-up run of `samples` at 50 kHz.
+fn trace(samples: usize) -> Trace {
+    let dt = 2e-5;
+    let wave = |f: f64, a: f64| -> Vec<f64> {
+        (0..samples)
+            .map(|i| a * (f * i as f64 * dt).sin())
+            .collect()
+    };
+    let end = samples as f64 * dt;
+    let contacts: Vec<(f64, f64)> = (0..(end / 0.01) as usize)
+        .map(|i| (0.01 * i as f64, 0.01 * i as f64 + 2e-3))
+        .collect();
+    let events = contacts
+        .iter()
+        .flat_map(|&(a, b)| {
+            [
+                (a, EventKind::Impact),
+                (a, EventKind::Stick),
+                (b, EventKind::Release),
+            ]
+        })
+        .map(|(time, kind)| SimEvent {
+            time,
+            kind,
+            velocity_before: -0.1,
+            velocity_after: 0.05,
+            pull_off_force: 1e-8,
+            contact_duration: 0.0,
+        })
+        .collect();
+    Trace {
+        dt,
+        voltage: wave(94.0, 8.0),
+        proof_mass: wave(4000.0, 5e-5),
+        cantilever: wave(4000.0, 3e-5),
+        proof_mass_velocity: wave(4000.0, 0.2),
+        cantilever_velocity: wave(4000.0, 0.1),
+        events,
+        contacts,
+        ground_level: Some(-5e-5),
+        forces: Some(ForceTraces {
+            drive: wave(94.0, 1e-6),
+            film: wave(4000.0, 1e-7),
+            effects: vec![0.0; samples],
+            adhesion: wave(94.0, 1e-7),
+            ground: wave(94.0, 1e-7),
+            pull_off: wave(94.0, 2e-7),
+        }),
+        ..Trace::default()
+    }
+}
+
+fn with(mut state: State, trace: Trace) -> State {
+    let model = Arc::new(state.setup.preset.model.clone());
+    let overlays = &state.setup.overlays;
+    let snapshot = Snapshot::new(1, &model, Arc::new(trace), overlays, Duration::ZERO);
+    state.snapshot = Some(Arc::new(snapshot));
+    state
+}
+
+fn recorded(mut state: State) -> State {
+    let time: Vec<f64> = (0..5000).map(|i| 2e-5 * f64::from(i)).collect();
+    let values: Vec<f64> = time.iter().map(|t| 4e-5 * (4000.0 * t).sin()).collect();
+    let volts = vec![8.0; time.len()];
+    let recording = Recording::new("tap.csv", time, Some(volts), values, None);
+    state.setup.overlays.push(Overlay {
+        id: 3,
+        recording: Arc::new(recording.unwrap()),
+        import: Default::default(),
+        alignment: Default::default(),
+        visible: true,
+        color: 0,
+        made_up: false,
+    });
+    state
+}
+
+fn harness(state: State) -> Harness<'static, State> {
+    let mut harness = Harness::builder()
+        .with_size([900.0, 1000.0])
+        .build_ui_state(super::show, state);
+    harness.run_steps(3);
+    harness
+}
+
+/// Names of the pictures that are there.
+fn names(harness: &Harness<'_, State>) -> Vec<String> {
+    harness
+        .query_all_by_role(Role::Image)
+        .filter_map(|node| node.accesskit_node().label())
+        .collect()
+}
+
+fn plot(harness: &Harness<'_, State>, name: &str) -> eframe::egui::Rect {
+    harness
+        .query_all_by_role(Role::Image)
+        .find(|node| {
+            node.accesskit_node()
+                .label()
+                .is_some_and(|l| l.starts_with(name))
+        })
+        .unwrap_or_else(|| panic!("no picture {name}"))
+        .rect()
+}
+
+#[test]
+fn every_axis_has_a_quantity_and_a_unit() {
+    let state = with(recorded(empty()), trace(20_000));
+    let harness = harness(state);
+    let names = names(&harness).join("\n");
+    for name in [
+        "Voltage: drive V [V] against time t [ms]",
+        "Trajectory: displacement x [\u{b5}m] against time t [ms]",
+        "Residual: residual [\u{b5}m] against time t [ms]",
+        "Forces: force [\u{b5}N] against time t [ms]",
+        "Phase portrait: vp [mm/s] against xp [\u{b5}m]",
+        "Drive loop: xp [\u{b5}m] against drive V [V]",
+    ] {
+        assert!(names.contains(name), "{name} is not in\n{names}");
+    }
+}
+
+#[test]
+fn poor_traces_are_drawn() {
+    drop(harness(empty()));
+    drop(harness(recorded(empty())));
+    drop(harness(with(recorded(empty()), Trace::default())));
+    for samples in [0, 1, 2] {
+        drop(harness(with(recorded(empty()), trace(samples))));
+    }
+    let mut missing = trace(5000);
+    missing.proof_mass = vec![f64::NAN; 5000];
+    missing.voltage[7] = f64::INFINITY;
+    missing.forces = None;
+    let mut state = with(empty(), missing);
+    state.ghost = state.snapshot.clone();
+    state.cursors.first = Some(0.01);
+    state.cursors.second = Some(f64::NAN);
+    drop(harness(state));
+}
+
+#[test]
+fn without_recordings_the_residual_says_so() {
+    let harness = harness(with(empty(), trace(5000)));
+    assert!(
+        !names(&harness)
+            .iter()
+            .any(|name| name.starts_with("Residual"))
+    );
+    harness.get_by_label_contains("Residual: open a recording");
+}
+
+#[test]
+fn values_are_read_out_at_the_cursors() {
+    let mut state = with(empty(), trace(5000));
+    state.cursors.first = Some(0.01);
+    state.cursors.second = Some(0.03);
+    let harness = harness(state);
+    harness.get_by_label("10 ms");
+    harness.get_by_label("20 ms");
+    harness.get_by_label("50 Hz");
+    harness.get_by_label("dxp");
+}
+
+fn click(harness: &mut Harness<'_, State>, at: Pos2, modifiers: Modifiers) {
+    for pressed in [true, false] {
+        harness.event(Event::PointerMoved(at));
+        harness.event(Event::PointerButton {
+            pos: at,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers,
+        });
+        harness.step();
+    }
+}
+
+#[test]
+fn clicks_set_cursors_and_escape_clears_them() {
+    let mut harness = harness(with(empty(), trace(20_000)));
+    let rect = plot(&harness, "Trajectory");
+    let (from, to) = window::in_view(harness.state());
+    click(&mut harness, rect.center(), Modifiers::NONE);
+    let first = harness.state().cursors.first.unwrap();
+    assert!((first - 0.5 * (from + to)).abs() < 0.01 * (to - from));
+    harness.key_press(Key::Escape);
+    harness.step();
+    assert_eq!(harness.state().cursors.first, None);
+}
+
+#[test]
+fn the_wheel_zooms_around_the_pointer_and_dragging_pans() {
+    let mut harness = harness(with(empty(), trace(20_000)));
+    let rect = plot(&harness, "Trajectory");
+    let (from, to) = window::in_view(harness.state());
+    harness.event(Event::PointerMoved(rect.center()));
+    harness.step();
+    harness.event(Event::MouseWheel {
+        unit: MouseWheelUnit::Point,
+        delta: vec2(0.0, 60.0),
+        modifiers: Modifiers::NONE,
+        phase: TouchPhase::Move,
+        source: MouseWheelSource::Unknown,
+    });
+    harness.run_steps(20);
+    let (near_from, near_to) = window::in_view(harness.state());
+    assert!(near_to - near_from < 0.95 * (to - from));
+    let middle = 0.5 * (near_from + near_to);
+    assert!((middle - 0.5 * (from + to)).abs() < 0.01 * (to - from));
+    harness.event(Event::PointerButton {
+        pos: rect.center(),
+        button: PointerButton::Primary,
+        pressed: true,
+        modifiers: Modifiers::NONE,
+    });
+    harness.step();
+    for x in [10.0, 20.0, 40.0] {
+        harness.event(Event::PointerMoved(rect.center() + vec2(x, 0.0)));
+        harness.step();
+    }
+    assert!(window::in_view(harness.state()).0 < near_from);
+}
+
+#[test]
+fn a_live_run_ends_at_the_right_edge() {
+    let mut state = with(empty(), trace(20_000));
+    let mut snapshot = state.snapshot.as_ref().unwrap().as_ref().clone();
+    snapshot.live = Some(LiveState {
+        time: 0.39,
+        history_start: 0.0,
+        speed: 0.01,
+        paused: false,
+    });
+    state.snapshot = Some(Arc::new(snapshot));
+    state.view.time_range = Some((0.0, 0.1));
+    let (from, to) = window::in_view(&state);
+    assert!((from - 0.29).abs() < 1e-12 && (to - 0.39).abs() < 1e-12);
+    state.scrub = Some(0.2);
+    assert_eq!(window::in_view(&state).1, 0.2);
+    drop(harness(state));
+}
+
+/// Prints the cost of a frame with a million samples for `-- --nocapture`.
+#[test]
+fn a_million_samples_cost_their_pixels() {
+    let mut harness = harness(with(empty(), trace(1_000_000)));
+    let started = std::time::Instant::now();
+    harness.run_steps(10);
+    println!("a frame with 1e6 samples: {:?}", started.elapsed() / 10);
+}
