@@ -1,5 +1,8 @@
 //! Independent oscillators and decays, advanced exactly under polynomial forces.
 
+// The indices are those of the method's matrices; iterators would hide them.
+#![allow(clippy::needless_range_loop)]
+
 use super::nodes::{NODES, S, gauss, interpolant, lagrange};
 
 /// `x'' + damping x' + omega2 x = force per unit modal mass`.

@@ -3,6 +3,9 @@
 //! Flight and held structure are both a [`Step`] over independent oscillators; they
 //! differ in what forces act.
 
+// The indices are those of the method's matrices; iterators would hide them.
+#![allow(clippy::needless_range_loop)]
+
 use crate::model::drive::Segment;
 
 use super::device::{Device, dot};

@@ -43,12 +43,15 @@ pub struct Axis {
     pub range: (f64, f64),
 }
 
+/// Points, how they are drawn, and whether dashed.
+type DrawnLine = (Arc<Vec<[f64; 2]>>, Stroke, bool);
+
 /// A picture being put together.
 pub struct XyPlot {
     picture: Picture,
     axes: [Axis; 2],
     size: [f32; 2],
-    lines: Vec<(Arc<Vec<[f64; 2]>>, Stroke, bool)>,
+    lines: Vec<DrawnLine>,
     dot: Option<([f64; 2], Color32)>,
 }
 
