@@ -32,6 +32,13 @@ pub struct Path<K> {
     pub dashed: bool,
 }
 
+/// A path as it is drawn.
+struct Thinned {
+    points: Arc<Vec<[f64; 2]>>,
+    stroke: Stroke,
+    dashed: bool,
+}
+
 /// An axis of such a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Axis {
@@ -43,15 +50,12 @@ pub struct Axis {
     pub range: (f64, f64),
 }
 
-/// Points, how they are drawn, and whether dashed.
-type DrawnLine = (Arc<Vec<[f64; 2]>>, Stroke, bool);
-
 /// A picture being put together.
 pub struct XyPlot {
     picture: Picture,
     axes: [Axis; 2],
     size: [f32; 2],
-    lines: Vec<DrawnLine>,
+    lines: Vec<Thinned>,
     dot: Option<([f64; 2], Color32)>,
 }
 
@@ -82,10 +86,14 @@ impl XyPlot {
         let id = Id::unique(("xy path", self.picture.name(), path.slot));
         let size = self.size.map(|side| side.round() as u32);
         let key = (path.source, first, last, (x, y), size);
-        let thinned = cache::kept(ui, id, key, || {
+        let points = cache::kept(ui, id, key, || {
             thin((first..last).map(point), [x, y], self.size)
         });
-        self.lines.push((thinned, path.stroke, path.dashed));
+        self.lines.push(Thinned {
+            points,
+            stroke: path.stroke,
+            dashed: path.dashed,
+        });
     }
 
     /// Marks where the path is at the cursor; SI.
@@ -115,12 +123,13 @@ impl XyPlot {
             let [(x0, x1), (y0, y1)] = self.axes.map(|axis| axis.range);
             plot.set_plot_bounds_x(x0 / factors[0]..=x1 / factors[0]);
             plot.set_plot_bounds_y(y0 / factors[1]..=y1 / factors[1]);
-            for (points, stroke, dashed) in self.lines {
-                let scaled = points
+            for line in self.lines {
+                let scaled = line
+                    .points
                     .iter()
                     .map(|p| [p[0] / factors[0], p[1] / factors[1]])
                     .collect();
-                plot.add(Layer::line(scaled, stroke, dashed));
+                plot.add(Layer::line(scaled, line.stroke, line.dashed));
             }
             if let Some(([x, y], color)) = self.dot {
                 let at = PlotPoint::new(x / factors[0], y / factors[1]);
