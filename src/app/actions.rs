@@ -135,7 +135,7 @@ fn items(shell: &mut Shell, ui: &mut Ui, commands: &[Command]) {
 }
 
 /// Whether a command would do anything now.
-fn is_possible(shell: &Shell, command: Command) -> bool {
+pub fn is_possible(shell: &Shell, command: Command) -> bool {
     let state = &shell.state;
     let live = state.view.mode == Mode::Live;
     match command {
