@@ -273,6 +273,7 @@ fn align(shell: &mut Shell) {
         t0: snapshot.trace.t0,
         dt: snapshot.trace.dt,
         values: &snapshot.trace.proof_mass,
+        slopes: Some(&snapshot.trace.proof_mass_velocity),
     };
     let only = shell.state.selected;
     let mut problems = Vec::new();
