@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Button, InputState, KeyboardShortcut, Ui, ViewportCommand};
+use eframe::egui::{Button, Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
 use crate::model::preset::{EMBEDDED, Preset};
 use crate::recording::align::auto_align;
@@ -18,12 +18,27 @@ use super::state::{Cursors, State};
 use super::workspaces::tune;
 use super::{export, first_start, theme};
 
-/// Whether a shortcut was pressed. Letters and signs must match their modifiers, but
-/// for Shift where the sign itself needs it (`?`).
+/// Whether a shortcut was pressed; takes the key press. The modifiers are those of the
+/// press itself: on a slow display they are released before the frame is drawn. They
+/// must match exactly, but for Shift where the sign itself needs it (`?`).
 pub fn pressed(input: &mut InputState, shortcut: &KeyboardShortcut) -> bool {
-    let exact = input.modifiers.matches_exact(shortcut.modifiers);
-    let sign = shortcut.logical_key == eframe::egui::Key::Questionmark;
-    (exact || sign) && input.consume_shortcut(shortcut)
+    let sign = shortcut.logical_key == Key::Questionmark;
+    let before = input.events.len();
+    input.events.retain(|event| {
+        let Event::Key {
+            key,
+            pressed: true,
+            modifiers,
+            ..
+        } = event
+        else {
+            return true;
+        };
+        let mut modifiers = *modifiers;
+        modifiers.shift &= !sign;
+        *key != shortcut.logical_key || !modifiers.matches_exact(shortcut.modifiers)
+    });
+    input.events.len() < before
 }
 
 /// The menus, all made of commands.
@@ -165,6 +180,8 @@ fn selected(state: &State) -> Option<&Overlay> {
 /// Runs the commands asked for in this frame.
 pub fn run(shell: &mut Shell, ui: &Ui) {
     for command in std::mem::take(&mut shell.state.commands) {
+        // What it changes is drawn in the next frame, which nothing else may cause.
+        ui.ctx().request_repaint();
         if is_possible(shell, command) {
             run_one(shell, ui, command);
         }
@@ -455,4 +472,45 @@ fn add_recording(
         None => overlays.push(overlay),
     }
     shell.state.selected = Some(id);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eframe::egui::Modifiers;
+
+    fn press(key: Key, modifiers: Modifiers) -> InputState {
+        let mut input = InputState::default();
+        input.events.push(Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers,
+        });
+        input
+    }
+
+    #[test]
+    fn each_press_asks_for_one_command_and_no_other() {
+        let with_shift = Modifiers::COMMAND | Modifiers::SHIFT;
+        let cases = [
+            (Key::Z, Modifiers::COMMAND, Some(Command::Undo)),
+            (Key::Z, with_shift, Some(Command::Redo)),
+            (Key::Z, Modifiers::NONE, None),
+            (Key::Questionmark, Modifiers::SHIFT, Some(Command::Help)),
+            (Key::G, Modifiers::NONE, Some(Command::ToggleGhost)),
+            (Key::G, Modifiers::SHIFT, None),
+            (Key::O, Modifiers::COMMAND, Some(Command::Open)),
+            (Key::O, with_shift, Some(Command::OpenPath)),
+        ];
+        for (key, modifiers, expected) in cases {
+            let mut input = press(key, modifiers);
+            let asked: Vec<Command> = Command::all()
+                .into_iter()
+                .filter(|c| c.shortcut().is_some_and(|s| pressed(&mut input, &s)))
+                .collect();
+            assert_eq!(asked, Vec::from_iter(expected), "{key:?} {modifiers:?}");
+        }
+    }
 }
