@@ -40,7 +40,7 @@ fn one<B: DrawingBackend>(
         .y_desc(&chart.y_label)
         .axis_desc_style(("sans-serif", 18))
         .label_style(("sans-serif", 15))
-        .light_line_style(WHITE)
+        .light_line_style(TRANSPARENT)
         .bold_line_style(RGBColor(222, 222, 222))
         .draw()?;
     if let Some((level, name)) = chart.level {
