@@ -24,6 +24,11 @@ use paint::{Colors, text};
 /// Least and greatest height of the picture [points].
 const HEIGHT: (f32, f32) = (110.0, 420.0);
 
+/// What is to scale, on hovering.
+const NOTE: &str = "Heights are to scale (the bar), lengths are not. Arrows grow with the \
+     force: the drive's against the drive's largest, those on the mass against the largest \
+     on the mass in this run.";
+
 /// What stands in the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -85,7 +90,7 @@ impl Layout {
         let above = match kind {
             Kind::Cantilever => 22.0 + mass.y,
             // The spring keeps some length when the mass is at its highest.
-            Kind::Spring => 24.0 + mass.y + 0.12 * h,
+            Kind::Spring => 20.0 + mass.y + 0.22 * h,
             Kind::Free => 8.0 + mass.y,
         };
         let room = f64::from((h - below - above).max(10.0));
@@ -173,7 +178,8 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
         Kind::Free => scene.free(),
     }
     scene.scale_bar();
-    parts::column(&painter, &layout, &colors, &moment, kind);
+    parts::column(&painter, &layout, &colors, &moment, &extremes, kind);
+    response.on_hover_text(NOTE);
 }
 
 /// What a screen reader says.
@@ -181,7 +187,7 @@ fn label(moment: &Moment) -> String {
     let mut label = format!(
         "Device, {}, xp = {}",
         moment.regime(),
-        format_quantity(moment.xp, "m", 3)
+        format_quantity(moment.reading, "m", 3)
     );
     if let Some(voltage) = moment.voltage {
         label.push_str(&format!(", V = {}", format_quantity(voltage, "V", 3)));

@@ -3,7 +3,7 @@
 mod axes;
 mod cache;
 mod curve;
-mod device;
+pub mod device;
 mod drive_loop;
 mod forces;
 mod layer;

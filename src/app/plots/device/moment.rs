@@ -13,6 +13,10 @@ use crate::sim::{EventKind, Trace};
 /// more than a short one.
 const EXTREME_SAMPLES: usize = 20_000;
 
+/// Film force that fills an arrow where none was recorded to compare with [N]: the
+/// paper's abstract has 50 to 130 nN.
+const USUAL_FILM: f64 = 1e-7;
+
 /// The device at one time. Displacements are the device's own (sensor offsets taken off).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Moment {
@@ -22,6 +26,8 @@ pub(super) struct Moment {
     pub voltage: Option<f64>,
     /// Displacement of the proof mass [m].
     pub xp: f64,
+    /// The same as the sensor shows it, and the curves [m].
+    pub reading: f64,
     /// Displacement of the cantilever's centre [m].
     pub xc: Option<f64>,
     /// Velocity of the proof mass [m/s].
@@ -103,7 +109,8 @@ impl Moment {
             weight: position - i as f64,
             smooth: true,
         };
-        let xp = place.of(&trace.proof_mass)? - parameters[ParameterId::OffsetP];
+        let reading = place.of(&trace.proof_mass)?;
+        let xp = reading - parameters[ParameterId::OffsetP];
         let xc = place
             .of(&trace.cantilever)
             .map(|x| x - parameters[ParameterId::OffsetC]);
@@ -123,6 +130,7 @@ impl Moment {
             time: t,
             voltage: place.of(&trace.voltage),
             xp,
+            reading,
             xc,
             velocity,
             contact_since: since,
@@ -250,14 +258,13 @@ impl Extremes {
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
         let forces = trace.forces.as_ref();
         let of = |values: Option<&Vec<f64>>| finite(values.map_or(0.0, |v| size(v)));
-        let static_film = 1e-7;
         Self {
             key: key(snapshot),
             low,
             high,
             film: match forces {
                 Some(f) => finite(size(&f.film)),
-                None => static_film,
+                None => USUAL_FILM,
             },
             drive: match forces {
                 Some(f) => finite(size(&f.drive)),

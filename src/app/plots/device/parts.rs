@@ -87,8 +87,8 @@ impl Scene<'_> {
         if let Some(drive) = self.moment.drive {
             let from = beam[BEAM_PIECES / 2];
             let length = self.length(drive, self.extremes.drive);
-            // From the skin of the beam, so that a short arrow shows too.
-            let from = from - vec2(0.0, if length > 0.0 { 5.0 } else { -4.0 });
+            // Pulls up from the skin or pushes down onto it: never into the ground.
+            let from = from - vec2(0.0, 6.0 + (-length).max(0.0));
             arrow(self.painter, from, length, 3.0, c.drive);
         }
         self.mass_arrows();
@@ -99,13 +99,16 @@ impl Scene<'_> {
         let (l, c) = (self.layout, self.colors);
         let ceiling = l.area.top() + 18.0;
         let x = l.mass_x;
-        self.rest_line(l.area.left() + 12.0, l.y(0.0) - 0.5 * l.mass.y);
+        let rest = l.y(0.0) - 0.5 * l.mass.y;
+        self.rest_line(l.area.left() + 12.0, rest);
+        let at = pos2(l.area.left() + 12.0, rest - 2.0);
+        text(self.painter, at, "lb", "rest", 11.0, c.weak);
         self.ground();
         self.film();
         let plate = Rect::from_min_max(pos2(x - 60.0, ceiling - 8.0), pos2(x + 60.0, ceiling));
         self.painter.rect_filled(plate, 1.0, c.clamp);
         let end = self.base().y - l.mass.y;
-        let (turns, lead) = (9, 5.0);
+        let (turns, lead) = (6, 4.0);
         let body = (end - ceiling - 2.0 * lead).max(1.0);
         let mut line = vec![pos2(x, ceiling), pos2(x, ceiling + lead)];
         line.extend((0..2 * turns).map(|i| {
@@ -114,7 +117,7 @@ impl Scene<'_> {
             pos2(x + side, ceiling + lead + share * body)
         }));
         line.extend([pos2(x, end - lead), pos2(x, end)]);
-        self.painter.line(line, Stroke::new(1.8, c.silicon));
+        self.painter.line(line, Stroke::new(1.5, c.silicon));
         self.mass(0.0);
         text(
             self.painter,
@@ -365,6 +368,7 @@ pub(super) fn column(
     layout: &Layout,
     colors: &Colors,
     moment: &Moment,
+    extremes: &Extremes,
     kind: Kind,
 ) {
     let c = colors;
@@ -403,12 +407,15 @@ pub(super) fn column(
     let name = if kind == Kind::Cantilever { "xp" } else { name };
     line(
         None,
-        format!("{name} = {}", quantity(moment.xp, "m")),
+        format!("{name} = {}", quantity(moment.reading, "m")),
         c.text,
     );
     if kind == Kind::Free {
-        let words = format!("velocity {}", quantity(moment.velocity, "m/s"));
-        line(Some((c.drive, moment.velocity)), words, c.text);
+        // Rounding of the simulator is no velocity.
+        let rounding = moment.velocity.abs() < 1e-9 * extremes.speed;
+        let velocity = if rounding { 0.0 } else { moment.velocity };
+        let marker = (velocity != 0.0).then_some((c.drive, velocity));
+        line(marker, format!("velocity {}", quantity(velocity, "m/s")), c.text);
     }
     let shown = |value: Option<f64>| value.filter(|f| f.abs() >= 5e-13);
     let forces = [
@@ -437,6 +444,5 @@ pub(super) fn column(
         format!("vertical scale 1 : {}", format_number(1.0 / times, 2))
     };
     let foot = pos2(layout.column.x, bottom - 14.0);
-    let words = scale;
-    text(painter, foot, "lt", words, 11.0, c.weak);
+    text(painter, foot, "lt", scale, 11.0, c.weak);
 }
