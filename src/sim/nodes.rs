@@ -119,7 +119,8 @@ impl Dense {
         let c = &self.0;
         let u = 2.0 * s - 1.0;
         let u2 = u * u;
-        let even = c[1] + u2 * (3.0 * c[3] + u2 * (5.0 * c[5] + u2 * (7.0 * c[7] + u2 * 9.0 * c[9])));
+        let even =
+            c[1] + u2 * (3.0 * c[3] + u2 * (5.0 * c[5] + u2 * (7.0 * c[7] + u2 * 9.0 * c[9])));
         let odd = 2.0 * c[2] + u2 * (4.0 * c[4] + u2 * (6.0 * c[6] + u2 * 8.0 * c[8]));
         (self.value(s), (even + u * odd) * 2.0 / h)
     }

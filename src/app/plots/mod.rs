@@ -6,11 +6,12 @@ mod curve;
 mod device;
 mod drive_loop;
 mod forces;
-mod layer;
+pub(super) mod layer;
 mod phase_portrait;
 pub mod pyramid;
 mod readout;
 mod residual;
+pub mod sheet;
 pub mod style;
 #[cfg(test)]
 mod tests;
@@ -172,10 +173,15 @@ fn side_by_side(ui: &mut Ui, state: &State, planes: &[Picture], height: f32) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 14.0;
         for picture in planes {
-            match picture {
-                Picture::PhasePortrait => phase_portrait::show(ui, state, [width, height]),
-                _ => drive_loop::show(ui, state, [width, height]),
-            }
+            plane(ui, state, *picture, [width, height]).show(ui);
         }
     });
+}
+
+/// One of them, `size` points big.
+fn plane(ui: &Ui, state: &State, picture: Picture, size: [f32; 2]) -> xy::XyPlot {
+    match picture {
+        Picture::PhasePortrait => phase_portrait::describe(ui, state, size),
+        _ => drive_loop::describe(ui, state, size),
+    }
 }

@@ -22,6 +22,8 @@ const CELL: f64 = 1.5;
 
 /// One path: what it was made from tells whether the kept one is still good.
 pub struct Path<K> {
+    /// What a legend calls it.
+    pub name: String,
     /// Its place among the paths of a picture.
     pub slot: (&'static str, u64),
     /// What it is made from.
@@ -43,12 +45,27 @@ pub struct Axis {
     pub range: (f64, f64),
 }
 
+/// A path as it is drawn; SI.
+pub struct XyLine {
+    /// What a legend calls it.
+    pub name: String,
+    /// Its points; `[NaN, NaN]` breaks it.
+    pub points: Arc<Vec<[f64; 2]>>,
+    /// Colour and width.
+    pub stroke: Stroke,
+    /// Whether it is dashed.
+    pub dashed: bool,
+}
+
 /// A picture being put together.
 pub struct XyPlot {
-    picture: Picture,
-    axes: [Axis; 2],
+    /// Which one.
+    pub picture: Picture,
+    /// Horizontal and vertical axis.
+    pub axes: [Axis; 2],
     size: [f32; 2],
-    lines: Vec<(Arc<Vec<[f64; 2]>>, Stroke, bool)>,
+    /// Paths, the lowest first.
+    pub lines: Vec<XyLine>,
     dot: Option<([f64; 2], Color32)>,
 }
 
@@ -82,7 +99,12 @@ impl XyPlot {
         let thinned = cache::kept(ui, id, key, || {
             thin((first..last).map(point), [x, y], self.size)
         });
-        self.lines.push((thinned, path.stroke, path.dashed));
+        self.lines.push(XyLine {
+            name: path.name,
+            points: thinned,
+            stroke: path.stroke,
+            dashed: path.dashed,
+        });
     }
 
     /// Marks where the path is at the cursor; SI.
@@ -112,12 +134,13 @@ impl XyPlot {
             let [(x0, x1), (y0, y1)] = self.axes.map(|axis| axis.range);
             plot.set_plot_bounds_x(x0 / factors[0]..=x1 / factors[0]);
             plot.set_plot_bounds_y(y0 / factors[1]..=y1 / factors[1]);
-            for (points, stroke, dashed) in self.lines {
-                let scaled = points
+            for line in self.lines {
+                let scaled = line
+                    .points
                     .iter()
                     .map(|p| [p[0] / factors[0], p[1] / factors[1]])
                     .collect();
-                plot.add(Layer::line(scaled, stroke, dashed));
+                plot.add(Layer::line(scaled, line.stroke, line.dashed));
             }
             if let Some(([x, y], color)) = self.dot {
                 let at = PlotPoint::new(x / factors[0], y / factors[1]);
