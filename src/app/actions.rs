@@ -296,7 +296,7 @@ fn save(shell: &mut Shell, purpose: Purpose, path: &Path) {
     let trace = state.snapshot.as_ref().map(|snapshot| &snapshot.trace);
     let result: Result<(), String> = match (purpose, trace) {
         (Purpose::Session, _) => {
-            session::save(path, &state.setup, &state.view).map_err(|e| e.to_string())
+            session::save(path, &state.setup, &state.view, &shell.absent).map_err(|e| e.to_string())
         }
         (Purpose::Preset, _) => {
             let mut preset = state.setup.preset.clone();
@@ -384,6 +384,11 @@ pub fn take_files(shell: &mut Shell) {
             FileEvent::Preset { preset } => tune::choose_preset(&mut shell.state.setup, &preset),
             FileEvent::Session { path, loaded } => {
                 session::remember(&path, None);
+                shell.next_overlay = shell.next_overlay.max(loaded.last_id());
+                for text in &loaded.missing {
+                    shell.notice(true, text.clone());
+                }
+                shell.absent = loaded.recordings.clone();
                 shell.state.setup = loaded.setup;
                 shell.state.view = loaded.view;
                 shell.session_path = Some(path);
@@ -419,6 +424,9 @@ fn add_recording(
             (crate::recording::align::Alignment::default(), color, true)
         }
     };
+    if let Some(entry) = &entry {
+        shell.absent.retain(|absent| absent.id != entry.id);
+    }
     // Data that changed take a new number: what was computed for the old one is void.
     let id = match &entry {
         Some(entry) => entry.id,

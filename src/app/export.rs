@@ -1,7 +1,7 @@
 //! The visible pictures in files: SVG for print, PNG for everything else.
 //!
-//! Both are drawn from the same [`Sheet`], with the ranges, units and colours of the
-//! window. The device's picture is left out: it shows one instant, not a result.
+//! Both are drawn from the same [`Sheet`], with the ranges, units and curves of the
+//! window, on white. The device's picture is left out: it shows one instant, not a result.
 
 mod canvas;
 mod page;

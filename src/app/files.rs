@@ -4,14 +4,19 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
 
 use crate::model::preset::Preset;
-use crate::recording::Recording;
 use crate::recording::csv::{ImportSettings, Preview, import, preview};
+use crate::recording::{ImportError, Recording};
 
+use super::file_jobs::{Context, Jobs, Repaint};
 use super::session::{self, Loaded, RecordingEntry};
 use super::worker::panic_text;
+
+pub use super::file_jobs::Working;
 
 /// What became of a file.
 #[derive(Debug)]
@@ -67,12 +72,17 @@ impl Purpose {
     }
 }
 
+/// A system's dialog that is gone sooner than this was never seen by anybody.
+const UNSEEN: Duration = Duration::from_millis(250);
+
 /// File work in progress.
 pub struct Files {
     send: Sender<FileEvent>,
     events: Receiver<FileEvent>,
-    repaint: Arc<dyn Fn() + Send + Sync>,
-    jobs: Arc<()>,
+    repaint: Repaint,
+    jobs: Jobs,
+    /// Whether the system's dialog is open: it blocks its thread for as long.
+    asking: Arc<AtomicBool>,
 }
 
 impl Files {
@@ -83,13 +93,24 @@ impl Files {
             send,
             events,
             repaint: Arc::new(repaint),
-            jobs: Arc::new(()),
+            jobs: Jobs::default(),
+            asking: Arc::default(),
         }
     }
 
-    /// Number of files being worked on.
+    /// Number of files being worked on; an open dialog of the system is none.
     pub fn pending(&self) -> usize {
-        Arc::strong_count(&self.jobs) - 1
+        self.jobs.running().len()
+    }
+
+    /// Files being worked on and how far they are.
+    pub fn working(&self) -> Vec<Working> {
+        self.jobs.working()
+    }
+
+    /// Stops the imports in progress; nothing comes of them.
+    pub fn cancel(&self) {
+        self.jobs.cancel();
     }
 
     /// What has become of files since the last call.
@@ -97,48 +118,52 @@ impl Files {
         self.events.try_iter().collect()
     }
 
-    fn spawn(&self, work: impl FnOnce() -> Option<FileEvent> + Send + 'static) {
-        let (send, repaint, job) = (
-            self.send.clone(),
-            Arc::clone(&self.repaint),
-            Arc::clone(&self.jobs),
-        );
+    /// Works on a file in a thread of its own.
+    fn spawn(
+        &self,
+        path: PathBuf,
+        work: impl FnOnce(&Context) -> Option<FileEvent> + Send + 'static,
+    ) {
+        let context = Context::new(path, &self.jobs, &self.send, &self.repaint);
+        self.thread(move || context.run(work));
+    }
+
+    fn thread(&self, work: impl FnOnce() + Send + 'static) {
         let started = std::thread::Builder::new()
             .name("file".to_owned())
-            .spawn(move || {
-                let event = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-                    let text = panic_text(panic.as_ref());
-                    Some(FileEvent::Failed {
-                        message: format!("internal error while working on a file: {text}"),
-                    })
-                });
-                if let Some(event) = event {
-                    // The window may be gone.
-                    let _ = send.send(event);
-                }
-                drop(job);
-                repaint();
-            });
+            .spawn(work);
         if let Err(error) = started {
-            let message =
-                format!("cannot start a thread for the file: {error}; close other programs");
-            let _ = self.send.send(FileEvent::Failed { message });
+            self.fail(format!(
+                "cannot start a thread for the file: {error}; close other programs"
+            ));
         }
     }
 
-    /// Opens a file of any kind.
+    fn fail(&self, message: String) {
+        // The receiver is in the same struct.
+        let _ = self.send.send(FileEvent::Failed { message });
+        (self.repaint)();
+    }
+
+    /// Opens a file of any kind: a recording that is clear is imported at once, as it
+    /// was last time if it is known.
     pub fn open(&self, path: PathBuf) {
-        self.spawn(move || Some(open(path)));
+        let path = absolute(path);
+        self.spawn(path.clone(), move |context| open(path, context));
     }
 
     /// Imports a recording with given settings; `entry` is what a session remembers of it.
     pub fn import(&self, path: PathBuf, settings: ImportSettings, entry: Option<RecordingEntry>) {
-        self.spawn(move || Some(import_with(path, settings, entry)));
+        let path = absolute(path);
+        self.spawn(path.clone(), move |context| {
+            import_with(path, settings, entry, context)
+        });
     }
 
     /// Shows how a recording would be read, to be changed by the person.
     pub fn ask(&self, path: PathBuf) {
-        self.spawn(move || {
+        let path = absolute(path);
+        self.spawn(path.clone(), move |_| {
             Some(match preview(&path) {
                 Ok(preview) => FileEvent::Ask { path, preview },
                 Err(error) => failed(&error),
@@ -148,33 +173,89 @@ impl Files {
 
     /// Shows the system's dialog for opening files.
     pub fn open_dialog(&self) {
-        let send = self.send.clone();
-        let repaint = Arc::clone(&self.repaint);
-        self.spawn(move || {
+        let (send, repaint, jobs) = (
+            self.send.clone(),
+            Arc::clone(&self.repaint),
+            self.jobs.clone(),
+        );
+        self.dialog(move || {
             let paths = rfd::FileDialog::new()
                 .add_filter(
                     "recordings, presets, sessions",
                     &["csv", "txt", "dat", "tsv", "toml"],
                 )
                 .add_filter("all files", &["*"])
-                .pick_files()?;
-            for path in paths {
-                let _ = send.send(open(path));
-                repaint();
+                .pick_files();
+            let chosen = paths.is_some();
+            for path in paths.into_iter().flatten() {
+                let context = Context::new(path.clone(), &jobs, &send, &repaint);
+                context.run(move |context| open(path, context));
             }
-            None
+            chosen
         });
     }
 
     /// Shows the system's dialog for saving.
     pub fn save_dialog(&self, purpose: Purpose) {
-        self.spawn(move || {
+        let send = self.send.clone();
+        self.dialog(move || {
             let path = rfd::FileDialog::new()
                 .set_file_name(purpose.file_name())
-                .save_file()?;
-            Some(FileEvent::SaveTo { purpose, path })
+                .save_file();
+            let chosen = path.is_some();
+            if let Some(path) = path {
+                // The window may be gone.
+                let _ = send.send(FileEvent::SaveTo { purpose, path });
+            }
+            chosen
         });
     }
+
+    /// Runs a dialog of the system, one at a time; `show` says whether a file was chosen.
+    fn dialog(&self, show: impl FnOnce() -> bool + Send + 'static) {
+        if self.asking.swap(true, Ordering::AcqRel) {
+            return self.fail(
+                "the system's file dialog is already open, or hangs; \"Open path...\" and dropping a file on the window need none".to_owned(),
+            );
+        }
+        let (send, repaint, asking) = (
+            self.send.clone(),
+            Arc::clone(&self.repaint),
+            Arc::clone(&self.asking),
+        );
+        let started = std::thread::Builder::new()
+            .name("file dialog".to_owned())
+            .spawn(move || {
+                let since = Instant::now();
+                let outcome = catch_unwind(AssertUnwindSafe(show));
+                let message = match outcome {
+                    Err(panic) => Some(format!(
+                        "the system's file dialog failed: {}; use \"Open path...\"",
+                        panic_text(panic.as_ref())
+                    )),
+                    Ok(false) if since.elapsed() < UNSEEN => Some(
+                        "the system showed no file dialog; use \"Open path...\", type the path when saving, or drop a file on the window".to_owned(),
+                    ),
+                    Ok(_) => None,
+                };
+                asking.store(false, Ordering::Release);
+                if let Some(message) = message {
+                    let _ = send.send(FileEvent::Failed { message });
+                }
+                repaint();
+            });
+        if let Err(error) = started {
+            self.asking.store(false, Ordering::Release);
+            self.fail(format!(
+                "cannot start a thread for the file dialog: {error}; close other programs"
+            ));
+        }
+    }
+}
+
+/// The same file has the same name, whatever the current folder.
+fn absolute(path: PathBuf) -> PathBuf {
+    std::path::absolute(&path).unwrap_or(path)
 }
 
 fn failed(error: &dyn std::error::Error) -> FileEvent {
@@ -183,30 +264,44 @@ fn failed(error: &dyn std::error::Error) -> FileEvent {
     }
 }
 
-fn open(path: PathBuf) -> FileEvent {
+fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
     let name = path.to_string_lossy().to_lowercase();
     if name.ends_with(".toml") {
-        return open_toml(path);
+        return Some(open_toml(path, context));
     }
-    let remembered = session::import_settings_for(&path);
-    let preview = match preview(&path) {
+    let mut preview = match preview(&path) {
         Ok(preview) => preview,
-        Err(error) => return failed(&error),
+        Err(error) => return Some(failed(&error)),
     };
-    match remembered {
-        Some(settings) => import_with(path, settings, None),
-        None if preview.needs_dialog() => FileEvent::Ask { path, preview },
-        None => import_with(path, preview.settings, None),
+    match session::import_settings_for(&path) {
+        // A file that was written anew may need other settings than it did.
+        Some(settings) => match import_with(path.clone(), settings, None, context) {
+            Some(FileEvent::Failed { message }) => {
+                preview.ambiguities.push(format!(
+                    "It can no longer be read as it was last time: {message}"
+                ));
+                Some(FileEvent::Ask { path, preview })
+            }
+            event => event,
+        },
+        None if preview.needs_dialog() => Some(FileEvent::Ask { path, preview }),
+        None => import_with(path, preview.settings, None, context),
     }
 }
 
-fn open_toml(path: PathBuf) -> FileEvent {
+fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
     if session::is_session(&path) {
         return match session::load(&path) {
-            Ok(loaded) => FileEvent::Session {
-                path,
-                loaded: Box::new(loaded),
-            },
+            Ok(mut loaded) => {
+                for message in std::mem::take(&mut loaded.missing) {
+                    let message = format!("{}: {message}", path.display());
+                    let _ = context.send.send(FileEvent::Failed { message });
+                }
+                FileEvent::Session {
+                    path,
+                    loaded: Box::new(loaded),
+                }
+            }
             Err(error) => failed(&error),
         };
     }
@@ -218,26 +313,31 @@ fn open_toml(path: PathBuf) -> FileEvent {
     }
 }
 
+/// Imports a recording; nothing comes of it if it was cancelled.
 fn import_with(
     path: PathBuf,
     settings: ImportSettings,
     entry: Option<RecordingEntry>,
-) -> FileEvent {
-    match import(&path, &settings, None) {
+    context: &Context,
+) -> Option<FileEvent> {
+    let progress = |share: f32| context.progress(share);
+    Some(match import(&path, &settings, Some(&progress)) {
         Ok(recording) => {
             let expected = entry.as_ref().and_then(|entry| entry.sha256.as_ref());
             if expected.is_some() && expected != recording.sha256.as_ref() {
-                return changed(&path);
-            }
-            FileEvent::Recording {
-                path,
-                settings,
-                recording: Arc::new(recording),
-                entry,
+                changed(&path)
+            } else {
+                FileEvent::Recording {
+                    path,
+                    settings,
+                    recording: Arc::new(recording),
+                    entry,
+                }
             }
         }
+        Err(ImportError::Cancelled { .. }) => return None,
         Err(error) => failed(&error),
-    }
+    })
 }
 
 fn changed(path: &Path) -> FileEvent {
@@ -248,3 +348,7 @@ fn changed(path: &Path) -> FileEvent {
         ),
     }
 }
+
+#[cfg(test)]
+#[path = "files_tests.rs"]
+mod tests;

@@ -17,6 +17,8 @@ pub struct History {
     /// The setup as last seen, and since when it is so.
     seen: Setup,
     since: f64,
+    /// Whether a button or a text field was held when last seen.
+    held: bool,
 }
 
 impl History {
@@ -28,12 +30,19 @@ impl History {
             settled: setup.clone(),
             seen: setup.clone(),
             since: 0.0,
+            held: false,
         }
     }
 
     /// Looks at the setup once a frame. `interacting`: a button or a text field is held;
     /// `now` [s]. Returns whether it must be called again soon for a change to settle.
     pub fn observe(&mut self, setup: &Setup, interacting: bool, now: f64) -> bool {
+        // A new interaction: the change before it is a step of its own, however short
+        // the time between.
+        if interacting && !self.held {
+            self.settle();
+        }
+        self.held = interacting;
         if *setup != self.seen {
             self.seen = setup.clone();
             self.since = now;
@@ -48,7 +57,7 @@ impl History {
         false
     }
 
-    /// Makes what was last seen a step of its own.
+    /// Makes what was last seen a step of its own, if it is a change.
     fn settle(&mut self) {
         if self.seen != self.settled {
             self.past
@@ -107,6 +116,10 @@ mod tests {
     use crate::app::first_start;
     use crate::model::parameter::ParameterId;
 
+    fn alpha(setup: &Setup) -> f64 {
+        setup.preset.model.parameters[ParameterId::Alpha]
+    }
+
     fn set(setup: &mut Setup, value: f64) {
         setup.preset.model.parameters.set(ParameterId::Alpha, value);
     }
@@ -145,5 +158,65 @@ mod tests {
         assert!(history.redo(&mut setup));
         assert_eq!(setup.preset.model.parameters[ParameterId::Alpha], 0.7);
         assert!(!history.can_redo());
+    }
+
+    #[test]
+    fn two_drags_in_quick_succession_are_two_steps() {
+        let mut setup = first_start::setup();
+        let start = alpha(&setup);
+        let mut history = History::new(&setup);
+        for (i, value) in [0.5, 0.6].into_iter().enumerate() {
+            let now = 0.1 * i as f64;
+            history.observe(&setup, true, now);
+            set(&mut setup, value);
+            history.observe(&setup, true, now + 0.02);
+            history.observe(&setup, false, now + 0.04);
+        }
+        assert!(history.undo(&mut setup));
+        assert_eq!(alpha(&setup), 0.5);
+        assert!(history.undo(&mut setup));
+        assert_eq!(alpha(&setup), start);
+        assert!(!history.can_undo());
+    }
+
+    #[test]
+    fn a_drag_back_to_the_start_is_no_step() {
+        let mut setup = first_start::setup();
+        let start = alpha(&setup);
+        let mut history = History::new(&setup);
+        for value in [start, 0.5, start] {
+            set(&mut setup, value);
+            history.observe(&setup, true, 0.0);
+        }
+        assert!(!history.observe(&setup, false, 1.0));
+        assert!(!history.can_undo() && !history.can_redo());
+    }
+
+    #[test]
+    fn what_only_the_view_changed_leaves_redo_alone() {
+        let mut setup = first_start::setup();
+        let mut history = History::new(&setup);
+        set(&mut setup, 0.5);
+        history.observe(&setup, false, 0.0);
+        assert!(history.undo(&mut setup));
+        for now in [1.0, 2.0] {
+            history.observe(&setup, true, now);
+            history.observe(&setup, false, now + 0.5);
+        }
+        assert!(history.redo(&mut setup));
+        assert_eq!(alpha(&setup), 0.5);
+    }
+
+    #[test]
+    fn the_oldest_steps_are_forgotten() {
+        let mut setup = first_start::setup();
+        let mut history = History::new(&setup);
+        for i in 0..(DEPTH + 50) {
+            set(&mut setup, 0.1 + 0.001 * i as f64);
+            history.observe(&setup, true, i as f64);
+            history.observe(&setup, false, i as f64 + 0.5);
+        }
+        let steps = std::iter::from_fn(|| history.undo(&mut setup).then_some(())).count();
+        assert_eq!(steps, DEPTH);
     }
 }

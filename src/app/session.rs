@@ -1,27 +1,21 @@
 //! Sessions: one versioned file, written to a temporary file and renamed. An unreadable
 //! one is kept and named, never overwritten by defaults.
 
-use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::model::drive::{VoltageTable, Waveform};
-use crate::model::preset::Preset;
-use crate::recording::align::Alignment;
-use crate::recording::csv::ImportSettings;
+use super::session_file::{self, FORMAT, TextError};
+use super::setup::{Setup, View};
 
-use super::first_start;
-use super::setup::{DriveChoice, Overlay, Setup, View};
-
-/// Version that is written.
-const FORMAT: u32 = 1;
+pub use super::memory::{import_settings_for, recent, remember, remember_import};
+pub use super::session_file::RecordingEntry;
 
 /// A session that cannot be saved or opened.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // The fields are the file and what is wrong with it.
 pub enum SessionError {
     /// The file cannot be read or written.
     #[error("{}: {source}; check that the folder exists and can be written", path.display())]
@@ -29,59 +23,18 @@ pub enum SessionError {
         path: PathBuf,
         source: std::io::Error,
     },
-    /// The file is no session of this version.
+    /// The session was written by another version of the program.
+    #[error(
+        "{}: the session has format {found}, this version reads {FORMAT}; open it with the version that wrote it. The file is left as it is",
+        path.display()
+    )]
+    ForeignVersion { path: PathBuf, found: i64 },
+    /// The file is damaged, or no session.
     #[error("{}: {reason}; the file is left as it is", path.display())]
     Unreadable { path: PathBuf, reason: String },
-}
-
-/// The file.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    impactscope_session: u32,
-    duration: f64,
-    locked: BTreeSet<String>,
-    drive: DriveEntry,
-    /// The device as a preset's text, which has its own checks.
-    preset: String,
-    view: View,
-    #[serde(default)]
-    recording: Vec<RecordingEntry>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum DriveEntry {
-    Waveform(String),
-    Chirp {
-        text: String,
-        sweep: f64,
-    },
-    Table {
-        name: String,
-        time: Vec<f64>,
-        voltage: Vec<f64>,
-    },
-    Recorded(u64),
-}
-
-/// A recording that a session refers to.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RecordingEntry {
-    /// Its number in the session.
-    pub id: u64,
-    /// Where it is; none for the shipped one.
-    pub path: Option<PathBuf>,
-    /// Hash of its bytes when it was loaded.
-    pub sha256: Option<String>,
-    /// How its columns are read.
-    pub import: ImportSettings,
-    /// Shift and scale.
-    pub alignment: Alignment,
-    /// Whether it is drawn.
-    pub visible: bool,
-    /// Place in the palette.
-    pub color: usize,
+    /// Something in the session has no form in a file.
+    #[error("{}: the session cannot be written: {reason}", path.display())]
+    Unwritable { path: PathBuf, reason: String },
 }
 
 /// A session read from its file, its recordings not yet.
@@ -93,164 +46,137 @@ pub struct Loaded {
     pub view: View,
     /// Recordings to import.
     pub recordings: Vec<RecordingEntry>,
+    /// What could not be brought back, with the remedy: lines for the window.
+    pub missing: Vec<String>,
 }
 
-/// Writes bytes to a file so that it is either whole or as before.
+impl Loaded {
+    /// The highest number of any recording, to number new ones from.
+    pub fn last_id(&self) -> u64 {
+        let shown = self.setup.overlays.iter().map(|overlay| overlay.id);
+        let to_come = self.recordings.iter().map(|entry| entry.id);
+        shown.chain(to_come).max().unwrap_or(0)
+    }
+}
+
+/// Writes bytes to a file so that it is either whole or as before, also after a cut in
+/// the power supply.
 ///
 /// # Errors
-/// [`SessionError::Io`].
+/// [`SessionError::Io`]; nothing is left behind then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
-    let fail = |source| SessionError::Io {
-        path: path.to_owned(),
-        source,
-    };
+    static COUNT: AtomicU64 = AtomicU64::new(0);
     let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
+    // Two programs, or two threads, must not write into the same temporary file.
+    let turn = COUNT.fetch_add(1, Ordering::Relaxed);
+    name.push(format!(".{}-{turn}.part", std::process::id()));
     let temporary = path.with_file_name(name);
-    let mut file = std::fs::File::create(&temporary).map_err(fail)?;
-    file.write_all(bytes).map_err(fail)?;
-    file.sync_all().map_err(fail)?;
-    drop(file);
-    std::fs::rename(&temporary, path).map_err(fail)
+    let write = || {
+        let mut file = std::fs::File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        drop(file);
+        std::fs::rename(&temporary, path)
+    };
+    write().map_err(|source| {
+        // It may never have been made.
+        let _ = std::fs::remove_file(&temporary);
+        SessionError::Io {
+            path: path.to_owned(),
+            source,
+        }
+    })?;
+    // The name is in the folder, which has a cache of its own; not every system can do
+    // this, and the file is whole either way.
+    #[cfg(unix)]
+    if let Ok(folder) = std::fs::File::open(folder_of(path)) {
+        let _ = folder.sync_all();
+    }
+    Ok(())
 }
 
-/// Saves a session.
+/// The folder of a file; the current one for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+/// Saves a session. `absent` are recordings of it that could not be loaded this time:
+/// they stay in it.
 ///
 /// # Errors
-/// [`SessionError`].
-pub fn save(path: &Path, setup: &Setup, view: &View) -> Result<(), SessionError> {
-    let text = to_text(setup, view).map_err(|reason| SessionError::Unreadable {
-        path: path.to_owned(),
-        reason,
+/// [`SessionError::Io`], [`SessionError::Unwritable`].
+pub fn save(
+    path: &Path,
+    setup: &Setup,
+    view: &View,
+    absent: &[RecordingEntry],
+) -> Result<(), SessionError> {
+    let text = session_file::to_text(setup, view, absent, folder_of(path)).map_err(|reason| {
+        SessionError::Unwritable {
+            path: path.to_owned(),
+            reason,
+        }
     })?;
     write_atomically(path, text.as_bytes())
 }
 
-fn to_text(setup: &Setup, view: &View) -> Result<String, String> {
-    let drive = match &setup.drive {
-        DriveChoice::Recorded(id) => DriveEntry::Recorded(*id),
-        DriveChoice::Waveform(Waveform::Table(table)) => {
-            let (time, voltage) = table.points();
-            DriveEntry::Table {
-                name: table.name.clone(),
-                time: time.to_vec(),
-                voltage: voltage.to_vec(),
-            }
-        }
-        DriveChoice::Waveform(waveform @ Waveform::Chirp { duration, .. }) => DriveEntry::Chirp {
-            text: waveform.to_string(),
-            sweep: *duration,
-        },
-        DriveChoice::Waveform(waveform) => DriveEntry::Waveform(waveform.to_string()),
-    };
-    let entry = |overlay: &Overlay| RecordingEntry {
-        id: overlay.id,
-        path: overlay.recording.path.clone(),
-        sha256: overlay.recording.sha256.clone(),
-        import: overlay.import.clone(),
-        alignment: overlay.alignment,
-        visible: overlay.visible,
-        color: overlay.color,
-    };
-    let file = File {
-        impactscope_session: FORMAT,
-        duration: setup.duration,
-        locked: setup.locked.clone(),
-        drive,
-        preset: setup.preset.to_toml(),
-        view: view.clone(),
-        recording: setup.overlays.iter().map(entry).collect(),
-    };
-    toml::to_string(&file).map_err(|error| error.to_string())
-}
-
-/// Whether a TOML file is a session rather than a preset.
+/// Whether a file is a session rather than a preset.
 pub fn is_session(path: &Path) -> bool {
     path.to_string_lossy().ends_with(".impactscope.toml")
-        || std::fs::read_to_string(path).is_ok_and(|text| text.contains("impactscope_session"))
+        || std::fs::read_to_string(path).is_ok_and(|text| session_file::has_marker(&text))
 }
 
-/// Reads a session; its recordings are left to be imported.
+/// Reads a session; its recordings are left to be imported. One that is not where it was
+/// is looked for as seen from the session's folder, then beside the session.
 ///
 /// # Errors
-/// [`SessionError`].
+/// [`SessionError`]; the file is never changed.
 pub fn load(path: &Path) -> Result<Loaded, SessionError> {
-    let text = std::fs::read_to_string(path).map_err(|source| SessionError::Io {
+    let fail = |source| SessionError::Io {
         path: path.to_owned(),
         source,
-    })?;
-    let mut loaded = from_text(&text).map_err(|reason| SessionError::Unreadable {
+    };
+    let bytes = std::fs::read(path).map_err(fail)?;
+    let text = String::from_utf8(bytes).map_err(|error| SessionError::Unreadable {
         path: path.to_owned(),
-        reason,
+        reason: format!(
+            "byte {} is not UTF-8 text",
+            error.utf8_error().valid_up_to()
+        ),
     })?;
-    // A session that moved together with its recordings still finds them.
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut loaded = session_file::from_text(&text).map_err(|error| match error {
+        TextError::ForeignVersion(found) => SessionError::ForeignVersion {
+            path: path.to_owned(),
+            found,
+        },
+        TextError::Damaged(reason) => SessionError::Unreadable {
+            path: path.to_owned(),
+            reason,
+        },
+    })?;
+    let folder = folder_of(path);
     for entry in &mut loaded.recordings {
-        if let Some(file) = &entry.path
-            && !file.exists()
-            && let Some(name) = file.file_name()
-        {
-            let beside = folder.join(name);
-            if beside.exists() {
-                entry.path = Some(beside);
-            }
+        if let Some(found) = find(entry, folder) {
+            entry.path = Some(found);
         }
     }
     Ok(loaded)
 }
 
-fn from_text(text: &str) -> Result<Loaded, String> {
-    let file: File = toml::from_str(text).map_err(|error| error.to_string())?;
-    if file.impactscope_session != FORMAT {
-        return Err(format!(
-            "session format {} is not known to this version, which reads {FORMAT}",
-            file.impactscope_session
-        ));
+/// Where a session's recording is now, if not where it was.
+fn find(entry: &RecordingEntry, folder: &Path) -> Option<PathBuf> {
+    let path = entry.path.as_ref()?;
+    if path.exists() {
+        return None;
     }
-    if !(file.duration > 0.0 && file.duration.is_finite()) {
-        return Err(format!("the span {} s is no time", file.duration));
-    }
-    let preset =
-        Preset::parse("device in the session", &file.preset).map_err(|error| error.to_string())?;
-    let parse = |text: &str, sweep| Waveform::parse(text, sweep).map_err(|error| error.to_string());
-    let drive = match file.drive {
-        DriveEntry::Recorded(id) => DriveChoice::Recorded(id),
-        DriveEntry::Waveform(text) => DriveChoice::Waveform(parse(&text, file.duration)?),
-        DriveEntry::Chirp { text, sweep } => DriveChoice::Waveform(parse(&text, sweep)?),
-        DriveEntry::Table {
-            name,
-            time,
-            voltage,
-        } => {
-            let table = VoltageTable::new(name, time, voltage, 0.0).map_err(|e| e.to_string())?;
-            DriveChoice::Waveform(Waveform::Table(Arc::new(table)))
-        }
-    };
-    let (shipped, recordings): (Vec<_>, Vec<_>) = file
-        .recording
+    let beside = path.file_name().map(PathBuf::from);
+    [entry.relative.clone(), beside]
         .into_iter()
-        .partition(|entry| entry.path.is_none());
-    let overlays = shipped
-        .into_iter()
-        .filter_map(|entry| {
-            let mut overlay = first_start::made_up(entry.id)?;
-            overlay.alignment = entry.alignment;
-            overlay.visible = entry.visible;
-            overlay.color = entry.color;
-            Some(overlay)
-        })
-        .collect();
-    Ok(Loaded {
-        setup: Setup {
-            preset,
-            drive,
-            duration: file.duration,
-            locked: file.locked,
-            overlays,
-        },
-        view: file.view,
-        recordings,
-    })
+        .flatten()
+        .map(|place| folder.join(place))
+        .find(|place| place.exists())
 }
 
 /// Copies an unreadable file to the first free `NAME.unreadable-N` and returns that path.
@@ -258,29 +184,41 @@ fn from_text(text: &str) -> Result<Loaded, String> {
 /// # Errors
 /// [`SessionError::Io`].
 pub fn keep_unreadable(path: &Path) -> Result<PathBuf, SessionError> {
-    let kept = (1..)
-        .map(|n| {
-            let mut name = path.file_name().unwrap_or_default().to_owned();
-            name.push(format!(".unreadable-{n}"));
-            path.with_file_name(name)
-        })
-        .find(|kept| !kept.exists())
-        .unwrap_or_else(|| path.with_extension("unreadable"));
-    std::fs::copy(path, &kept).map_err(|source| SessionError::Io {
-        path: kept.clone(),
+    let fail = |path: &Path, source| SessionError::Io {
+        path: path.to_owned(),
         source,
-    })?;
-    Ok(kept)
+    };
+    let mut from = std::fs::File::open(path).map_err(|e| fail(path, e))?;
+    let mut n: u64 = 1;
+    loop {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".unreadable-{n}"));
+        let kept = path.with_file_name(name);
+        match std::fs::File::create_new(&kept) {
+            Ok(mut to) => {
+                std::io::copy(&mut from, &mut to).map_err(|e| fail(&kept, e))?;
+                to.sync_all().map_err(|e| fail(&kept, e))?;
+                return Ok(kept);
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => n += 1,
+            Err(error) => return Err(fail(&kept, error)),
+        }
+    }
 }
 
 /// Folder of autosave, recent files and remembered imports; made if missing. The
 /// environment variable `IMPACTSCOPE_DATA_DIR` names another.
 pub fn data_dir() -> Option<PathBuf> {
-    let folder = match std::env::var_os("IMPACTSCOPE_DATA_DIR") {
-        Some(folder) => PathBuf::from(folder),
-        None => directories::ProjectDirs::from("", "", "impactscope")?
-            .data_dir()
-            .to_owned(),
+    let folder = if cfg!(test) {
+        // Tests see nothing of the person's, and leave it alone.
+        std::env::temp_dir().join(format!("impactscope-test-{}", std::process::id()))
+    } else {
+        match std::env::var_os("IMPACTSCOPE_DATA_DIR").filter(|folder| !folder.is_empty()) {
+            Some(folder) => PathBuf::from(folder),
+            None => directories::ProjectDirs::from("", "", "impactscope")?
+                .data_dir()
+                .to_owned(),
+        }
     };
     std::fs::create_dir_all(&folder).ok()?;
     Some(folder)
@@ -289,61 +227,6 @@ pub fn data_dir() -> Option<PathBuf> {
 /// The autosaved session.
 pub fn autosave_path() -> Option<PathBuf> {
     Some(data_dir()?.join("autosave.impactscope.toml"))
-}
-
-/// Files opened last and how recordings were read, remembered between starts.
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-struct Memory {
-    recent: Vec<PathBuf>,
-    import: Vec<(PathBuf, ImportSettings)>,
-}
-
-impl Memory {
-    fn load() -> Self {
-        // Losing this list loses nothing of the person's work.
-        data_dir()
-            .and_then(|folder| std::fs::read_to_string(folder.join("memory.json")).ok())
-            .and_then(|text| serde_json::from_str(&text).ok())
-            .unwrap_or_default()
-    }
-
-    fn save(&self) {
-        if let (Some(folder), Ok(text)) = (data_dir(), serde_json::to_string(self))
-            && let Err(error) = write_atomically(&folder.join("memory.json"), text.as_bytes())
-        {
-            log::warn!("{error}");
-        }
-    }
-}
-
-/// Files opened last, newest first.
-pub fn recent() -> Vec<PathBuf> {
-    Memory::load().recent
-}
-
-/// Puts a file at the top of the recent ones, and remembers how it was read.
-pub fn remember(path: &Path, settings: Option<&ImportSettings>) {
-    let mut memory = Memory::load();
-    memory.recent.retain(|known| known != path);
-    memory.recent.insert(0, path.to_owned());
-    memory.recent.truncate(12);
-    if let Some(settings) = settings {
-        memory.import.retain(|(known, _)| known != path);
-        memory.import.insert(0, (path.to_owned(), settings.clone()));
-        memory.import.truncate(100);
-    }
-    memory.save();
-}
-
-/// How a recording was read last time.
-pub fn import_settings_for(path: &Path) -> Option<ImportSettings> {
-    let memory = Memory::load();
-    memory
-        .import
-        .into_iter()
-        .find(|(known, _)| known == path)
-        .map(|(_, settings)| settings)
 }
 
 #[cfg(test)]

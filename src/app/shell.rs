@@ -40,6 +40,9 @@ pub struct Shell {
     pub(super) steps: u64,
     pub(super) hint: bool,
     pub(super) next_overlay: OverlayId,
+    /// Recordings of the session that could not be loaded: kept in it, for when their
+    /// files are back.
+    pub(super) absent: Vec<session::RecordingEntry>,
     workspace: String,
     worker: Worker,
     sent: Option<Wish>,
@@ -76,11 +79,18 @@ impl Shell {
             None
         };
         let hint = plain && restored.is_none();
+        let (mut last_id, mut absent) = (0, Vec::new());
         let (setup, view) = match restored {
             Some(loaded) => {
                 for entry in &loaded.recordings {
                     import_entry(&files, entry);
                 }
+                notices.extend(loaded.missing.iter().map(|text| Notice {
+                    is_error: true,
+                    text: text.clone(),
+                }));
+                last_id = loaded.last_id();
+                absent = loaded.recordings;
                 (loaded.setup, loaded.view)
             }
             None => {
@@ -96,7 +106,7 @@ impl Shell {
             files.open(file);
         }
         theme::apply(context, view.dark);
-        let next_overlay = setup.overlays.iter().map(|o| o.id).max().unwrap_or(0) + 1000;
+        let shown = setup.overlays.iter().map(|o| o.id).max().unwrap_or(0);
         let mut state = first_start::state(setup, view);
         state.notices = notices;
         Ok(Self {
@@ -109,7 +119,8 @@ impl Shell {
             restarts: 0,
             steps: 0,
             hint,
-            next_overlay,
+            next_overlay: last_id.max(shown),
+            absent,
             workspace: options
                 .workspace
                 .unwrap_or_else(|| workspaces::NAMES[0].to_owned()),
@@ -315,7 +326,14 @@ impl Shell {
                 if self.files.pending() > 0 {
                     ui.separator();
                     ui.spinner();
-                    ui.label("reading a file");
+                    for work in self.files.working() {
+                        let name = work.path.file_name().unwrap_or_default();
+                        let percent = 100.0 * work.fraction;
+                        ui.label(format!("reading {} {percent:.0} %", name.to_string_lossy()));
+                    }
+                    if ui.small_button("Cancel").clicked() {
+                        self.files.cancel();
+                    }
                 }
                 if let Some(refusal) = &self.state.refusal {
                     ui.separator();
@@ -398,7 +416,8 @@ impl Shell {
         let Some(path) = session::autosave_path() else {
             return;
         };
-        if let Err(error) = session::save(&path, &self.state.setup, &self.state.view) {
+        if let Err(error) = session::save(&path, &self.state.setup, &self.state.view, &self.absent)
+        {
             self.notice(true, format!("autosave: {error}"));
         }
     }

@@ -318,7 +318,7 @@ impl Waveform {
                 amplitude,
             } => {
                 let half = 0.5 / frequency;
-                let up = index % 2 == 0;
+                let up = index.is_multiple_of(2);
                 let voltage = if up { amplitude } else { -amplitude };
                 Segment {
                     start: index as f64 * half,
@@ -585,17 +585,17 @@ fn quarter_shifted(index: usize, frequency: f64) -> (f64, f64, bool) {
     } else {
         (index as f64 - 0.5) * half
     };
-    (start, (index as f64 + 0.5) * half, index % 2 == 0)
+    (start, (index as f64 + 0.5) * half, index.is_multiple_of(2))
 }
 
 fn ramped_segment(index: usize, frequency: f64, amplitude: f64, lambda: f64) -> Segment {
     let period = 1.0 / frequency;
     let ramp = lambda * period;
     let half = (index / 2) as f64 * 0.5 * period;
-    let up = (index / 2) % 2 == 0;
+    let up = (index / 2).is_multiple_of(2);
     let target = if up { amplitude } else { -amplitude };
     let branch = direction(target >= 0.0);
-    if index % 2 == 0 {
+    if index.is_multiple_of(2) {
         let shape = if ramp > 0.0 {
             Shape::Line {
                 voltage: -target,
@@ -645,7 +645,7 @@ fn chirp_segment(index: usize, from: f64, to: f64, amplitude: f64, duration: f64
             start,
             end: f64::INFINITY,
             shape: Shape::Constant { voltage },
-            branch: direction((turns % 2 == 0) == (amplitude >= 0.0)),
+            branch: direction(turns.is_multiple_of(2) == (amplitude >= 0.0)),
         };
     }
     Segment {
@@ -656,7 +656,7 @@ fn chirp_segment(index: usize, from: f64, to: f64, amplitude: f64, duration: f64
             from,
             rate,
         },
-        branch: direction((index % 2 == 0) == (amplitude >= 0.0)),
+        branch: direction(index.is_multiple_of(2) == (amplitude >= 0.0)),
     }
 }
 

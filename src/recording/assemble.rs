@@ -239,7 +239,7 @@ fn judge_time(columns: &Columns, mut warn: impl FnMut(WarningKind, usize, Option
     // recorded at less than 1 kHz; nothing here is recorded slower than once a second
     // or faster than 1 GHz.
     let small_and_slow = travel < 1e-3 && travel > 0.0 && interval >= 1e-3;
-    if small_and_slow || interval > 1.0 || interval < 1e-9 {
+    if small_and_slow || !(1e-9..=1.0).contains(&interval) {
         let message = format!(
             "samples every {} seem unlikely for a motion of {}; check the unit of the time column",
             format_quantity(interval, "s", 3),

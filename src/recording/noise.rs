@@ -109,13 +109,13 @@ fn consecutive_runs(time: TimeAxis, values: &[f64]) -> Vec<std::ops::Range<usize
     let interval = time.interval(values.len());
     let mut runs = Vec::new();
     let mut start = 0;
-    for i in 0..values.len() {
+    for (i, value) in values.iter().enumerate() {
         let broken = i > start && time.at(i) - time.at(i - 1) > 1.5 * interval;
         if broken {
             runs.push(start..i);
             start = i;
         }
-        if !values[i].is_finite() {
+        if !value.is_finite() {
             runs.push(start..i);
             start = i + 1;
         }

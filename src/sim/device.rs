@@ -156,13 +156,13 @@ impl Device {
         !self.effects.is_empty()
     }
 
-    /// Fastest rate of the structure, in flight and held [1/s].
-    pub fn fastest(&self) -> f64 {
+    /// Longest step that follows the structure's motion, in flight and held [s].
+    pub fn longest_step(&self) -> f64 {
         self.flight
             .iter()
             .chain(&self.held_modes)
-            .map(Oscillator::rate)
-            .fold(0.0, f64::max)
+            .map(Oscillator::longest_step)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// What effects see in flight, from modal coordinates.

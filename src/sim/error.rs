@@ -30,7 +30,7 @@ impl Default for Options {
             tolerance: 1e-12,
             fixed_step: None,
             forces: false,
-            max_steps: 50_000_000,
+            max_steps: 20_000_000,
             max_events: 1_000_000,
         }
     }

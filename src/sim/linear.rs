@@ -1,9 +1,12 @@
 //! Independent oscillators and decays, advanced exactly under polynomial forces.
 
-use super::nodes::{NODES, S, gauss, lagrange};
+// The indices are those of the method's matrices; iterators would hide them.
+#![allow(clippy::needless_range_loop)]
+
+use super::nodes::{NODES, S, gauss, interpolant, lagrange};
 
 /// `x'' + damping x' + omega2 x = force per unit modal mass`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Oscillator {
     /// Squared angular frequency [1/s^2]; 0 is a free mass.
     pub omega2: f64,
@@ -42,17 +45,92 @@ impl Oscillator {
         }
     }
 
-    /// Fastest rate in the motion [1/s].
-    pub fn rate(&self) -> f64 {
+    /// Longest step [s] over which the motion is followed exactly between the points:
+    /// three radians of a vibration, which [`Swing`] carries, but less than one time
+    /// constant of a creeping motion, which the polynomial carries. Infinite for a free
+    /// mass.
+    pub fn longest_step(&self) -> f64 {
         let a = 0.5 * self.damping;
         let d = a * a - self.omega2;
-        self.omega2.sqrt().max(a + d.max(0.0).sqrt())
+        if d > 0.0 {
+            0.5 / (a + d.sqrt())
+        } else {
+            3.0 / self.omega2.sqrt()
+        }
     }
+
+    /// From displacement and velocity to those after `t` [s] of free motion:
+    /// `[xx, xv, vx, vv]`.
+    pub fn free_motion(&self, t: f64) -> [f64; 4] {
+        let (s, ds) = self.impulse_response(t);
+        [ds + self.damping * s, s, -self.omega2 * s, ds]
+    }
+}
+
+/// The motion of a fast oscillator over one step: the particular answer to its force,
+/// a polynomial, and free motion on top, which no polynomial follows well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Swing {
+    /// The oscillator.
+    pub oscillator: Oscillator,
+    /// Whether it is fast enough over this step to need this form.
+    pub fast: bool,
+    /// Particular answer, coefficients in `u`.
+    pub particular: [f64; S],
+    /// Displacement and velocity of the free motion at the step's start.
+    pub start: (f64, f64),
+}
+
+impl Swing {
+    /// Below this many radians per step a polynomial is exact to rounding.
+    const SLOW: f64 = 0.5;
+
+    /// From the state at the start of a step of `h` [s] and the forces at its points.
+    pub fn new(oscillator: Oscillator, h: f64, x: f64, v: f64, force: &[f64; S]) -> Self {
+        let mut swing = Self {
+            oscillator,
+            fast: oscillator.omega2 * h * h > Self::SLOW * Self::SLOW,
+            particular: [0.0; S],
+            start: (x, v),
+        };
+        if !swing.fast {
+            return swing;
+        }
+        let f = interpolant(force);
+        let k = 2.0 / h;
+        let p = &mut swing.particular;
+        for n in (0..S).rev() {
+            let order = n as f64;
+            let above = |m: usize| p.get(m).copied().unwrap_or(0.0);
+            p[n] = (f[n]
+                - oscillator.damping * k * (order + 1.0) * above(n + 1)
+                - k * k * (order + 1.0) * (order + 2.0) * above(n + 2))
+                / oscillator.omega2;
+        }
+        // At u = -1.
+        let value = p[0] - p[1] + p[2] - p[3] + p[4];
+        let slope = k * (p[1] - 2.0 * p[2] + 3.0 * p[3] - 4.0 * p[4]);
+        swing.start = (x - value, v - slope);
+        swing
+    }
+
+    /// Free motion at `t` [s] after the step's start: displacement and velocity.
+    pub fn free(&self, t: f64) -> (f64, f64) {
+        apply(&self.oscillator.free_motion(t), self.start)
+    }
+}
+
+/// Applies `[xx, xv, vx, vv]` to a displacement and a velocity.
+#[inline]
+pub fn apply(motion: &[f64; 4], (x, v): (f64, f64)) -> (f64, f64) {
+    (motion[0] * x + motion[1] * v, motion[2] * x + motion[3] * v)
 }
 
 /// One oscillator's exact answer over a step of given length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Propagator {
+    /// The oscillator.
+    pub oscillator: Oscillator,
     /// At each point but the first: from (x0, v0) to x and v, `[xx, xv, vx, vv]`.
     pub state: [[f64; 4]; S - 1],
     /// At each point but the first: displacement per force value at each point.
@@ -64,11 +142,13 @@ pub struct Propagator {
 impl Propagator {
     /// Over a step of `h` [s].
     pub fn new(oscillator: Oscillator, h: f64) -> Self {
-        let mut result = Self::default();
+        let mut result = Self {
+            oscillator,
+            ..Self::default()
+        };
         for k in 0..S - 1 {
             let end = NODES[k + 1] * h;
-            let (s, ds) = oscillator.impulse_response(end);
-            result.state[k] = [ds + oscillator.damping * s, s, -oscillator.omega2 * s, ds];
+            result.state[k] = oscillator.free_motion(end);
             for &(point, weight) in gauss() {
                 let (s, ds) = oscillator.impulse_response(end * (1.0 - point));
                 let basis = lagrange(NODES[k + 1] * point);
@@ -167,6 +247,36 @@ mod tests {
             (1e-12, 1.0),
         ] {
             check(Oscillator { omega2, damping }, 1.0);
+        }
+    }
+
+    #[test]
+    fn a_swing_is_exact_within_the_step() {
+        // A quartic force on a vibration of three radians, against many small steps.
+        let oscillator = Oscillator {
+            omega2: 9.0,
+            damping: 0.4,
+        };
+        let force = |t: f64| 1.0 - 2.0 * t + 4.0 * t.powi(4);
+        let swing = Swing::new(oscillator, 1.0, 0.3, -0.2, &NODES.map(force));
+        assert!(swing.fast);
+        let pieces = 64;
+        let h = 1.0 / f64::from(pieces);
+        let small = Propagator::new(oscillator, h);
+        let (mut x, mut v) = (0.3, -0.2);
+        for i in 0..pieces {
+            let t = f64::from(i) * h;
+            let mut dense = super::super::nodes::Dense::default();
+            dense.add(1.0, &swing.particular);
+            let (free_x, free_v) = swing.free(t);
+            let (px, pv) = dense.value_and_slope(t, 1.0);
+            assert!((px + free_x - x).abs() < 1e-13, "{t}");
+            assert!((pv + free_v - v).abs() < 1e-12, "{t}");
+            let f = NODES.map(|c| force(t + c * h));
+            let dot = |w: &[f64; S]| -> f64 { w.iter().zip(&f).map(|(a, b)| a * b).sum() };
+            let (fx, fv) = apply(&small.state[S - 2], (x, v));
+            x = fx + dot(&small.displacement[S - 2]);
+            v = fv + dot(&small.velocity[S - 2]);
         }
     }
 

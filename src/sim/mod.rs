@@ -17,8 +17,8 @@ pub use error::{Options, SimError};
 pub use runner::Runner;
 pub use trace::{Event, EventKind, ForceTraces, Trace};
 
+use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::model::{MAX_MODES, Model};
 
 /// Most extra states that the effects can have together.
 const MAX_STATES: usize = 32;

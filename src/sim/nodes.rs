@@ -86,6 +86,14 @@ impl Default for Dense {
 }
 
 impl Dense {
+    /// Adds `weight` times a polynomial of degree 4 in `u`.
+    #[inline]
+    pub fn add(&mut self, weight: f64, polynomial: &[f64; S]) {
+        for (c, p) in self.0.iter_mut().zip(polynomial) {
+            *c += weight * p;
+        }
+    }
+
     /// From values and time derivatives at the points of a step of length `h` [s].
     #[inline]
     pub fn new(values: &[f64; S], slopes: &[f64; S], h: f64) -> Self {
@@ -124,6 +132,18 @@ impl Dense {
         let odd = 2.0 * c[2] + u2 * (4.0 * c[4] + u2 * (6.0 * c[6] + u2 * 8.0 * c[8]));
         (self.value(s), (even + u * odd) * 2.0 / h)
     }
+}
+
+/// Coefficients in `u` of the polynomial of degree 4 through values at the points.
+pub fn interpolant(values: &[f64; S]) -> [f64; S] {
+    static MATRIX: OnceLock<[[f64; S]; S]> = OnceLock::new();
+    let matrix = MATRIX.get_or_init(|| {
+        let system = DMatrix::from_fn(S, S, |k, power| (2.0 * NODES[k] - 1.0).powi(power as i32));
+        // The points are distinct, so that there is an inverse.
+        let inverse = system.try_inverse().unwrap_or_else(|| DMatrix::zeros(S, S));
+        std::array::from_fn(|power| std::array::from_fn(|k| inverse[(power, k)]))
+    });
+    matrix.map(|row| row.iter().zip(values).map(|(m, v)| m * v).sum())
 }
 
 /// Row `2k` are the coefficients per unit value at point k, row `2k + 1` per unit slope.

@@ -1,10 +1,12 @@
 //! Uniform samples cut out of the steps.
 
+use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 
 use super::device::Device;
 use super::error::Options;
+use super::linear::{Swing, apply};
 use super::trace::Trace;
 
 /// Sample times that fall into a part of a step.
@@ -53,6 +55,53 @@ impl Sink {
             Some(last) if last.0 == since => last.1 = t,
             _ => trace.contacts.push((since, t)),
         }
+    }
+}
+
+/// Free motion of a step's fast modes at one sample after the other.
+pub(super) struct FastModes<'a> {
+    swings: &'a [Swing],
+    interval: &'a [[f64; 4]],
+    now: [(f64, f64); MAX_MODES],
+    started: bool,
+}
+
+impl<'a> FastModes<'a> {
+    /// `interval`: each mode's free motion over a sample interval.
+    pub fn new(swings: &'a [Swing], interval: &'a [[f64; 4]]) -> Self {
+        Self {
+            swings,
+            interval,
+            now: [(0.0, 0.0); MAX_MODES],
+            started: false,
+        }
+    }
+
+    /// On to the next sample; the first is `t` [s] after the step's start.
+    #[inline]
+    pub fn advance(&mut self, t: f64) {
+        for (i, swing) in self.swings.iter().enumerate() {
+            if swing.fast {
+                self.now[i] = if self.started {
+                    apply(&self.interval[i], self.now[i])
+                } else {
+                    swing.free(t)
+                };
+            }
+        }
+        self.started = true;
+    }
+
+    /// Adds their motion at a point of the structure to a displacement and velocity.
+    #[inline]
+    pub fn add(&self, (mut x, mut v): (f64, f64), shape: &[f64]) -> (f64, f64) {
+        for (i, swing) in self.swings.iter().enumerate() {
+            if swing.fast {
+                x += shape[i] * self.now[i].0;
+                v += shape[i] * self.now[i].1;
+            }
+        }
+        (x, v)
     }
 }
 

@@ -1,12 +1,13 @@
 //! The hybrid automaton: flight and held phases, events between them, output.
 
-use crate::model::Model;
 use crate::model::drive::{Segment, Waveform};
+use crate::model::{MAX_MODES, Model};
 
 use super::crossing::first_below;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
-use super::output::{Sample, Sink};
+use super::linear::Oscillator;
+use super::output::{FastModes, Sample, Sink};
 use super::step::{LEVELS, Step, Tables};
 use super::trace::{Event, EventKind, Trace};
 
@@ -41,6 +42,9 @@ pub struct Runner {
     held_tables: Tables,
     flight: Step,
     held: Step,
+    /// Free motion of the modes over one sample interval.
+    flight_sampling: Vec<[f64; 4]>,
+    held_sampling: Vec<[f64; 4]>,
     level: usize,
     next_sample: u64,
     steps: u64,
@@ -67,6 +71,8 @@ impl Runner {
             index,
             t: 0.0,
             phase: Phase::Flight,
+            flight_sampling: sampling(&device.flight, options),
+            held_sampling: sampling(&device.held_modes, options),
             flight: Step::new(q.len(), device.rates.len()),
             held: Step::new(m, device.rates.len()),
             q,
@@ -136,6 +142,8 @@ impl Runner {
         self.r.resize(m, 0.0);
         self.dr.resize(m, 0.0);
         [self.flight_tables, self.held_tables] = tables(&device, &self.options);
+        self.flight_sampling = sampling(&device.flight, &self.options);
+        self.held_sampling = sampling(&device.held_modes, &self.options);
         self.flight = Step::new(self.q.len(), self.z.len());
         self.held = Step::new(m, self.z.len());
         self.level = 0;
@@ -341,6 +349,11 @@ impl Runner {
             if level >= LEVELS || (fixed && taken.is_err()) {
                 return Err(if self.q.iter().any(|q| !q.is_finite()) {
                     SimError::diverged(self.t)
+                } else if fixed {
+                    SimError::Options {
+                        what: "fixed step [s]",
+                        reason: format!("too long for the film at t = {:.6} s", self.t),
+                    }
                 } else {
                     SimError::step_too_small(self.t)
                 });
@@ -364,8 +377,8 @@ impl Runner {
             self.v.copy_from_slice(self.flight.v_at(LAST));
             self.z.copy_from_slice(self.flight.z_at(LAST));
         } else {
-            self.flight
-                .interpolate(s, &mut self.q, &mut self.v, &mut self.z);
+            self.flight.modal_at(s, &mut self.q, &mut self.v);
+            self.z.copy_from_slice(self.flight.states_at(s).as_slice());
         }
         self.t = self.time_after(h, s, hit.is_none());
         let (x, v) = self.proof_mass();
@@ -398,9 +411,12 @@ impl Runner {
         if far && !self.device.has_effects() {
             return None;
         }
-        let dense = step.dense_p();
+        let smooth = step.smooth(&self.device.phi_p);
         let slack = 1e-10 * ground.abs();
-        let gap = |s: f64| dense.value(s) - self.device.ground_level(self.t + s * h);
+        let gap = |s: f64| {
+            let x = smooth.value(s) + step.fast_at(&self.device.phi_p, s);
+            x - self.device.ground_level(self.t + s * h)
+        };
         first_below(gap, end, slack)
     }
 
@@ -455,8 +471,8 @@ impl Runner {
             self.dr.copy_from_slice(self.held.v_at(LAST));
             self.z.copy_from_slice(self.held.z_at(LAST));
         } else {
-            self.held
-                .interpolate(s, &mut self.r, &mut self.dr, &mut self.z);
+            self.held.modal_at(s, &mut self.r, &mut self.dr);
+            self.z.copy_from_slice(self.held.states_at(s).as_slice());
         }
         self.t = self.time_after(h, s, freed.is_none());
         Sink::open_contact(trace, since, self.t);
@@ -483,14 +499,7 @@ impl Runner {
         if lowest > 0.75 * (highest - lowest) {
             return None;
         }
-        let m = self.r.len();
-        let modes: Vec<super::nodes::Dense> = (0..m)
-            .map(|i| {
-                let unit: Vec<f64> = (0..m).map(|k| f64::from(u8::from(k == i))).collect();
-                step.dense(&unit)
-            })
-            .collect();
-        let pull = |s: f64| self.held_pull(&modes, h, s, level);
+        let pull = |s: f64| self.held_pull(h, s, level);
         first_below(
             |s| self.threshold(self.t + s * h - since) - pull(s),
             end,
@@ -500,13 +509,11 @@ impl Runner {
     }
 
     /// Pull-off force at fraction `s` of the held step.
-    fn held_pull(&self, modes: &[super::nodes::Dense], h: f64, s: f64, level: f64) -> f64 {
-        let mut r = [0.0; super::MAX_MODES];
-        let mut dr = [0.0; super::MAX_MODES];
-        for (i, dense) in modes.iter().enumerate() {
-            (r[i], dr[i]) = dense.value_and_slope(s, h);
-        }
-        let (r, dr) = (&r[..modes.len()], &dr[..modes.len()]);
+    fn held_pull(&self, h: f64, s: f64, level: f64) -> f64 {
+        let m = self.r.len();
+        let (mut r, mut dr) = ([0.0; MAX_MODES], [0.0; MAX_MODES]);
+        let (r, dr) = (&mut r[..m], &mut dr[..m]);
+        self.held.modal_at(s, r, dr);
         let t = self.t + s * h;
         let voltage = self.segment.shape.voltage(t);
         let at = self.device.held_kinematics(t, voltage, level, r, dr);
@@ -536,15 +543,19 @@ impl Runner {
         if sink.is_empty() {
             return;
         }
-        let p = self.flight.dense_p();
-        let c = self
-            .device
-            .has_cantilever
-            .then(|| self.flight.dense(&self.device.phi_c));
+        let device = &self.device;
+        let p = self.flight.smooth(&device.phi_p);
+        let c = self.flight.smooth(&device.phi_c);
+        let mut fast = FastModes::new(&self.flight.swings, &self.flight_sampling);
         while let Some((t, s)) = sink.next() {
-            let (xp, vp) = p.value_and_slope(s, h);
-            let (xc, vc) = c.map_or((0.0, 0.0), |c| c.value_and_slope(s, h));
+            fast.advance(s * h);
             let states = self.options.forces.then(|| self.flight.states_at(s));
+            let (xp, vp) = fast.add(p.value_and_slope(s, h), &device.phi_p);
+            let (xc, vc) = if device.has_cantilever {
+                fast.add(c.value_and_slope(s, h), &device.phi_c)
+            } else {
+                (0.0, 0.0)
+            };
             let sample = Sample {
                 t,
                 xp,
@@ -554,7 +565,7 @@ impl Runner {
                 pull: None,
                 z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };
-            sample.push(&self.device, &self.segment, trace);
+            sample.push(device, &self.segment, trace);
         }
         self.next_sample = sink.next_sample();
     }
@@ -565,28 +576,19 @@ impl Runner {
         if sink.is_empty() {
             return;
         }
-        let m = self.r.len();
-        let base = level * self.device.anchor_c;
-        let c = self.held.dense(&self.device.held.cantilever);
-        let modes: Vec<super::nodes::Dense> = if self.options.forces {
-            (0..m)
-                .map(|i| {
-                    let unit: Vec<f64> = (0..m).map(|k| f64::from(u8::from(k == i))).collect();
-                    self.held.dense(&unit)
-                })
-                .collect()
-        } else {
-            Vec::new()
-        };
+        let device = &self.device;
+        let shape = &device.held.cantilever;
+        let base = level * device.anchor_c;
+        let c = self.held.smooth(shape);
+        let mut fast = FastModes::new(&self.held.swings, &self.held_sampling);
         while let Some((t, s)) = sink.next() {
-            let (xc, vc) = c.value_and_slope(s, h);
-            let pull = self.options.forces.then(|| {
-                (
-                    self.held_pull(&modes, h, s, level),
-                    self.threshold(t - since),
-                )
-            });
+            fast.advance(s * h);
             let states = self.options.forces.then(|| self.held.states_at(s));
+            let (xc, vc) = fast.add(c.value_and_slope(s, h), shape);
+            let pull = self.options.forces.then(|| {
+                let pull = self.held_pull(h, s, level);
+                (pull, self.threshold(t - since))
+            });
             let sample = Sample {
                 t,
                 xp: level,
@@ -596,10 +598,18 @@ impl Runner {
                 pull,
                 z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };
-            sample.push(&self.device, &self.segment, trace);
+            sample.push(device, &self.segment, trace);
         }
         self.next_sample = sink.next_sample();
     }
+}
+
+/// Free motion of each oscillator over one sample interval.
+fn sampling(oscillators: &[Oscillator], options: &Options) -> Vec<[f64; 4]> {
+    oscillators
+        .iter()
+        .map(|o| o.free_motion(1.0 / options.rate))
+        .collect()
 }
 
 /// Modal state for the initial displacement (bent as by a static force on the mass)
@@ -626,11 +636,9 @@ fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
 
 /// Tables of both phases; levels have the same length in both.
 fn tables(device: &Device, options: &Options) -> [Tables; 2] {
-    let fastest = device.fastest();
-    // Three radians of the fastest motion per step keep the dense output exact to 1e-7
-    // of that motion's amplitude.
-    let longest = options.fixed_step.unwrap_or(if fastest > 0.0 {
-        3.0 / fastest
+    let structure = device.longest_step();
+    let longest = options.fixed_step.unwrap_or(if structure.is_finite() {
+        structure
     } else {
         64.0 / options.rate
     });

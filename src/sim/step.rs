@@ -3,10 +3,13 @@
 //! Flight and held structure are both a [`Step`] over independent oscillators; they
 //! differ in what forces act.
 
+// The indices are those of the method's matrices; iterators would hide them.
+#![allow(clippy::needless_range_loop)]
+
 use crate::model::drive::Segment;
 
 use super::device::{Device, dot};
-use super::linear::{DecayPropagator, Oscillator, Propagator};
+use super::linear::{DecayPropagator, Oscillator, Propagator, Swing};
 use super::nodes::{Dense, NODES, S, top_coefficient};
 
 /// Finest step is the longest over 2 to this power.
@@ -123,6 +126,10 @@ pub(super) struct Step {
     pub drive: [f64; S],
     inputs: Vec<f64>,
     v_before: Vec<f64>,
+    /// Force on each mode at the points, per unit modal mass.
+    mode_force: Vec<[f64; S]>,
+    /// Each mode's motion between the points.
+    pub swings: Vec<Swing>,
     modes: usize,
     /// Estimated error of the step, as displacement of the proof mass [m].
     pub error: f64,
@@ -136,6 +143,8 @@ impl Step {
             z: vec![0.0; S * states],
             inputs: vec![0.0; S * states],
             v_before: vec![0.0; S * modes],
+            mode_force: vec![[0.0; S]; modes],
+            swings: vec![Swing::new(Oscillator::default(), 0.0, 0.0, 0.0, &[0.0; S]); modes],
             modes,
             ..Self::default()
         }
@@ -171,31 +180,75 @@ impl Step {
     }
 
     /// Modal state at fraction `s` of the step, written to `q` and `v`.
-    pub fn interpolate(&self, s: f64, q: &mut [f64], v: &mut [f64], z: &mut [f64]) {
+    pub fn modal_at(&self, s: f64, q: &mut [f64], v: &mut [f64]) {
         let m = self.modes;
-        for i in 0..m {
-            let dense = Dense::new(
-                &std::array::from_fn(|k| self.q[k * m + i]),
-                &std::array::from_fn(|k| self.v[k * m + i]),
-                self.h,
-            );
+        for (i, swing) in self.swings.iter().enumerate() {
+            let mut dense = if swing.fast {
+                Dense::default()
+            } else {
+                Dense::new(
+                    &std::array::from_fn(|k| self.q[k * m + i]),
+                    &std::array::from_fn(|k| self.v[k * m + i]),
+                    self.h,
+                )
+            };
+            dense.add(1.0, &swing.particular);
             (q[i], v[i]) = dense.value_and_slope(s, self.h);
+            if swing.fast {
+                let (x, dx) = swing.free(s * self.h);
+                q[i] += x;
+                v[i] += dx;
+            }
         }
-        z.copy_from_slice(self.states_at(s).as_slice());
     }
 
-    /// Motion of a point of the structure over the step.
-    pub fn dense(&self, shape: &[f64]) -> Dense {
-        Dense::new(
-            &std::array::from_fn(|k| dot(shape, self.q_at(k))),
-            &std::array::from_fn(|k| dot(shape, self.v_at(k))),
-            self.h,
-        )
+    /// Motion of a point of the structure over the step, but for the free motion of
+    /// fast modes.
+    pub fn smooth(&self, shape: &[f64]) -> Dense {
+        let m = self.modes;
+        let slow = |values: &[f64], k: usize| -> f64 {
+            (0..m)
+                .filter(|&i| !self.swings[i].fast)
+                .map(|i| shape[i] * values[k * m + i])
+                .sum()
+        };
+        let mut dense = if self.swings.iter().all(|swing| swing.fast) {
+            Dense::default()
+        } else {
+            Dense::new(
+                &std::array::from_fn(|k| slow(&self.q, k)),
+                &std::array::from_fn(|k| slow(&self.v, k)),
+                self.h,
+            )
+        };
+        for (weight, swing) in shape.iter().zip(&self.swings) {
+            dense.add(*weight, &swing.particular);
+        }
+        dense
     }
 
-    /// Motion of the proof mass over the step (flight).
-    pub fn dense_p(&self) -> Dense {
-        Dense::new(&self.xp, &self.vp, self.h)
+    /// Free motion of the fast modes at a point of the structure at fraction `s`.
+    pub fn fast_at(&self, shape: &[f64], s: f64) -> f64 {
+        shape
+            .iter()
+            .zip(&self.swings)
+            .filter(|(_, swing)| swing.fast)
+            .map(|(weight, swing)| weight * swing.free(s * self.h).0)
+            .sum()
+    }
+
+    /// Makes ready what dense output needs, once the forces have settled.
+    fn settle(&mut self, table: &Table) {
+        for i in 0..self.modes {
+            let oscillator = table.modes[i].oscillator;
+            self.swings[i] = Swing::new(
+                oscillator,
+                self.h,
+                self.q[i],
+                self.v[i],
+                &self.mode_force[i],
+            );
+        }
     }
 
     fn start(&mut self, q: &[f64], v: &[f64], z: &[f64]) {
@@ -211,6 +264,7 @@ impl Step {
         for i in 0..m {
             let (q0, v0) = (self.q[i], self.v[i]);
             let force = per_mode(i);
+            self.mode_force[i] = force;
             let mode = &table.modes[i];
             for k in 0..S - 1 {
                 let e = &mode.state[k];
@@ -275,6 +329,7 @@ impl Step {
         } else {
             self.flight_plain(device, table, segment, t, tolerance / growth)?;
         }
+        self.settle(table);
         let top = dot(top_coefficient(), &self.force).abs();
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         // A residual Legendre part of degree 4 moves the end by a small share of its
@@ -557,6 +612,7 @@ impl Step {
                 return Err(Reject);
             }
         }
+        self.settle(table);
         self.force = previous;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         self.error = 0.02 * growth * drive_top * device.drive_ratio;

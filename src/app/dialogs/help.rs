@@ -1,7 +1,8 @@
-//! The list of keys and gestures, made from the commands; and what the program is.
+//! The list of keys and gestures, made from the commands.
 
-use eframe::egui::{Grid, Key, ScrollArea, Ui, Window};
+use eframe::egui::{Grid, ScrollArea, Ui, Window};
 
+use super::escape;
 use crate::app::command::Command;
 
 /// What the mouse does.
@@ -22,7 +23,7 @@ const GESTURES: [(&str, &str); 9] = [
 
 /// Draws the list while `open`.
 pub fn show(ui: &mut Ui, open: &mut bool) {
-    if *open && ui.input(|input| input.key_pressed(Key::Escape)) {
+    if *open && escape(ui) {
         *open = false;
     }
     Window::new("Keyboard and mouse")
@@ -52,21 +53,5 @@ pub fn show(ui: &mut Ui, open: &mut bool) {
                         }
                     });
             });
-        });
-}
-
-/// Draws what the program is while `open`.
-pub fn about(ui: &mut Ui, open: &mut bool) {
-    Window::new("About impactscope")
-        .open(open)
-        .resizable(false)
-        .default_width(420.0)
-        .show(ui, |ui| {
-            ui.heading(concat!("impactscope ", env!("CARGO_PKG_VERSION")));
-            ui.label(env!("CARGO_PKG_DESCRIPTION"));
-            ui.add_space(6.0);
-            ui.label("The model: J. H. Ryou and K. R. Oldham, Model identification for impact dynamics of a piezoelectric microactuator, J. Micromech. Microeng. 22 (2012) 115002.");
-            ui.add_space(6.0);
-            ui.label(concat!("Licence: ", env!("CARGO_PKG_LICENSE")));
         });
 }

@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{
-    Align2, ComboBox, DragValue, Grid, Key, RichText, ScrollArea, TextEdit, Ui, Window,
-};
-use egui_extras::{Column, TableBuilder};
+use eframe::egui::{Align2, Button, Grid, Id, RichText, TextEdit, Ui, Window};
 
-use super::Answer;
+use super::columns::{Names, chooser, lines_before, micrometres, pick, scale};
+use super::sample::{Cells, Sample};
+use super::table::{self, Roles};
+use super::{Answer, enter, escape};
 use crate::app::theme;
-use crate::model::unit::{format_quantity, parse_quantity, unit_factor};
-use crate::recording::csv::{ColumnChoice, Decimal, Delimiter, ImportSettings, Preview};
+use crate::model::unit::{format_quantity, parse_quantity};
+use crate::recording::csv::{Decimal, Delimiter, ImportSettings, Preview};
 
 /// Units offered for each quantity.
 const TIME_UNITS: [&str; 3] = ["s", "ms", "us"];
@@ -25,6 +25,13 @@ pub struct ImportDialog {
     settings: ImportSettings,
     offset: String,
     offset_error: Option<String>,
+    /// The file's beginning, read once it is to be split in another way.
+    sample: Option<Sample>,
+    /// The table shown.
+    cells: Cells,
+    /// Whether a value was being edited: Escape then gives up the edit only.
+    editing: bool,
+    is_new: bool,
 }
 
 impl ImportDialog {
@@ -36,97 +43,182 @@ impl ImportDialog {
             offset_error: None,
             settings,
             path,
+            cells: Cells {
+                header: preview.header.clone(),
+                columns: preview.columns,
+                rows: preview.rows.clone(),
+            },
             preview,
+            sample: None,
+            editing: false,
+            is_new: true,
         }
     }
 
+    /// The settings as they stand.
+    #[cfg(test)]
+    pub(super) fn settings(&self) -> &ImportSettings {
+        &self.settings
+    }
+
     /// Why the import cannot start yet.
-    fn missing(&self) -> Option<&'static str> {
-        if self.settings.time.is_none() {
-            Some("Choose the column of the time.")
-        } else if self.settings.proof_mass.is_none() {
-            Some("Choose the column of the proof mass.")
-        } else if self.offset_error.is_some() {
-            Some("Mend the time offset.")
-        } else {
-            None
+    fn missing(&self) -> Option<String> {
+        let settings = &self.settings;
+        let choices = [
+            ("time", &settings.time),
+            ("proof mass", &settings.proof_mass),
+            ("cantilever", &settings.cantilever),
+            ("voltage", &settings.voltage),
+        ];
+        for (name, choice) in &choices[..2] {
+            if choice.is_none() {
+                return Some(format!("Choose the column of the {name}."));
+            }
+        }
+        for (i, (name, choice)) in choices.iter().enumerate() {
+            let Some(choice) = choice else {
+                continue;
+            };
+            if choice.index >= self.cells.columns {
+                return Some(format!(
+                    "Choose the column of the {name} anew: split so, there is no column {}.",
+                    choice.index + 1
+                ));
+            }
+            let same = choices[..i]
+                .iter()
+                .find(|(_, other)| other.as_ref().is_some_and(|o| o.index == choice.index));
+            if let Some((other, _)) = same {
+                return Some(format!("{other} and {name} are the same column."));
+            }
+        }
+        let scales = [settings.voltage_scale, settings.xp_scale, settings.xc_scale];
+        if scales.contains(&0.0) {
+            return Some("A scale of zero leaves nothing.".to_owned());
+        }
+        self.offset_error
+            .is_some()
+            .then(|| "Mend the time offset.".to_owned())
+    }
+
+    /// Splits the file as it is now told.
+    fn split(&mut self, ui: &Ui) {
+        let (settings, guessed) = (&self.settings, &self.preview.settings);
+        if (settings.delimiter, settings.skip_lines) == (guessed.delimiter, guessed.skip_lines) {
+            self.cells = Cells {
+                header: self.preview.header.clone(),
+                columns: self.preview.columns,
+                rows: self.preview.rows.clone(),
+            };
+            return;
+        }
+        let sample = self
+            .sample
+            .get_or_insert_with(|| Sample::read(self.path.clone(), ui.ctx()));
+        // Until the file is read the former table stays.
+        if let Some(cells) = sample.split(settings.delimiter, settings.skip_lines) {
+            self.cells = cells;
         }
     }
 
     /// Draws it; returns whether it stays open, and the answer.
     pub fn show(&mut self, ui: &mut Ui) -> (bool, Option<Answer>) {
-        let mut open = !ui.input(|input| input.key_pressed(Key::Escape));
-        let mut answer = None;
+        if std::mem::take(&mut self.is_new) {
+            // Keys belong to the dialog now, not to what was focused behind it.
+            ui.memory_mut(|memory| {
+                if let Some(focused) = memory.focused() {
+                    memory.surrender_focus(focused);
+                }
+            });
+        }
+        let mut open = self.editing || !escape(ui);
+        let field = Id::unique("import time offset");
+        let mut accepted = enter(ui, field);
+        self.split(ui);
         Window::new("Import a recording")
             .collapsible(false)
             .default_width(760.0)
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .show(ui, |ui| {
-                ui.strong(&self.preview.name);
-                let color = theme::error(ui.visuals().dark_mode);
-                if let Some(problem) = self.preview.problem() {
-                    ui.colored_label(color, problem.to_string());
-                }
-                for line in &self.preview.ambiguities {
-                    ui.colored_label(color, line);
-                }
-                for warning in &self.preview.warnings {
-                    ui.label(&warning.message);
-                }
+                self.findings(ui);
                 ui.separator();
-                self.columns(ui);
+                self.columns(ui, field);
                 ui.separator();
                 self.text(ui);
                 ui.separator();
-                self.table(ui);
+                table::show(ui, &self.cells, self.settings.decimal, &self.roles());
                 ui.separator();
                 let missing = self.missing();
                 ui.horizontal(|ui| {
-                    let button =
-                        ui.add_enabled(missing.is_none(), eframe::egui::Button::new("Import"));
-                    if button.clicked() {
-                        answer = Some(Answer::Import(self.path.clone(), self.settings.clone()));
-                    }
+                    let import = ui.add_enabled(missing.is_none(), Button::new("Import"));
+                    accepted |= import.clicked();
                     if ui.button("Cancel").clicked() {
                         open = false;
                     }
                     if let Some(missing) = missing {
+                        let color = theme::error(ui.visuals().dark_mode);
                         ui.label(RichText::new(missing).color(color));
                     }
                 });
             });
-        (open && answer.is_none(), answer)
+        self.editing = ui.ctx().text_edit_focused();
+        // The field may have changed in this very frame.
+        if open && accepted && self.missing().is_none() {
+            let answer = Answer::Import(self.path.clone(), self.settings.clone());
+            return (false, Some(answer));
+        }
+        (open, None)
     }
 
-    fn column_name(&self, index: usize) -> String {
-        match self.preview.header.get(index) {
-            Some(name) if !name.trim().is_empty() => name.clone(),
-            _ => format!("column {}", index + 1),
+    /// What was found in the file.
+    fn findings(&self, ui: &mut Ui) {
+        ui.strong(&self.preview.name)
+            .on_hover_text(self.path.to_string_lossy());
+        let color = theme::error(ui.visuals().dark_mode);
+        if let Some(problem) = self.preview.problem() {
+            ui.colored_label(color, problem.to_string());
+        }
+        for line in &self.preview.ambiguities {
+            ui.colored_label(color, line);
+        }
+        for warning in &self.preview.warnings {
+            ui.label(&warning.message);
         }
     }
 
-    fn columns(&mut self, ui: &mut Ui) {
-        let names: Vec<String> = (0..self.preview.columns)
-            .map(|i| self.column_name(i))
+    fn roles(&self) -> Roles {
+        let settings = &self.settings;
+        let choices = [
+            ("time", &settings.time),
+            ("proof mass", &settings.proof_mass),
+            ("cantilever", &settings.cantilever),
+            ("voltage", &settings.voltage),
+        ];
+        choices
+            .into_iter()
+            .filter_map(|(name, choice)| choice.as_ref().map(|choice| (choice.index, name)))
+            .collect()
+    }
+
+    fn columns(&mut self, ui: &mut Ui, field: Id) {
+        let names: Names = (0..self.cells.columns)
+            .map(|i| table::column_name(&self.cells, i))
             .collect();
         let settings = &mut self.settings;
-        Grid::new("import columns").num_columns(5).show(ui, |ui| {
-            for title in [
-                "quantity",
-                "column",
-                "unit",
-                "scale (negative turns over)",
-                "offset",
-            ] {
+        Grid::new("import columns").num_columns(6).show(ui, |ui| {
+            for title in ["quantity", "column", "unit", "scale", "sign", "offset"] {
                 ui.weak(title);
             }
             ui.end_row();
             chooser(ui, "time", &names, &mut settings.time, &TIME_UNITS);
             ui.label("");
-            let field = ui.add(TextEdit::singleline(&mut self.offset).desired_width(90.0));
-            let field = field.on_hover_text("added to the times, e.g. -1 s");
-            name_field(&field, "time offset");
-            if field.changed() {
+            ui.label("");
+            let text = TextEdit::singleline(&mut self.offset)
+                .id(field)
+                .desired_width(90.0);
+            let text = ui.add(text).on_hover_text("added to the times, e.g. -1 s");
+            super::columns::name(&text, eframe::egui::Role::TextInput, "time offset");
+            if text.changed() {
                 match parse_quantity(&self.offset, "s") {
                     Ok(offset) => {
                         settings.time_offset = offset;
@@ -136,28 +228,17 @@ impl ImportDialog {
                 }
             }
             ui.end_row();
-            chooser(
-                ui,
-                "proof mass",
-                &names,
-                &mut settings.proof_mass,
-                &LENGTH_UNITS,
-            );
-            factor(ui, "proof mass scale", &mut settings.xp_scale);
+            let lengths = &LENGTH_UNITS;
+            chooser(ui, "proof mass", &names, &mut settings.proof_mass, lengths);
+            scale(ui, "proof mass", &mut settings.xp_scale);
             micrometres(ui, "proof mass offset", &mut settings.xp_offset);
             ui.end_row();
-            chooser(
-                ui,
-                "cantilever",
-                &names,
-                &mut settings.cantilever,
-                &LENGTH_UNITS,
-            );
-            factor(ui, "cantilever scale", &mut settings.xc_scale);
+            chooser(ui, "cantilever", &names, &mut settings.cantilever, lengths);
+            scale(ui, "cantilever", &mut settings.xc_scale);
             micrometres(ui, "cantilever offset", &mut settings.xc_offset);
             ui.end_row();
             chooser(ui, "voltage", &names, &mut settings.voltage, &VOLTAGE_UNITS);
-            factor(ui, "voltage scale", &mut settings.voltage_scale);
+            scale(ui, "voltage", &mut settings.voltage_scale);
             ui.end_row();
         });
         if let Some(error) = &self.offset_error {
@@ -169,120 +250,18 @@ impl ImportDialog {
         let settings = &mut self.settings;
         ui.horizontal_wrapped(|ui| {
             ui.label("cells separated by");
-            for (delimiter, name) in Delimiter::ALL
-                .into_iter()
-                .zip(["comma", "semicolon", "tab"])
-            {
-                ui.radio_value(&mut settings.delimiter, delimiter, name);
-            }
+            let delimiters = [
+                (Delimiter::Comma, "comma"),
+                (Delimiter::Semicolon, "semicolon"),
+                (Delimiter::Tab, "tab"),
+            ];
+            pick(ui, "delimiter", &mut settings.delimiter, &delimiters);
             ui.separator();
-            ui.label("decimal");
-            ui.radio_value(&mut settings.decimal, Decimal::Point, "point");
-            ui.radio_value(&mut settings.decimal, Decimal::Comma, "comma");
+            ui.label("decimal sign");
+            let signs = [(Decimal::Point, "point"), (Decimal::Comma, "comma")];
+            pick(ui, "decimal sign", &mut settings.decimal, &signs);
             ui.separator();
-            let label = ui.label("lines before the numbers").id;
-            ui.add(DragValue::new(&mut settings.skip_lines).range(0..=100_000))
-                .labelled_by(label);
+            lines_before(ui, &mut settings.skip_lines);
         });
-    }
-
-    fn table(&self, ui: &mut Ui) {
-        ScrollArea::horizontal().show(ui, |ui| {
-            TableBuilder::new(ui)
-                .striped(true)
-                .max_scroll_height(170.0)
-                .columns(Column::auto().at_least(70.0), self.preview.columns)
-                .header(18.0, |mut header| {
-                    for i in 0..self.preview.columns {
-                        header.col(|ui| {
-                            ui.strong(self.column_name(i));
-                        });
-                    }
-                })
-                .body(|mut body| {
-                    for row in &self.preview.rows {
-                        body.row(16.0, |mut cells| {
-                            for i in 0..self.preview.columns {
-                                cells.col(|ui| {
-                                    ui.monospace(row.get(i).map_or("", String::as_str));
-                                });
-                            }
-                        });
-                    }
-                });
-        });
-    }
-}
-
-fn name_field(response: &eframe::egui::Response, name: &str) {
-    response.widget_info(|| {
-        eframe::egui::WidgetInfo::labeled(eframe::egui::Role::TextInput, true, name)
-    });
-}
-
-fn factor(ui: &mut Ui, name: &str, value: &mut f64) {
-    let field = ui.add(DragValue::new(value).speed(0.01));
-    field.widget_info(|| {
-        eframe::egui::WidgetInfo::labeled(eframe::egui::Role::SpinButton, true, name)
-    });
-}
-
-fn micrometres(ui: &mut Ui, name: &str, value: &mut f64) {
-    let mut shown = *value * 1e6;
-    let field = ui.add(DragValue::new(&mut shown).speed(0.1).suffix(" µm"));
-    field.widget_info(|| {
-        eframe::egui::WidgetInfo::labeled(eframe::egui::Role::SpinButton, true, name)
-    });
-    if field.changed() {
-        *value = shown * 1e-6;
-    }
-}
-
-/// Comboboxes for column and unit of a quantity.
-fn chooser(
-    ui: &mut Ui,
-    quantity: &str,
-    names: &[String],
-    choice: &mut Option<ColumnChoice>,
-    units: &[&str],
-) {
-    ui.label(quantity);
-    let selected = choice
-        .as_ref()
-        .and_then(|c| names.get(c.index).cloned())
-        .unwrap_or_else(|| "none".to_owned());
-    ComboBox::from_id_salt((quantity, "column"))
-        .selected_text(selected)
-        .width(170.0)
-        .show_ui(ui, |ui| {
-            if ui.selectable_label(choice.is_none(), "none").clicked() {
-                *choice = None;
-            }
-            for (index, name) in names.iter().enumerate() {
-                let is = choice.as_ref().is_some_and(|c| c.index == index);
-                if ui.selectable_label(is, name).clicked() {
-                    let unit = choice
-                        .as_ref()
-                        .map_or_else(|| units[0].to_owned(), |c| c.unit.clone());
-                    *choice = Some(ColumnChoice { index, unit });
-                }
-            }
-        })
-        .response
-        .on_hover_text(format!("column of the {quantity}"));
-    let mut unit = choice.as_ref().map_or("", |c| c.unit.as_str()).to_owned();
-    ui.add_enabled_ui(choice.is_some(), |ui| {
-        ComboBox::from_id_salt((quantity, "unit"))
-            .selected_text(unit.clone())
-            .width(60.0)
-            .show_ui(ui, |ui| {
-                for name in units {
-                    debug_assert!(unit_factor(name, units[0]).is_some() || units[0] == "m");
-                    ui.selectable_value(&mut unit, (*name).to_owned(), *name);
-                }
-            });
-    });
-    if let Some(choice) = choice {
-        choice.unit = unit;
     }
 }

@@ -1,13 +1,17 @@
 //! Windows that ask something. One file each.
 
+mod about;
+mod columns;
 mod help;
 mod import;
 mod palette;
 mod path;
+mod sample;
+mod table;
 
 use std::path::PathBuf;
 
-use eframe::egui::Ui;
+use eframe::egui::{Id, Key, Popup, Ui};
 
 use crate::recording::csv::{ImportSettings, Preview};
 
@@ -17,6 +21,20 @@ use super::files::Purpose;
 pub use import::ImportDialog;
 pub use palette::Palette;
 pub use path::PathDialog;
+
+/// Whether Escape was pressed for a dialog: an open menu takes it first.
+fn escape(ui: &Ui) -> bool {
+    !Popup::is_any_open(ui.ctx()) && ui.input(|input| input.key_pressed(Key::Escape))
+}
+
+/// Whether Enter was pressed for a dialog: with nothing focused or in its text `field`;
+/// elsewhere it belongs to the focused button or number.
+fn enter(ui: &Ui, field: Id) -> bool {
+    let focused = ui.memory(|memory| memory.focused());
+    focused.is_none_or(|id| id == field)
+        && !Popup::is_any_open(ui.ctx())
+        && ui.input(|input| input.key_pressed(Key::Enter))
+}
 
 /// What the person answered.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +117,10 @@ impl Dialogs {
             }
         }
         help::show(ui, &mut self.help);
-        help::about(ui, &mut self.about);
+        about::show(ui, &mut self.about);
         answer
     }
 }
+
+#[cfg(test)]
+mod tests;

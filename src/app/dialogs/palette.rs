@@ -11,17 +11,36 @@ pub struct Palette {
     chosen: usize,
 }
 
-/// Commands whose name or help has all the words.
+/// Commands whose name or help has all the words, those with all in the name first;
+/// failing that, commands whose name has the letters in this order.
 fn matching(text: &str) -> Vec<Command> {
     let words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();
-    Command::all()
-        .into_iter()
-        .filter(|command| {
-            let (name, line) = command.text();
-            let place = format!("{name} {line}").to_lowercase();
-            words.iter().all(|word| place.contains(word))
-        })
-        .collect()
+    let has_all = |place: &str| words.iter().all(|word| place.contains(word));
+    let (mut by_name, mut by_help) = (Vec::new(), Vec::new());
+    for command in Command::all() {
+        let (name, line) = command.text();
+        let name = name.to_lowercase();
+        if has_all(&name) {
+            by_name.push(command);
+        } else if has_all(&format!("{name} {}", line.to_lowercase())) {
+            by_help.push(command);
+        }
+    }
+    by_name.append(&mut by_help);
+    if by_name.is_empty() {
+        let letters = words.concat();
+        by_name = Command::all();
+        by_name.retain(|command| has_letters(&command.text().0.to_lowercase(), &letters));
+    }
+    by_name
+}
+
+/// Whether `letters` stand in `text` in this order, with others between.
+fn has_letters(text: &str, letters: &str) -> bool {
+    let mut rest = text.chars();
+    letters
+        .chars()
+        .all(|letter| rest.by_ref().any(|c| c == letter))
 }
 
 impl Palette {
@@ -58,6 +77,9 @@ impl Palette {
                             .hint_text("type part of a name"),
                     )
                     .labelled_by(label);
+                if field.changed() {
+                    self.chosen = 0;
+                }
                 field.request_focus();
                 ScrollArea::vertical().max_height(360.0).show(ui, |ui| {
                     for (i, entry) in found.iter().enumerate() {
@@ -95,5 +117,7 @@ mod tests {
         assert_eq!(matching("png export"), vec![Command::ExportPng]);
         assert_eq!(matching("").len(), Command::all().len());
         assert!(matching("no such thing").is_empty());
+        assert_eq!(matching("expng"), vec![Command::ExportPng]);
+        assert_eq!(matching("UNDO")[0], Command::Undo);
     }
 }

@@ -1,15 +1,25 @@
 //! A path typed by hand: works where the system has no file dialog.
 
-use std::path::{Path, PathBuf};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
 
-use eframe::egui::{Align2, Key, TextEdit, Ui, Window};
+use eframe::egui::{Align2, Context, Id, TextEdit, Ui, Window};
 
-use super::Answer;
+use super::{Answer, enter, escape};
 use crate::app::files::Purpose;
 use crate::app::theme;
 
 /// Names from a folder that are offered.
 const OFFERED: usize = 8;
+/// Names from a folder that are looked at.
+const LOOKED_AT: usize = 20_000;
+
+/// Something in a folder.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Offer {
+    path: PathBuf,
+    is_folder: bool,
+}
 
 /// The open dialog.
 #[derive(Debug)]
@@ -18,91 +28,146 @@ pub struct PathDialog {
     purpose: Option<Purpose>,
     text: String,
     error: Option<String>,
-    /// The text that `offers` was made for.
+    /// The existing file that the person was asked about before it is replaced.
+    confirm: Option<PathBuf>,
+    /// Whether the text field is to take the keys.
+    focus: bool,
+    /// The text that `offers` was made for, or is being made.
     listed: Option<String>,
-    offers: Vec<PathBuf>,
+    coming: Option<Receiver<Vec<Offer>>>,
+    offers: Vec<Offer>,
 }
 
 impl PathDialog {
     /// A dialog that starts in the current folder.
     pub fn new(purpose: Option<Purpose>) -> Self {
-        let folder = std::env::current_dir().unwrap_or_default();
+        Self::starting_in(&std::env::current_dir().unwrap_or_default(), purpose)
+    }
+
+    /// A dialog that starts in `folder`.
+    pub fn starting_in(folder: &Path, purpose: Option<Purpose>) -> Self {
         let name = purpose.map_or("", Purpose::file_name);
         Self {
             purpose,
             text: folder.join(name).to_string_lossy().into_owned(),
             error: None,
+            confirm: None,
+            focus: true,
             listed: None,
+            coming: None,
             offers: Vec::new(),
         }
     }
 
-    /// Existing files that go on as the text does; listed again only when it changes.
-    fn list(&mut self) {
+    /// Lists what goes on as the text does, in a thread: a folder may be far away. One
+    /// at a time, so that a folder that does not answer costs one thread.
+    fn list(&mut self, context: &Context) {
+        if let Some(coming) = &self.coming {
+            match coming.try_recv() {
+                Ok(offers) => self.offers = offers,
+                Err(std::sync::mpsc::TryRecvError::Empty) => return,
+                Err(std::sync::mpsc::TryRecvError::Disconnected) => self.offers.clear(),
+            }
+            self.coming = None;
+        }
         if self.listed.as_deref() == Some(self.text.as_str()) {
             return;
         }
         self.listed = Some(self.text.clone());
-        self.offers.clear();
-        let path = Path::new(&self.text);
-        let (folder, start) = if self.text.ends_with(std::path::MAIN_SEPARATOR) {
-            (path, String::new())
-        } else {
-            let start = path.file_name().unwrap_or_default().to_string_lossy();
-            (path.parent().unwrap_or(path), start.to_lowercase())
-        };
-        let Ok(entries) = std::fs::read_dir(folder) else {
-            return;
-        };
-        self.offers = entries
-            .flatten()
-            // A folder with very many files must not hold up the window.
-            .take(2000)
-            .map(|entry| entry.path())
-            .filter(|path| {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                !name.starts_with('.') && name.to_lowercase().starts_with(&start)
-            })
-            .collect();
-        self.offers.sort();
-        self.offers.truncate(OFFERED);
+        let (send, coming) = channel();
+        let (text, context) = (self.path_text(), context.clone());
+        let started = std::thread::Builder::new()
+            .name("folder".to_owned())
+            .spawn(move || {
+                // The dialog may be closed meanwhile.
+                let _ = send.send(offers(&text));
+                context.request_repaint();
+            });
+        self.coming = started.is_ok().then_some(coming);
+    }
+
+    /// The text with `~` as the person's home folder.
+    fn path_text(&self) -> String {
+        let text = self.text.trim();
+        match text.strip_prefix('~') {
+            Some(rest) if rest.is_empty() || rest.starts_with(['/', MAIN_SEPARATOR]) => {
+                directories::BaseDirs::new().map_or_else(
+                    || text.to_owned(),
+                    |known| format!("{}{rest}", known.home_dir().display()),
+                )
+            }
+            _ => text.to_owned(),
+        }
+    }
+
+    /// The path that is meant: one to save to has an extension.
+    fn path(&self) -> PathBuf {
+        let path = PathBuf::from(self.path_text());
+        match (self.purpose, path.file_name()) {
+            (Some(purpose), Some(name)) if path.extension().is_none() => {
+                let suggested = purpose.file_name();
+                let dot = suggested.find('.').unwrap_or(suggested.len());
+                let mut name = name.to_owned();
+                name.push(&suggested[dot..]);
+                path.with_file_name(name)
+            }
+            _ => path,
+        }
     }
 
     fn accept(&mut self) -> Option<Answer> {
-        let path = PathBuf::from(self.text.trim());
-        match self.purpose {
-            None if path.is_file() => Some(Answer::Open(path)),
-            None => {
-                self.error = Some(format!("{}: there is no such file", path.display()));
-                None
+        self.focus = true;
+        let ends_in_folder = self.text.trim().ends_with(['/', MAIN_SEPARATOR]);
+        let bare = PathBuf::from(self.path_text());
+        let path = self.path();
+        let Some(purpose) = self.purpose else {
+            if bare.is_file() {
+                return Some(Answer::Open(bare));
             }
-            Some(_) if path.is_dir() || path.file_name().is_none() => {
-                self.error = Some("give a file name after the folder".to_owned());
-                None
-            }
-            Some(_) if !path.parent().is_some_and(Path::is_dir) => {
-                self.error = Some("there is no such folder".to_owned());
-                None
-            }
-            Some(purpose) => {
-                let again = format!("{} exists: press again to replace it", path.display());
-                if path.exists() && self.error.as_deref() != Some(&again) {
-                    self.error = Some(again);
-                    return None;
-                }
-                Some(Answer::Save(purpose, path))
-            }
+            self.error = Some(if bare.is_dir() {
+                "this is a folder: go on with the name of a file in it".to_owned()
+            } else {
+                format!("{}: there is no such file; check the path", bare.display())
+            });
+            return None;
+        };
+        if ends_in_folder || bare.is_dir() || path.is_dir() || path.file_name().is_none() {
+            self.error = Some("give a file name after the folder".to_owned());
+            return None;
         }
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+        if let Some(folder) = folder
+            && !folder.is_dir()
+        {
+            self.error = Some(format!("{}: there is no such folder", folder.display()));
+            return None;
+        }
+        if path.exists() && self.confirm.as_ref() != Some(&path) {
+            self.error = Some(format!(
+                "{} exists: press Replace to write over it, or give another name",
+                path.display()
+            ));
+            self.confirm = Some(path);
+            return None;
+        }
+        Some(Answer::Save(purpose, path))
+    }
+
+    /// Takes a changed text: what was said about the former one is void.
+    fn changed(&mut self) {
+        self.error = None;
+        self.confirm = None;
     }
 
     /// Draws it; returns whether it stays open, and the answer.
     pub fn show(&mut self, ui: &mut Ui) -> (bool, Option<Answer>) {
-        self.list();
-        let (enter, escape) = ui.input(|i| (i.key_pressed(Key::Enter), i.key_pressed(Key::Escape)));
-        let mut answer = enter.then(|| self.accept()).flatten();
-        let mut open = !escape;
+        self.list(ui.ctx());
+        let field_id = Id::unique("typed path");
+        let mut answer = enter(ui, field_id).then(|| self.accept()).flatten();
+        let mut open = !escape(ui);
         let (title, action) = match self.purpose {
             None => ("Open a file", "Open"),
+            Some(_) if self.confirm.is_some() => ("Save to a file", "Replace"),
             Some(_) => ("Save to a file", "Save"),
         };
         Window::new(title)
@@ -113,29 +178,20 @@ impl PathDialog {
                 ui.horizontal(|ui| {
                     let label = ui.label("Path:").id;
                     let field = ui
-                        .add(TextEdit::singleline(&mut self.text).desired_width(560.0))
+                        .add(
+                            TextEdit::singleline(&mut self.text)
+                                .id(field_id)
+                                .desired_width(560.0),
+                        )
                         .labelled_by(label);
-                    if self.listed.is_none() || !field.has_focus() && !field.lost_focus() {
+                    if std::mem::take(&mut self.focus) {
                         field.request_focus();
                     }
                     if field.changed() {
-                        self.error = None;
+                        self.changed();
                     }
                 });
-                for offer in self.offers.clone() {
-                    let name = offer.file_name().unwrap_or_default().to_string_lossy();
-                    let name = if offer.is_dir() {
-                        format!("{name}/")
-                    } else {
-                        name.into_owned()
-                    };
-                    if ui.selectable_label(false, name).clicked() {
-                        self.text = offer.to_string_lossy().into_owned();
-                        if offer.is_dir() {
-                            self.text.push(std::path::MAIN_SEPARATOR);
-                        }
-                    }
-                }
+                self.choices(ui);
                 if let Some(error) = &self.error {
                     ui.colored_label(theme::error(ui.visuals().dark_mode), error);
                 }
@@ -153,4 +209,68 @@ impl PathDialog {
             });
         (open && answer.is_none(), answer)
     }
+
+    fn choices(&mut self, ui: &mut Ui) {
+        let mut chosen = None;
+        for offer in &self.offers {
+            let name = offer.path.file_name().unwrap_or_default();
+            let mut name = name.to_string_lossy().into_owned();
+            if offer.is_folder {
+                name.push(MAIN_SEPARATOR);
+            }
+            if ui.selectable_label(false, name).clicked() {
+                chosen = Some(offer.clone());
+            }
+        }
+        if let Some(offer) = chosen {
+            self.text = offer.path.to_string_lossy().into_owned();
+            if offer.is_folder {
+                self.text.push(MAIN_SEPARATOR);
+            }
+            self.focus = true;
+            self.changed();
+        }
+    }
+}
+
+/// What goes on as `text` does: folders first, hidden names only if asked for.
+fn offers(text: &str) -> Vec<Offer> {
+    let path = Path::new(text);
+    let (folder, start) = if text.ends_with(['/', MAIN_SEPARATOR]) {
+        (path, String::new())
+    } else {
+        let start = path.file_name().unwrap_or_default().to_string_lossy();
+        (path.parent().unwrap_or(path), start.to_lowercase())
+    };
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut found: Vec<PathBuf> = entries
+        .flatten()
+        .take(LOOKED_AT)
+        .map(|entry| entry.path())
+        .filter(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let hidden = name.starts_with('.') && !start.starts_with('.');
+            !hidden && name.to_lowercase().starts_with(&start)
+        })
+        .collect();
+    found.sort();
+    // The disk is asked about few.
+    found.truncate(4 * OFFERED);
+    let mut offers: Vec<Offer> = found
+        .into_iter()
+        .map(|path| Offer {
+            is_folder: path.is_dir(),
+            path,
+        })
+        .collect();
+    offers.sort_by_key(|offer| !offer.is_folder);
+    offers.truncate(OFFERED);
+    offers
 }

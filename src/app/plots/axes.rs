@@ -154,7 +154,7 @@ pub fn dress<'a>(
         .custom_y_axes(vec![y])
         .show_axes([has_x, true])
         .x_grid_spacer(|input| marks(&input, 80.0))
-        .y_grid_spacer(|input| marks(&input, 30.0))
+        .y_grid_spacer(|input| marks(&input, 24.0))
         .grid_spacing(Rangef::new(LEAST_SPACING, 2.0 * LEAST_SPACING))
         .grid_color(palette.grid.gamma_multiply(0.35))
         .allow_drag(false)

@@ -57,6 +57,8 @@ pub struct Curve {
     pub width: f32,
     /// Whether it is dashed, where it is not too dense for that.
     pub dashed: bool,
+    /// Whether its samples are dots, where they are far enough apart.
+    pub dots: bool,
 }
 
 impl Curve {
@@ -69,6 +71,7 @@ impl Curve {
             color,
             width: THIN,
             dashed: false,
+            dots: false,
         }
     }
 
@@ -81,6 +84,12 @@ impl Curve {
     /// Dashed.
     pub fn dashed(mut self) -> Self {
         self.dashed = true;
+        self
+    }
+
+    /// With dots for samples.
+    pub fn dots(mut self) -> Self {
+        self.dots = true;
         self
     }
 

@@ -34,6 +34,14 @@ impl Layer {
             }
         })
     }
+
+    /// A dot at each of `points`.
+    pub fn dots(points: Vec<[f64; 2]>, color: Color32) -> Self {
+        Self::new(move |_, transform, shapes| {
+            let known = points.iter().filter(|point| !point[0].is_nan());
+            shapes.extend(known.map(|&p| Shape::circle_filled(place(transform, p), 2.2, color)));
+        })
+    }
 }
 
 impl PlotItem for Layer {

@@ -23,6 +23,7 @@ mod xy;
 
 use eframe::egui::{Key, RichText, ScrollArea, Ui, vec2};
 
+use super::layout;
 use super::setup::Picture;
 use super::state::{Cursors, State};
 use readout::Readout;
@@ -162,7 +163,9 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[f
     for (i, plot) in plots.into_iter().enumerate() {
         let lowest = i == last;
         let height = heights[i] + if lowest { TIME_AXIS } else { 0.0 };
+        let name = format!("plot {}", plot.picture.name());
         let reply = plot.show(ui, &common, height, lowest);
+        layout::note(ui.ctx(), &name, reply.response.rect);
         window::react(ui, state, &reply);
     }
 }

@@ -26,11 +26,12 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
         cache::column(ui, name, &run.trace, |trace| &trace.proof_mass_velocity)
     };
     let (from, to) = view;
-    let ranges = |range: &dyn Fn(&'static str, &Arc<Snapshot>) -> Option<(f64, f64)>| {
-        axes::union(runs.iter().filter_map(|(name, run)| range(name, run)))
-    };
-    let x = ranges(&|_, run| run.proof_mass_pyramid.value_range(from, to));
-    let y = ranges(&|name, run| velocity(name, run).value_range(from, to));
+    let each = runs.iter();
+    let x = axes::union(
+        each.clone()
+            .filter_map(|(_, run)| run.proof_mass_pyramid.value_range(from, to)),
+    );
+    let y = axes::union(each.filter_map(|(name, run)| velocity(name, run).value_range(from, to)));
     let frame = [
         xy::axis("xp", "m", x, 1e-10),
         xy::axis("vp", "m/s", y, 1e-7),

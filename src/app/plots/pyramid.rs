@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::recording::{GAP_FACTOR, median_interval};
 
 /// Samples in a block of the first level.
-const BLOCK: usize = 32;
+const BLOCK: usize = 16;
 /// Blocks of one level in a block of the next.
 const FAN: usize = 8;
 /// A point that breaks the line.

@@ -1,7 +1,7 @@
 //! The strip over the plots: names and colours of all curves, and their values at the
 //! pointer or the cursor.
 
-use eframe::egui::{Align, Color32, Label, Layout, RichText, Sense, Stroke, Ui, vec2};
+use eframe::egui::{Align, Color32, Label, Layout, RichText, Stroke, Ui, vec2};
 
 use crate::app::state::State;
 use crate::model::unit::format_quantity;
@@ -11,7 +11,7 @@ use super::style;
 use super::time_plot::TimePlot;
 
 /// Width of an entry [points].
-const CELL: f32 = 138.0;
+const CELL: f32 = 142.0;
 /// Height of a row [points].
 const ROW: f32 = 18.0;
 
@@ -38,7 +38,7 @@ impl Readout {
         let mut add = |color, name: &str, value: Option<f64>, base: &str| {
             entries.push(Entry {
                 color,
-                name: name.to_owned(),
+                name: shortened(name),
                 value: value.map_or_else(String::new, |value| format_quantity(value, base, 4)),
             });
         };
@@ -103,6 +103,16 @@ impl Readout {
     }
 }
 
+/// A name that leaves room for a value.
+fn shortened(name: &str) -> String {
+    const MOST: usize = 9;
+    if name.chars().count() <= MOST {
+        return name.to_owned();
+    }
+    let start: String = name.chars().take(MOST - 1).collect();
+    format!("{}\u{2026}", start.trim_end())
+}
+
 fn columns(width: f32) -> usize {
     ((width / CELL) as usize).max(1)
 }
@@ -121,13 +131,7 @@ impl Entry {
         }
         let value = RichText::new(&self.value).size(12.0).strong();
         let name = RichText::new(&self.name).size(12.0);
-        // The value has its place first; a long name takes what is left.
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.add(Label::new(value).extend().selectable(false));
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                let label = Label::new(name).truncate().selectable(false);
-                ui.add(label.sense(Sense::hover()));
-            });
-        });
+        ui.add(Label::new(name).extend().selectable(false));
+        ui.add(Label::new(value).truncate().selectable(false));
     }
 }

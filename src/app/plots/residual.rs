@@ -35,7 +35,7 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
             continue;
         };
         let color = style::overlay_color(ui, overlay.color);
-        let name = format!("residual of {}", overlay.recording.name);
+        let name = format!("res {}", overlay.recording.name);
         plot.curves
             .push(Curve::new(name, Arc::clone(pyramid), color));
         if let Some(sigma) = noise::sigma(ui, overlay) {

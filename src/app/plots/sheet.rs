@@ -1,5 +1,5 @@
 //! The visible pictures as plain data for files: what is on the screen, with the same
-//! ranges, units and colours, but tied to no window.
+//! ranges, units and curves, tied to no window and in the colours for white paper.
 
 use eframe::egui::{Color32, Context, RawInput, Ui};
 
@@ -98,7 +98,8 @@ impl Sheet {
     pub fn of(state: &State, width: f64) -> Self {
         // A window of its own that nobody sees: pictures describe themselves to it.
         let context = Context::default();
-        theme::apply(&context, state.view.dark);
+        // Files go onto paper and into documents: light whatever the window is.
+        theme::apply(&context, false);
         let started = std::time::Instant::now();
         loop {
             let (mut sheet, mut waiting) = (Self::default(), false);

@@ -4,12 +4,12 @@
 use eframe::egui::{Color32, Ui};
 
 /// Width of the curve that matters [points].
-pub const THICK: f32 = 2.0;
+pub const THICK: f32 = 2.2;
 /// Width of all other curves [points].
 pub const THIN: f32 = 1.2;
 /// Room for the ticks and the label of a vertical axis [points]; the same for all, so
 /// that times lie below each other.
-pub const AXIS_WIDTH: f32 = 72.0;
+pub const AXIS_WIDTH: f32 = 62.0;
 /// Size of the text on axes [points].
 pub const AXIS_TEXT: f32 = 12.0;
 

@@ -16,6 +16,9 @@ use super::curve::Curve;
 use super::layer::{Layer, Mark, mark};
 use super::style::{self, AXIS_TEXT, Palette};
 
+/// Pixels for each sample from which on samples are drawn as dots.
+const SPARSE: usize = 5;
+
 /// A horizontal line with its name.
 #[derive(Debug, Clone)]
 pub struct Level {
@@ -144,6 +147,9 @@ impl TimePlot {
             for curve in &self.curves {
                 let stroke = Stroke::new(curve.width, curve.color);
                 let points = curve.draw(window, pixels, scale);
+                if curve.dots && SPARSE * points.len() < pixels {
+                    plot.add(Layer::dots(points.clone(), curve.color));
+                }
                 plot.add(Layer::line(points, stroke, curve.dashed));
             }
             if let Some((trace, curve)) = self.events {

@@ -66,10 +66,10 @@ pub fn recorded(ui: &Ui, state: &State, channel: Channel) -> Vec<Curve> {
         if channel == Channel::Cantilever {
             color = color.gamma_multiply(0.55);
         }
-        let name = format!("{} of {}", channel.symbol(), overlay.recording.name);
+        let name = format!("{} {}", channel.symbol(), overlay.recording.name);
         let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
         let placed = Placed::aligned(&overlay.alignment, channel);
-        Some(curve.placed(placed).width(THIN))
+        Some(curve.placed(placed).width(THIN).dots())
     };
     let overlays = &state.setup.overlays;
     overlays

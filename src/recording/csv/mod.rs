@@ -6,7 +6,10 @@
 //! says clearly needs no dialog ([`import_auto`]); otherwise [`preview`] shows what
 //! was understood and [`import`] does what the user settled.
 
+mod cut;
 mod header;
+mod heading;
+mod names;
 mod number;
 mod rows;
 mod sniff;
@@ -172,7 +175,7 @@ impl ImportSettings {
 /// The power of ten of `unit` over the SI unit `base`; `None` if it is not a unit
 /// of that quantity.
 fn unit_shift(unit: &str, base: &str) -> Option<i32> {
-    let unit = header::plain_unit(unit, base);
+    let unit = names::plain_unit(unit, base);
     unit_factor(&unit, base).map(|factor| factor.log10().round() as i32)
 }
 
@@ -250,7 +253,7 @@ fn read(
     let text = Text::new(file, bytes)?;
     let layout = Layout::new(file, settings)?;
     let (start, first_line) = text.skip_lines(settings.skip_lines);
-    let cut = rows::cut_last_line(&text.bytes[start..], &text, &layout);
+    let cut = cut::cut_last_line(&text.bytes[start..], &text, &layout);
     let end = cut.map_or(text.bytes.len(), |at| start + at);
 
     // The hash is of the same bytes but needs nothing of the parse: its own thread.
@@ -316,5 +319,7 @@ fn hex(bytes: &[u8]) -> String {
     })
 }
 
+#[cfg(test)]
+mod properties;
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
 //! What a file seems to be: delimiter, decimal mark, comments, header, columns.
 
+use super::heading::find_heading;
 use super::text::{self, Text};
 use super::{Decimal, Delimiter, ImportSettings, header, number, rows};
 use crate::recording::{ImportError, ImportWarning};
@@ -180,12 +181,12 @@ pub(super) fn show(cell: &[u8]) -> String {
     text.trim().chars().take(CELL).collect()
 }
 
-fn show_row(line: &[u8], delimiter: u8) -> Vec<String> {
+pub(super) fn show_row(line: &[u8], delimiter: u8) -> Vec<String> {
     rows::cells(line, delimiter).map(show).collect()
 }
 
 /// The mark of a comment line, stripped.
-fn uncomment(line: &[u8]) -> Option<&[u8]> {
+pub(super) fn uncomment(line: &[u8]) -> Option<&[u8]> {
     let line = line.trim_ascii_start();
     [&b"#"[..], b"%", b"//"]
         .iter()
@@ -243,23 +244,23 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         ..ImportSettings::default()
     };
     let assumed = assumed_displacement(&lines[first_data..], way, columns);
-    let (names, line) = match &heading {
+    let (named, line) = match &heading {
         Some(h) => (h.cells.clone(), h.line + 1),
         None => (Vec::new(), first_data + 1),
     };
     // One name per two cells: "0,001;..." written with commas for both purposes.
-    if way.0 == Delimiter::Comma && names.len() >= 2 && columns == 2 * names.len() {
+    if way.0 == Delimiter::Comma && named.len() >= 2 && columns == 2 * named.len() {
         return Err(ImportError::AmbiguousComma {
             file: file.to_owned(),
             line: first_data + 1,
             cells: columns,
-            names: names.len(),
+            names: named.len(),
         });
     }
-    let mapping = if names.is_empty() {
+    let mapping = if named.is_empty() {
         header::map_by_count(file, line, columns, assumed, &mut settings)
     } else {
-        header::map_header(file, line, &names, assumed, &mut settings)
+        header::map_header(file, line, &named, assumed, &mut settings)
     };
     let heading_line = heading.as_ref().map_or(settings.skip_lines, |h| h.line);
     let comments = lines[..heading_line]
@@ -277,99 +278,14 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         name: file.to_owned(),
         size: 0,
         comments,
-        columns: columns.max(names.len()),
-        header: names,
+        columns: columns.max(named.len()),
+        header: named,
         rows: shown,
         settings,
         ambiguities: mapping.ambiguities,
         warnings: mapping.warnings,
         problem: mapping.problem,
     })
-}
-
-/// A header and where the rows after it start (indices of lines).
-struct Heading {
-    line: usize,
-    next_line: usize,
-    cells: Vec<String>,
-}
-
-/// The header among the lines before the first row of numbers: the nearest line that
-/// names known columns, commented or not; else the nearest line with as many cells
-/// as the rows have.
-fn find_heading(before: &[&[u8]], delimiter: u8, columns: usize) -> Option<Heading> {
-    let candidates: Vec<(usize, Vec<String>)> = before
-        .iter()
-        .enumerate()
-        .rev()
-        .filter(|(_, line)| !line.trim_ascii().is_empty())
-        .take(50)
-        .flat_map(|(i, line)| {
-            let plain = uncomment(line).unwrap_or(line);
-            // Some programs separate the names otherwise than the numbers.
-            let own = show_row(plain, delimiter);
-            if own.len() > 1 {
-                vec![(i, own)]
-            } else {
-                Delimiter::ALL
-                    .iter()
-                    .map(|d| (i, show_row(plain, d.byte())))
-                    .filter(|(_, cells)| cells.len() == columns.max(2))
-                    .collect()
-            }
-        })
-        .collect();
-    let known = candidates
-        .iter()
-        .position(|(_, cells)| header::is_header(cells));
-    let nearest = || {
-        let (line, cells) = candidates.first()?;
-        let commented = uncomment(before[*line]).is_some();
-        (cells.len() == columns && !commented).then_some(0)
-    };
-    let at = known.or_else(nearest)?;
-    let (mut line, mut cells) = candidates[at].clone();
-    let mut next_line = line + 1;
-    // Names above, units below. A row of units is itself close to the numbers, so the
-    // search may have stopped there.
-    if header::is_units_row(&cells)
-        && known.is_none()
-        && let Some((above, names)) = candidates
-            .get(at + 1)
-            .filter(|(_, c)| c.len() == cells.len())
-    {
-        cells = join_units(names, &cells);
-        line = *above;
-    } else if let Some((below, units)) = at.checked_sub(1).map(|i| &candidates[i])
-        && units.len() == cells.len()
-        && header::is_units_row(units)
-        && cells
-            .iter()
-            .all(|cell| header::split_unit(cell).1.is_none())
-    {
-        cells = join_units(&cells, units);
-        next_line = below + 1;
-    }
-    // A trailing delimiter makes an empty name.
-    while cells.len() > columns && cells.last().is_some_and(String::is_empty) {
-        cells.pop();
-    }
-    Some(Heading {
-        line,
-        next_line,
-        cells,
-    })
-}
-
-fn join_units(names: &[String], units: &[String]) -> Vec<String> {
-    names
-        .iter()
-        .zip(units)
-        .map(|(name, unit)| match header::unbracket(unit) {
-            "" => name.clone(),
-            unit => format!("{name} [{unit}]"),
-        })
-        .collect()
 }
 
 /// The unit of a displacement that names none: metres, unless the numbers would be

@@ -130,7 +130,7 @@ impl<'a> Text<'a> {
         };
         let found = head.iter().filter(|b| control(b)).count();
         if found * 100 > head.len()
-            && let Some(at) = head.iter().position(|b| control(b))
+            && let Some(at) = head.iter().position(control)
         {
             return Err(text.binary(&file(), at, 1, 0));
         }

@@ -1,0 +1,162 @@
+//! The fields of the import dialog, each with a name for screen readers.
+
+use eframe::egui::{ComboBox, DragValue, Response, Role, Ui, WidgetInfo};
+
+use crate::recording::csv::ColumnChoice;
+
+/// Names of the columns.
+pub type Names = Vec<String>;
+
+/// Names a field.
+pub fn name(response: &Response, role: Role, name: &str) {
+    response.widget_info(|| WidgetInfo::labeled(role, response.enabled(), name));
+}
+
+/// Names a combobox, which also says what is chosen.
+fn name_choice(response: &Response, name: &str, chosen: &str) {
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(Role::ComboBox, response.enabled(), name);
+        info.current_text_value = Some(chosen.to_owned());
+        info
+    });
+}
+
+/// One of a few named values.
+pub fn pick<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut T,
+    choices: &[(T, &'static str)],
+) {
+    let chosen = choices
+        .iter()
+        .find(|(choice, _)| choice == value)
+        .map_or("", |(_, text)| text);
+    let response = ComboBox::from_id_salt(name)
+        .selected_text(chosen)
+        .width(90.0)
+        .show_ui(ui, |ui| {
+            for (choice, text) in choices {
+                ui.selectable_value(value, *choice, *text);
+            }
+        })
+        .response;
+    name_choice(&response, name, chosen);
+}
+
+/// Lines before the numbers.
+pub fn lines_before(ui: &mut Ui, lines: &mut usize) {
+    let label = ui.label("lines before the numbers").id;
+    ui.add(DragValue::new(lines).range(0..=100_000))
+        .labelled_by(label);
+}
+
+/// Scale and sign of a quantity, in two cells.
+pub fn scale(ui: &mut Ui, quantity: &str, value: &mut f64) {
+    let mut turned = value.is_sign_negative();
+    let mut size = value.abs();
+    let field = ui.add(DragValue::new(&mut size).speed(0.01));
+    name(&field, Role::SpinButton, &format!("{quantity} scale"));
+    let field = field.on_hover_text("the numbers are multiplied by this");
+    if field.changed() && size.is_finite() {
+        // A typed minus turns over what is so far.
+        turned ^= size < 0.0;
+        *value = size.abs() * if turned { -1.0 } else { 1.0 };
+    }
+    let mut shown = turned;
+    let sign = ui
+        .checkbox(&mut shown, "turned")
+        .on_hover_text("up becomes down");
+    name(&sign, Role::CheckBox, &format!("{quantity} turned over"));
+    if sign.changed() {
+        *value = -*value;
+    }
+}
+
+/// An offset in micrometres.
+pub fn micrometres(ui: &mut Ui, title: &str, value: &mut f64) {
+    let mut shown = *value * 1e6;
+    let field = ui.add(DragValue::new(&mut shown).speed(0.1).suffix(" µm"));
+    name(&field, Role::SpinButton, title);
+    if field.changed() && shown.is_finite() {
+        *value = shown * 1e-6;
+    }
+}
+
+/// Comboboxes for column and unit of a quantity, in three cells with its name.
+pub fn chooser(
+    ui: &mut Ui,
+    quantity: &str,
+    names: &Names,
+    choice: &mut Option<ColumnChoice>,
+    units: &[&'static str],
+) {
+    ui.label(quantity);
+    let selected = match choice {
+        None => "none".to_owned(),
+        Some(choice) => names
+            .get(choice.index)
+            .cloned()
+            .unwrap_or_else(|| format!("column {} (missing)", choice.index + 1)),
+    };
+    let response = ComboBox::from_id_salt((quantity, "column"))
+        .selected_text(&selected)
+        .width(170.0)
+        .show_ui(ui, |ui| {
+            if ui.selectable_label(choice.is_none(), "none").clicked() {
+                *choice = None;
+            }
+            for (index, name) in names.iter().enumerate() {
+                let is = choice.as_ref().is_some_and(|c| c.index == index);
+                if ui.selectable_label(is, name).clicked() {
+                    let unit = match choice {
+                        Some(choice) => choice.unit.clone(),
+                        None => unit_of(name, units),
+                    };
+                    *choice = Some(ColumnChoice { index, unit });
+                }
+            }
+        })
+        .response;
+    name_choice(&response, &format!("{quantity} column"), &selected);
+    let mut unit = choice.as_ref().map_or("", |c| c.unit.as_str()).to_owned();
+    ui.add_enabled_ui(choice.is_some(), |ui| {
+        let response = ComboBox::from_id_salt((quantity, "unit"))
+            .selected_text(&unit)
+            .width(60.0)
+            .show_ui(ui, |ui| {
+                for name in units {
+                    ui.selectable_value(&mut unit, (*name).to_owned(), *name);
+                }
+            })
+            .response;
+        name_choice(&response, &format!("{quantity} unit"), &unit);
+    });
+    if let Some(choice) = choice {
+        choice.unit = unit;
+    }
+}
+
+/// The unit in brackets after a column's name if it is one of `units`, else the first.
+fn unit_of(name: &str, units: &[&'static str]) -> String {
+    let written = name
+        .split(['[', '('])
+        .nth(1)
+        .map(|rest| rest.trim_end_matches([']', ')']).trim());
+    let known = units.iter().find(|unit| written == Some(**unit));
+    known.or(units.first()).copied().unwrap_or("").to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_in_the_name_is_taken_if_it_fits() {
+        let units = ["m", "um"];
+        assert_eq!(unit_of("x [um]", &units), "um");
+        assert_eq!(unit_of("x (um)", &units), "um");
+        assert_eq!(unit_of("x [V]", &units), "m");
+        assert_eq!(unit_of("x", &units), "m");
+    }
+}

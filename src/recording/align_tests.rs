@@ -1,0 +1,112 @@
+use super::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A start-up and then a periodic motion with a sharp edge in it.
+fn signal(t: f64) -> f64 {
+    if t < 0.0 {
+        return 0.0;
+    }
+    let slow = (std::f64::consts::TAU * 50.0 * t).sin() * (1.0 - (-t / 0.02).exp());
+    1e-4 * slow.max(-0.58) + 2e-5 * (-t / 0.05).exp() * (std::f64::consts::TAU * 623.0 * t).sin()
+}
+
+fn simulated() -> Vec<f64> {
+    (0..15_000).map(|i| signal(i as f64 * 1e-5)).collect()
+}
+
+#[test]
+fn shift_is_found_to_a_tenth_of_a_sample() {
+    let values = simulated();
+    let grid = Grid {
+        t0: 0.0,
+        dt: 1e-5,
+        values: &values,
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for (rate, shift) in [
+        (50e3, 0.0),
+        (50e3, 0.0123),
+        (20e3, -0.01234567),
+        (200e3, 0.003_333),
+    ] {
+        let n = (0.1 * rate) as usize;
+        // Time as the recorder counts it: the motion at t is the model's at t + shift.
+        let time: Vec<f64> = (0..n).map(|i| 0.02 + i as f64 / rate).collect();
+        let mut x: Vec<f64> = time
+            .iter()
+            .map(|t| 1.3 * signal(t + shift) + 5e-6 + 1e-7 * (rng.random::<f64>() - 0.5))
+            .collect();
+        x.iter_mut().step_by(97).for_each(|v| *v = f64::NAN);
+        let (mut time, mut x) = (time, x);
+        // A gap.
+        time.drain(n / 2..n / 2 + n / 20);
+        x.drain(n / 2..n / 2 + n / 20);
+        let recording = Recording::new("r", time, None, x, None).unwrap();
+        let found = auto_align(&recording, Channel::ProofMass, grid, None).unwrap();
+        let error = (found.time_shift - shift) * rate;
+        assert!(
+            error.abs() < 0.1,
+            "{rate} {shift}: {error} samples, {found:?}"
+        );
+        assert!(found.correlation > 0.999);
+        assert!((found.scale * 1.3 - 1.0).abs() < 1e-2, "{found:?}");
+    }
+}
+
+#[test]
+fn a_periodic_motion_takes_the_nearest_period() {
+    let wave = |t: f64| (std::f64::consts::TAU * 50.0 * t).sin();
+    let values: Vec<f64> = (0..20_000).map(|i| wave(i as f64 * 1e-5)).collect();
+    let time: Vec<f64> = (0..2000).map(|i| i as f64 * 5e-5).collect();
+    let x: Vec<f64> = time.iter().map(|t| wave(t - 0.002)).collect();
+    let recording = Recording::new("r", time, None, x, None).unwrap();
+    let grid = Grid {
+        t0: 0.0,
+        dt: 1e-5,
+        values: &values,
+    };
+    // Before zero there is no simulation, but half the recording still overlaps.
+    let found = auto_align(&recording, Channel::ProofMass, grid, None).unwrap();
+    assert!((found.time_shift + 0.002).abs() < 5e-6, "{found:?}");
+    let found = auto_align(&recording, Channel::ProofMass, grid, Some(1e-3));
+    assert!(found.is_ok_and(|f| f.time_shift.abs() <= 2e-3));
+}
+
+#[test]
+fn nothing_to_align_is_an_error() {
+    let grid = |values| Grid {
+        t0: 0.0,
+        dt: 1e-5,
+        values,
+    };
+    let time: Vec<f64> = (0..100).map(f64::from).collect();
+    let flat = Recording::new("r", time.clone(), None, vec![3.0; 100], None).unwrap();
+    let moving = Recording::new("r", time.clone(), None, time.clone(), None).unwrap();
+    let values = simulated();
+    let align = |r: &Recording, g| auto_align(r, Channel::ProofMass, g, None).unwrap_err();
+    assert_eq!(
+        align(&flat, grid(&values)),
+        AlignError::Constant { which: "recording" }
+    );
+    assert_eq!(
+        align(&moving, grid(&[1.0; 50])),
+        AlignError::Constant {
+            which: "simulation"
+        }
+    );
+    assert_eq!(align(&moving, grid(&[])), AlignError::BadGrid);
+    let missing = auto_align(&moving, Channel::Voltage, grid(&values), None);
+    assert_eq!(missing, Err(AlignError::NotRecorded("V")));
+    let far = auto_align(
+        &moving,
+        Channel::ProofMass,
+        Grid {
+            t0: 1e6,
+            dt: 1.0,
+            values: &values,
+        },
+        Some(1.0),
+    );
+    assert_eq!(far, Err(AlignError::NoOverlap));
+}
