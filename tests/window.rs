@@ -151,5 +151,17 @@ fn dragging_cs_moves_the_curve_and_the_residual() {
     // is that of another curve, not noise of the same.
     let (r0, r1) = (rms(&before).unwrap(), rms(&after).unwrap());
     assert!((r1 / r0 - 1.0).abs() > 0.05, "{r0} {r1}");
+    // The curve itself moved: the decay after break-off is faster under more film.
+    let curve = |l: &Value| -> Vec<f64> {
+        let values = l["curve"].as_array().unwrap();
+        values.iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let moved = curve(&before)
+        .iter()
+        .zip(curve(&after))
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    println!("the curve moved by {moved:.3e} m");
+    assert!(moved > 1e-7, "{moved}");
     drop(window);
 }

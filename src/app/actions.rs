@@ -135,7 +135,7 @@ fn items(shell: &mut Shell, ui: &mut Ui, commands: &[Command]) {
 }
 
 /// Whether a command would do anything now.
-fn is_possible(shell: &Shell, command: Command) -> bool {
+pub fn is_possible(shell: &Shell, command: Command) -> bool {
     let state = &shell.state;
     let live = state.view.mode == Mode::Live;
     match command {
@@ -273,6 +273,7 @@ fn align(shell: &mut Shell) {
         t0: snapshot.trace.t0,
         dt: snapshot.trace.dt,
         values: &snapshot.trace.proof_mass,
+        slopes: Some(&snapshot.trace.proof_mass_velocity),
     };
     let only = shell.state.selected;
     let mut problems = Vec::new();

@@ -54,11 +54,21 @@ impl Layout {
             .flat_map(|snapshot| &snapshot.comparisons)
             .map(|c| json!({ "id": c.id, "rms": c.comparison.as_ref().map(|c| c.rms).ok() }))
             .collect();
+        // Enough of the curve to tell that it moved.
+        let curve: Vec<f64> = state
+            .snapshot
+            .iter()
+            .flat_map(|snapshot| {
+                let values = &snapshot.trace.proof_mass;
+                (0..64).filter_map(move |i| values.get(i * values.len() / 64).copied())
+            })
+            .collect();
         let parameters =
             serde_json::to_value(state.setup.preset.model.parameters).unwrap_or(Value::Null);
         let contents = json!({
             "widgets": widgets,
             "residuals": residuals,
+            "curve": curve,
             "parameters": parameters,
             "generation": state.snapshot.as_ref().map(|s| s.generation),
             "notices": state.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>(),

@@ -345,13 +345,17 @@ impl Shell {
     }
 
     fn shortcuts(&mut self, ui: &Ui) {
-        if ui.ctx().egui_wants_keyboard_input() || self.dialogs.is_open() {
+        if ui.ctx().text_edit_focused() || self.dialogs.is_open() {
             return;
         }
         for command in Command::all() {
             let Some(shortcut) = command.shortcut() else {
                 continue;
             };
+            // The key of a command that would do nothing is left to the widgets.
+            if !super::actions::is_possible(self, command) {
+                continue;
+            }
             if ui.input_mut(|input| super::actions::pressed(input, &shortcut)) {
                 self.state.ask(command);
             }

@@ -95,6 +95,7 @@ impl OverlayComparison {
             t0: trace.t0,
             dt: trace.dt,
             values: &trace.proof_mass,
+            slopes: Some(&trace.proof_mass_velocity),
         };
         let recording = &overlay.recording;
         let comparison = compare(recording, Channel::ProofMass, &overlay.alignment, simulated);

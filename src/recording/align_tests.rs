@@ -22,6 +22,7 @@ fn shift_is_found_to_a_tenth_of_a_sample() {
         t0: 0.0,
         dt: 1e-5,
         values: &values,
+        slopes: None,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     for (rate, shift) in [
@@ -65,6 +66,7 @@ fn a_periodic_motion_takes_the_nearest_period() {
         t0: 0.0,
         dt: 1e-5,
         values: &values,
+        slopes: None,
     };
     // Before zero there is no simulation, but half the recording still overlaps.
     let found = auto_align(&recording, Channel::ProofMass, grid, None).unwrap();
@@ -79,6 +81,7 @@ fn nothing_to_align_is_an_error() {
         t0: 0.0,
         dt: 1e-5,
         values,
+        slopes: None,
     };
     let time: Vec<f64> = (0..100).map(f64::from).collect();
     let flat = Recording::new("r", time.clone(), None, vec![3.0; 100], None).unwrap();
@@ -105,6 +108,7 @@ fn nothing_to_align_is_an_error() {
             t0: 1e6,
             dt: 1.0,
             values: &values,
+            slopes: None,
         },
         Some(1.0),
     );

@@ -131,6 +131,7 @@ mod tests {
             t0: 0.0,
             dt: 1.0,
             values: &[0.0, 2.0, 4.0],
+            slopes: None,
         };
         let c = compare(
             &recording,
@@ -167,6 +168,7 @@ mod tests {
             t0: 5.0,
             dt: 1.0,
             values: &[0.0, 1.0],
+            slopes: None,
         };
         let none = Alignment::default();
         assert!(matches!(
@@ -181,6 +183,7 @@ mod tests {
             t0: 0.0,
             dt: 1.0,
             values: &[],
+            slopes: None,
         };
         assert!(matches!(
             compare(&recording, Channel::ProofMass, &none, empty),

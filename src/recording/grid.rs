@@ -54,10 +54,14 @@ pub struct Grid<'a> {
     pub dt: f64,
     /// The values, in the SI unit of their channel.
     pub values: &'a [f64],
+    /// Their rates of change per second, if known: then a cubic runs between values,
+    /// where straight lines would cut the crests of a fast ring.
+    pub slopes: Option<&'a [f64]>,
 }
 
 impl Grid<'_> {
-    /// Value at time `t` \[s\] by straight lines; `None` outside the grid or next to
+    /// Value at time `t` \[s\] by straight lines, or by cubics where the slopes are
+    /// known; `None` outside the grid or next to
     /// a value that is not a number.
     #[must_use]
     pub fn value_at(&self, t: f64) -> Option<f64> {
@@ -77,10 +81,20 @@ impl Grid<'_> {
             a
         } else if w == 1.0 {
             b
+        } else if let Some((da, db)) = self.slopes_at(i) {
+            let (u, v) = (1.0 - w, w);
+            let (da, db) = (da * self.dt, db * self.dt);
+            u * u * ((1.0 + 2.0 * v) * a + v * da) + v * v * ((1.0 + 2.0 * u) * b - u * db)
         } else {
             a + (b - a) * w
         };
         value.is_finite().then_some(value)
+    }
+
+    /// Slopes at value `i` and the next, if known.
+    fn slopes_at(&self, i: usize) -> Option<(f64, f64)> {
+        let slopes = self.slopes?;
+        Some((*slopes.get(i)?, *slopes.get(i + 1)?))
     }
 
     /// Time of the last value \[s\]; `t0` for an empty grid.

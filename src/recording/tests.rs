@@ -12,6 +12,30 @@ fn recording() -> Recording {
 }
 
 #[test]
+fn slopes_make_a_grid_follow_a_fast_ring() {
+    // The second mode at 50 kHz: straight lines miss its crests by 8 %.
+    let (dt, w) = (2e-5, 2.0 * std::f64::consts::PI * 6424.0);
+    let values: Vec<f64> = (0..200).map(|i| (w * dt * f64::from(i)).sin()).collect();
+    let slopes: Vec<f64> = (0..200)
+        .map(|i| w * (w * dt * f64::from(i)).cos())
+        .collect();
+    let worst = |slopes| {
+        let grid = Grid {
+            t0: 0.0,
+            dt,
+            values: &values,
+            slopes,
+        };
+        (0..1990)
+            .map(|i| 0.1 * dt * f64::from(i))
+            .map(|t| (grid.value_at(t).unwrap() - (w * t).sin()).abs())
+            .fold(0.0, f64::max)
+    };
+    assert!(worst(None) > 0.05);
+    assert!(worst(Some(slopes.as_slice())) < 2e-3);
+}
+
+#[test]
 fn times_and_rates() {
     let r = recording();
     assert_eq!(
@@ -110,6 +134,7 @@ fn grids_interpolate_within_their_span() {
         t0: 1.0,
         dt: 0.5,
         values: &[0.0, 1.0, f64::NAN, 3.0],
+        slopes: None,
     };
     assert_eq!(grid.end(), 2.5);
     assert_eq!(
@@ -129,7 +154,8 @@ fn grids_interpolate_within_their_span() {
         Grid {
             t0: 0.0,
             dt: 1.0,
-            values: &[]
+            values: &[],
+            slopes: None
         }
         .value_at(0.0),
         None
@@ -138,7 +164,8 @@ fn grids_interpolate_within_their_span() {
         Grid {
             t0: 0.0,
             dt: 1.0,
-            values: &[7.0]
+            values: &[7.0],
+            slopes: None
         }
         .value_at(0.0),
         Some(7.0)
@@ -147,7 +174,8 @@ fn grids_interpolate_within_their_span() {
         Grid {
             t0: 0.0,
             dt: 0.0,
-            values: &[7.0, 8.0]
+            values: &[7.0, 8.0],
+            slopes: None
         }
         .value_at(0.0),
         None

@@ -45,8 +45,8 @@ impl Oscillator {
         }
     }
 
-    /// Longest step [s] over which the motion is followed exactly between the points:
-    /// three radians of a vibration, which [`Swing`] carries, but less than one time
+    /// Longest step [s] over which the motion is followed exactly between the points, and
+    /// its crests are not overlooked: a period of a vibration, which [`Swing`] carries, but less than one time
     /// constant of a creeping motion, which the polynomial carries. Infinite for a free
     /// mass.
     pub fn longest_step(&self) -> f64 {
@@ -55,7 +55,7 @@ impl Oscillator {
         if d > 0.0 {
             0.5 / (a + d.sqrt())
         } else {
-            3.0 / self.omega2.sqrt()
+            6.0 / self.omega2.sqrt()
         }
     }
 

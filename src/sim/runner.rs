@@ -406,8 +406,9 @@ impl Runner {
         let ground = self.device.ground_level(self.t);
         let lowest = step.xp.iter().fold(f64::INFINITY, |a, &x| a.min(x));
         let fastest = step.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-        // Points are at most 0.33 h apart. An effect may move the ground: then look.
-        let far = lowest - ground > 0.25 * h * fastest;
+        // Points are at most 0.33 h apart, two radians of the fastest mode, whose greatest
+        // velocity they miss by less than half. An effect may move the ground: then look.
+        let far = lowest - ground > 0.35 * h * fastest;
         if far && !self.device.has_effects() {
             return None;
         }

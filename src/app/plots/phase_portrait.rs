@@ -26,15 +26,15 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
         cache::column(ui, name, &run.trace, |trace| &trace.proof_mass_velocity)
     };
     let (from, to) = view;
-    let each = runs.iter();
-    let x = axes::union(
-        each.clone()
-            .filter_map(|(_, run)| run.proof_mass_pyramid.value_range(from, to)),
-    );
-    let y = axes::union(each.filter_map(|(name, run)| velocity(name, run).value_range(from, to)));
+    let x = runs
+        .iter()
+        .filter_map(|(_, run)| run.proof_mass_pyramid.value_range(from, to));
+    let y = runs
+        .iter()
+        .filter_map(|(name, run)| velocity(name, run).value_range(from, to));
     let frame = [
-        xy::axis("xp", "m", x, 1e-10),
-        xy::axis("vp", "m/s", y, 1e-7),
+        xy::axis("xp", "m", axes::union(x), 1e-10),
+        xy::axis("vp", "m/s", axes::union(y), 1e-7),
     ];
     let mut plot = xy::XyPlot::new(Picture::PhasePortrait, frame, size);
     for (name, run) in &runs {

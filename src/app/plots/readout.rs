@@ -55,6 +55,7 @@ impl Readout {
                 t0: trace.t0,
                 dt: trace.dt,
                 values: &trace.proof_mass_velocity,
+                slopes: None,
             };
             add(None, "vp", time.and_then(|t| velocity.value_at(t)), "m/s");
         }

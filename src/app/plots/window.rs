@@ -56,7 +56,10 @@ pub fn in_view(state: &State) -> (f64, f64) {
     if let Some(live) = live(state) {
         let end = live_end(state, &live);
         let width = chosen.map_or(state.setup.duration, |(from, to)| to - from);
-        return (end - width.max(SHORTEST), end);
+        let width = width.max(SHORTEST);
+        // A young run grows from the left until the view is full.
+        let from = (end - width).max(live.history_start.min(end));
+        return (from, from + width);
     }
     chosen.unwrap_or_else(|| all(state))
 }

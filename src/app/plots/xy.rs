@@ -34,6 +34,13 @@ pub struct Path<K> {
     pub dashed: bool,
 }
 
+/// A path as it is drawn.
+struct Thinned {
+    points: Arc<Vec<[f64; 2]>>,
+    stroke: Stroke,
+    dashed: bool,
+}
+
 /// An axis of such a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Axis {
@@ -96,7 +103,7 @@ impl XyPlot {
         let id = Id::unique(("xy path", self.picture.name(), path.slot));
         let size = self.size.map(|side| side.round() as u32);
         let key = (path.source, first, last, (x, y), size);
-        let thinned = cache::kept(ui, id, key, || {
+        let points = cache::kept(ui, id, key, || {
             thin((first..last).map(point), [x, y], self.size)
         });
         self.lines.push(XyLine {

@@ -437,6 +437,6 @@ pub(super) fn column(
         format!("vertical scale 1 : {}", format_number(1.0 / times, 2))
     };
     let foot = pos2(layout.column.x, bottom - 14.0);
-    let words = format!("{scale}, lengths free");
+    let words = scale;
     text(painter, foot, "lt", words, 11.0, c.weak);
 }
