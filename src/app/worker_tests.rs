@@ -91,7 +91,9 @@ fn a_panic_is_reported_and_the_worker_lives_on() {
         });
         assert_eq!(text, "on purpose");
         worker.send(wish(&setup));
-        wait(&worker, |news| matches!(news, News::Snapshot(_)).then_some(()));
+        wait(&worker, |news| {
+            matches!(news, News::Snapshot(_)).then_some(())
+        });
     }
 }
 

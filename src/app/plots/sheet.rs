@@ -173,7 +173,7 @@ impl Panel {
         let unit = Unit::of_range(plot.base, low, high);
         let columns = (2.0 * width) as usize;
         let at = |[t, value]: [f64; 2]| [t / time.factor, value / unit.factor];
-        let lines = plot.curves.iter().map(|curve| Line {
+        let lines = plot.drawn().map(|curve| Line {
             name: curve.name.clone(),
             points: curve.draw(window, columns, (time.factor, unit.factor)),
             color: curve.color,

@@ -89,9 +89,19 @@ impl TimePlot {
         }
     }
 
+    /// The curves that are drawn.
+    pub fn drawn(&self) -> impl Iterator<Item = &Curve> {
+        self.curves.iter().filter(|curve| !curve.hidden)
+    }
+
+    /// What a switched curve is called in the view.
+    pub fn key(&self, curve: &Curve) -> String {
+        format!("{}: {}", self.picture.name(), curve.name)
+    }
+
     /// Range of the values in view, with room.
     pub fn range(&self, (from, to): (f64, f64)) -> (f64, f64) {
-        let mut range = axes::union(self.curves.iter().filter_map(|c| c.value_range(from, to)));
+        let mut range = axes::union(self.drawn().filter_map(|c| c.value_range(from, to)));
         for &(half, _) in &self.bands {
             range = axes::union(range.into_iter().chain([(-half, half)]));
         }
@@ -144,7 +154,7 @@ impl TimePlot {
             for level in self.levels {
                 plot.add(horizontal(level, unit.factor));
             }
-            for curve in &self.curves {
+            for curve in self.curves.iter().filter(|curve| !curve.hidden) {
                 let stroke = Stroke::new(curve.width, curve.color);
                 let points = curve.draw(window, pixels, scale);
                 if curve.dots && SPARSE * points.len() < pixels {

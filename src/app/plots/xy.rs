@@ -34,13 +34,6 @@ pub struct Path<K> {
     pub dashed: bool,
 }
 
-/// A path as it is drawn.
-struct Thinned {
-    points: Arc<Vec<[f64; 2]>>,
-    stroke: Stroke,
-    dashed: bool,
-}
-
 /// An axis of such a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Axis {
@@ -108,7 +101,7 @@ impl XyPlot {
         });
         self.lines.push(XyLine {
             name: path.name,
-            points: thinned,
+            points,
             stroke: path.stroke,
             dashed: path.dashed,
         });
