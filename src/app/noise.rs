@@ -53,6 +53,11 @@ pub fn sigma(ui: &Ui, overlay: &Overlay) -> Option<f64> {
         .map(|estimate| estimate.sigma)
 }
 
+/// Whether the noise is still being estimated.
+pub fn is_pending(ui: &Ui, overlay: &Overlay) -> bool {
+    of(ui, overlay).get().is_none()
+}
+
 /// The noise as text, or why it is not known.
 pub fn text(ui: &Ui, overlay: &Overlay) -> String {
     match of(ui, overlay).get() {

@@ -138,6 +138,8 @@ pub struct View {
     pub show_cantilever: bool,
     /// Whether events (impact, release) are marked.
     pub show_events: bool,
+    /// Curves switched by hand from how they are by themselves, as `Picture: name`.
+    pub switched_curves: BTreeSet<String>,
     /// Time span in view [s]; `None` is all of it.
     pub time_range: Option<(f64, f64)>,
 }
@@ -157,6 +159,7 @@ impl Default for View {
             dark: true,
             show_cantilever: true,
             show_events: true,
+            switched_curves: BTreeSet::new(),
             time_range: None,
         }
     }

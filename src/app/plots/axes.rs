@@ -95,6 +95,17 @@ fn marks(input: &GridInput, spacing: f64) -> Vec<GridMark> {
         .collect()
 }
 
+/// Round ticks from `from` to `to`, at most `most`, with their texts.
+pub fn ticks(from: f64, to: f64, most: f64) -> Vec<(f64, String)> {
+    let step_size = round_step((to - from) / most.max(1.0));
+    let first = (from / step_size).ceil();
+    (0..200)
+        .map(|i| (first + f64::from(i)) * step_size)
+        .take_while(|&value| value <= to)
+        .map(|value| (value, tick(GridMark { value, step_size })))
+        .collect()
+}
+
 /// A tick's text with the digits its step needs.
 fn tick(mark: GridMark) -> String {
     let decimals = (-(mark.step_size.log10() + 1e-9).floor()).clamp(0.0, 9.0) as usize;

@@ -59,6 +59,8 @@ pub struct Curve {
     pub dashed: bool,
     /// Whether its samples are dots, where they are far enough apart.
     pub dots: bool,
+    /// Whether only its name is shown.
+    pub hidden: bool,
 }
 
 impl Curve {
@@ -72,6 +74,7 @@ impl Curve {
             width: THIN,
             dashed: false,
             dots: false,
+            hidden: false,
         }
     }
 
@@ -90,6 +93,12 @@ impl Curve {
     /// With dots for samples.
     pub fn dots(mut self) -> Self {
         self.dots = true;
+        self
+    }
+
+    /// Hidden until it is asked for.
+    pub fn hidden(mut self) -> Self {
+        self.hidden = true;
         self
     }
 

@@ -11,8 +11,8 @@ use super::cache::{self, Source};
 use super::curve::{Curve, Placed};
 use super::{axes, readout, style, trajectory, window, xy};
 
-/// Draws the picture.
-pub fn show(ui: &mut Ui, state: &State, size: [f32; 2]) {
+/// The picture, `size` points big.
+pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
     let palette = style::palette(ui);
     let view = window::in_view(state);
     let overlays: Vec<&Overlay> = state
@@ -46,6 +46,7 @@ pub fn show(ui: &mut Ui, state: &State, size: [f32; 2]) {
         let trace = &run.trace;
         let count = trace.len().min(trace.voltage.len());
         let path = xy::Path {
+            name: "xp".to_owned(),
             slot: ("run", 0),
             source: Source::of(trace),
             stroke: xy::stroke(palette.proof_mass),
@@ -62,7 +63,7 @@ pub fn show(ui: &mut Ui, state: &State, size: [f32; 2]) {
             plot.dot([x, y], palette.cursor[0]);
         }
     }
-    plot.show(ui);
+    plot
 }
 
 fn recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64, f64)) {
@@ -75,6 +76,7 @@ fn recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64,
         recording.time.partition_point(|&sample| sample < time)
     };
     let path = xy::Path {
+        name: format!("xp of {}", recording.name),
         slot: ("recording", overlay.id),
         source: (Source::of(recording), alignment),
         stroke: Stroke::new(style::THIN, style::overlay_color(ui, overlay.color)),

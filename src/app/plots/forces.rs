@@ -14,11 +14,14 @@ use super::curve::Curve;
 use super::style;
 use super::time_plot::TimePlot;
 
+/// The largest force, and a picture of the voltage: beside it the others are flat lines.
+const DRIVE: &str = "drive";
+
 type Column = fn(&ForceTraces) -> &[f64];
 
 /// Name, whether it is one of the two that decide a release, and the samples.
 const FORCES: [(&str, bool, Column); 6] = [
-    ("drive", false, |forces| &forces.drive),
+    (DRIVE, false, |forces| &forces.drive),
     ("film", false, |forces| &forces.film),
     ("effects", false, |forces| &forces.effects),
     ("ground", false, |forces| &forces.ground),
@@ -54,6 +57,10 @@ fn curves(ui: &Ui, trace: &Arc<Trace>) -> Vec<Curve> {
             // A device without effects has no curve of them.
             let (low, high) = pyramid.extremes()?;
             let curve = Curve::new(name, pyramid, color);
+            let curve = match name {
+                DRIVE => curve.hidden(),
+                _ => curve,
+            };
             (low != 0.0 || high != 0.0).then(|| {
                 if decides {
                     curve.width(style::THICK)

@@ -6,11 +6,13 @@ mod curve;
 pub mod device;
 mod drive_loop;
 mod forces;
-mod layer;
+pub(super) mod layer;
 mod phase_portrait;
 pub mod pyramid;
 mod readout;
 mod residual;
+pub mod sheet;
+mod split;
 pub mod style;
 #[cfg(test)]
 mod tests;
@@ -72,30 +74,48 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if !planes.is_empty() {
         rest -= plane_height + SPACING;
     }
-    let heights = heights(&plots, rest);
+    let mut own: Vec<(Picture, f32)> = heights(&plots, rest);
+    if device {
+        own.insert(0, (Picture::Device, device_height));
+    }
+    let mut heights: Vec<(Picture, f32)> = own
+        .iter()
+        .map(|&(picture, _)| picture)
+        .zip(split::heights(ui, &own))
+        .collect();
     ScrollArea::vertical()
         .id_salt("plots")
         .auto_shrink([false, false])
         .show(ui, |ui| {
-            ui.spacing_mut().item_spacing.y = SPACING;
+            // Handles fill the space between pictures.
+            ui.spacing_mut().item_spacing.y = 0.0;
             if device {
-                let size = vec2(ui.available_width(), device_height);
+                let this = heights.remove(0);
+                let size = vec2(ui.available_width(), this.1);
                 ui.allocate_ui(size, |ui| {
                     ui.set_min_size(size);
                     device::show(ui, state, device_time(state));
                 });
+                match heights.first() {
+                    Some(&below) => split::handle(ui, this, below, SPACING),
+                    None => ui.add_space(SPACING),
+                }
             }
             if !plots.is_empty() {
-                ui.scope(|ui| {
-                    ui.spacing_mut().item_spacing.y = 0.0;
-                    readout.show(ui);
-                });
+                if let Some(key) = readout.show(ui) {
+                    let switched = &mut state.view.switched_curves;
+                    if !switched.remove(&key) {
+                        switched.insert(key);
+                    }
+                }
             }
             time_plots(ui, state, plots, &heights);
             for line in lines {
+                ui.add_space(SPACING);
                 ui.label(RichText::new(line).size(12.0).weak());
             }
             if !planes.is_empty() {
+                ui.add_space(SPACING);
                 side_by_side(ui, state, &planes, plane_height);
             }
         });
@@ -117,6 +137,12 @@ fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
             Picture::PhasePortrait | Picture::DriveLoop | Picture::Device => {}
         }
     }
+    for plot in &mut plots {
+        for i in 0..plot.curves.len() {
+            let key = plot.key(&plot.curves[i]);
+            plot.curves[i].hidden ^= state.view.switched_curves.contains(&key);
+        }
+    }
     (plots, lines)
 }
 
@@ -130,14 +156,15 @@ fn demand(picture: Picture) -> (f32, f32) {
     }
 }
 
-fn heights(plots: &[TimePlot], space: f32) -> Vec<f32> {
+fn heights(plots: &[TimePlot], space: f32) -> Vec<(Picture, f32)> {
     let demands: Vec<(f32, f32)> = plots.iter().map(|plot| demand(plot.picture)).collect();
     let least: f32 = demands.iter().map(|d| d.0 + SPACING).sum();
     let shares: f32 = demands.iter().map(|d| d.1).sum();
     let left = (space - least).max(0.0);
     demands
         .iter()
-        .map(|(least, share)| (least + left * share / shares).floor())
+        .zip(plots)
+        .map(|((least, share), plot)| (plot.picture, (least + left * share / shares).floor()))
         .collect()
 }
 
@@ -152,7 +179,7 @@ fn device_time(state: &State) -> Option<f64> {
     })
 }
 
-fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[f32]) {
+fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(Picture, f32)]) {
     let common = Common {
         window: window::in_view(state),
         cursors: state.cursors,
@@ -161,11 +188,14 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[f
     state.cursors.hover = None;
     for (i, plot) in plots.into_iter().enumerate() {
         let lowest = i == last;
-        let height = heights[i] + if lowest { TIME_AXIS } else { 0.0 };
+        let height = heights[i].1 + if lowest { TIME_AXIS } else { 0.0 };
         let name = format!("plot {}", plot.picture.name());
         let reply = plot.show(ui, &common, height, lowest);
         layout::note(ui.ctx(), &name, reply.response.rect);
         window::react(ui, state, &reply);
+        if !lowest {
+            split::handle(ui, heights[i], heights[i + 1], SPACING);
+        }
     }
 }
 
@@ -175,10 +205,15 @@ fn side_by_side(ui: &mut Ui, state: &State, planes: &[Picture], height: f32) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 14.0;
         for picture in planes {
-            match picture {
-                Picture::PhasePortrait => phase_portrait::show(ui, state, [width, height]),
-                _ => drive_loop::show(ui, state, [width, height]),
-            }
+            plane(ui, state, *picture, [width, height]).show(ui);
         }
     });
+}
+
+/// One of them, `size` points big.
+fn plane(ui: &Ui, state: &State, picture: Picture, size: [f32; 2]) -> xy::XyPlot {
+    match picture {
+        Picture::PhasePortrait => phase_portrait::describe(ui, state, size),
+        _ => drive_loop::describe(ui, state, size),
+    }
 }

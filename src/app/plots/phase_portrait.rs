@@ -11,8 +11,8 @@ use crate::app::state::State;
 use super::cache::{self, Source};
 use super::{axes, readout, style, window, xy};
 
-/// Draws the picture.
-pub fn show(ui: &mut Ui, state: &State, size: [f32; 2]) {
+/// The picture, `size` points big.
+pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
     let palette = style::palette(ui);
     let view = window::in_view(state);
     let runs: Vec<(&'static str, &Arc<Snapshot>)> = [
@@ -47,6 +47,7 @@ pub fn show(ui: &mut Ui, state: &State, size: [f32; 2]) {
         let trace = &run.trace;
         let count = trace.len().min(trace.proof_mass_velocity.len());
         let path = xy::Path {
+            name: if ghost { "A: xp" } else { "xp" }.to_owned(),
             slot: (*name, 0),
             source: Source::of(trace),
             stroke: xy::stroke(color),
@@ -63,5 +64,5 @@ pub fn show(ui: &mut Ui, state: &State, size: [f32; 2]) {
             plot.dot([x, y], palette.cursor[0]);
         }
     }
-    plot.show(ui);
+    plot
 }

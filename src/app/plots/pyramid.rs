@@ -5,6 +5,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::recording::{GAP_FACTOR, median_interval};
 
 /// Samples in a block of the first level.
@@ -119,7 +121,13 @@ impl Pyramid {
     fn build(times: Times, values: &[f64]) -> Self {
         let mut levels: Vec<Vec<Extent>> = Vec::new();
         if values.len() > BLOCK {
-            levels.push(values.chunks(BLOCK).map(Extent::of).collect());
+            // Each piece a whole number of blocks, and worth a thread.
+            let pieces = values.par_chunks(4096 * BLOCK);
+            levels.push(
+                pieces
+                    .flat_map_iter(|piece| piece.chunks(BLOCK).map(Extent::of))
+                    .collect(),
+            );
         }
         while let Some(last) = levels.last().filter(|level| level.len() > FAN) {
             let next = last.chunks(FAN).map(Extent::union).collect();

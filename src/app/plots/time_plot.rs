@@ -89,9 +89,19 @@ impl TimePlot {
         }
     }
 
+    /// The curves that are drawn.
+    pub fn drawn(&self) -> impl Iterator<Item = &Curve> {
+        self.curves.iter().filter(|curve| !curve.hidden)
+    }
+
+    /// What a switched curve is called in the view.
+    pub fn key(&self, curve: &Curve) -> String {
+        format!("{}: {}", self.picture.name(), curve.name)
+    }
+
     /// Range of the values in view, with room.
-    fn range(&self, (from, to): (f64, f64)) -> (f64, f64) {
-        let mut range = axes::union(self.curves.iter().filter_map(|c| c.value_range(from, to)));
+    pub fn range(&self, (from, to): (f64, f64)) -> (f64, f64) {
+        let mut range = axes::union(self.drawn().filter_map(|c| c.value_range(from, to)));
         for &(half, _) in &self.bands {
             range = axes::union(range.into_iter().chain([(-half, half)]));
         }
@@ -144,7 +154,7 @@ impl TimePlot {
             for level in self.levels {
                 plot.add(horizontal(level, unit.factor));
             }
-            for curve in &self.curves {
+            for curve in self.curves.iter().filter(|curve| !curve.hidden) {
                 let stroke = Stroke::new(curve.width, curve.color);
                 let points = curve.draw(window, pixels, scale);
                 if curve.dots && SPARSE * points.len() < pixels {
@@ -189,14 +199,8 @@ fn stripe(half: f64, color: Color32) -> Layer {
     })
 }
 
-/// Shades the contacts in view; those closer than a pixel are drawn as one.
-fn contacts(
-    trace: &Arc<Trace>,
-    (from, to): (f64, f64),
-    unit: f64,
-    pixels: usize,
-    color: Color32,
-) -> Layer {
+/// The contacts in view [s]; those closer than a pixel as one.
+pub fn contact_stretches(trace: &Trace, (from, to): (f64, f64), pixels: usize) -> Vec<(f64, f64)> {
     let all = &trace.contacts;
     let pixel = (to - from) / pixels as f64;
     let mut pieces: Vec<(f64, f64)> = Vec::new();
@@ -210,6 +214,12 @@ fn contacts(
         next += 1;
         next += all[next..].partition_point(|contact| contact.1 < end + 0.5 * pixel);
     }
+    pieces
+}
+
+/// Shades the contacts in view.
+fn contacts(trace: &Trace, window: (f64, f64), unit: f64, pixels: usize, color: Color32) -> Layer {
+    let pieces = contact_stretches(trace, window, pixels);
     Layer::new(move |_, transform, shapes| {
         for &(start, end) in &pieces {
             let rect = upright(transform, start / unit, end / unit);
@@ -242,15 +252,17 @@ fn horizontal(level: Level, unit: f64) -> Layer {
     })
 }
 
+/// A marker with its colour and place: time [s], value (SI).
+pub type Marked = (Mark, Color32, [f64; 2]);
+
 /// Impacts, sticks and releases; of those closer than a marker the first of its kind.
-fn events(
+pub fn event_marks(
     trace: &Trace,
     curve: &Curve,
     (from, to): (f64, f64),
-    (time_unit, unit): (f64, f64),
     pixels: usize,
-    palette: &'static Palette,
-) -> Layer {
+    palette: &Palette,
+) -> Vec<Marked> {
     let spacing = 7.0 * (to - from) / pixels as f64;
     let mut marks = Vec::new();
     let mut next = trace.events.partition_point(|event| event.time < from);
@@ -268,7 +280,7 @@ fn events(
         if event.time - last[kind as usize] >= spacing {
             last[kind as usize] = event.time;
             if let Some(value) = curve.value_at(event.time) {
-                marks.push((kind, color, [event.time / time_unit, value / unit]));
+                marks.push((kind, color, [event.time, value]));
             }
         }
         next += 1;
@@ -281,9 +293,22 @@ fn events(
             break;
         }
     }
+    marks
+}
+
+fn events(
+    trace: &Trace,
+    curve: &Curve,
+    window: (f64, f64),
+    (time_unit, unit): (f64, f64),
+    pixels: usize,
+    palette: &'static Palette,
+) -> Layer {
+    let marks = event_marks(trace, curve, window, pixels, palette);
     Layer::new(move |_, transform, shapes| {
         for &(kind, color, [x, y]) in &marks {
-            let at = transform.position_from_point(&PlotPoint::new(x, y));
+            let point = PlotPoint::new(x / time_unit, y / unit);
+            let at = transform.position_from_point(&point);
             shapes.push(mark(kind, at, color));
         }
     })

@@ -22,6 +22,8 @@ const CELL: f64 = 1.5;
 
 /// One path: what it was made from tells whether the kept one is still good.
 pub struct Path<K> {
+    /// What a legend calls it.
+    pub name: String,
     /// Its place among the paths of a picture.
     pub slot: (&'static str, u64),
     /// What it is made from.
@@ -30,13 +32,6 @@ pub struct Path<K> {
     pub stroke: Stroke,
     /// Whether it is dashed.
     pub dashed: bool,
-}
-
-/// A path as it is drawn.
-struct Thinned {
-    points: Arc<Vec<[f64; 2]>>,
-    stroke: Stroke,
-    dashed: bool,
 }
 
 /// An axis of such a picture.
@@ -50,12 +45,27 @@ pub struct Axis {
     pub range: (f64, f64),
 }
 
+/// A path as it is drawn; SI.
+pub struct XyLine {
+    /// What a legend calls it.
+    pub name: String,
+    /// Its points; `[NaN, NaN]` breaks it.
+    pub points: Arc<Vec<[f64; 2]>>,
+    /// Colour and width.
+    pub stroke: Stroke,
+    /// Whether it is dashed.
+    pub dashed: bool,
+}
+
 /// A picture being put together.
 pub struct XyPlot {
-    picture: Picture,
-    axes: [Axis; 2],
+    /// Which one.
+    pub picture: Picture,
+    /// Horizontal and vertical axis.
+    pub axes: [Axis; 2],
     size: [f32; 2],
-    lines: Vec<Thinned>,
+    /// Paths, the lowest first.
+    pub lines: Vec<XyLine>,
     dot: Option<([f64; 2], Color32)>,
 }
 
@@ -89,7 +99,8 @@ impl XyPlot {
         let points = cache::kept(ui, id, key, || {
             thin((first..last).map(point), [x, y], self.size)
         });
-        self.lines.push(Thinned {
+        self.lines.push(XyLine {
+            name: path.name,
             points,
             stroke: path.stroke,
             dashed: path.dashed,

@@ -1,6 +1,7 @@
 //! The pictures without a GPU, by their accessible names.
 
 mod pyramid;
+mod switch;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -163,7 +164,7 @@ fn every_axis_has_a_quantity_and_a_unit() {
         "Voltage: drive V [V] against time t [ms]",
         "Trajectory: displacement x [\u{b5}m] against time t [ms]",
         "Residual: residual [\u{b5}m] against time t [ms]",
-        "Forces: force [\u{b5}N] against time t [ms]",
+        "Forces: force [nN] against time t [ms]",
         "Phase portrait: vp [mm/s] against xp [\u{b5}m]",
         "Drive loop: xp [\u{b5}m] against drive V [V]",
     ] {
