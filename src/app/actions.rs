@@ -1,22 +1,29 @@
 //! What the commands do; menus and keys that ask for them.
 
-use std::path::{Path, PathBuf};
+mod intake;
+mod menus;
+mod save;
 
-use eframe::egui::{Button, Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
+use std::sync::Arc;
 
-use crate::model::preset::{EMBEDDED, Preset};
+use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
+
+use crate::model::preset::Preset;
 use crate::recording::align::auto_align;
-use crate::recording::{Channel, Grid, TimeAxis};
+use crate::recording::{Channel, Grid};
 
 use super::command::Command;
 use super::dialogs::Answer;
 use super::files::{FileEvent, Purpose};
-use super::session::{self, write_atomically};
-use super::setup::{DriveChoice, Mode, Overlay, Picture};
-use super::shell::{Shell, import_entry};
+use super::first_start;
+use super::setup::{DriveChoice, Mode, Overlay};
+use super::shell::Shell;
 use super::state::{Cursors, State};
 use super::workspaces::tune;
-use super::{export, first_start, theme};
+
+pub use intake::take as take_files;
+pub use menus::menus;
+use save::save;
 
 /// Whether a shortcut was pressed; takes the key press. The modifiers are those of the
 /// press itself: on a slow display they are released before the frame is drawn. They
@@ -39,114 +46,6 @@ pub fn pressed(input: &mut InputState, shortcut: &KeyboardShortcut) -> bool {
         *key != shortcut.logical_key || !modifiers.matches_exact(shortcut.modifiers)
     });
     input.events.len() < before
-}
-
-/// The menus, all made of commands.
-pub fn menus(shell: &mut Shell, ui: &mut Ui) {
-    use Command as C;
-    ui.menu_button("File", |ui| {
-        items(shell, ui, &[C::Open, C::OpenPath]);
-        ui.menu_button("Open recent", |ui| {
-            let recent = session::recent();
-            if recent.is_empty() {
-                ui.weak("nothing yet");
-            }
-            for path in recent {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                let entry = ui.button(name).on_hover_text(path.to_string_lossy());
-                if entry.clicked() {
-                    shell.files.open(path);
-                }
-            }
-        });
-        ui.menu_button("Open preset", |ui| {
-            for (name, _) in EMBEDDED {
-                if ui.button(name).clicked()
-                    && let Some(preset) = Preset::embedded(name)
-                {
-                    tune::choose_preset(&mut shell.state.setup, &preset);
-                }
-            }
-        });
-        ui.separator();
-        items(
-            shell,
-            ui,
-            &[C::SaveSession, C::SaveSessionAs, C::SavePreset],
-        );
-        ui.separator();
-        items(
-            shell,
-            ui,
-            &[C::ExportSvg, C::ExportPng, C::ExportTrace, C::ExportEvents],
-        );
-        ui.separator();
-        items(shell, ui, &[C::Quit]);
-    });
-    ui.menu_button("Edit", |ui| {
-        items(shell, ui, &[C::Undo, C::Redo]);
-        ui.separator();
-        items(
-            shell,
-            ui,
-            &[C::DriveEditor, C::ResetParameters, C::ResetAll],
-        );
-    });
-    ui.menu_button("Recording", |ui| {
-        items(
-            shell,
-            ui,
-            &[
-                C::AutoAlign,
-                C::UseRecordedDrive,
-                C::ImportSettings,
-                C::RemoveRecording,
-            ],
-        );
-    });
-    ui.menu_button("View", |ui| {
-        items(shell, ui, &Picture::ALL.map(C::TogglePicture));
-        ui.separator();
-        items(shell, ui, &[C::ZoomAll, C::ToggleGhost, C::ToggleTheme]);
-    });
-    ui.menu_button("Run", |ui| {
-        items(
-            shell,
-            ui,
-            &[
-                C::SetMode(Mode::Window),
-                C::SetMode(Mode::Live),
-                C::TogglePause,
-                C::Step,
-                C::Restart,
-            ],
-        );
-    });
-    ui.menu_button("Help", |ui| {
-        items(shell, ui, &[C::Help, C::Palette]);
-        if ui.button("About").clicked() {
-            shell.dialogs.open_about();
-        }
-    });
-}
-
-fn items(shell: &mut Shell, ui: &mut Ui, commands: &[Command]) {
-    for &command in commands {
-        let (name, line) = command.text();
-        let mark = match command {
-            Command::TogglePicture(picture) => shell.state.view.pictures.contains(&picture),
-            Command::SetMode(mode) => shell.state.view.mode == mode,
-            _ => false,
-        };
-        let mut button = Button::selectable(mark, name);
-        if let Some(keys) = command.shortcut() {
-            button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
-        }
-        let entry = ui.add_enabled(is_possible(shell, command), button);
-        if entry.on_hover_text(line).clicked() {
-            shell.state.ask(command);
-        }
-    }
 }
 
 /// Whether a command would do anything now.
@@ -194,7 +93,7 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
         Command::Open => shell.files.open_dialog(),
         Command::OpenPath => shell.dialogs.ask_path(None),
         Command::SaveSession => match shell.session_path.clone() {
-            Some(path) => save(shell, Purpose::Session, &path),
+            Some(path) => save(shell, Purpose::Session, path),
             None => shell.dialogs.ask_path(Some(Purpose::Session)),
         },
         Command::SaveSessionAs => shell.dialogs.ask_path(Some(Purpose::Session)),
@@ -222,7 +121,6 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             state.ghost = None;
             state.cursors = Cursors::default();
             state.selected = state.setup.overlays.first().map(|o| o.id);
-            theme::apply(ui.ctx(), state.view.dark);
             shell.hint = true;
         }
         Command::SetMode(mode) => {
@@ -256,7 +154,6 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
         Command::ZoomAll => state.view.time_range = None,
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
-            theme::apply(ui.ctx(), state.view.dark);
         }
         Command::Help => shell.dialogs.toggle_help(),
         Command::DriveEditor => state.drive_editor_open = !state.drive_editor_open,
@@ -286,77 +183,33 @@ fn align(shell: &mut Shell) {
     let Some(snapshot) = shell.state.snapshot.clone() else {
         return;
     };
-    let grid = Grid {
-        t0: snapshot.trace.t0,
-        dt: snapshot.trace.dt,
-        values: &snapshot.trace.proof_mass,
-        slopes: Some(&snapshot.trace.proof_mass_velocity),
-    };
     let only = shell.state.selected;
-    let mut problems = Vec::new();
-    for overlay in &mut shell.state.setup.overlays {
+    for overlay in &shell.state.setup.overlays {
         if only.is_some_and(|id| id != overlay.id) {
             continue;
         }
-        match auto_align(&overlay.recording, Channel::ProofMass, grid, None) {
-            Ok(found) => overlay.alignment.time_shift = found.time_shift,
-            Err(error) => problems.push(format!("{}: {error}", overlay.recording.name)),
-        }
-    }
-    for problem in problems {
-        shell.notice(true, problem);
-    }
-}
-
-/// Saves what is asked for to a path.
-fn save(shell: &mut Shell, purpose: Purpose, path: &Path) {
-    let state = &shell.state;
-    let trace = state.snapshot.as_ref().map(|snapshot| &snapshot.trace);
-    let result: Result<(), String> = match (purpose, trace) {
-        (Purpose::Session, _) => {
-            session::save(path, &state.setup, &state.view, &shell.absent).map_err(|e| e.to_string())
-        }
-        (Purpose::Preset, _) => {
-            let mut preset = state.setup.preset.clone();
-            if let DriveChoice::Waveform(waveform) = &state.setup.drive {
-                let text = waveform.to_string();
-                // A table has no form on one line: the preset keeps its own drive.
-                if !text.starts_with("table:") {
-                    preset.drive = text;
-                }
-            }
-            preset.duration = state.setup.duration;
-            write_atomically(path, preset.to_toml().as_bytes()).map_err(|e| e.to_string())
-        }
-        (Purpose::Svg, Some(_)) => export::svg(path, state).map_err(|e| e.to_string()),
-        (Purpose::Png, Some(_)) => export::png(path, state).map_err(|e| e.to_string()),
-        (Purpose::Trace, Some(trace)) => {
-            let mut bytes = Vec::new();
-            let axis = TimeAxis::Samples(&trace.times());
-            let cantilever = (!trace.cantilever.is_empty()).then_some(trace.cantilever.as_slice());
-            crate::recording::csv::write_csv(
-                &mut bytes,
-                axis,
-                Some(&trace.voltage),
-                &trace.proof_mass,
-                cantilever,
+        let (id, recording) = (overlay.id, Arc::clone(&overlay.recording));
+        let trace = Arc::clone(&snapshot.trace);
+        let name = recording.name.clone();
+        shell.files.work("aligning", name.into(), move |_| {
+            let grid = Grid {
+                t0: trace.t0,
+                dt: trace.dt,
+                values: &trace.proof_mass,
+                slopes: Some(&trace.proof_mass_velocity),
+            };
+            Some(
+                match auto_align(&recording, Channel::ProofMass, grid, None) {
+                    Ok(found) => FileEvent::Aligned {
+                        id,
+                        time_shift: found.time_shift,
+                    },
+                    Err(error) => FileEvent::Failed {
+                        message: format!("{}: {error}", recording.name),
+                    },
+                },
             )
-            .map_err(|e| e.to_string())
-            .and_then(|()| write_atomically(path, &bytes).map_err(|e| e.to_string()))
-        }
-        (Purpose::Events, Some(trace)) => crate::recording::events_file::write(path, &trace.events)
-            .map_err(|e| format!("{}: {e}", path.display())),
-        (_, None) => Err("there is no simulated run yet".to_owned()),
-    };
-    match result {
-        Ok(()) => {
-            if purpose == Purpose::Session {
-                shell.session_path = Some(path.to_owned());
-                session::remember(path, None);
-            }
-            shell.notice(false, format!("Saved {}", path.display()));
-        }
-        Err(reason) => shell.notice(true, format!("Not saved: {reason}")),
+        });
     }
 }
 
@@ -366,112 +219,11 @@ pub fn dialogs(shell: &mut Shell, ui: &mut Ui) {
         None => {}
         Some(Answer::Command(command)) => shell.state.ask(command),
         Some(Answer::Open(path)) => shell.files.open(path),
-        Some(Answer::Save(purpose, path)) => save(shell, purpose, &path),
+        Some(Answer::Save(purpose, path)) => save(shell, purpose, path),
         Some(Answer::Import(path, settings)) => shell.files.import(path, settings, None),
         Some(Answer::Browse(None)) => shell.files.open_dialog(),
         Some(Answer::Browse(Some(purpose))) => shell.files.save_dialog(purpose),
     }
-}
-
-/// Takes over what has become of files.
-pub fn take_files(shell: &mut Shell) {
-    for event in shell.files.poll() {
-        match event {
-            FileEvent::Recording {
-                path,
-                settings,
-                recording,
-                entry,
-            } => {
-                session::remember(&path, Some(&settings));
-                for warning in &recording.warnings {
-                    shell.notice(false, format!("{}: {}", recording.name, warning.message));
-                }
-                add_recording(shell, path, settings, recording, entry);
-            }
-            FileEvent::Ask { path, preview } => {
-                let known = shell
-                    .state
-                    .setup
-                    .overlays
-                    .iter()
-                    .find(|o| o.recording.path.as_ref() == Some(&path))
-                    .map(|o| o.import.clone());
-                shell.dialogs.ask_import(path, preview, known);
-            }
-            FileEvent::Preset { preset } => tune::choose_preset(&mut shell.state.setup, &preset),
-            FileEvent::Session { path, loaded } => {
-                session::remember(&path, None);
-                shell.next_overlay = shell.next_overlay.max(loaded.last_id());
-                for text in &loaded.missing {
-                    shell.notice(true, text.clone());
-                }
-                shell.absent = loaded.recordings.clone();
-                shell.state.setup = loaded.setup;
-                shell.state.view = loaded.view;
-                shell.session_path = Some(path);
-                for entry in &loaded.recordings {
-                    import_entry(&shell.files, entry);
-                }
-            }
-            FileEvent::Failed { message } => shell.notice(true, message),
-            FileEvent::SaveTo { purpose, path } => save(shell, purpose, &path),
-        }
-    }
-}
-
-/// Adds a recording; one read again from the same file replaces its former self.
-fn add_recording(
-    shell: &mut Shell,
-    path: PathBuf,
-    settings: crate::recording::csv::ImportSettings,
-    recording: std::sync::Arc<crate::recording::Recording>,
-    entry: Option<session::RecordingEntry>,
-) {
-    let overlays = &mut shell.state.setup.overlays;
-    let former = overlays
-        .iter()
-        .position(|o| o.recording.path.as_deref() == Some(&path));
-    let (alignment, color, visible) = match (&entry, former) {
-        (Some(entry), _) => (entry.alignment, entry.color, entry.visible),
-        (None, Some(i)) => (overlays[i].alignment, overlays[i].color, true),
-        (None, None) => {
-            let color = (0..)
-                .find(|c| overlays.iter().all(|o| o.color != *c))
-                .unwrap_or(0);
-            (crate::recording::align::Alignment::default(), color, true)
-        }
-    };
-    if let Some(entry) = &entry {
-        shell.absent.retain(|absent| absent.id != entry.id);
-    }
-    // Data that changed take a new number: what was computed for the old one is void.
-    let id = match &entry {
-        Some(entry) => entry.id,
-        None => {
-            shell.next_overlay += 1;
-            shell.next_overlay
-        }
-    };
-    let overlay = Overlay {
-        id,
-        recording,
-        import: settings,
-        alignment,
-        visible,
-        color,
-        made_up: false,
-    };
-    match former {
-        Some(i) => {
-            if shell.state.setup.drive == DriveChoice::Recorded(overlays[i].id) {
-                shell.state.setup.drive = DriveChoice::Recorded(id);
-            }
-            overlays[i] = overlay;
-        }
-        None => overlays.push(overlay),
-    }
-    shell.state.selected = Some(id);
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use super::worker::panic_text;
 /// A file being worked on.
 #[derive(Debug)]
 pub struct Job {
+    what: &'static str,
     path: PathBuf,
     /// Share done in per cent.
     percent: AtomicU32,
@@ -21,6 +22,8 @@ pub struct Job {
 /// A file being worked on, for the screen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Working {
+    /// What is done with it, as `reading`.
+    pub what: &'static str,
     /// The file.
     pub path: PathBuf,
     /// Share done, 0 to 1.
@@ -47,6 +50,7 @@ impl Jobs {
     /// The same for the screen.
     pub fn working(&self) -> Vec<Working> {
         let show = |job: Arc<Job>| Working {
+            what: job.what,
             path: job.path.clone(),
             fraction: job.percent.load(Ordering::Relaxed) as f32 / 100.0,
         };
@@ -77,9 +81,16 @@ pub struct Context {
 }
 
 impl Context {
-    /// Starts a job on a file.
-    pub fn new(path: PathBuf, jobs: &Jobs, send: &Sender<FileEvent>, repaint: &Repaint) -> Self {
+    /// Starts a job on a file; `what` is done with it, as `reading`.
+    pub fn new(
+        what: &'static str,
+        path: PathBuf,
+        jobs: &Jobs,
+        send: &Sender<FileEvent>,
+        repaint: &Repaint,
+    ) -> Self {
         let job = Arc::new(Job {
+            what,
             path,
             percent: AtomicU32::new(0),
             cancelled: AtomicBool::new(false),

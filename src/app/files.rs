@@ -14,6 +14,7 @@ use crate::recording::{ImportError, Recording};
 
 use super::file_jobs::{Context, Jobs, Repaint};
 use super::session::{self, Loaded, RecordingEntry};
+use super::setup::OverlayId;
 use super::worker::panic_text;
 
 pub use super::file_jobs::Working;
@@ -37,6 +38,10 @@ pub enum FileEvent {
     Session { path: PathBuf, loaded: Box<Loaded> },
     /// It could not be opened: what, where, what to do.
     Failed { message: String },
+    /// It was saved.
+    Saved { purpose: Purpose, path: PathBuf },
+    /// A recording's shift onto the simulation was found.
+    Aligned { id: OverlayId, time_shift: f64 },
     /// A place to save to was chosen.
     SaveTo { purpose: Purpose, path: PathBuf },
 }
@@ -118,13 +123,23 @@ impl Files {
         self.events.try_iter().collect()
     }
 
-    /// Works on a file in a thread of its own.
+    /// Reads a file in a thread of its own.
     fn spawn(
         &self,
         path: PathBuf,
         work: impl FnOnce(&Context) -> Option<FileEvent> + Send + 'static,
     ) {
-        let context = Context::new(path, &self.jobs, &self.send, &self.repaint);
+        self.work("reading", path, work);
+    }
+
+    /// Works on something in a thread of its own; `what` is done with `path`, as `saving`.
+    pub fn work(
+        &self,
+        what: &'static str,
+        path: PathBuf,
+        work: impl FnOnce(&Context) -> Option<FileEvent> + Send + 'static,
+    ) {
+        let context = Context::new(what, path, &self.jobs, &self.send, &self.repaint);
         self.thread(move || context.run(work));
     }
 
@@ -188,7 +203,7 @@ impl Files {
                 .pick_files();
             let chosen = paths.is_some();
             for path in paths.into_iter().flatten() {
-                let context = Context::new(path.clone(), &jobs, &send, &repaint);
+                let context = Context::new("reading", path.clone(), &jobs, &send, &repaint);
                 context.run(move |context| open(path, context));
             }
             chosen
@@ -297,6 +312,7 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
                     let message = format!("{}: {message}", path.display());
                     let _ = context.send.send(FileEvent::Failed { message });
                 }
+                session::remember(&path, None);
                 FileEvent::Session {
                     path,
                     loaded: Box::new(loaded),
@@ -306,9 +322,12 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
         };
     }
     match Preset::load(&path.to_string_lossy()) {
-        Ok(preset) => FileEvent::Preset {
-            preset: Box::new(preset),
-        },
+        Ok(preset) => {
+            session::remember(&path, None);
+            FileEvent::Preset {
+                preset: Box::new(preset),
+            }
+        }
         Err(error) => failed(&error),
     }
 }
@@ -327,6 +346,9 @@ fn import_with(
             if expected.is_some() && expected != recording.sha256.as_ref() {
                 changed(&path)
             } else {
+                if entry.is_none() {
+                    session::remember(&path, Some(&settings));
+                }
                 FileEvent::Recording {
                     path,
                     settings,

@@ -19,6 +19,16 @@ const SLICE: Duration = Duration::from_millis(20);
 /// Device time of one single step [s].
 const SINGLE_STEP: f64 = 1e-4;
 
+/// What a snapshot depends on.
+#[derive(Debug, PartialEq)]
+struct Shown {
+    time: f64,
+    scrub: Option<f64>,
+    duration: f64,
+    still: bool,
+    model: Arc<Model>,
+}
+
 /// The running device.
 pub struct Live {
     runner: Runner,
@@ -32,7 +42,7 @@ pub struct Live {
     /// Wall and device time at the last measurement of speed.
     measured: (Instant, f64),
     speed: f64,
-    shown: Option<(f64, Option<f64>, f64, bool)>,
+    shown: Option<Shown>,
     changed: bool,
     stopped: bool,
 }
@@ -86,6 +96,7 @@ impl Live {
         if wish.drive != self.drive {
             self.runner.set_drive(&wish.drive)?;
             self.drive = wish.drive.clone();
+            self.stopped = false;
         }
         Ok(())
     }
@@ -159,8 +170,14 @@ impl Live {
         let time = self.history.end().min(self.runner.time());
         let end = wish.scrub.unwrap_or(time).clamp(self.history.t0, time);
         let still = self.is_still(wish);
-        let shown = (time, wish.scrub, wish.duration, still);
-        self.changed = self.shown != Some(shown);
+        let shown = Shown {
+            time,
+            scrub: wish.scrub,
+            duration: wish.duration,
+            still,
+            model: Arc::clone(&self.model),
+        };
+        self.changed = self.shown.as_ref() != Some(&shown);
         self.shown = Some(shown);
         let samples = ((wish.duration / self.history.dt) as usize).clamp(2, VIEW);
         let last = ((end - self.history.t0) / self.history.dt).round() as usize + 1;

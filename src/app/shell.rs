@@ -1,10 +1,14 @@
 //! The frame around the workspaces: it notices changes, asks the worker, shows its news,
 //! runs commands, keeps history and autosave.
 
-use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+mod bars;
+mod keep;
+mod picture;
 
-use eframe::egui::{self, CentralPanel, Context, Frame, Panel, RichText, Ui, ViewportCommand};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::preset::Preset;
@@ -15,18 +19,12 @@ use super::dialogs::Dialogs;
 use super::files::Files;
 use super::history::History;
 use super::layout::Layout;
-use super::setup::{DriveChoice, Mode, OverlayId, Picture, Setup, View};
+use super::setup::{DriveChoice, OverlayId, Picture, Setup, View};
 use super::state::{Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
 use super::{WindowOptions, first_start, session, theme, workspaces};
 
-/// Quiet time before the session is autosaved [s].
-const AUTOSAVE_AFTER: f64 = 2.0;
-/// Quiet frames before the picture of `--screenshot` is taken.
-const SETTLED_FRAMES: u32 = 12;
-
-/// Outcome of `--screenshot`, handed out of the event loop.
-pub type PictureOutcome = Arc<Mutex<Option<Result<(), String>>>>;
+pub use picture::PictureOutcome;
 
 /// The application.
 pub struct Shell {
@@ -50,7 +48,12 @@ pub struct Shell {
     saved: (Setup, View),
     changed_at: Option<f64>,
     layout: Layout,
-    picture: Option<(PathBuf, u32)>,
+    autosave: keep::Autosave,
+    /// Theme that the colours are set for.
+    themed: Option<bool>,
+    /// Whether the worker panicked over what was last sent.
+    broken: bool,
+    picture: Option<picture::Wanted>,
     outcome: PictureOutcome,
 }
 
@@ -88,6 +91,7 @@ impl Shell {
                 notices.extend(loaded.missing.iter().map(|text| Notice {
                     is_error: true,
                     text: text.clone(),
+                    recording: None,
                 }));
                 last_id = loaded.last_id();
                 absent = loaded.recordings;
@@ -112,6 +116,7 @@ impl Shell {
         Ok(Self {
             history: History::new(&state.setup),
             saved: (state.setup.clone(), state.view.clone()),
+            themed: Some(state.view.dark),
             state,
             files,
             dialogs: Dialogs::default(),
@@ -129,6 +134,8 @@ impl Shell {
             recorded: None,
             changed_at: None,
             layout: Layout::new(),
+            autosave: keep::Autosave::default(),
+            broken: false,
             picture: options.screenshot.map(|path| (path, 0)),
             outcome,
         })
@@ -136,9 +143,20 @@ impl Shell {
 
     /// Adds a line at the top of the window, once.
     pub(super) fn notice(&mut self, is_error: bool, text: impl Into<String>) {
+        self.notice_of(None, is_error, text);
+    }
+
+    /// The same, about a recording.
+    pub(super) fn notice_of(
+        &mut self,
+        recording: Option<OverlayId>,
+        is_error: bool,
+        text: impl Into<String>,
+    ) {
         let notice = Notice {
             is_error,
             text: text.into(),
+            recording,
         };
         if !self.state.notices.contains(&notice) {
             self.state.notices.push(notice);
@@ -158,10 +176,13 @@ impl Shell {
                     self.state.refusal = Some(refusal(&error));
                     self.notice(true, format!("Live run paused: {error}"));
                 }
-                News::Broken(text) => self.notice(
-                    true,
-                    format!("internal error in the simulator: {text}. The window goes on; undo the last change"),
-                ),
+                News::Broken(text) => {
+                    self.broken = true;
+                    self.notice(
+                        true,
+                        format!("internal error in the simulator: {text}. The window goes on; undo the last change"),
+                    );
+                }
             }
         }
     }
@@ -232,6 +253,7 @@ impl Shell {
             steps: self.steps,
         };
         if self.sent.as_ref() != Some(&wish) {
+            self.broken = false;
             self.worker.send(wish.clone());
             self.sent = Some(wish);
         } else if self.state.refusal.as_ref().is_some_and(|r| {
@@ -248,100 +270,6 @@ impl Shell {
             (Some(sent), Some(shown)) => sent.model != shown.model,
             _ => true,
         }
-    }
-
-    fn top(&mut self, ui: &mut Ui) {
-        Panel::top("menu").show(ui, |ui| {
-            egui::MenuBar::new().ui(ui, |ui| {
-                super::actions::menus(self, ui);
-                ui.separator();
-                for name in workspaces::NAMES {
-                    let title = workspaces::title(name);
-                    if ui.selectable_label(self.workspace == name, title).clicked() {
-                        self.workspace = name.to_owned();
-                    }
-                }
-            });
-        });
-        if self.state.notices.is_empty() && !self.hint {
-            return;
-        }
-        Panel::top("notices").show(ui, |ui| {
-            let dark = ui.visuals().dark_mode;
-            let mut dismissed = None;
-            for (i, notice) in self.state.notices.iter().enumerate().take(6) {
-                ui.horizontal_wrapped(|ui| {
-                    let mut text = RichText::new(&notice.text);
-                    if notice.is_error {
-                        text = text.color(theme::error(dark));
-                    }
-                    if ui.small_button("Dismiss").clicked() {
-                        dismissed = Some(i);
-                    }
-                    ui.label(text);
-                });
-            }
-            let more = self.state.notices.len().saturating_sub(6);
-            if more > 0 {
-                ui.weak(format!("and {more} more"));
-            }
-            if let Some(i) = dismissed {
-                self.state.notices.remove(i);
-            }
-            if self.hint {
-                ui.horizontal(|ui| {
-                    ui.vertical(|ui| {
-                        for line in first_start::HINT {
-                            ui.label(line);
-                        }
-                    });
-                    if ui.button("Got it").clicked() {
-                        self.hint = false;
-                    }
-                });
-            }
-        });
-    }
-
-    fn bottom(&self, ui: &mut Ui) {
-        Panel::bottom("status").show(ui, |ui| {
-            ui.horizontal(|ui| {
-                let Some(snapshot) = &self.state.snapshot else {
-                    ui.weak("computing");
-                    return;
-                };
-                let trace = &snapshot.trace;
-                if let Some(live) = snapshot.live {
-                    let speed = crate::model::unit::format_number(live.speed, 2);
-                    ui.weak(format!("live: {speed} simulated seconds per second"));
-                } else {
-                    ui.weak(format!(
-                        "{} samples, {} steps, {} events in {:.1} ms",
-                        trace.len(),
-                        trace.steps,
-                        trace.events.len(),
-                        snapshot.cost.as_secs_f64() * 1e3
-                    ));
-                }
-                if self.files.pending() > 0 {
-                    ui.separator();
-                    ui.spinner();
-                    for work in self.files.working() {
-                        let name = work.path.file_name().unwrap_or_default();
-                        let percent = 100.0 * work.fraction;
-                        ui.label(format!("reading {} {percent:.0} %", name.to_string_lossy()));
-                    }
-                    if ui.small_button("Cancel").clicked() {
-                        self.files.cancel();
-                    }
-                }
-                if let Some(refusal) = &self.state.refusal {
-                    ui.separator();
-                    let color = theme::error(ui.visuals().dark_mode);
-                    ui.colored_label(color, format!("not shown: {}", refusal.message));
-                }
-            });
-        });
     }
 
     fn shortcuts(&mut self, ui: &Ui) {
@@ -361,117 +289,16 @@ impl Shell {
             }
         }
     }
-
-    fn dropped(&mut self, ui: &mut Ui) {
-        let (dropped, hovering) = ui.input(|input| {
-            let paths: Vec<PathBuf> = input
-                .raw
-                .dropped_files
-                .iter()
-                .map(|file| file.path().to_path_buf())
-                .collect();
-            (paths, !input.raw.hovered_files.is_empty())
-        });
-        for path in dropped {
-            self.files.open(path);
-        }
-        if hovering {
-            let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop"));
-            let rect = ui.ctx().content_rect();
-            let painter = ui.ctx().layer_painter(layer);
-            painter.rect_filled(rect, 0.0, egui::Color32::from_black_alpha(160));
-            painter.text(
-                rect.center(),
-                egui::Align2::CENTER_CENTER,
-                "Drop recordings, a preset or a session",
-                egui::FontId::proportional(26.0),
-                egui::Color32::WHITE,
-            );
-        }
-    }
-
-    fn keep(&mut self, ui: &Ui) {
-        let now = ui.input(|input| input.time);
-        let busy =
-            ui.input(|input| input.pointer.any_down()) || ui.ctx().egui_wants_keyboard_input();
-        if self.history.observe(&self.state.setup, busy, now) {
-            ui.ctx()
-                .request_repaint_after(std::time::Duration::from_millis(350));
-        }
-        let current = (&self.state.setup, &self.state.view);
-        if current != (&self.saved.0, &self.saved.1) && self.picture.is_none() {
-            self.saved = (self.state.setup.clone(), self.state.view.clone());
-            self.changed_at = Some(now);
-        }
-        if let Some(changed) = self.changed_at {
-            if now - changed >= AUTOSAVE_AFTER {
-                self.changed_at = None;
-                self.autosave();
-            } else {
-                ui.ctx()
-                    .request_repaint_after(std::time::Duration::from_secs_f64(
-                        AUTOSAVE_AFTER - (now - changed) + 0.01,
-                    ));
-            }
-        }
-    }
-
-    fn autosave(&mut self) {
-        let Some(path) = session::autosave_path() else {
-            return;
-        };
-        if let Err(error) = session::save(&path, &self.state.setup, &self.state.view, &self.absent)
-        {
-            self.notice(true, format!("autosave: {error}"));
-        }
-    }
-
-    /// Takes the picture of `--screenshot` once nothing moves any more.
-    fn picture(&mut self, ui: &Ui) {
-        let live = self.state.view.mode == Mode::Live;
-        let busy = self.state.snapshot.is_none()
-            || self.files.pending() > 0
-            || (!live
-                && self
-                    .state
-                    .snapshot
-                    .as_ref()
-                    .is_some_and(|s| s.features.is_none()));
-        let Some((path, frames)) = &mut self.picture else {
-            return;
-        };
-        ui.ctx().request_repaint();
-        if busy {
-            *frames = 0;
-            return;
-        }
-        *frames += 1;
-        if *frames != SETTLED_FRAMES {
-            return;
-        }
-        let (path, outcome, context) = (path.clone(), Arc::clone(&self.outcome), ui.ctx().clone());
-        let callback = egui::ScreenshotCallback::new(move |image| {
-            let [width, height] = image.size;
-            let result = image::save_buffer(
-                &path,
-                image.as_raw(),
-                width as u32,
-                height as u32,
-                image::ColorType::Rgba8,
-            )
-            .map_err(|error| format!("{}: {error}", path.display()));
-            *outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
-            context.send_viewport_cmd(ViewportCommand::Close);
-        });
-        ui.ctx()
-            .send_viewport_cmd(ViewportCommand::Screenshot(callback));
-    }
 }
 
 impl eframe::App for Shell {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         self.take_news();
         super::actions::take_files(self);
+        if self.themed != Some(self.state.view.dark) {
+            self.themed = Some(self.state.view.dark);
+            theme::apply(ui.ctx(), self.state.view.dark);
+        }
         self.shortcuts(ui);
         self.dropped(ui);
         self.top(ui);
@@ -488,9 +315,7 @@ impl eframe::App for Shell {
     }
 
     fn on_exit(&mut self) {
-        if self.outcome.lock().is_ok_and(|outcome| outcome.is_none()) {
-            self.autosave();
-        }
+        self.keep_at_exit();
     }
 }
 
@@ -517,6 +342,7 @@ fn restore(notices: &mut Vec<Notice>) -> Option<session::Loaded> {
             };
             notices.push(Notice {
                 is_error: true,
+                recording: None,
                 text: format!("The last session could not be opened: {error}; {kept}"),
             });
             None
@@ -530,3 +356,6 @@ pub(super) fn import_entry(files: &Files, entry: &session::RecordingEntry) {
         files.import(path.clone(), entry.import.clone(), Some(entry.clone()));
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -100,8 +100,8 @@ impl OverlayComparison {
         let recording = &overlay.recording;
         let comparison = compare(recording, Channel::ProofMass, &overlay.alignment, simulated);
         let residual_pyramid = comparison.as_ref().ok().map(|comparison| {
-            let times: Vec<f64> = recording
-                .time
+            let compared = comparison.first..comparison.first + comparison.residual.len();
+            let times: Vec<f64> = recording.time[compared]
                 .iter()
                 .map(|&t| overlay.alignment.time(t))
                 .collect();

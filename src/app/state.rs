@@ -35,10 +35,12 @@ pub struct Notice {
     pub is_error: bool,
     /// What, where, what to do.
     pub text: String,
+    /// The recording it is about: its import can then be looked at again.
+    pub recording: Option<OverlayId>,
 }
 
 /// Everything the panels of a workspace draw and change.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct State {
     /// Device, drive, recordings: what undo covers.
     pub setup: Setup,

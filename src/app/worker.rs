@@ -9,12 +9,15 @@ use std::time::{Duration, Instant};
 
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::sim::{self, Options, SimError};
+use crate::sim::{Options, SimError, simulate_while};
 
 use super::live::Live;
 use super::setup::{Mode, Overlay};
 use super::snapshot::Snapshot;
 use super::summary::Summaries;
+
+/// A run that takes longer is given up when something newer is wished.
+const LONG_RUN: Duration = Duration::from_millis(500);
 
 /// What the window wants shown. Equal wishes cost nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -167,7 +170,8 @@ struct Engine<R> {
     summaries: Summaries,
     live: Option<Live>,
     last: Option<Wish>,
-    shown: Option<Arc<Snapshot>>,
+    /// The last result, and the wish that it fulfils.
+    shown: Option<(Wish, Arc<Snapshot>)>,
     generation: u64,
 }
 
@@ -239,10 +243,8 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
 
     fn post(&self, news: News) {
         let mut outbox = lock(&self.shared.outbox);
-        // A picture nobody has looked at yet is replaced.
-        if matches!(news, News::Snapshot(_)) {
-            outbox.retain(|news| !matches!(news, News::Snapshot(_)));
-        }
+        // What nobody has looked at yet is replaced by newer news of its kind.
+        outbox.retain(|old| std::mem::discriminant(old) != std::mem::discriminant(&news));
         outbox.push(news);
         drop(outbox);
         (self.repaint)();
@@ -265,11 +267,11 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
     }
 
     fn serve_window(&mut self, wish: &Wish, fresh: bool) -> Option<Duration> {
-        let same_run = self
-            .last
+        let reuse = self
+            .shown
             .as_ref()
-            .is_some_and(|last| last.mode == Mode::Window && last.same_run(wish));
-        let reuse = self.shown.clone().filter(|_| same_run);
+            .filter(|(of, _)| of.mode == Mode::Window && of.same_run(wish))
+            .map(|(_, shown)| Arc::clone(shown));
         let snapshot = if let (Some(shown), false) = (&reuse, fresh) {
             shown.as_ref().clone()
         } else {
@@ -277,8 +279,12 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             let trace = match &reuse {
                 Some(shown) => Arc::clone(&shown.trace),
                 None => {
-                    match sim::simulate(&wish.model, &wish.drive, wish.duration, &wish.options()) {
-                        Ok(trace) => Arc::new(trace),
+                    let go_on = || self.goes_on(started);
+                    let (model, drive) = (&wish.model, &wish.drive);
+                    match simulate_while(model, drive, wish.duration, &wish.options(), go_on) {
+                        Ok(Some(trace)) => Arc::new(trace),
+                        // The newer wish is in the inbox.
+                        Ok(None) => return None,
                         Err(error) => {
                             self.post(News::Refused(error));
                             return None;
@@ -292,7 +298,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             };
             self.generation += 1;
             let snapshot = Snapshot::new(self.generation, &wish.model, trace, &wish.overlays, cost);
-            self.show(snapshot.clone());
+            self.show(wish, snapshot.clone());
             snapshot
         };
         // The curve is out; now the slower numbers, unless something newer is wished.
@@ -300,7 +306,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             return None;
         }
         if let Some(complete) = self.summaries.complete(snapshot, wish) {
-            self.show(complete);
+            self.show(wish, complete);
         }
         // Recordings' own features arrive from other threads.
         self.summaries
@@ -308,9 +314,16 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             .then_some(Duration::from_millis(50))
     }
 
-    fn show(&mut self, snapshot: Snapshot) {
+    /// Whether a run begun at `started` is worth finishing. A short one is, also when
+    /// something newer is wished: during a drag every curve is one to see.
+    fn goes_on(&self, started: Instant) -> bool {
+        let inbox = lock(&self.shared.inbox);
+        !inbox.quit && (inbox.wish.is_none() || started.elapsed() < LONG_RUN)
+    }
+
+    fn show(&mut self, wish: &Wish, snapshot: Snapshot) {
         let snapshot = Arc::new(snapshot);
-        self.shown = Some(Arc::clone(&snapshot));
+        self.shown = Some((wish.clone(), Arc::clone(&snapshot)));
         self.post(News::Snapshot(snapshot));
     }
 
@@ -322,17 +335,19 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 return None;
             }
         };
-        if let Err(error) = live.adopt(wish) {
-            self.post(News::Refused(error));
-        }
+        let adopted = live.adopt(wish);
         let outcome = live.slice(wish);
         self.generation += 1;
         let snapshot = live.snapshot(self.generation, wish);
         let still = live.is_still(wish);
         if outcome.is_err() || live.has_changed() {
-            self.show(snapshot);
+            self.show(wish, snapshot);
         }
         self.live = Some(live);
+        // After the picture, which is of the last good parameters.
+        if let Err(error) = adopted {
+            self.post(News::Refused(error));
+        }
         if let Err(error) = outcome {
             self.post(News::Stopped(error));
             return None;

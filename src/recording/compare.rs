@@ -32,8 +32,11 @@ pub enum CompareError {
 /// Residual of a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// Recording (aligned) minus simulation at each sample of the recording, in the
-    /// unit of the channel; NaN where either has no value.
+    /// The first sample of the recording that lies on the simulated span.
+    pub first: usize,
+    /// Recording (aligned) minus simulation at sample `first + i` of the recording, up
+    /// to the end of the simulated span, in the unit of the channel; NaN where either
+    /// has no value.
     pub residual: Vec<f64>,
     /// Root mean square of the residual, in the unit of the channel.
     pub rms: f64,
@@ -51,7 +54,8 @@ pub struct Comparison {
 }
 
 /// Compares a channel with a simulated trace, at the recording's own samples; the
-/// simulation is interpolated by straight lines.
+/// simulation is interpolated as [`Grid::value_at`] does. Costs the samples on the
+/// simulated span, however long the recording is.
 ///
 /// # Errors
 /// [`CompareError`] if the channel was not recorded or nothing overlaps.
@@ -69,19 +73,21 @@ pub fn compare(
     }
     let slack = 1e-6 * simulated.dt;
     let (from, to) = (simulated.t0 - slack, simulated.end() + slack);
-    let (mut missing, mut outside) = (0, 0);
+    // Recorded times increase.
+    let start = recording
+        .time
+        .partition_point(|&t| alignment.time(t) < from);
+    let end = recording.time.partition_point(|&t| alignment.time(t) <= to);
+    let inside = start..end.max(start);
+    let outside = recording.len() - inside.len();
+    let mut missing = 0;
     let (mut sum, mut squares, mut count) = (0.0, 0.0, 0usize);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    let residual: Vec<f64> = recording
-        .time
+    let residual: Vec<f64> = recording.time[inside.clone()]
         .iter()
-        .zip(values)
+        .zip(&values[inside.clone()])
         .map(|(&t, &raw)| {
             let t = alignment.time(t);
-            if t < from || t > to {
-                outside += 1;
-                return f64::NAN;
-            }
             let measured = alignment.value(channel, raw);
             let Some(value) = simulated.value_at(t).filter(|_| measured.is_finite()) else {
                 missing += 1;
@@ -108,6 +114,7 @@ pub fn compare(
     let rms = (squares / count as f64).sqrt();
     let range = high - low;
     Ok(Comparison {
+        first: inside.start,
         residual,
         rms,
         nrmse_percent: (range > 0.0).then(|| 100.0 * rms / range),
@@ -141,6 +148,7 @@ mod tests {
         )
         .unwrap();
         assert_eq!((c.count, c.missing, c.outside), (3, 1, 2));
+        assert_eq!((c.first, c.residual.len()), (1, 4));
         let left: Vec<f64> = c
             .residual
             .iter()

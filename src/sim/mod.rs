@@ -23,6 +23,9 @@ use crate::model::drive::Waveform;
 /// Most extra states that the effects can have together.
 const MAX_STATES: usize = 32;
 
+/// Device time between two questions whether to go on [s].
+const PIECE: f64 = 0.01;
+
 /// Most samples of one run: 10 GB of trace.
 const MAX_SAMPLES: f64 = 2e8;
 
@@ -36,6 +39,21 @@ pub fn simulate(
     duration: f64,
     options: &Options,
 ) -> Result<Trace, SimError> {
+    simulate_while(model, drive, duration, options, || true).map(Option::unwrap_or_default)
+}
+
+/// [`simulate`], given up with `None` as soon as `go_on`, asked every now and then, says
+/// so: for a window whose person has changed the parameters meanwhile.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_while(
+    model: &Model,
+    drive: &Waveform,
+    duration: f64,
+    options: &Options,
+    mut go_on: impl FnMut() -> bool,
+) -> Result<Option<Trace>, SimError> {
     let mut runner = Runner::new(model, drive, options)?;
     // A span that is a whole number of intervals but for rounding keeps its last sample.
     let intervals = duration * options.rate * (1.0 + 1e-12);
@@ -51,11 +69,16 @@ pub fn simulate(
     let samples = intervals as usize + 1;
     let mut trace = runner.new_trace();
     trace.reserve(samples);
-    runner.advance(
-        duration.max((samples - 1) as f64 / options.rate),
-        &mut trace,
-    )?;
+    let end = duration.max((samples - 1) as f64 / options.rate);
+    // Whole steps are taken: the pieces give the same trace as one run.
+    while runner.time() < end {
+        runner.advance(end.min(runner.time() + PIECE), &mut trace)?;
+        if !go_on() {
+            return Ok(None);
+        }
+    }
+    runner.advance(end, &mut trace)?;
     trace.truncate(samples, duration);
     runner.finish(&mut trace);
-    Ok(trace)
+    Ok(Some(trace))
 }

@@ -6,18 +6,39 @@ use super::state::State;
 
 pub mod tune;
 
-/// Names of the workspaces, as on the command line, in the order of the tabs.
-pub const NAMES: [&str; 1] = ["tune"];
-
-/// Title of a workspace's tab.
-pub fn title(name: &str) -> &'static str {
-    debug_assert_eq!(name, NAMES[0]);
-    "Tune"
+/// A workspace.
+pub struct Workspace {
+    /// Its name, as on the command line.
+    pub name: &'static str,
+    /// The title of its tab.
+    pub title: &'static str,
+    /// Draws it.
+    pub show: fn(&mut Ui, &mut State),
 }
 
-/// Draws the workspace of that name.
+/// All workspaces, in the order of the tabs.
+pub const ALL: [Workspace; 1] = [Workspace {
+    name: "tune",
+    title: "Tune",
+    show: tune::show,
+}];
+
+/// Their names.
+pub const NAMES: [&str; ALL.len()] = names();
+
+const fn names() -> [&'static str; ALL.len()] {
+    let mut names = [""; ALL.len()];
+    let mut i = 0;
+    while i < ALL.len() {
+        names[i] = ALL[i].name;
+        i += 1;
+    }
+    names
+}
+
+/// Draws the workspace of that name; the first if there is none.
 pub fn show(name: &str, ui: &mut Ui, state: &mut State) {
-    // Tune is the only one so far; a further one is a further arm.
-    debug_assert_eq!(name, NAMES[0]);
-    tune::show(ui, state);
+    let [first, ..] = &ALL;
+    let workspace = ALL.iter().find(|workspace| workspace.name == name);
+    (workspace.unwrap_or(first).show)(ui, state);
 }

@@ -179,6 +179,7 @@ fn features(bounces: f64, peak: f64, contact: f64) -> Features {
 
 fn comparison(rms: f64) -> Comparison {
     Comparison {
+        first: 0,
         residual: Vec::new(),
         rms,
         nrmse_percent: Some(1.4),

@@ -1,0 +1,87 @@
+//! From a moved slider to the curve in the window's hands: the worker's part, on the
+//! window's default span of 0.4 s, with recordings of several lengths over it. Printed is
+//! the median and the worst of 60 moves.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use impactscope::app::first_start;
+use impactscope::app::setup::{Mode, Overlay};
+use impactscope::app::worker::{News, Wish, Worker};
+use impactscope::model::drive::Waveform;
+use impactscope::model::parameter::ParameterId;
+use impactscope::recording::Recording;
+
+/// Moves of the slider.
+const MOVES: usize = 60;
+
+fn wish(overlays: &[Overlay], cs: f64) -> Result<Wish, Box<dyn std::error::Error>> {
+    let mut model = first_start::setup().preset.model;
+    model.parameters.set(ParameterId::Cs, cs);
+    Ok(Wish {
+        model: Arc::new(model),
+        drive: Waveform::parse("square:15Hz:8V", 0.4)?,
+        duration: 0.4,
+        forces: true,
+        overlays: overlays.to_vec(),
+        mode: Mode::Window,
+        slow_down: 0.01,
+        paused: false,
+        scrub: None,
+        restarts: 0,
+        steps: 0,
+    })
+}
+
+/// A wave of `samples` at `rate` [Hz], as long a recording as that makes.
+fn recording(samples: usize, rate: f64) -> Result<Overlay, Box<dyn std::error::Error>> {
+    let time: Vec<f64> = (0..samples).map(|i| i as f64 / rate).collect();
+    let values = time.iter().map(|t| 5e-5 * (6000.0 * t).sin()).collect();
+    let made_up = first_start::made_up(7).ok_or("the shipped recording")?;
+    Ok(Overlay {
+        recording: Arc::new(Recording::new("wave", time, None, values, None)?),
+        ..made_up
+    })
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let cases = [
+        ("no recording", vec![]),
+        (
+            "the shipped one, 5e3 samples",
+            first_start::setup().overlays,
+        ),
+        ("1e6 samples in 20 s", vec![recording(1_000_000, 5e4)?]),
+        ("1e7 samples in 200 s", vec![recording(10_000_000, 5e4)?]),
+        ("1e6 samples in 0.4 s", vec![recording(1_000_000, 2.5e6)?]),
+    ];
+    for (name, overlays) in cases {
+        let worker = Worker::start(|| {})?;
+        let mut times = Vec::with_capacity(MOVES);
+        for i in 0..MOVES {
+            let cs = 1e-21 * (1.0 + 0.05 * i as f64);
+            let wish = wish(&overlays, cs)?;
+            let started = Instant::now();
+            worker.send(wish);
+            loop {
+                let found = worker.news().iter().any(|news| {
+                    matches!(news, News::Snapshot(s) if s.model.parameters[ParameterId::Cs] == cs)
+                });
+                if found {
+                    break;
+                }
+                std::thread::sleep(Duration::from_micros(50));
+            }
+            times.push(started.elapsed());
+            // As in a drag: the next move comes with the next frame.
+            std::thread::sleep(Duration::from_millis(16));
+        }
+        times.sort();
+        println!(
+            "{name:32} median {:5.1} ms, worst {:5.1} ms",
+            times[MOVES / 2].as_secs_f64() * 1e3,
+            times[MOVES - 1].as_secs_f64() * 1e3
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,84 @@
+//! Saving and exporting, on a thread of their own: a trace has millions of lines, and a
+//! disk may be slow.
+
+use std::path::{Path, PathBuf};
+
+use crate::app::export;
+use crate::app::files::{FileEvent, Purpose};
+use crate::app::session::{self, RecordingEntry, write_atomically};
+use crate::app::setup::DriveChoice;
+use crate::app::shell::Shell;
+use crate::app::state::State;
+use crate::model::preset::Preset;
+use crate::recording::{TimeAxis, csv, events_file};
+use crate::sim::Trace;
+
+/// Saves what is asked for to a path, as it is now.
+pub fn save(shell: &Shell, purpose: Purpose, path: PathBuf) {
+    let (state, absent) = (shell.state.clone(), shell.absent.clone());
+    shell.files.work("saving", path.clone(), move |_| {
+        Some(match write(&state, &absent, purpose, &path) {
+            Ok(()) => FileEvent::Saved { purpose, path },
+            Err(reason) => FileEvent::Failed {
+                message: format!("Not saved: {reason}"),
+            },
+        })
+    });
+}
+
+fn write(
+    state: &State,
+    absent: &[RecordingEntry],
+    purpose: Purpose,
+    path: &Path,
+) -> Result<(), String> {
+    let text = |error: &dyn std::error::Error| error.to_string();
+    let trace = || match &state.snapshot {
+        Some(snapshot) => Ok(&*snapshot.trace),
+        None => Err("there is no simulated run yet".to_owned()),
+    };
+    match purpose {
+        Purpose::Session => {
+            session::save(path, &state.setup, &state.view, absent).map_err(|e| text(&e))?;
+            session::remember(path, None);
+            Ok(())
+        }
+        Purpose::Preset => {
+            write_atomically(path, preset(state).to_toml().as_bytes()).map_err(|e| text(&e))
+        }
+        Purpose::Svg => trace().and_then(|_| export::svg(path, state).map_err(|e| text(&e))),
+        Purpose::Png => trace().and_then(|_| export::png(path, state).map_err(|e| text(&e))),
+        Purpose::Trace => write_atomically(path, &table(trace()?)?).map_err(|e| text(&e)),
+        Purpose::Events => events_file::write(path, &trace()?.events)
+            .map_err(|error| format!("{}: {error}", path.display())),
+    }
+}
+
+/// The present device with its drive and span.
+fn preset(state: &State) -> Preset {
+    let mut preset = state.setup.preset.clone();
+    if let DriveChoice::Waveform(waveform) = &state.setup.drive {
+        let text = waveform.to_string();
+        // A table has no form on one line: the preset keeps its own drive.
+        if !text.starts_with("table:") {
+            preset.drive = text;
+        }
+    }
+    preset.duration = state.setup.duration;
+    preset
+}
+
+/// A trace as CSV.
+fn table(trace: &Trace) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let cantilever = (!trace.cantilever.is_empty()).then_some(trace.cantilever.as_slice());
+    csv::write_csv(
+        &mut bytes,
+        TimeAxis::Samples(&trace.times()),
+        Some(&trace.voltage),
+        &trace.proof_mass,
+        cantilever,
+    )
+    .map_err(|error| error.to_string())?;
+    Ok(bytes)
+}

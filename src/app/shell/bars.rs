@@ -1,0 +1,170 @@
+//! Menu bar, notices, hint and status bar of the window; what is dropped on it.
+
+use std::path::PathBuf;
+
+use eframe::egui::{self, Panel, RichText, Ui};
+
+use super::Shell;
+use crate::app::command::Command;
+use crate::app::{actions, first_start, theme, workspaces};
+use crate::model::unit::format_number;
+
+/// Notices shown at once.
+const NOTICES: usize = 6;
+
+impl Shell {
+    /// Menus, workspace tabs, notices and the first start's hint.
+    pub(super) fn top(&mut self, ui: &mut Ui) {
+        Panel::top("menu").show(ui, |ui| {
+            egui::MenuBar::new().ui(ui, |ui| {
+                actions::menus(self, ui);
+                ui.separator();
+                for workspace in &workspaces::ALL {
+                    let here = self.workspace == workspace.name;
+                    if ui.selectable_label(here, workspace.title).clicked() {
+                        self.workspace = workspace.name.to_owned();
+                    }
+                }
+            });
+        });
+        if self.state.notices.is_empty() && !self.hint {
+            return;
+        }
+        Panel::top("notices").show(ui, |ui| {
+            self.notices(ui);
+            if self.hint {
+                self.hint(ui);
+            }
+        });
+    }
+
+    /// Lines that stay until they are dismissed.
+    fn notices(&mut self, ui: &mut Ui) {
+        let dark = ui.visuals().dark_mode;
+        let mut dismissed = None;
+        let mut reopen = None;
+        for (i, notice) in self.state.notices.iter().enumerate().take(NOTICES) {
+            ui.horizontal_wrapped(|ui| {
+                let mut text = RichText::new(&notice.text);
+                if notice.is_error {
+                    text = text.color(theme::error(dark));
+                }
+                if ui.small_button("Dismiss").clicked() {
+                    dismissed = Some(i);
+                }
+                if let Some(id) = notice.recording
+                    && self.state.setup.overlays.iter().any(|o| o.id == id)
+                    && ui.small_button("Import settings...").clicked()
+                {
+                    reopen = Some(id);
+                }
+                ui.label(text);
+            });
+        }
+        let count = self.state.notices.len();
+        if count > 1 {
+            ui.horizontal(|ui| {
+                if ui.small_button("Dismiss all").clicked() {
+                    self.state.notices.clear();
+                }
+                if count > NOTICES {
+                    ui.weak(format!("and {} more", count - NOTICES));
+                }
+            });
+        }
+        if let Some(i) = dismissed.filter(|&i| i < self.state.notices.len()) {
+            self.state.notices.remove(i);
+        }
+        if let Some(id) = reopen {
+            self.state.selected = Some(id);
+            self.state.ask(Command::ImportSettings);
+        }
+    }
+
+    fn hint(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            ui.vertical(|ui| {
+                for line in first_start::HINT {
+                    ui.label(line);
+                }
+            });
+            if ui.button("Got it").clicked() {
+                self.hint = false;
+            }
+        });
+    }
+
+    /// What the simulation cost, files in work, what is refused.
+    pub(super) fn bottom(&self, ui: &mut Ui) {
+        Panel::bottom("status").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let Some(snapshot) = &self.state.snapshot else {
+                    ui.weak("computing");
+                    return;
+                };
+                let trace = &snapshot.trace;
+                if let Some(live) = snapshot.live {
+                    let speed = format_number(live.speed, 2);
+                    ui.weak(format!("live: {speed} simulated seconds per second"));
+                } else {
+                    ui.weak(format!(
+                        "{} samples, {} steps, {} events in {:.1} ms",
+                        trace.len(),
+                        trace.steps,
+                        trace.events.len(),
+                        snapshot.cost.as_secs_f64() * 1e3
+                    ));
+                }
+                if self.files.pending() > 0 {
+                    ui.separator();
+                    ui.spinner();
+                    for work in self.files.working() {
+                        let name = work.path.file_name().unwrap_or_default();
+                        let mut text = format!("{} {}", work.what, name.to_string_lossy());
+                        if work.fraction > 0.0 {
+                            text += &format!(" {:.0} %", 100.0 * work.fraction);
+                        }
+                        ui.label(text);
+                    }
+                    if ui.small_button("Cancel").clicked() {
+                        self.files.cancel();
+                    }
+                }
+                if let Some(refusal) = &self.state.refusal {
+                    ui.separator();
+                    let color = theme::error(ui.visuals().dark_mode);
+                    ui.colored_label(color, format!("not shown: {}", refusal.message));
+                }
+            });
+        });
+    }
+
+    /// Opens what was dropped; says so while something hovers.
+    pub(super) fn dropped(&mut self, ui: &mut Ui) {
+        let (dropped, hovering) = ui.input(|input| {
+            let paths: Vec<PathBuf> = input
+                .raw
+                .dropped_files
+                .iter()
+                .map(|file| file.path().to_path_buf())
+                .collect();
+            (paths, !input.raw.hovered_files.is_empty())
+        });
+        for path in dropped {
+            self.files.open(path);
+        }
+        if hovering {
+            let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop"));
+            let rect = ui.ctx().content_rect();
+            let painter = ui.ctx().layer_painter(layer);
+            painter.rect_filled(rect, 0.0, egui::Color32::from_black_alpha(160));
+            painter.text(
+                rect.center(),
+                egui::Align2::CENTER_CENTER,
+                "Drop recordings, a preset or a session",
+                egui::FontId::proportional(26.0),
+                egui::Color32::WHITE,
+            );
+        }
+    }
+}
