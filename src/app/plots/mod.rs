@@ -101,12 +101,12 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     None => ui.add_space(SPACING),
                 }
             }
-            if !plots.is_empty() {
-                if let Some(key) = readout.show(ui) {
-                    let switched = &mut state.view.switched_curves;
-                    if !switched.remove(&key) {
-                        switched.insert(key);
-                    }
+            if !plots.is_empty()
+                && let Some(key) = readout.show(ui)
+            {
+                let switched = &mut state.view.switched_curves;
+                if !switched.remove(&key) {
+                    switched.insert(key);
                 }
             }
             time_plots(ui, state, plots, &heights);

@@ -151,9 +151,12 @@ const PLANE_HEIGHT: f64 = 320.0;
 
 /// Whether the noise of a recording that is shown is still being looked for.
 fn is_waiting(ui: &Ui, state: &State) -> bool {
+    if !state.view.pictures.contains(&Picture::Residual) {
+        return false;
+    }
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
-    state.view.pictures.contains(&Picture::Residual)
-        && visible.fold(false, |any, o| noise::is_pending(ui, o) || any)
+    // Asking starts the search: every one is asked.
+    visible.filter(|o| noise::is_pending(ui, o)).count() > 0
 }
 
 impl Scale {

@@ -415,7 +415,11 @@ pub(super) fn column(
         let rounding = moment.velocity.abs() < 1e-9 * extremes.speed;
         let velocity = if rounding { 0.0 } else { moment.velocity };
         let marker = (velocity != 0.0).then_some((c.drive, velocity));
-        line(marker, format!("velocity {}", quantity(velocity, "m/s")), c.text);
+        line(
+            marker,
+            format!("velocity {}", quantity(velocity, "m/s")),
+            c.text,
+        );
     }
     let shown = |value: Option<f64>| value.filter(|f| f.abs() >= 5e-13);
     let forces = [

@@ -19,8 +19,18 @@ fn a_click_on_its_name_shows_and_hides_a_curve() {
     assert!(names(&harness).iter().any(|name| name.contains("[nN]")));
     harness.get_by_label("Show Forces: drive").click();
     harness.run_steps(2);
-    assert!(harness.state().view.switched_curves.contains("Forces: drive"));
-    assert!(names(&harness).iter().any(|name| name.contains("[\u{b5}N]")));
+    assert!(
+        harness
+            .state()
+            .view
+            .switched_curves
+            .contains("Forces: drive")
+    );
+    assert!(
+        names(&harness)
+            .iter()
+            .any(|name| name.contains("[\u{b5}N]"))
+    );
     harness.get_by_label("Show Forces: drive").click();
     harness.run_steps(2);
     assert!(harness.state().view.switched_curves.is_empty());
@@ -55,8 +65,14 @@ fn a_handle_shares_out_the_height() {
     }
     harness.run_steps(2);
     let after = heights(&harness);
-    assert!((after.0 - before.0 - 40.0).abs() < 4.0, "{before:?} {after:?}");
-    assert!((after.1 - before.1 + 40.0).abs() < 4.0, "{before:?} {after:?}");
+    assert!(
+        (after.0 - before.0 - 40.0).abs() < 4.0,
+        "{before:?} {after:?}"
+    );
+    assert!(
+        (after.1 - before.1 + 40.0).abs() < 4.0,
+        "{before:?} {after:?}"
+    );
 }
 
 #[test]
