@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
-use crate::model::preset::Preset;
 use crate::recording::align::auto_align;
 use crate::recording::{Channel, Grid};
 
@@ -109,10 +108,7 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             shell.history.redo(&mut state.setup);
         }
         Command::ResetParameters => {
-            let name = state.setup.preset.model.name.clone();
-            if let Some(preset) = Preset::embedded(&name) {
-                state.setup.preset = preset;
-            }
+            state.setup.preset = state.setup.original.as_ref().clone();
             state.setup.locked.clear();
         }
         Command::ResetAll => {

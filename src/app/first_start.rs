@@ -36,6 +36,7 @@ pub fn from_preset(preset: Preset) -> Setup {
     Setup {
         duration: preset.duration,
         drive: DriveChoice::Waveform(drive),
+        original: Arc::new(preset.clone()),
         preset,
         locked: std::collections::BTreeSet::new(),
         overlays: Vec::new(),

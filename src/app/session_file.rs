@@ -39,6 +39,9 @@ struct File {
     drive: DriveEntry,
     /// The device as a preset's text, which has its own checks.
     preset: String,
+    /// The preset that a reset goes back to; the device itself where there is none.
+    #[serde(default)]
+    original: Option<String>,
     view: View,
     /// Number of recordings, to notice a file that was cut off before them.
     #[serde(default)]
@@ -120,6 +123,7 @@ pub fn to_text(
         locked: setup.locked.clone(),
         drive,
         preset: setup.preset.to_toml(),
+        original: (setup.preset != *setup.original).then(|| setup.original.to_toml()),
         view: view.clone(),
         recordings: Some(setup.overlays.len() + absent.len()),
         recording: setup
@@ -202,6 +206,11 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
     renumber(&mut file.recording);
     let preset =
         Preset::parse("device in the session", &file.preset).map_err(|error| error.to_string())?;
+    let original = match &file.original {
+        Some(text) => Preset::parse("original device in the session", text)
+            .map_err(|error| error.to_string())?,
+        None => preset.clone(),
+    };
     let parse = |text: &str, sweep| Waveform::parse(text, sweep).map_err(|error| error.to_string());
     let drive = match file.drive {
         DriveEntry::Recorded(id) => DriveChoice::Recorded(id),
@@ -239,6 +248,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
     Ok(Loaded {
         setup: Setup {
             preset,
+            original: Arc::new(original),
             drive,
             duration: file.duration,
             locked: file.locked,

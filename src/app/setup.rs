@@ -57,6 +57,8 @@ impl PartialEq for Overlay {
 pub struct Setup {
     /// The device with its values, effects and slider ranges.
     pub preset: Preset,
+    /// The preset as it was read: what a reset goes back to.
+    pub original: Arc<Preset>,
     /// Its drive.
     pub drive: DriveChoice,
     /// Span of the window mode [s].

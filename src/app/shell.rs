@@ -293,6 +293,17 @@ impl Shell {
 
 impl eframe::App for Shell {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    fn on_exit(&mut self) {
+        self.keep_at_exit();
+    }
+}
+
+impl Shell {
+    /// One frame of the window.
+    fn show(&mut self, ui: &mut Ui) {
         self.take_news();
         super::actions::take_files(self);
         if self.themed != Some(self.state.view.dark) {
@@ -312,10 +323,6 @@ impl eframe::App for Shell {
         self.keep(ui);
         self.layout.update(ui.ctx(), &self.state);
         self.picture(ui);
-    }
-
-    fn on_exit(&mut self) {
-        self.keep_at_exit();
     }
 }
 

@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
 
 use crate::model::parameter::ParameterId;
 use crate::recording::features::{FeatureOptions, Features, features, recording_features};
@@ -21,7 +22,12 @@ pub struct Summaries {
     repaint: Box<dyn Fn() -> Box<dyn Fn() + Send> + Send>,
     /// Generation whose numbers are complete but for recordings still in work.
     finished: Option<(u64, usize)>,
+    /// Features of the live run, and when they were found.
+    live: Option<(Instant, Arc<Features>)>,
 }
+
+/// How often the features of a live run are looked for anew while it moves.
+const LIVE_PACE: Duration = Duration::from_millis(500);
 
 impl Summaries {
     /// `repaint` is called when a recording's features are there.
@@ -33,6 +39,7 @@ impl Summaries {
             send,
             repaint: Box::new(move || Box::new(repaint.clone())),
             finished: None,
+            live: None,
         }
     }
 
@@ -61,6 +68,19 @@ impl Summaries {
         }
         self.finished = Some((snapshot.generation, ready));
         Some(snapshot)
+    }
+
+    /// Adds the features of what is in view of a live run; those of a moment ago while
+    /// it moves.
+    pub fn follow(&mut self, snapshot: &mut Snapshot, wish: &Wish, still: bool) {
+        let recent = self
+            .live
+            .take()
+            .filter(|(at, _)| !still && at.elapsed() < LIVE_PACE);
+        let found = recent
+            .unwrap_or_else(|| (Instant::now(), Arc::new(simulated_features(snapshot, wish))));
+        snapshot.features = Some(Arc::clone(&found.1));
+        self.live = Some(found);
     }
 
     fn ask(&mut self, overlay: &Overlay) {

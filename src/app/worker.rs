@@ -338,9 +338,10 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         let adopted = live.adopt(wish);
         let outcome = live.slice(wish);
         self.generation += 1;
-        let snapshot = live.snapshot(self.generation, wish);
+        let mut snapshot = live.snapshot(self.generation, wish);
         let still = live.is_still(wish);
         if outcome.is_err() || live.has_changed() {
+            self.summaries.follow(&mut snapshot, wish, still);
             self.show(wish, snapshot);
         }
         self.live = Some(live);

@@ -132,7 +132,11 @@ fn a_live_run_keeps_pace_takes_changes_and_stands_when_paused() {
     assert!(changed >= later, "the device ran on");
     worker.send(live(&setup, true));
     let stood = wait(&worker, |news| match news {
-        News::Snapshot(snapshot) => snapshot.live.filter(|live| live.paused),
+        News::Snapshot(snapshot) => {
+            let live = snapshot.live.filter(|live| live.paused)?;
+            assert!(snapshot.features.is_some(), "the run's features are there");
+            Some(live)
+        }
         _ => None,
     });
     worker.news();

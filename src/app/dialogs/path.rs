@@ -191,7 +191,6 @@ impl PathDialog {
                         self.changed();
                     }
                 });
-                self.choices(ui);
                 if let Some(error) = &self.error {
                     ui.colored_label(theme::error(ui.visuals().dark_mode), error);
                 }
@@ -206,6 +205,8 @@ impl PathDialog {
                         open = false;
                     }
                 });
+                // Last: names that arrive late move no button from under the pointer.
+                self.choices(ui);
             });
         (open && answer.is_none(), answer)
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::*;
+use crate::app::first_start::from_preset;
 use crate::app::setup::{DriveChoice, Overlay, Picture, Setup, View};
 use crate::app::snapshot::Snapshot;
 use crate::app::state::Cursors;
@@ -51,9 +52,8 @@ fn with_overlays(preset: Preset, drive: Waveform, overlays: Vec<Overlay>) -> Sta
         setup: Setup {
             drive: DriveChoice::Waveform(drive),
             duration: 0.15,
-            preset,
-            locked: Default::default(),
             overlays,
+            ..from_preset(preset)
         },
         view: View {
             pictures: Picture::ALL.into(),

@@ -1,1 +1,147 @@
+//! The window as a whole without a GPU: menus, keys, history. Nothing is saved: no test
+//! lasts until the autosave, and nobody asks for it.
 
+use std::time::Duration;
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+
+use super::*;
+use crate::app::setup::Mode;
+use crate::app::snapshot::Snapshot;
+use crate::model::parameter::ParameterId;
+
+fn preset(name: &str) -> Preset {
+    Preset::embedded(name).unwrap()
+}
+
+fn harness(preset: Preset) -> Harness<'static, Shell> {
+    let options = WindowOptions::default();
+    let shell = Shell::new(
+        &Context::default(),
+        options,
+        Some(preset),
+        PictureOutcome::default(),
+    );
+    Harness::builder()
+        .with_size([1440.0, 900.0])
+        .with_step_dt(1.0 / 120.0)
+        .build_ui_state(|ui, shell: &mut Shell| shell.show(ui), shell.unwrap())
+}
+
+/// Draws until the worker has brought what `done` looks for.
+fn wait(harness: &mut Harness<'_, Shell>, done: impl Fn(&Snapshot) -> bool) {
+    for _ in 0..1000 {
+        let shown = harness.state().state.snapshot.clone();
+        if shown.is_some_and(|shown| done(&shown)) {
+            return harness.run_steps(2);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+        harness.run_steps(1);
+    }
+    panic!("the worker brought nothing");
+}
+
+fn alpha(shell: &Shell) -> f64 {
+    shell.state.setup.preset.model.parameters[ParameterId::Alpha]
+}
+
+fn set_alpha(shell: &mut Shell, value: f64) {
+    let parameters = &mut shell.state.setup.preset.model.parameters;
+    parameters.set(ParameterId::Alpha, value);
+}
+
+/// Enough frames for a change to become an undo step.
+fn settle(harness: &mut Harness<'_, Shell>) {
+    harness.run_steps(60);
+}
+
+#[test]
+fn a_change_is_computed_undone_and_redone() {
+    let mut harness = harness(preset("paper"));
+    wait(&mut harness, |_| true);
+    settle(&mut harness);
+    set_alpha(harness.state_mut(), 0.5);
+    wait(&mut harness, |shown| {
+        shown.model.parameters[ParameterId::Alpha] == 0.5
+    });
+    settle(&mut harness);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    harness.run_steps(3);
+    assert_eq!(alpha(harness.state()), 0.378);
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    harness.run_steps(3);
+    assert_eq!(alpha(harness.state()), 0.5);
+}
+
+#[test]
+fn a_preset_of_ones_own_is_reset_to_its_own_values() {
+    let mut mine = preset("paper");
+    mine.model.name = "mine".to_owned();
+    mine.model.parameters.set(ParameterId::Alpha, 0.61);
+    let mut harness = harness(mine);
+    wait(&mut harness, |_| true);
+    set_alpha(harness.state_mut(), 0.2);
+    settle(&mut harness);
+    harness.state_mut().state.ask(Command::ResetParameters);
+    harness.run_steps(3);
+    assert_eq!(alpha(harness.state()), 0.61);
+}
+
+#[test]
+fn every_menu_opens_and_its_entries_have_names() {
+    let mut harness = harness(preset("paper"));
+    wait(&mut harness, |_| true);
+    for (menu, entry) in [
+        ("File", "Save session"),
+        ("Edit", "Undo"),
+        ("Recording", "Auto-align"),
+        ("View", "Plot: phase portrait"),
+        ("Run", "Live"),
+        ("Help", "About"),
+    ] {
+        harness.get_by_role_and_label(Role::Button, menu).click();
+        harness.run_steps(4);
+        let found = harness.query_all_by_label_contains(entry).next();
+        assert!(found.is_some(), "{menu} has no {entry}");
+        let nameless = harness
+            .query_all_by_role(Role::Button)
+            .filter(|node| node.accesskit_node().label().is_none())
+            .count();
+        assert_eq!(nameless, 0, "buttons without a name under {menu}");
+        harness.key_press(Key::Escape);
+        harness.run_steps(4);
+    }
+}
+
+#[test]
+fn a_live_run_is_started_and_paused_by_keys() {
+    let mut harness = harness(preset("paper"));
+    wait(&mut harness, |_| true);
+    harness.key_press(Key::L);
+    harness.run_steps(2);
+    assert_eq!(harness.state().state.view.mode, Mode::Live);
+    wait(&mut harness, |shown| {
+        shown.live.is_some_and(|live| live.time > 1e-3)
+    });
+    harness.key_press(Key::Space);
+    harness.run_steps(2);
+    assert!(harness.state().state.paused);
+    wait(&mut harness, |shown| shown.live.is_some_and(|l| l.paused));
+}
+
+#[test]
+fn a_wrong_value_is_said_and_the_last_curve_stays() {
+    let mut harness = harness(preset("paper"));
+    wait(&mut harness, |_| true);
+    let parameters = &mut harness.state_mut().state.setup.preset.model.parameters;
+    parameters.set(ParameterId::Gp, 50e-6);
+    harness.run_steps(3);
+    let state = &harness.state().state;
+    let refusal = state.refusal.as_ref().unwrap();
+    assert!(refusal.message.contains("must exceed dp"), "{refusal:?}");
+    let shown = state.snapshot.as_ref().unwrap();
+    assert_eq!(shown.model.parameters[ParameterId::Gp], 70e-6);
+}

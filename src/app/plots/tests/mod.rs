@@ -14,6 +14,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::window;
+use crate::app::first_start::from_preset;
 use crate::app::setup::{DriveChoice, Overlay, Picture, Setup, View};
 use crate::app::snapshot::{LiveState, Snapshot};
 use crate::app::state::{Cursors, State};
@@ -24,14 +25,10 @@ use crate::sim::{Event as SimEvent, EventKind, ForceTraces, Trace};
 
 /// All pictures on, nothing loaded, no result.
 fn empty() -> State {
-    let preset = Preset::default();
     State {
         setup: Setup {
             drive: DriveChoice::Waveform(Waveform::Rest),
-            duration: preset.duration,
-            preset,
-            locked: Default::default(),
-            overlays: Vec::new(),
+            ..from_preset(Preset::default())
         },
         view: View {
             pictures: Picture::ALL.into(),

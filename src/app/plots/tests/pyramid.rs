@@ -110,20 +110,13 @@ fn nothing_and_nonsense_are_drawn_as_nothing() {
     assert_eq!(never.extremes(), None);
 }
 
-/// Not a test of the clock: prints what `cargo test -- --nocapture` is asked for.
+/// What a picture costs goes with its pixels, whatever the number of samples.
 #[test]
-fn ten_million_samples_are_quick() {
+fn ten_million_samples_are_drawn_as_a_few_thousand() {
     let values: Vec<f64> = (0..10_000_000).map(|i| f64::from(i % 1000)).collect();
-    let started = std::time::Instant::now();
     let pyramid = Pyramid::new(0.0, 2e-5, &values);
-    let built = started.elapsed();
-    let started = std::time::Instant::now();
-    let mut points = 0;
     for i in 0..100 {
-        points = pyramid.draw(f64::from(i) * 0.1, 199.0, 1000).len();
+        let points = pyramid.draw(f64::from(i) * 0.1, 199.0, 1000).len();
+        assert!((1000..=4100).contains(&points), "{points}");
     }
-    let drawn = started.elapsed() / 100;
-    println!("built in {built:?}, drawn in {drawn:?} with {points} points");
-    assert!(points <= 4100);
-    assert!(drawn.as_millis() < 50);
 }

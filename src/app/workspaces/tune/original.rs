@@ -18,22 +18,16 @@ pub fn embedded() -> &'static [Preset] {
     })
 }
 
-/// The preset that `setup` came from, if it is a built-in one.
-pub fn preset(setup: &Setup) -> Option<&'static Preset> {
-    embedded()
-        .iter()
-        .find(|p| p.model.name == setup.preset.model.name)
-}
-
 /// Value that a parameter is reset to.
 pub fn value(setup: &Setup, id: ParameterId) -> f64 {
-    preset(setup).map_or(id.spec().default, |p| p.model.parameters[id])
+    setup.original.model.parameters[id]
 }
 
 /// Value that an effect's parameter number `index` is reset to.
 pub fn effect_value(setup: &Setup, effect: &EffectSpec, index: usize) -> f64 {
-    preset(setup)
-        .and_then(|p| p.model.effects.iter().find(|e| e.spec == effect))
+    let own = &setup.original.model.effects;
+    own.iter()
+        .find(|e| e.spec == effect)
         .map_or(effect.parameters[index].default, |e| e.values[index])
 }
 

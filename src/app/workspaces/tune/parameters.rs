@@ -1,5 +1,7 @@
 //! The left panel: device, sliders, effects, drive.
 
+use std::sync::Arc;
+
 use eframe::egui::{CollapsingHeader, ComboBox, RichText, ScrollArea, Ui};
 
 use super::slider::{ParameterSlider, Size, SliderOutput};
@@ -87,6 +89,7 @@ pub fn choose_preset(setup: &mut Setup, preset: &Preset) {
         setup.duration = preset.duration;
     }
     setup.preset = preset.clone();
+    setup.original = Arc::new(preset.clone());
 }
 
 fn preset_picker(ui: &mut Ui, state: &mut State) {
@@ -128,8 +131,7 @@ fn is_changed(setup: &Setup) -> bool {
         .parameters
         .iter()
         .any(|(id, value)| original::differs(value, original::value(setup, id)));
-    let effects = original::preset(setup).map_or(&[][..], |p| &p.model.effects[..]);
-    values || model.effects != effects
+    values || model.effects != setup.original.model.effects
 }
 
 fn problem(state: &State) -> Option<Problem> {

@@ -169,14 +169,7 @@ fn ghost(ui: &mut Ui, state: &mut State) {
 }
 
 fn changes(ui: &mut Ui, setup: &Setup) {
-    let mut before = setup.preset.model.clone();
-    for (id, _) in setup.preset.model.parameters.iter() {
-        before.parameters.set(id, original::value(setup, id));
-    }
-    before.effects = original::preset(setup)
-        .map(|p| p.model.effects.clone())
-        .unwrap_or_default();
-    let rows = differences(&before, &setup.preset.model);
+    let rows = differences(&setup.original.model, &setup.preset.model);
     if rows.is_empty() {
         ui.weak("Nothing.");
     } else {

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::app::first_start::from_preset;
 use crate::app::plots::pyramid::Pyramid;
-use crate::app::setup::{DriveChoice, Mode, Overlay, Setup, View};
+use crate::app::setup::{Mode, Overlay, View};
 use crate::app::snapshot::{LiveState, OverlayComparison, Snapshot};
 use crate::app::state::{Cursors, State};
-use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -17,16 +17,8 @@ use crate::sim::{Event, EventKind, Trace};
 
 /// The state of a first start without recordings.
 pub fn state() -> State {
-    let preset = Preset::default();
-    let drive = Waveform::parse(&preset.drive, preset.duration).unwrap();
     State {
-        setup: Setup {
-            drive: DriveChoice::Waveform(drive),
-            duration: preset.duration,
-            preset,
-            locked: Default::default(),
-            overlays: Vec::new(),
-        },
+        setup: from_preset(Preset::default()),
         view: View::default(),
         snapshot: None,
         ghost: None,
