@@ -1,12 +1,13 @@
 //! The list of recordings laid over the simulation, and what can be done with one.
 
 use eframe::egui::{
-    Align, Button, CollapsingHeader, DragValue, Frame, Grid, Label, Layout, Sense, Ui, vec2,
+    Align, Button, CollapsingHeader, CursorIcon, Frame, Grid, Id, Label, Layout, Sense, Ui, vec2,
 };
 
 use super::icon::{Icon, icon_button};
 
 use super::drive_editor;
+use super::quantity::QuantityField;
 use super::small;
 use super::start::start_from_recording;
 use crate::app::command::Command;
@@ -14,7 +15,8 @@ use crate::app::noise;
 use crate::app::plots::style::overlay_color;
 use crate::app::setup::{DriveChoice, Overlay, OverlayId, Setup};
 use crate::app::state::State;
-use crate::model::unit::{format_quantity, parse_quantity};
+use crate::model::unit::format_quantity;
+use crate::recording::Channel;
 use crate::recording::align::Alignment;
 
 /// What a person asked for in the list; done after it is drawn.
@@ -203,56 +205,88 @@ fn channels(overlay: &Overlay) -> String {
     present.map(|c| c.symbol()).collect::<Vec<_>>().join(", ")
 }
 
-/// A number with a unit that is dragged or typed.
-fn drag<'a>(value: &'a mut f64, unit: &'static str, speed: f64) -> DragValue<'a> {
-    DragValue::new(value)
-        .speed(speed)
-        .custom_formatter(move |value, _| format_quantity(value, unit, 5))
-        .custom_parser(move |text| parse_quantity(text, unit).ok())
+/// A line of the alignment: a quantity that is typed, or dragged by its name.
+struct Line {
+    name: &'static str,
+    help: &'static str,
+    unit: &'static str,
+    /// Change per point of a drag.
+    speed: f64,
+}
+
+impl Line {
+    fn show(&self, ui: &mut Ui, owner: OverlayId, value: &mut f64) {
+        let name = Label::new(self.name).selectable(false).sense(Sense::drag());
+        let handle = ui
+            .add(name)
+            .on_hover_text(format!("{}\nDrag this name, or type a value.", self.help))
+            .on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
+        if handle.dragged() {
+            *value += self.speed * f64::from(handle.drag_delta().x);
+        }
+        let field = QuantityField {
+            id: Id::unique(("alignment", owner, self.name)),
+            label: self.name,
+            value: *value,
+            unit: self.unit,
+            width: 96.0,
+            enabled: true,
+        };
+        let limit =
+            |value: f64| (!value.is_finite()).then(|| "it must be a finite number".to_owned());
+        let output = field.show(ui, limit);
+        output.response.on_hover_text(self.help);
+        if let Some(typed) = output.value {
+            *value = typed;
+        }
+        ui.end_row();
+        if let Some(error) = output.error {
+            ui.label("");
+            ui.add(Label::new(small(error).color(super::error_color(ui))).wrap());
+            ui.end_row();
+        }
+    }
 }
 
 fn alignment(ui: &mut Ui, overlay: &mut Overlay) {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    // A glance is enough for the step of a drag.
-    let samples = &overlay.recording.proof_mass;
-    for x in samples
-        .iter()
-        .step_by((samples.len() / 256).max(1))
-        .filter(|x| x.is_finite())
-    {
-        low = low.min(*x);
-        high = high.max(*x);
-    }
-    let range = if high > low { high - low } else { 1e-6 };
-    let time_step = (overlay.recording.duration() / 2000.0).max(1e-9);
-    let alignment = &mut overlay.alignment;
+    let recording = std::sync::Arc::clone(&overlay.recording);
+    let time_step = (recording.duration() / 2000.0).max(1e-9);
+    let shift = span(&recording.proof_mass) / 500.0;
+    let line = |name, help, unit, speed| Line {
+        name,
+        help,
+        unit,
+        speed,
+    };
+    let (owner, to) = (overlay.id, &mut overlay.alignment);
     Grid::new("alignment")
         .num_columns(2)
         .spacing([8.0, 3.0])
         .show(ui, |ui| {
-            let mut line = |name: &str, help: &str, value: DragValue<'_>| {
-                let label = ui.label(name).on_hover_text(help);
-                ui.add(value)
-                    .labelled_by(label.id)
-                    .on_hover_text(format!("{help}\nDrag, or click and type."));
-                ui.end_row();
-            };
-            line(
-                "time shift",
-                "Added to the recording's times: positive moves it to the right",
-                drag(&mut alignment.time_shift, "s", time_step),
-            );
-            line(
-                "xp scale",
-                "Factor on the displacements",
-                drag(&mut alignment.xp_scale, "", 0.001),
-            );
-            line(
-                "xp offset",
-                "Added to the displacements",
-                drag(&mut alignment.xp_offset, "m", range / 500.0),
-            );
+            let help = "Added to the recording's times: positive moves it to the right";
+            line("time shift", help, "s", time_step).show(ui, owner, &mut to.time_shift);
+            let help = "Factor on the proof mass's displacements";
+            line("xp scale", help, "", 0.001).show(ui, owner, &mut to.xp_scale);
+            let help = "Added to the proof mass's displacements";
+            line("xp offset", help, "m", shift).show(ui, owner, &mut to.xp_offset);
+            if recording.channel(Channel::Cantilever).is_some() {
+                let help = "Factor on the cantilever's displacements";
+                line("xc scale", help, "", 0.001).show(ui, owner, &mut to.xc_scale);
+                let help = "Added to the cantilever's displacements";
+                line("xc offset", help, "m", shift).show(ui, owner, &mut to.xc_offset);
+            }
         });
+}
+
+/// About how far a channel reaches [m]; a glance is enough for the step of a drag.
+fn span(samples: &[f64]) -> f64 {
+    let glance = samples.iter().step_by((samples.len() / 256).max(1));
+    let (low, high) = glance
+        .filter(|x| x.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(*x), high.max(*x))
+        });
+    if high > low { high - low } else { 1e-6 }
 }
 
 fn actions(
