@@ -4,10 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::*;
-use crate::app::first_start::from_preset;
+use crate::app::first_start;
 use crate::app::setup::{DriveChoice, Overlay, Picture, Setup, View};
 use crate::app::snapshot::Snapshot;
-use crate::app::state::Cursors;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -48,29 +47,18 @@ fn state() -> State {
 }
 
 fn with_overlays(preset: Preset, drive: Waveform, overlays: Vec<Overlay>) -> State {
-    State {
-        setup: Setup {
-            drive: DriveChoice::Waveform(drive),
-            duration: 0.15,
-            overlays,
-            ..from_preset(preset)
-        },
-        view: View {
-            pictures: Picture::ALL.into(),
-            dark: false,
-            ..View::default()
-        },
-        snapshot: None,
-        ghost: None,
-        refusal: None,
-        paused: false,
-        scrub: None,
-        cursors: Cursors::default(),
-        selected: None,
-        commands: Vec::new(),
-        notices: Vec::new(),
-        drive_editor_open: false,
-    }
+    let setup = Setup {
+        drive: DriveChoice::Waveform(drive),
+        duration: 0.15,
+        overlays,
+        ..first_start::from_preset(preset)
+    };
+    let view = View {
+        pictures: Picture::ALL.into(),
+        dark: false,
+        ..View::default()
+    };
+    first_start::state(setup, view)
 }
 
 /// Checks that every element is closed in its turn and nothing is left unescaped.

@@ -99,7 +99,8 @@ impl Readout {
             let difference = xp(second).zip(xp(first)).map(|(b, a)| b - a);
             add(color, "dxp", difference, "m", None);
         }
-        if plots.iter().any(|plot| plot.events.is_some()) {
+        let has_ground = state.setup.preset.model.has_ground;
+        if has_ground && plots.iter().any(|plot| plot.events.is_some()) {
             for (mark, name, color) in [
                 (Mark::Impact, "bounces", palette.impact),
                 (Mark::Stick, "sticks", palette.stick),

@@ -14,10 +14,10 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::window;
-use crate::app::first_start::from_preset;
+use crate::app::first_start;
 use crate::app::setup::{DriveChoice, Overlay, Picture, Setup, View};
 use crate::app::snapshot::{LiveState, Snapshot};
-use crate::app::state::{Cursors, State};
+use crate::app::state::State;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -25,26 +25,15 @@ use crate::sim::{Event as SimEvent, EventKind, ForceTraces, Trace};
 
 /// All pictures on, nothing loaded, no result.
 fn empty() -> State {
-    State {
-        setup: Setup {
-            drive: DriveChoice::Waveform(Waveform::Rest),
-            ..from_preset(Preset::default())
-        },
-        view: View {
-            pictures: Picture::ALL.into(),
-            ..View::default()
-        },
-        snapshot: None,
-        ghost: None,
-        refusal: None,
-        paused: false,
-        scrub: None,
-        cursors: Cursors::default(),
-        selected: None,
-        commands: Vec::new(),
-        notices: Vec::new(),
-        drive_editor_open: false,
-    }
+    let setup = Setup {
+        drive: DriveChoice::Waveform(Waveform::Rest),
+        ..first_start::from_preset(Preset::default())
+    };
+    let view = View {
+        pictures: Picture::ALL.into(),
+        ..View::default()
+    };
+    first_start::state(setup, view)
 }
 
 /// A made-up run of `samples` at 50 kHz.

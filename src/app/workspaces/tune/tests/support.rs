@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::app::first_start::from_preset;
+use crate::app::first_start;
 use crate::app::plots::pyramid::Pyramid;
 use crate::app::setup::{Mode, Overlay, View};
 use crate::app::snapshot::{LiveState, OverlayComparison, Snapshot};
-use crate::app::state::{Cursors, State};
+use crate::app::state::State;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -17,20 +17,8 @@ use crate::sim::{Event, EventKind, Trace};
 
 /// The state of a first start without recordings.
 pub fn state() -> State {
-    State {
-        setup: from_preset(Preset::default()),
-        view: View::default(),
-        snapshot: None,
-        ghost: None,
-        refusal: None,
-        paused: false,
-        scrub: None,
-        cursors: Cursors::default(),
-        selected: None,
-        commands: Vec::new(),
-        notices: Vec::new(),
-        drive_editor_open: false,
-    }
+    let setup = first_start::from_preset(Preset::default());
+    first_start::state(setup, View::default())
 }
 
 /// A recording of a decaying ring of 100 ms at 50 kHz, with a voltage.
