@@ -20,6 +20,8 @@ pub struct Contact {
     pub start: f64,
     /// Last touch \[s\]; equal to `start` for a touch shorter than a sample.
     pub end: f64,
+    /// Time of it on the ground, hops left out \[s\].
+    pub touching: f64,
     /// Whether the recording (or a gap) cuts the contact, so that it may be longer.
     pub cut: bool,
 }
@@ -203,7 +205,41 @@ fn contact_of(
     // The visit may begin at the very sample that touches: the fall took one sample.
     let cut = visit.cut
         && (first.is_some_and(|i| i == visit.first) || last.is_some_and(|i| i == visit.last));
-    Some(Contact { start, end, cut })
+    let aloft = time_above(time, xp, touch, (visit.first, visit.last), (start, end));
+    Some(Contact {
+        start,
+        end,
+        touching: (end - start - aloft).max(0.0),
+        cut,
+    })
+}
+
+/// Time between `start` and `end` [s] in which straight lines through samples
+/// `first..=last` lie above `touch`.
+fn time_above(
+    time: TimeAxis,
+    xp: &[f64],
+    touch: f64,
+    (first, last): (usize, usize),
+    (start, end): (f64, f64),
+) -> f64 {
+    let mut sum = 0.0;
+    for i in first..last {
+        let (from, to) = (time.at(i).max(start), time.at(i + 1).min(end));
+        if to <= from {
+            continue;
+        }
+        let (a, b) = (xp[i] - touch, xp[i + 1] - touch);
+        let share = if a > 0.0 && b > 0.0 {
+            1.0
+        } else if a <= 0.0 && b <= 0.0 {
+            0.0
+        } else {
+            a.max(b) / (a.max(b) - a.min(b))
+        };
+        sum += share * (to - from);
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -318,7 +318,15 @@ fn period_features(
     let (contact_duration, bounces) = match contacts {
         None => (None, None),
         Some(_) => {
-            let clipped = |c: &Contact| (c.end.min(cycle.end) - c.start.max(cycle.start)).max(0.0);
+            // Of a contact that the period cuts, the same share is on the ground.
+            let clipped = |c: &Contact| {
+                let inside = (c.end.min(cycle.end) - c.start.max(cycle.start)).max(0.0);
+                if c.duration() > 0.0 {
+                    inside * c.touching / c.duration()
+                } else {
+                    0.0
+                }
+            };
             let total: f64 = own.iter().map(clipped).sum();
             // Each contact before the sustained one ended in a departure.
             let bounces = own

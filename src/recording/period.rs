@@ -72,6 +72,38 @@ fn by_clock(time: TimeAxis, n: usize, period: f64, contacts: &[Contact]) -> Vec<
         .collect()
 }
 
+/// First and last sample at the top or the bottom.
+type Stay = (usize, usize);
+
+/// When the voltage leaves its top or bottom [s]: at the end of a plateau, but in the
+/// middle of a turn such as a sine's, where it goes back from one sample to the next.
+/// A turn is about `edge` [V] deep, a plateau as deep as the noise.
+fn leaving(time: TimeAxis, voltage: &[f64], (first, last): Stay, edge: f64) -> f64 {
+    let (from, to) = (time.at(first), time.at(last));
+    let mean = |low: f64, high: f64| {
+        let (mut sum, mut count) = (0.0, 0);
+        for i in first..=last {
+            let place = (2.0 * time.at(i) - from - to) / (to - from);
+            if voltage[i].is_finite() && (low..=high).contains(&place.abs()) {
+                sum += voltage[i];
+                count += 1;
+            }
+        }
+        (count > 0).then(|| sum / f64::from(count))
+    };
+    let (Some(edges), Some(middle)) = (mean(0.5, 1.0), mean(0.0, 0.2)) else {
+        return to;
+    };
+    // How far the outermost samples are from the extreme tells the depth of the stay; of
+    // a parabola's depth the outer half keeps 0.58, of a plateau's next to nothing.
+    let depth = 0.5 * (voltage[first] + voltage[last]) - middle;
+    if depth.abs() > 0.3 * edge && (edges - middle) * depth.signum() > 0.3 * depth.abs() {
+        0.5 * (from + to)
+    } else {
+        to
+    }
+}
+
 fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> {
     let mut sorted: Vec<f64> = voltage.iter().copied().filter(|v| v.is_finite()).collect();
     if sorted.len() < 4 {
@@ -86,17 +118,15 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
     if swing.is_nan() || swing <= 10.0 * noise || swing <= 1e-9 * high.abs().max(low.abs()) {
         return Err(Missing::ConstantVoltage);
     }
-    let (top, middle, bottom) = (
-        high - (EDGE * swing).max(3.0 * noise),
-        0.5 * (high + low),
-        low + (EDGE * swing).max(3.0 * noise),
-    );
+    let edge = (EDGE * swing).max(3.0 * noise);
+    let (top, middle, bottom) = (high - edge, 0.5 * (high + low), low + edge);
     let band = 0.1 * swing;
     // Upward crossings of the middle, armed by having been clearly below it.
     let mut crossings: Vec<f64> = Vec::new();
     let mut tops: Vec<f64> = Vec::new();
     let mut bottoms: Vec<f64> = Vec::new();
-    let (mut armed, mut was_top, mut was_bottom) = (false, None, None);
+    let mut armed = false;
+    let (mut was_top, mut was_bottom): (Option<Stay>, Option<Stay>) = (None, None);
     let mut previous: Option<(f64, f64)> = None;
     let mut pending: Option<f64> = None;
     for (i, &v) in voltage.iter().enumerate() {
@@ -113,8 +143,8 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
         }
         if v < middle - band {
             armed = true;
-            if let Some(top) = was_top.take() {
-                tops.push(top);
+            if let Some(stay) = was_top.take() {
+                tops.push(leaving(time, voltage, stay, edge));
             }
         }
         if v > middle + band {
@@ -122,15 +152,15 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
                 crossings.push(crossing);
                 armed = false;
             }
-            if let Some(bottom) = was_bottom.take() {
-                bottoms.push(bottom);
+            if let Some(stay) = was_bottom.take() {
+                bottoms.push(leaving(time, voltage, stay, edge));
             }
         }
         if v >= top {
-            was_top = Some(t);
+            was_top = Some((was_top.map_or(i, |(first, _)| first), i));
         }
         if v <= bottom {
-            was_bottom = Some(t);
+            was_bottom = Some((was_bottom.map_or(i, |(first, _)| first), i));
         }
         previous = Some((t, v));
     }

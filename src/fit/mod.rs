@@ -1,0 +1,4 @@
+//! Identification: what a device's parameters are, and what its data can tell of them.
+
+pub mod table_a1;
+pub mod validate;
