@@ -78,7 +78,9 @@ impl Row {
             peak: relative(published.peak, self.model.peak),
             contact: relative(
                 published.contact,
-                self.model.contact.map(|c| if c < PASSING { 0.0 } else { c }),
+                self.model
+                    .contact
+                    .map(|c| if c < PASSING { 0.0 } else { c }),
             ),
         }
     }
@@ -234,7 +236,10 @@ mod tests {
         assert!((s.bounce_mean_error - 0.5).abs() < 1e-12);
         assert!(s.peak_mean_error.abs() < 1e-12);
         assert!((s.peak_mean_absolute_error - 0.1).abs() < 1e-12);
-        assert_eq!((s.peak_within_30_percent, s.contact_within_30_percent), (2, 1));
+        assert_eq!(
+            (s.peak_within_30_percent, s.contact_within_30_percent),
+            (2, 1)
+        );
         assert!((s.contact_mean_error + 0.5).abs() < 1e-12);
     }
 

@@ -82,10 +82,10 @@ fn leaving(time: TimeAxis, voltage: &[f64], (first, last): Stay, edge: f64) -> f
     let (from, to) = (time.at(first), time.at(last));
     let mean = |low: f64, high: f64| {
         let (mut sum, mut count) = (0.0, 0);
-        for i in first..=last {
+        for (i, &v) in voltage.iter().enumerate().take(last + 1).skip(first) {
             let place = (2.0 * time.at(i) - from - to) / (to - from);
-            if voltage[i].is_finite() && (low..=high).contains(&place.abs()) {
-                sum += voltage[i];
+            if v.is_finite() && (low..=high).contains(&place.abs()) {
+                sum += v;
                 count += 1;
             }
         }

@@ -9,32 +9,9 @@ use super::small;
 use crate::app::setup::OverlayId;
 use crate::app::snapshot::Snapshot;
 use crate::app::state::State;
+use crate::fit::table_a1::Figures;
 use crate::model::unit::format_number;
 use crate::recording::features::Features;
-
-/// The features of Table A.1, per period.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Figures {
-    /// Bounces before the sustained contact.
-    pub bounces: Option<f64>,
-    /// Peak oscillation amplitude [m].
-    pub peak: Option<f64>,
-    /// Time in contact [s].
-    pub contact: Option<f64>,
-}
-
-/// The figures of a run or a recording in its periodic steady state, as far as there
-/// are any.
-pub fn figures(features: Option<&Features>) -> Figures {
-    let Some(steady) = features.and_then(|f| f.steady.as_ref().ok()) else {
-        return Figures::default();
-    };
-    Figures {
-        bounces: steady.bounces.map(|spread| spread.mean),
-        peak: steady.peak_amplitude.map(|spread| spread.mean),
-        contact: steady.contact_duration.map(|spread| spread.mean),
-    }
-}
 
 /// Why figures are missing, if any are.
 fn missing(features: &Features) -> Option<String> {
@@ -93,7 +70,9 @@ impl Row {
             Row::Peak => {
                 "Highest xp after break-off while the voltage falls or is held, minus the lowest xp, per period"
             }
-            Row::Contact => "Total time in contact per period; hops under 5 µm are merged",
+            Row::Contact => {
+                "Time on the ground per period; departures under 5 µm do not end a contact"
+            }
         }
     }
 
@@ -155,7 +134,7 @@ fn column(
     Column {
         overlay,
         name,
-        figures: figures(features.as_deref()),
+        figures: features.as_deref().map(Figures::of).unwrap_or_default(),
         missing: features.as_deref().and_then(missing),
     }
 }
