@@ -283,6 +283,8 @@ pub enum Shape {
         from: f64,
         rate: f64,
     },
+    /// `c0 + c1 u + c2 u^2 + c3 u^3`, `u = (t - at) / unit`.
+    Cubic { c: [f64; 4], at: f64, unit: f64 },
 }
 
 impl Shape {
@@ -302,6 +304,10 @@ impl Shape {
                 from,
                 rate,
             } => amplitude * (TAU * t * (from + 0.5 * rate * t)).sin(),
+            Shape::Cubic { c, at, unit } => {
+                let u = (t - at) / unit;
+                c[0] + u * (c[1] + u * (c[2] + u * c[3]))
+            }
         }
     }
 }

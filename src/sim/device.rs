@@ -39,6 +39,8 @@ pub(super) struct Device {
     pub rates: Vec<f64>,
     pub ground: Option<Ground>,
     film: Option<SqueezeFilm>,
+    /// Thickness below which the film counts as no thinner [m]; 0 leaves it singular.
+    thinnest_film: f64,
     piezo: Option<Piezo>,
     eta: f64,
     effects: Vec<Attached>,
@@ -137,6 +139,7 @@ impl Device {
             rates,
             ground: model.has_ground.then(|| Ground::new(parameters)),
             film: model.has_ground.then(|| SqueezeFilm::new(parameters)),
+            thinnest_film: 0.0,
             piezo: model.piezo,
             eta: parameters[ParameterId::Eta],
             effects,
@@ -196,27 +199,40 @@ impl Device {
         }
     }
 
+    /// Lets the film grow no thinner than half of what it is at contact: a stretch that
+    /// is not stopped by the ground may then reach below it.
+    pub fn bound_film(&mut self) {
+        if let (Some(film), Some(ground)) = (&self.film, &self.ground) {
+            self.thinnest_film = 0.5 * (film.gap + ground.level);
+        }
+    }
+
     /// Film force on the proof mass [N].
     #[inline]
     pub fn film_force(&self, xp: f64, vp: f64) -> f64 {
-        self.film.map_or(0.0, |film| film.force(xp, vp))
+        self.film.map_or(0.0, |film| {
+            film.force(xp.max(self.thinnest_film - film.gap), vp)
+        })
     }
 
     /// Change of the film force per displacement and per velocity.
     #[inline]
     pub fn film_slopes(&self, xp: f64, vp: f64) -> (f64, f64) {
         self.film.map_or((0.0, 0.0), |film| {
-            let thickness = xp + film.gap;
+            let thickness = (xp + film.gap).max(self.thinnest_film);
             let per_velocity = -film.coefficient / (thickness * thickness * thickness);
-            (-3.0 * per_velocity * vp / thickness, per_velocity)
+            let thins = xp + film.gap > self.thinnest_film;
+            let per_height = -3.0 * per_velocity * vp / thickness;
+            (if thins { per_height } else { 0.0 }, per_velocity)
         })
     }
 
     /// Whether the film is singular at `xp`.
     #[inline]
     pub fn is_inside_film(&self, xp: f64) -> bool {
-        self.film
-            .is_none_or(|film| film.coefficient == 0.0 || xp > -film.gap)
+        self.film.is_none_or(|film| {
+            film.coefficient == 0.0 || self.thinnest_film > 0.0 || xp > -film.gap
+        })
     }
 
     /// All effects' forces on the proof mass [N].

@@ -11,10 +11,12 @@ mod nodes;
 mod output;
 mod runner;
 mod step;
+mod stretch;
 mod trace;
 
 pub use error::{Options, SimError};
 pub use runner::Runner;
+pub use stretch::{Points, StretchSimulator, StretchState, Stretcher};
 pub use trace::{Event, EventKind, ForceTraces, Trace};
 
 use crate::model::Model;

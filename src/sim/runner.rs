@@ -309,7 +309,7 @@ impl Runner {
             let taken = match held {
                 Some(ground) => self.held.held(
                     &self.device,
-                    &mut self.held_tables,
+                    &self.held_tables,
                     level,
                     &self.segment,
                     self.t,
@@ -319,7 +319,7 @@ impl Runner {
                 ),
                 None => self.flight.flight(
                     &self.device,
-                    &mut self.flight_tables,
+                    &self.flight_tables,
                     level,
                     &self.segment,
                     self.t,
@@ -636,7 +636,7 @@ fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// Tables of both phases; levels have the same length in both.
-fn tables(device: &Device, options: &Options) -> [Tables; 2] {
+pub(super) fn tables(device: &Device, options: &Options) -> [Tables; 2] {
     let structure = device.longest_step();
     let longest = options.fixed_step.unwrap_or(if structure.is_finite() {
         structure

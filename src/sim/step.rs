@@ -6,6 +6,8 @@
 // The indices are those of the method's matrices; iterators would hide them.
 #![allow(clippy::needless_range_loop)]
 
+use std::sync::OnceLock;
+
 use crate::model::drive::Segment;
 
 use super::device::{Device, dot};
@@ -26,7 +28,8 @@ pub(super) struct Table {
     p_from_d: [[[f64; S]; S - 1]; 2],
 }
 
-/// Tables for halved and halved again step lengths, made when first needed.
+/// Tables for halved and halved again step lengths, made when first needed, and shared
+/// by all threads that simulate the same device.
 #[derive(Debug, Clone)]
 pub(super) struct Tables {
     oscillators: Vec<Oscillator>,
@@ -34,7 +37,7 @@ pub(super) struct Tables {
     phi_p: Vec<f64>,
     phi_d: Vec<f64>,
     lengths: [f64; LEVELS],
-    levels: Vec<Option<Box<Table>>>,
+    levels: Vec<OnceLock<Box<Table>>>,
 }
 
 impl Tables {
@@ -51,7 +54,7 @@ impl Tables {
             rates: rates.to_vec(),
             phi_p: phi_p.to_vec(),
             phi_d: phi_d.to_vec(),
-            levels: vec![None; LEVELS],
+            levels: vec![OnceLock::new(); LEVELS],
         }
     }
 
@@ -60,11 +63,11 @@ impl Tables {
         self.lengths[level]
     }
 
-    fn get(&mut self, level: usize) -> &Table {
+    fn get(&self, level: usize) -> &Table {
         let h = self.length(level);
         let (oscillators, rates) = (&self.oscillators, &self.rates);
         let (phi_p, phi_d) = (&self.phi_p, &self.phi_d);
-        self.levels[level].get_or_insert_with(|| {
+        self.levels[level].get_or_init(|| {
             let modes: Vec<Propagator> =
                 oscillators.iter().map(|&o| Propagator::new(o, h)).collect();
             let map = |of: &dyn Fn(&Propagator) -> [[f64; S]; S - 1], phi: &[f64]| {
@@ -312,7 +315,7 @@ impl Step {
     pub fn flight(
         &mut self,
         device: &Device,
-        tables: &mut Tables,
+        tables: &Tables,
         level: usize,
         segment: &Segment,
         t: f64,
@@ -546,7 +549,7 @@ impl Step {
     pub fn held(
         &mut self,
         device: &Device,
-        tables: &mut Tables,
+        tables: &Tables,
         level: usize,
         segment: &Segment,
         t: f64,

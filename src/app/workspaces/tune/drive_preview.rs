@@ -70,7 +70,7 @@ pub(super) fn corners(waveform: &Waveform, span: f64) -> Vec<[f64; 2]> {
         let (start, end) = (segment.start.max(0.0), segment.end.min(span));
         let pieces = match segment.shape {
             Shape::Constant { .. } | Shape::Line { .. } => 1,
-            Shape::Sine { .. } | Shape::Chirp { .. } => CURVE,
+            Shape::Sine { .. } | Shape::Chirp { .. } | Shape::Cubic { .. } => CURVE,
         };
         for i in 0..=pieces {
             let t = start + (end - start) * i as f64 / pieces as f64;

@@ -1,0 +1,101 @@
+use super::*;
+use crate::model::drive::Waveform;
+use crate::model::preset::Preset;
+use crate::sim::{EventKind, simulate};
+
+fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
+    (0..)
+        .map(|i| drive.segment(i))
+        .take_while(|s| s.start < until)
+        .collect()
+}
+
+/// Carries the state of a full run from event to event and compares all samples.
+fn compare(drive: &str, duration: f64) {
+    let model = Preset::embedded("paper").unwrap().model;
+    let drive = Waveform::parse(drive, duration).unwrap();
+    let options = Options {
+        tolerance: 1e-13,
+        ..Options::default()
+    };
+    let trace = simulate(&model, &drive, duration, &options).unwrap();
+    let simulator = StretchSimulator::new(&model, &options).unwrap();
+    let mut stretcher = Stretcher::new(&simulator);
+    let drive = segments(&drive, duration);
+    let level = simulator.ground_level(0.0);
+    let mut state = StretchState {
+        q: vec![0.0; 2],
+        v: vec![0.0; 2],
+        z: Vec::new(),
+    };
+    let (mut t, mut held) = (0.0, None);
+    let mut worst = 0.0f64;
+    let mut sample = 0;
+    let ends = trace
+        .events
+        .iter()
+        .filter(|e| e.kind != EventKind::DriveStep);
+    let ends: Vec<_> = ends
+        .map(|e| (e.time, Some(*e)))
+        .chain([(duration, None)])
+        .collect();
+    for (end, event) in ends {
+        let times: Vec<f64> = (sample..trace.len())
+            .map(|i| trace.time(i))
+            .take_while(|&s| s <= end)
+            .collect();
+        let first = sample;
+        let out = |i: usize, xp: f64, xc: f64| {
+            worst = worst.max((xp - trace.proof_mass[first + i]).abs());
+            worst = worst.max((xc - trace.cantilever[first + i]).abs());
+        };
+        stretcher
+            .carry(&drive, held, t, end, &mut state, &times, out)
+            .unwrap();
+        sample += times.len();
+        t = end;
+        let Some(event) = event else { continue };
+        match event.kind {
+            EventKind::Impact => simulator.kick(level, event.velocity_after, &mut state),
+            EventKind::Stick => {
+                simulator.kick(level, 0.0, &mut state);
+                simulator.land(level, &mut state);
+                held = Some(level);
+            }
+            EventKind::Release => {
+                let pull = simulator.pull_off(&drive, t, level, &state);
+                assert!((pull - event.pull_off_force).abs() < 1e-14, "{pull}");
+                simulator.lift(level, &mut state);
+                held = None;
+            }
+            EventKind::DriveStep => {}
+        }
+    }
+    assert!(sample + 1 >= trace.len());
+    assert!(worst < 1e-11, "{worst:e}");
+}
+
+#[test]
+fn agrees_with_the_simulator_between_events() {
+    compare("sine:50Hz:8V", 0.06);
+    compare("square:300Hz:6V", 0.03);
+    compare("ramped:20Hz:8V:0.25", 0.06);
+}
+
+#[test]
+fn rest_states_stay_at_rest() {
+    let model = Preset::embedded("paper").unwrap().model;
+    let simulator = StretchSimulator::new(&model, &Options::default()).unwrap();
+    let drive = segments(&Waveform::parse("square:1Hz:3V", 1.0).unwrap(), 1.0);
+    for held in [None, Some(-58e-6)] {
+        let mut state = simulator.rest_state(&drive, 0.1, held);
+        let before = state.clone();
+        let mut stretcher = Stretcher::new(&simulator);
+        stretcher
+            .carry(&drive, held, 0.1, 0.2, &mut state, &[], |_, _, _| {})
+            .unwrap();
+        for (a, b) in state.q.iter().zip(&before.q) {
+            assert!((a - b).abs() < 1e-12 * b.abs().max(1e-9), "{a} {b}");
+        }
+    }
+}
