@@ -1,0 +1,91 @@
+//! The command line. Progress goes to stderr, results to stdout or files; the exit
+//! code is 0 when done, 1 when the work failed, 2 when the command was wrong.
+
+mod device;
+mod output;
+mod simulate;
+mod validate;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::app;
+
+/// Impact dynamics of piezoelectric micro-cantilevers: simulation live over recordings.
+#[derive(Debug, Parser)]
+#[command(version, about, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    window: WindowArgs,
+}
+
+#[derive(Debug, Args)]
+struct WindowArgs {
+    /// Recordings (CSV), presets (.toml) or a session (.impactscope.toml) to open
+    files: Vec<PathBuf>,
+    /// Preset to open: paper, paper-as-printed, oscillator, faller, or a file
+    #[arg(long)]
+    preset: Option<String>,
+    /// Workspace to open
+    #[arg(long, value_parser = app::workspaces::NAMES)]
+    workspace: Option<String>,
+    /// Save a picture of the settled window (PNG) and exit
+    #[arg(long, value_name = "OUT.png")]
+    screenshot: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Simulate a device and write the trace as CSV
+    Simulate(simulate::Arguments),
+    /// The 16 cases of the paper's Table A.1 and Table 3's statistics, against both columns
+    Validate(validate::Arguments),
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    // clap exits with 2 by itself where the command is wrong.
+    let cli = Cli::parse();
+    let result = match cli.command {
+        Some(Command::Simulate(arguments)) => simulate::run(&arguments),
+        Some(Command::Validate(arguments)) => validate::run(&arguments),
+        None => app::run(app::WindowOptions {
+            files: cli.window.files,
+            preset: cli.window.preset,
+            workspace: cli.window.workspace,
+            screenshot: cli.window.screenshot,
+        })
+        .map_err(Failure::from),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("impactscope: {:#}", failure.error);
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+/// An error with its exit code.
+struct Failure {
+    code: u8,
+    error: anyhow::Error,
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self {
+            code: 1,
+            error: error.into(),
+        }
+    }
+}
+
+/// Marks an error as one of the command itself.
+fn wrong_command(error: anyhow::Error) -> Failure {
+    Failure { code: 2, error }
+}
