@@ -53,6 +53,8 @@ pub enum Command {
     Help,
     /// Shows the drive editor.
     DriveEditor,
+    /// Shows all cases of Table A.1.
+    Validation,
     /// Shifts the selected recording onto the simulation.
     AutoAlign,
     /// The command palette.
@@ -93,6 +95,7 @@ impl Command {
             Command::ToggleGhost,
             Command::ZoomAll,
             Command::DriveEditor,
+            Command::Validation,
             Command::AutoAlign,
             Command::ToggleTheme,
             Command::Palette,
@@ -153,6 +156,10 @@ impl Command {
             ),
             Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency, amplitude"),
+            Command::Validation => (
+                "Table A.1",
+                "All 16 published experiments beside this device",
+            ),
             Command::AutoAlign => (
                 "Auto-align",
                 "Shift the recordings onto the simulation by cross-correlation",
@@ -229,6 +236,7 @@ impl Command {
             Command::ToggleGhost => plain(Key::G),
             Command::ZoomAll => plain(Key::A),
             Command::DriveEditor => plain(Key::D),
+            Command::Validation => plain(Key::T),
             Command::Help => plain(Key::Questionmark),
             Command::TogglePicture(picture) => {
                 let number = [

@@ -72,6 +72,7 @@ pub fn state(setup: Setup, view: View) -> State {
         commands: Vec::new(),
         notices: Vec::new(),
         drive_editor_open: false,
+        validation_open: false,
     }
 }
 

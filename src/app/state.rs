@@ -66,6 +66,8 @@ pub struct State {
     pub notices: Vec<Notice>,
     /// Whether the drive editor is open.
     pub drive_editor_open: bool,
+    /// Whether the window with all 16 cases of Table A.1 is open.
+    pub validation_open: bool,
 }
 
 impl State {

@@ -18,6 +18,7 @@ mod start;
 #[cfg(test)]
 mod tests;
 mod transport;
+mod validation;
 
 pub use parameters::choose_preset;
 pub use recordings::remove as remove_recording;
@@ -56,6 +57,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             });
         state.drive_editor_open = open && state.drive_editor_open;
     }
+    validation::show(ui, state);
 }
 
 fn side_panel(ui: &mut Ui, state: &mut State) {

@@ -5,6 +5,7 @@ use eframe::egui::{Grid, RichText, Ui};
 
 use super::figures::{ROWS, latest};
 use super::small;
+use crate::app::command::Command;
 use crate::app::setup::{DriveChoice, Setup};
 use crate::app::state::State;
 use crate::fit::table_a1::{Case, Figures, cases};
@@ -55,7 +56,7 @@ pub fn case_picker(ui: &mut Ui, setup: &mut Setup, scope: &str) {
 pub fn show(ui: &mut Ui, state: &mut State) {
     let Some(case) = current(&state.setup) else {
         ui.weak("The drive is none of the paper's 16 experiments.");
-        case_picker(ui, &mut state.setup, "reference");
+        buttons(ui, state);
         return;
     };
     ui.label(small(format!("{} (Ryou and Oldham 2012)", case.name())));
@@ -92,7 +93,20 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 ui.end_row();
             }
         });
-    case_picker(ui, &mut state.setup, "reference");
+    buttons(ui, state);
+}
+
+fn buttons(ui: &mut Ui, state: &mut State) {
+    ui.horizontal(|ui| {
+        case_picker(ui, &mut state.setup, "reference");
+        let all = ui.button("All 16...");
+        if all
+            .on_hover_text("Every case at these parameters, with the statistics (T)")
+            .clicked()
+        {
+            state.ask(Command::Validation);
+        }
+    });
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod panels;
 mod sliders;
 mod support;
+mod validation;
 
 pub(super) use support::state;
 
