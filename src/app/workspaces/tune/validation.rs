@@ -88,7 +88,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     }
     Window::new("Table A.1: all 16 experiments")
         .open(&mut open)
-        .default_size([760.0, 620.0])
+        .default_size([880.0, 640.0])
         .default_pos([360.0, 70.0])
         .show(ui, |ui| content(ui, state));
     state.validation_open = open && state.validation_open;
