@@ -1,4 +1,5 @@
 //! Identification: what a device's parameters are, and what its data can tell of them.
 
+pub mod steps;
 pub mod table_a1;
 pub mod validate;
