@@ -366,7 +366,7 @@ mod tests {
                 worst = worst.max((piezo.gain(v, branch) - truth.gain(v, branch)).abs());
             }
         }
-        println!("{fit:?}\nworst {worst}");
+        println!("{:?}: worst {worst}", fit.piezo());
         // The loop is 9.7 high; what the ring leaves of its mean is what is left.
         assert!(worst < 0.005, "{worst}");
     }
