@@ -8,7 +8,7 @@ use super::cma::{Found, Search, minimise};
 use super::table_a1::{Case, Figures, cases};
 use super::validate::{Column, Row, figures, span};
 use crate::model::Model;
-use crate::model::parameter::{ParameterId, ParameterSpec, Scale};
+use crate::model::parameter::ParameterId;
 use crate::sim::{Options, simulate};
 
 /// What is fitted. The film's thickness at contact, `gp - dp`, is kept.
@@ -72,29 +72,12 @@ pub struct TableFit {
     pub left_out: Vec<LeftOut>,
 }
 
-/// A parameter's place on its slider, and back.
-fn place(spec: &ParameterSpec, value: f64) -> f64 {
-    let (low, high) = spec.range;
-    match spec.scale {
-        Scale::Log => (value / low).ln() / (high / low).ln(),
-        Scale::Linear => (value - low) / (high - low),
-    }
-}
-
-fn value(spec: &ParameterSpec, place: f64) -> f64 {
-    let (low, high) = spec.range;
-    match spec.scale {
-        Scale::Log => low * (place * (high / low).ln()).exp(),
-        Scale::Linear => low + place * (high - low),
-    }
-}
-
 /// `base` with the free parameters at a point of the cube.
 fn model_at(base: &Model, point: &[f64]) -> Model {
     let mut model = base.clone();
     let film = base.parameters[ParameterId::Gp] - base.parameters[ParameterId::Dp];
     for (id, place) in FREE.iter().zip(point) {
-        model.parameters.set(*id, value(id.spec(), *place));
+        model.parameters.set(*id, id.spec().value_at(*place));
     }
     let dp = model.parameters[ParameterId::Dp];
     model.parameters.set(ParameterId::Gp, dp + film);
@@ -165,7 +148,7 @@ pub fn fit_table(
 ) -> Option<TableFit> {
     let start: Vec<f64> = FREE
         .iter()
-        .map(|id| place(id.spec(), base.parameters[*id]).clamp(0.0, 1.0))
+        .map(|id| id.spec().fraction(base.parameters[*id]).clamp(0.0, 1.0))
         .collect();
     let mut frequencies: Vec<f64> = cases().iter().map(|c| c.frequency).collect();
     frequencies.dedup();
@@ -224,22 +207,13 @@ mod tests {
     use crate::model::preset::Preset;
 
     #[test]
-    fn places_are_where_the_values_are() {
-        let base = Preset::default().model;
-        for id in FREE {
-            let at = base.parameters[id];
-            assert!((value(id.spec(), place(id.spec(), at)) / at - 1.0).abs() < 1e-12);
-        }
-    }
-
-    #[test]
     fn a_short_fit_is_no_worse_and_can_be_stopped() {
         let base = Preset::default().model;
         let fit = fit_table(&base, 1, |_| true).unwrap();
         // From the start as the search sees it: the 6 V squares stick or not by a hair.
         let start: Vec<f64> = FREE
             .iter()
-            .map(|id| place(id.spec(), base.parameters[*id]))
+            .map(|id| id.spec().fraction(base.parameters[*id]))
             .collect();
         let before = cost(&rows(&model_at(&base, &start), cases()));
         assert!(cost(&fit.rows) <= before);

@@ -6,6 +6,15 @@ use rand_chacha::ChaCha8Rng;
 
 use super::parameter::{ParameterId, Parameters};
 
+/// A point of the device that is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Point {
+    /// Centre of the proof mass.
+    ProofMass,
+    /// Centre of the cantilever.
+    Cantilever,
+}
+
 /// The two readings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sensor {

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::model::effects::{Action, Kinematics};
+use crate::model::drive::Segment;
+use crate::model::effects::{Action, Kinematics, Surroundings};
 use crate::model::film::SqueezeFilm;
 use crate::model::ground::Ground;
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::{Branch, Piezo};
-use crate::model::sensor::Sensor;
+use crate::model::sensor::{Point, Sensor};
 use crate::model::structure::Held;
 use crate::model::{Model, ModelError};
 
@@ -16,6 +17,7 @@ use super::linear::Oscillator;
 /// An effect's action and which of the extra states are its own.
 #[derive(Debug, Clone)]
 struct Attached {
+    id: &'static str,
     action: Arc<dyn Action>,
     first: usize,
     count: usize,
@@ -71,12 +73,18 @@ impl Device {
         let mut effects = Vec::with_capacity(model.effects.len());
         let mut rates = Vec::new();
         for effect in &model.effects {
-            let action: Arc<dyn Action> =
-                Arc::from((effect.spec.build)(&effect.values, &structure));
+            let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
+                &effect.values,
+                &Surroundings {
+                    structure: &structure,
+                    parameters,
+                },
+            ));
             action.alter_structure(&mut structure);
             let first = rates.len();
             rates.extend_from_slice(action.state_rates());
             effects.push(Attached {
+                id: effect.spec.id,
                 action,
                 first,
                 count: rates.len() - first,
@@ -177,6 +185,7 @@ impl Device {
             xc: dot(&self.phi_c, q),
             vc: dot(&self.phi_c, v),
             voltage,
+            gain: 0.0,
         }
     }
 
@@ -196,6 +205,7 @@ impl Device {
             xc: level * self.anchor_c + dot(&self.held.cantilever, r),
             vc: dot(&self.held.cantilever, dr),
             voltage,
+            gain: 0.0,
         }
     }
 
@@ -246,16 +256,33 @@ impl Device {
             .sum()
     }
 
-    /// Force where the piezo drives the cantilever [N].
-    pub fn drive_force(&self, at: &Kinematics, branch: Branch, z: &[f64]) -> f64 {
-        let mut voltage = at.voltage;
-        let mut extra = 0.0;
-        for e in &self.effects {
-            let own = &z[e.first..e.first + e.count];
-            voltage = e.action.drive_voltage(voltage, at, own);
-            extra += e.action.drive_force(at, own);
+    /// Force where the piezo drives the cantilever [N]; notes the gain in `at`.
+    pub fn drive_force(&self, at: &mut Kinematics, branch: Branch, z: &[f64]) -> f64 {
+        let Some(piezo) = self.piezo else {
+            return 0.0;
+        };
+        let own = |e: &Attached| e.first..e.first + e.count;
+        let voltage = self.effects.iter().fold(at.voltage, |voltage, e| {
+            e.action.drive_voltage(voltage, at, &z[own(e)])
+        });
+        let gain = piezo.gain(voltage, branch);
+        at.gain = self
+            .effects
+            .iter()
+            .fold(gain, |gain, e| e.action.drive_gain(gain, at, &z[own(e)]));
+        self.eta * at.gain
+    }
+
+    /// The piece of a drive's segment that begins at `t` over which no effect's law breaks.
+    pub fn piece(&self, segment: Segment, t: f64, z: &[f64]) -> Segment {
+        let mut piece = self.effects.iter().fold(segment, |piece, e| {
+            e.action.piece(piece, t, &z[e.first..e.first + e.count])
+        });
+        // Time goes on whatever an effect says.
+        if piece.end <= t {
+            piece.end = segment.end.min(t + 1e-12 * (1.0 + t.abs()));
         }
-        self.piezo_force(voltage, branch) + extra
+        piece
     }
 
     /// The piezo's force at a voltage [N], without effects.
@@ -273,6 +300,33 @@ impl Device {
         }
     }
 
+    /// Extra states as if everything had stood at `at` for long.
+    pub fn settled_states(&self, at: &Kinematics) -> Vec<f64> {
+        let mut z = vec![0.0; self.rates.len()];
+        let mut input = vec![0.0; z.len()];
+        // States that feed on others settle one after the other.
+        for _ in 0..3 {
+            self.state_inputs(at, &z, &mut input);
+            for ((z, u), rate) in z.iter_mut().zip(&input).zip(&self.rates) {
+                *z = if *rate > 0.0 { u / rate } else { 0.0 };
+            }
+        }
+        z
+    }
+
+    /// Extra states taken over from `other`, whose are `z`; those of effects that it has
+    /// not are as in `settled`.
+    pub fn adopt_states(&self, other: &Self, z: &[f64], mut settled: Vec<f64>) -> Vec<f64> {
+        for own in &self.effects {
+            let same = |e: &&Attached| e.id == own.id && e.count == own.count;
+            if let Some(theirs) = other.effects.iter().find(same) {
+                settled[own.first..own.first + own.count]
+                    .copy_from_slice(&z[theirs.first..theirs.first + theirs.count]);
+            }
+        }
+        settled
+    }
+
     /// Level of the ground at `t` [m].
     #[inline]
     pub fn ground_level(&self, t: f64) -> f64 {
@@ -286,8 +340,9 @@ impl Device {
     #[inline]
     pub fn adhesion(&self, contact_time: f64) -> f64 {
         let adhesion = self.ground.map_or(0.0, |g| g.adhesion(contact_time));
+        let at_touch = self.ground.map_or(0.0, |g| g.adhesion_start);
         self.effects.iter().fold(adhesion, |adhesion, e| {
-            e.action.adhesion(adhesion, contact_time)
+            e.action.adhesion(adhesion, at_touch, contact_time)
         })
     }
 
@@ -299,11 +354,26 @@ impl Device {
             .fold(alpha, |alpha, e| e.action.restitution(alpha, speed))
     }
 
-    /// Lets the effects change a whole reading.
-    pub fn alter_reading(&self, reading: &mut [f64], t0: f64, dt: f64) {
-        for e in &self.effects {
-            e.action.alter_reading(reading, t0, dt);
+    /// The sensor's reading of a point that is at `x` [m] at time `t`.
+    #[inline]
+    pub fn reading(&self, x: f64, point: Point, t: f64, z: &[f64]) -> f64 {
+        let x = self.effects.iter().fold(x, |x, e| {
+            e.action
+                .reading(x, point, t, &z[e.first..e.first + e.count])
+        });
+        x + match point {
+            Point::ProofMass => self.sensor.offset_p,
+            Point::Cantilever => self.sensor.offset_c,
         }
+    }
+
+    /// Time by which all readings are late [s].
+    pub fn reading_delay(&self) -> f64 {
+        self.effects
+            .iter()
+            .map(|e| e.action.reading_delay())
+            .sum::<f64>()
+            .max(0.0)
     }
 
     /// Pull-off force, eq (13), of the held mass from held coordinates.

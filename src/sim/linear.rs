@@ -198,6 +198,23 @@ impl DecayPropagator {
     }
 }
 
+/// Above this many time constants per step a decay is followed by [`decay_at`], below by
+/// a polynomial.
+pub(super) const QUICK_DECAY: f64 = 0.5;
+
+/// A quick decay `z' = -rate z + u` within a step of `h` [s], at fraction `s`: the
+/// particular answer to the polynomial through the inputs, and what decays from `start`.
+pub(super) fn decay_at(rate: f64, h: f64, start: f64, input: &[f64; S], s: f64) -> f64 {
+    let u = interpolant(input);
+    let mut p = [0.0; S];
+    for n in (0..S).rev() {
+        let above = p.get(n + 1).copied().unwrap_or(0.0);
+        p[n] = (u[n] - 2.0 / h * (n + 1) as f64 * above) / rate;
+    }
+    let at = |u: f64| p.iter().rev().fold(0.0, |sum, c| sum * u + c);
+    at(2.0 * s - 1.0) + (start - at(-1.0)) * (-rate * s * h).exp()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

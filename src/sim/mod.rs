@@ -81,6 +81,5 @@ pub fn simulate_while(
     }
     runner.advance(end, &mut trace)?;
     trace.truncate(samples, duration);
-    runner.finish(&mut trace);
     Ok(Some(trace))
 }

@@ -3,6 +3,7 @@
 use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
+use crate::model::sensor::Point;
 
 use super::device::Device;
 use super::error::Options;
@@ -15,29 +16,32 @@ pub(super) struct Sink {
     h: f64,
     end: f64,
     rate: f64,
+    delay: f64,
     next: u64,
 }
 
 impl Sink {
-    /// Samples from number `next` on that lie before fraction `s` of the step of `h` at `t`.
-    pub fn new(options: &Options, t: f64, h: f64, s: f64, next: u64) -> Self {
+    /// Samples from number `next` on, taken `delay` [s] late, that lie before fraction `s`
+    /// of the step of `h` at `t`.
+    pub fn new(options: &Options, t: f64, h: f64, s: f64, next: u64, delay: f64) -> Self {
         Self {
             start: t,
             h,
             end: t + s * h,
             rate: options.rate,
+            delay,
             next,
         }
     }
 
     /// Whether no sample falls into the part.
     pub fn is_empty(&self) -> bool {
-        self.next as f64 / self.rate >= self.end
+        self.next as f64 / self.rate - self.delay >= self.end
     }
 
-    /// Next sample's time and fraction of the step.
+    /// Time that the next sample shows, and its fraction of the step.
     pub fn next(&mut self) -> Option<(f64, f64)> {
-        let t = self.next as f64 / self.rate;
+        let t = self.next as f64 / self.rate - self.delay;
         (t < self.end).then(|| {
             self.next += 1;
             (t, ((t - self.start) / self.h).max(0.0))
@@ -92,6 +96,11 @@ impl<'a> FastModes<'a> {
         self.started = true;
     }
 
+    /// The next sample is again given by its time, not an interval after this one.
+    pub fn restart(&mut self) {
+        self.started = false;
+    }
+
     /// Adds their motion at a point of the structure to a displacement and velocity.
     #[inline]
     pub fn add(&self, (mut x, mut v): (f64, f64), shape: &[f64]) -> (f64, f64) {
@@ -114,7 +123,9 @@ pub(super) struct Sample<'a> {
     pub vc: f64,
     /// Pull-off force and adhesion while held, if forces are recorded.
     pub pull: Option<(f64, f64)>,
-    /// Extra states, if forces are recorded.
+    /// Voltage when the sample is taken, which a late one does not show [V].
+    pub voltage: f64,
+    /// Extra states, if there are any.
     pub z: &'a [f64],
 }
 
@@ -122,29 +133,30 @@ impl Sample<'_> {
     /// Appends the sample to the trace.
     #[inline]
     pub fn push(&self, device: &Device, segment: &Segment, trace: &mut Trace) {
-        let voltage = segment.shape.voltage(self.t);
-        trace.voltage.push(voltage);
-        trace.proof_mass.push(self.xp + device.sensor.offset_p);
+        let read = |x, point| device.reading(x, point, self.t, self.z);
+        trace.voltage.push(self.voltage);
+        trace.proof_mass.push(read(self.xp, Point::ProofMass));
         trace.proof_mass_velocity.push(self.vp);
         if device.has_cantilever {
-            trace.cantilever.push(self.xc + device.sensor.offset_c);
+            trace.cantilever.push(read(self.xc, Point::Cantilever));
             trace.cantilever_velocity.push(self.vc);
         }
         let Some(forces) = &mut trace.forces else {
             return;
         };
-        let at = Kinematics {
+        let mut at = Kinematics {
             t: self.t,
             xp: self.xp,
             vp: self.vp,
             xc: self.xc,
             vc: self.vc,
-            voltage,
+            voltage: segment.shape.voltage(self.t),
+            gain: 0.0,
         };
         let z = self.z;
         forces
             .drive
-            .push(device.drive_force(&at, segment.branch, z));
+            .push(device.drive_force(&mut at, segment.branch, z));
         forces.effects.push(device.effect_force(&at, z));
         let (pull, adhesion) = self.pull.unwrap_or((0.0, 0.0));
         forces.film.push(if self.pull.is_some() {

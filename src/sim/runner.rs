@@ -29,6 +29,8 @@ pub struct Runner {
     device: Device,
     drive: Waveform,
     index: usize,
+    /// The drive's segment, and the piece of it that is run through.
+    whole: Segment,
     segment: Segment,
     t: f64,
     phase: Phase,
@@ -46,6 +48,8 @@ pub struct Runner {
     flight_sampling: Vec<[f64; 4]>,
     held_sampling: Vec<[f64; 4]>,
     level: usize,
+    /// Time by which samples are late [s].
+    delay: f64,
     next_sample: u64,
     steps: u64,
     events: u64,
@@ -62,27 +66,32 @@ impl Runner {
         let device = Device::new(model)?;
         let index = drive.index_at(0.0);
         let (q, v) = initial_state(&device);
+        // Before t = 0 the device rested where it starts, without a voltage.
+        let still = vec![0.0; v.len()];
+        let z = device.settled_states(&device.flight_kinematics(0.0, 0.0, &q, &still));
         let m = device.held_modes.len();
         let [flight_tables, held_tables] = tables(&device, options);
         Ok(Self {
             options: *options,
             drive: drive.clone(),
-            segment: drive.segment(index),
+            whole: drive.segment(index),
+            segment: device.piece(drive.segment(index), 0.0, &z),
             index,
             t: 0.0,
             phase: Phase::Flight,
             flight_sampling: sampling(&device.flight, options),
             held_sampling: sampling(&device.held_modes, options),
-            flight: Step::new(q.len(), device.rates.len()),
-            held: Step::new(m, device.rates.len()),
+            flight: Step::new(q.len(), &device.rates),
+            held: Step::new(m, &device.rates),
             q,
             v,
             r: vec![0.0; m],
             dr: vec![0.0; m],
-            z: vec![0.0; device.rates.len()],
+            z: z.clone(),
             flight_tables,
             held_tables,
             level: 0,
+            delay: device.reading_delay(),
             next_sample: 0,
             steps: 0,
             events: 0,
@@ -137,16 +146,23 @@ impl Runner {
         }
         self.q.resize(device.flight.len(), 0.0);
         self.v.resize(device.flight.len(), 0.0);
-        self.z.resize(device.rates.len(), 0.0);
+        self.z = {
+            let voltage = self.segment.shape.voltage(self.t);
+            let mut at = device.flight_kinematics(self.t, voltage, &self.q, &self.v);
+            device.drive_force(&mut at, self.segment.branch, &vec![0.0; device.rates.len()]);
+            device.adopt_states(&self.device, &self.z, device.settled_states(&at))
+        };
         let m = device.held_modes.len();
         self.r.resize(m, 0.0);
         self.dr.resize(m, 0.0);
         [self.flight_tables, self.held_tables] = tables(&device, &self.options);
         self.flight_sampling = sampling(&device.flight, &self.options);
         self.held_sampling = sampling(&device.held_modes, &self.options);
-        self.flight = Step::new(self.q.len(), self.z.len());
-        self.held = Step::new(m, self.z.len());
+        self.flight = Step::new(self.q.len(), &device.rates);
+        self.held = Step::new(m, &device.rates);
         self.level = 0;
+        self.delay = device.reading_delay();
+        self.segment = device.piece(self.whole, self.t, &self.z);
         self.device = device;
         match self.phase {
             Phase::Held { since, .. } if level.is_finite() => {
@@ -173,15 +189,9 @@ impl Runner {
         drive.check()?;
         self.drive = drive.clone();
         self.index = self.drive.index_at(self.t);
-        self.segment = self.drive.segment(self.index);
+        self.whole = self.drive.segment(self.index);
+        self.segment = self.device.piece(self.whole, self.t, &self.z);
         Ok(())
-    }
-
-    /// Lets the effects change the readings of a whole run.
-    pub(super) fn finish(&self, trace: &mut Trace) {
-        for reading in [&mut trace.proof_mass, &mut trace.cantilever] {
-            self.device.alter_reading(reading, trace.t0, trace.dt);
-        }
     }
 
     fn proof_mass(&self) -> (f64, f64) {
@@ -233,8 +243,11 @@ impl Runner {
             let before = self
                 .device
                 .piezo_force(self.segment.shape.voltage(self.t), self.segment.branch);
-            self.index += 1;
-            self.segment = self.drive.segment(self.index);
+            if self.whole.end <= self.t {
+                self.index += 1;
+                self.whole = self.drive.segment(self.index);
+            }
+            self.segment = self.device.piece(self.whole, self.t, &self.z);
             let after = self
                 .device
                 .piezo_force(self.segment.shape.voltage(self.t), self.segment.branch);
@@ -245,6 +258,34 @@ impl Runner {
                 };
                 self.report(trace, EventKind::DriveStep, [velocity; 2], 0.0, 0.0)?;
             }
+        }
+        if self.device.has_effects() {
+            self.follow_ground(trace)?;
+        }
+        Ok(())
+    }
+
+    /// An effect may have moved the ground: a mass above is lifted with it, one that lay on
+    /// it loses it.
+    fn follow_ground(&mut self, trace: &mut Trace) -> Result<(), SimError> {
+        let level = self.device.ground_level(self.t);
+        match self.phase {
+            Phase::Held { since, level: old } if level > old => {
+                self.lift(old);
+                self.place(level, 0.0);
+                self.land(since, level);
+            }
+            Phase::Held { since, level: old } if level < old => {
+                let pull = self.pull_at_rest(old);
+                self.release(since, old, pull, trace)?;
+            }
+            Phase::Flight => {
+                let (x, v) = self.proof_mass();
+                if x < level {
+                    self.place(level, v.max(0.0));
+                }
+            }
+            Phase::Held { .. } => {}
         }
         Ok(())
     }
@@ -442,22 +483,25 @@ impl Runner {
         let mut at = self
             .device
             .flight_kinematics(self.t, voltage, &self.q, &self.v);
-        let drive = self.device.drive_force(&at, self.segment.branch, &self.z);
+        let branch = self.segment.branch;
+        let drive = self.device.drive_force(&mut at, branch, &self.z);
         at.vp = 0.0;
         let on_mass = self.device.effect_force(&at, &self.z);
         self.device.pull_flight(&self.q, &self.v, drive, on_mass)
     }
 
-    fn hold(&mut self, since: f64, level: f64, trace: &mut Trace) -> Result<(), SimError> {
+    /// Pull-off force now, of the mass held at `level`.
+    fn pull_at_rest(&self, level: f64) -> f64 {
         let voltage = self.segment.shape.voltage(self.t);
-        let at = self
-            .device
-            .held_kinematics(self.t, voltage, level, &self.r, &self.dr);
-        let drive = self.device.drive_force(&at, self.segment.branch, &self.z);
-        let on_mass = self.device.effect_force(&at, &self.z);
-        let pull = self
-            .device
-            .pull_held(&self.r, &self.dr, level, drive, on_mass);
+        let device = &self.device;
+        let mut at = device.held_kinematics(self.t, voltage, level, &self.r, &self.dr);
+        let drive = device.drive_force(&mut at, self.segment.branch, &self.z);
+        let on_mass = device.effect_force(&at, &self.z);
+        device.pull_held(&self.r, &self.dr, level, drive, on_mass)
+    }
+
+    fn hold(&mut self, since: f64, level: f64, trace: &mut Trace) -> Result<(), SimError> {
+        let pull = self.pull_at_rest(level);
         if pull > self.threshold(self.t - since) {
             return self.release(since, level, pull, trace);
         }
@@ -517,10 +561,10 @@ impl Runner {
         self.held.modal_at(s, r, dr);
         let t = self.t + s * h;
         let voltage = self.segment.shape.voltage(t);
-        let at = self.device.held_kinematics(t, voltage, level, r, dr);
+        let mut at = self.device.held_kinematics(t, voltage, level, r, dr);
         let states = self.held.states_at(s);
         let z = states.as_slice();
-        let drive = self.device.drive_force(&at, self.segment.branch, z);
+        let drive = self.device.drive_force(&mut at, self.segment.branch, z);
         let on_mass = self.device.effect_force(&at, z);
         self.device.pull_held(r, dr, level, drive, on_mass)
     }
@@ -538,9 +582,20 @@ impl Runner {
         self.report(trace, EventKind::Release, [0.0; 2], pull, self.t - since)
     }
 
+    /// Voltage when a sample is taken that shows the device at `t`.
+    #[inline]
+    fn voltage_when_taken(&self, t: f64) -> f64 {
+        if self.delay > 0.0 {
+            self.drive.voltage(t + self.delay)
+        } else {
+            self.segment.shape.voltage(t)
+        }
+    }
+
     /// Samples of a flight step up to fraction `s`.
     fn emit_flight(&mut self, h: f64, s: f64, trace: &mut Trace) {
-        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample);
+        let delay = self.delay;
+        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample, delay);
         if sink.is_empty() {
             return;
         }
@@ -550,7 +605,11 @@ impl Runner {
         let mut fast = FastModes::new(&self.flight.swings, &self.flight_sampling);
         while let Some((t, s)) = sink.next() {
             fast.advance(s * h);
-            let states = self.options.forces.then(|| self.flight.states_at(s));
+            if t < self.t {
+                // A late sample of before the start shows the start.
+                fast.restart();
+            }
+            let states = device.has_effects().then(|| self.flight.states_at(s));
             let (xp, vp) = fast.add(p.value_and_slope(s, h), &device.phi_p);
             let (xc, vc) = if device.has_cantilever {
                 fast.add(c.value_and_slope(s, h), &device.phi_c)
@@ -564,6 +623,7 @@ impl Runner {
                 xc,
                 vc,
                 pull: None,
+                voltage: self.voltage_when_taken(t),
                 z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };
             sample.push(device, &self.segment, trace);
@@ -573,7 +633,8 @@ impl Runner {
 
     /// Samples of a held step up to fraction `s`.
     fn emit_held(&mut self, h: f64, s: f64, since: f64, level: f64, trace: &mut Trace) {
-        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample);
+        let delay = self.delay;
+        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample, delay);
         if sink.is_empty() {
             return;
         }
@@ -584,7 +645,7 @@ impl Runner {
         let mut fast = FastModes::new(&self.held.swings, &self.held_sampling);
         while let Some((t, s)) = sink.next() {
             fast.advance(s * h);
-            let states = self.options.forces.then(|| self.held.states_at(s));
+            let states = device.has_effects().then(|| self.held.states_at(s));
             let (xc, vc) = fast.add(c.value_and_slope(s, h), shape);
             let pull = self.options.forces.then(|| {
                 let pull = self.held_pull(h, s, level);
@@ -597,6 +658,7 @@ impl Runner {
                 xc: base + xc,
                 vc,
                 pull,
+                voltage: self.voltage_when_taken(t),
                 z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };
             sample.push(device, &self.segment, trace);

@@ -128,6 +128,7 @@ pub(super) struct Step {
     pub force: [f64; S],
     pub drive: [f64; S],
     inputs: Vec<f64>,
+    rates: Vec<f64>,
     v_before: Vec<f64>,
     /// Force on each mode at the points, per unit modal mass.
     mode_force: Vec<[f64; S]>,
@@ -139,8 +140,11 @@ pub(super) struct Step {
 }
 
 impl Step {
-    pub fn new(modes: usize, states: usize) -> Self {
+    /// Scratch for so many modes, and extra states that decay at `rates` [1/s].
+    pub fn new(modes: usize, rates: &[f64]) -> Self {
+        let states = rates.len();
         Self {
+            rates: rates.to_vec(),
             q: vec![0.0; S * modes],
             v: vec![0.0; S * modes],
             z: vec![0.0; S * states],
@@ -171,13 +175,17 @@ impl Step {
 
     /// Extra states at fraction `s` of the step.
     pub fn states_at(&self, s: f64) -> StateValues {
-        let count = self.z.len() / S;
+        let count = self.rates.len();
         let mut values = [0.0; super::MAX_STATES];
-        if count > 0 {
-            let basis = super::nodes::lagrange(s);
-            for (i, value) in values[..count].iter_mut().enumerate() {
-                *value = (0..S).map(|k| basis[k] * self.z[k * count + i]).sum();
-            }
+        for (i, value) in values[..count].iter_mut().enumerate() {
+            let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * count + i]);
+            *value = if self.rates[i] * self.h > super::linear::QUICK_DECAY {
+                super::linear::decay_at(self.rates[i], self.h, self.z[i], &input, s)
+            } else {
+                let z: [f64; S] = std::array::from_fn(|k| self.z[k * count + i]);
+                let slopes = std::array::from_fn(|k| input[k] - self.rates[i] * z[k]);
+                Dense::new(&z, &slopes, self.h).value(s)
+            };
         }
         StateValues { values, count }
     }
@@ -238,6 +246,28 @@ impl Step {
             .filter(|(_, swing)| swing.fast)
             .map(|(weight, swing)| weight * swing.free(s * self.h).0)
             .sum()
+    }
+
+    /// What the inputs of the extra states leave beyond the polynomial, as a share of the
+    /// state and of the displacement: states have units of their own.
+    fn state_error(&self) -> f64 {
+        let states = self.z.len() / S;
+        let size = self.xp.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        let worst = (0..states).fold(0.0f64, |worst, i| {
+            let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
+            let within = self.h.min(1.0 / self.rates[i].max(1e-300));
+            let scale = (0..S).fold(0.0f64, |a, k| {
+                a.max(self.z[k * states + i].abs())
+                    .max(input[k].abs() * within)
+            });
+            let top = dot(top_coefficient(), &input).abs() * within;
+            if top > 0.0 {
+                worst.max(top / scale)
+            } else {
+                worst
+            }
+        });
+        0.02 * worst * size
     }
 
     /// Makes ready what dense output needs, once the forces have settled.
@@ -338,6 +368,7 @@ impl Step {
         // A residual Legendre part of degree 4 moves the end by a small share of its
         // size: its mean over the step is zero.
         self.error = 0.02 * growth * (top + drive_top * device.drive_ratio);
+        self.error += self.state_error();
         if self.error.is_finite() && self.xp.iter().all(|x| device.is_inside_film(*x)) {
             Ok(())
         } else {
@@ -503,6 +534,8 @@ impl Step {
             }
             let size = self.force[0].abs().max(self.drive[0].abs());
             if change <= 0.02 * force_tolerance || change <= 8.0 * f64::EPSILON * size {
+                // States that nothing feels are not judged by the forces.
+                self.propagate_states(table);
                 return Ok(());
             }
             if sweep > 1 && change > 10.0 * previous {
@@ -529,7 +562,7 @@ impl Step {
             let (q, v) = (self.q_at(k), self.v_at(k));
             let t = t + NODES[k] * self.h;
             let voltage = segment.shape.voltage(t);
-            let at = match ground {
+            let mut at = match ground {
                 Some(ground) => device.held_kinematics(t, voltage, ground, q, v),
                 None => device.flight_kinematics(t, voltage, q, v),
             };
@@ -538,7 +571,7 @@ impl Step {
             if ground.is_none() {
                 force[k] += device.film_force(at.xp, at.vp);
             }
-            self.drive[k] = device.drive_force(&at, segment.branch, z);
+            self.drive[k] = device.drive_force(&mut at, segment.branch, z);
             (self.xp[k], self.vp[k]) = (at.xp, at.vp);
             device.state_inputs(&at, z, &mut self.inputs[k * states..(k + 1) * states]);
         }
@@ -619,6 +652,7 @@ impl Step {
         self.force = previous;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         self.error = 0.02 * growth * drive_top * device.drive_ratio;
+        self.error += self.state_error();
         if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
             Ok(())
         } else {

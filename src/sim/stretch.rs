@@ -188,7 +188,7 @@ impl StretchSimulator {
         let voltage = segment.shape.voltage(t);
         let mut z = vec![0.0; d.rates.len()];
         let mut input = vec![0.0; d.rates.len()];
-        let at = Kinematics {
+        let mut at = Kinematics {
             t,
             voltage,
             ..Kinematics::default()
@@ -199,7 +199,7 @@ impl StretchSimulator {
                 *z = if *rate > 0.0 { u / rate } else { 0.0 };
             }
         }
-        let force = d.drive_force(&at, segment.branch, &z);
+        let force = d.drive_force(&mut at, segment.branch, &z);
         let q: Vec<f64> = match held {
             None => (0..d.flight.len())
                 .map(|i| (d.phi_d[i] * force, d.flight[i].omega2))
@@ -224,8 +224,8 @@ impl StretchSimulator {
         let d = &self.device;
         let segment = segment_at(drive, t);
         let voltage = segment.shape.voltage(t);
-        let at = d.held_kinematics(t, voltage, level, &state.q, &state.v);
-        let force = d.drive_force(&at, segment.branch, &state.z);
+        let mut at = d.held_kinematics(t, voltage, level, &state.q, &state.v);
+        let force = d.drive_force(&mut at, segment.branch, &state.z);
         let on_mass = d.effect_force(&at, &state.z);
         d.pull_held(&state.q, &state.v, level, force, on_mass)
     }
@@ -261,14 +261,16 @@ impl StretchSimulator {
                 let h = end - t;
                 let middle = t + 0.5 * h;
                 let p = motion(middle);
-                let at = Kinematics {
+                let mut at = Kinematics {
                     t: middle,
                     xp: p.xp,
                     vp: p.vp,
                     xc: p.xc,
                     vc: p.vc,
                     voltage: segment.shape.voltage(middle),
+                    gain: 0.0,
                 };
+                d.drive_force(&mut at, segment.branch, &z);
                 d.state_inputs(&at, &z, &mut u);
                 for ((z, u), rate) in z.iter_mut().zip(&u).zip(&d.rates) {
                     let decay = (-rate * h).exp();
@@ -311,11 +313,10 @@ pub struct Stretcher<'a> {
 impl<'a> Stretcher<'a> {
     /// For stretches of `simulator`.
     pub fn new(simulator: &'a StretchSimulator) -> Self {
-        let states = simulator.device.rates.len();
         Self {
             simulator,
-            flight: Step::new(simulator.modes(), states),
-            held: Step::new(simulator.device.held_modes.len(), states),
+            flight: Step::new(simulator.modes(), &simulator.device.rates),
+            held: Step::new(simulator.device.held_modes.len(), &simulator.device.rates),
             level: 0,
         }
     }

@@ -23,9 +23,9 @@ pub static EFFECT: EffectSpec = EffectSpec {
         meaning: "downward acceleration; negative when the rig is turned over",
         equation: "F = -m g",
     }],
-    build: |values, structure| {
+    build: |values, around| {
         Box::new(Gravity {
-            weight: structure.proof_mass * values[0],
+            weight: around.structure.proof_mass * values[0],
         })
     },
 };

@@ -4,16 +4,43 @@
 //! [`Action`] (what it does). A new effect is a new file and a line in [`CATALOGUE`];
 //! the simulator, the sliders and the command line find it there.
 
+mod adhesion_saturation;
+mod amplifier_lag;
+mod cubic_stiffness;
+mod electrostatic;
+mod extra_mode;
+mod gap_step;
 mod gravity;
+mod long_range_attraction;
+mod piezo_creep;
 mod quadratic_drag;
+mod sensor_lag;
+mod velocity_restitution;
+mod zero_drift;
 
 use std::fmt;
 
-use super::parameter::ParameterSpec;
+use super::drive::Segment;
+use super::parameter::{ParameterSpec, Parameters};
+use super::sensor::Point;
 use super::structure::Structure;
 
 /// All effects that are known.
-pub static CATALOGUE: &[&EffectSpec] = &[&quadratic_drag::EFFECT, &gravity::EFFECT];
+pub static CATALOGUE: &[&EffectSpec] = &[
+    &amplifier_lag::EFFECT,
+    &piezo_creep::EFFECT,
+    &electrostatic::EFFECT,
+    &extra_mode::EFFECT,
+    &cubic_stiffness::EFFECT,
+    &quadratic_drag::EFFECT,
+    &long_range_attraction::EFFECT,
+    &adhesion_saturation::EFFECT,
+    &velocity_restitution::EFFECT,
+    &gap_step::EFFECT,
+    &zero_drift::EFFECT,
+    &sensor_lag::EFFECT,
+    &gravity::EFFECT,
+];
 
 /// What an effect is.
 pub struct EffectSpec {
@@ -30,7 +57,16 @@ pub struct EffectSpec {
     /// Its parameters, with defaults and ranges.
     pub parameters: &'static [ParameterSpec],
     /// Builds the action for values in the order of `parameters`.
-    pub build: fn(&[f64], &Structure) -> Box<dyn Action>,
+    pub build: fn(&[f64], &Surroundings<'_>) -> Box<dyn Action>,
+}
+
+/// The device that an effect is built into.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// Its structure, with what effects before this one added.
+    pub structure: &'a Structure,
+    /// Its parameters.
+    pub parameters: &'a Parameters,
 }
 
 impl fmt::Debug for EffectSpec {
@@ -93,6 +129,9 @@ pub struct Kinematics {
     pub vc: f64,
     /// Voltage at the terminals [V].
     pub voltage: f64,
+    /// `gc` that drives at present, all effects included; not known to
+    /// [`Action::drive_voltage`] and [`Action::drive_gain`], which make it.
+    pub gain: f64,
 }
 
 /// What an effect does, at each of the places where it can attach. Every method
@@ -109,14 +148,20 @@ pub trait Action: Send + Sync + fmt::Debug {
     /// Extra states: the inputs `u_k`.
     fn state_inputs(&self, _at: &Kinematics, _z: &[f64], _inputs: &mut [f64]) {}
 
+    /// Drive: the piece of `segment` that begins at `t` over which the effect's law has no
+    /// break; its end may be earlier, its hysteresis branch another.
+    fn piece(&self, segment: Segment, _t: f64, _z: &[f64]) -> Segment {
+        segment
+    }
+
     /// Drive: the voltage that the piezo film sees, from the one it would see without.
     fn drive_voltage(&self, voltage: f64, _at: &Kinematics, _z: &[f64]) -> f64 {
         voltage
     }
 
-    /// Drive: further force where the piezo drives the cantilever [N].
-    fn drive_force(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
-        0.0
+    /// Drive: `gc`, from the one without.
+    fn drive_gain(&self, gain: f64, _at: &Kinematics, _z: &[f64]) -> f64 {
+        gain
     }
 
     /// Force on the proof mass [N], in flight and while it is held.
@@ -129,8 +174,9 @@ pub trait Action: Send + Sync + fmt::Debug {
         level
     }
 
-    /// Contact: adhesion [N] after `contact_time` [s], from the adhesion without.
-    fn adhesion(&self, adhesion: f64, _contact_time: f64) -> f64 {
+    /// Contact: adhesion [N] after `contact_time` [s], from the adhesion without and from
+    /// what it is at touch.
+    fn adhesion(&self, adhesion: f64, _at_touch: f64, _contact_time: f64) -> f64 {
         adhesion
     }
 
@@ -139,9 +185,15 @@ pub trait Action: Send + Sync + fmt::Debug {
         alpha
     }
 
-    /// Sensor: changes a uniformly sampled reading [m] in place; first sample at `t0`,
-    /// interval `dt` [s].
-    fn alter_reading(&self, _reading: &mut [f64], _t0: f64, _dt: f64) {}
+    /// Sensor: the reading of a point at `t` [m], from the one without.
+    fn reading(&self, reading: f64, _point: Point, _t: f64, _z: &[f64]) -> f64 {
+        reading
+    }
+
+    /// Sensor: time by which readings are late as a whole [s], not negative.
+    fn reading_delay(&self) -> f64 {
+        0.0
+    }
 }
 
 #[cfg(test)]

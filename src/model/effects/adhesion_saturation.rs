@@ -1,0 +1,79 @@
+//! `adhesion_saturation`: adhesion that grows ever more slowly with contact time.
+
+use super::{Action, EffectSpec};
+use crate::model::parameter::{ParameterSpec, Rank, Scale};
+
+/// The effect.
+pub static EFFECT: EffectSpec = EffectSpec {
+    id: "adhesion_saturation",
+    name: "saturating adhesion",
+    sentence: "Adhesion grows fast at first and then levels off, in place of a straight line in contact time.",
+    law: "f_a = Ca0 + dF ((1 - s)(1 - exp(-t/tau)) + s ln(1 + t/tau))",
+    source: "capillary nucleation: Szoszkiewicz and Riedo, Phys. Rev. Lett. 95, 135502 (2005)",
+    parameters: &[
+        ParameterSpec {
+            id: "dF",
+            symbol: "dF",
+            name: "growth of adhesion",
+            unit: "N",
+            default: 100e-9,
+            range: (0.0, 500e-9),
+            limits: (0.0, 1e9),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "how much adhesion gains in the end; 0 leaves the straight line",
+            equation: "f_a = Ca0 + dF (1 - exp(-t/tau))",
+        },
+        ParameterSpec {
+            id: "tau",
+            symbol: "τ",
+            name: "time of growth",
+            unit: "s",
+            default: 5e-3,
+            range: (0.1e-3, 200e-3),
+            limits: (1e-9, 1e9),
+            scale: Scale::Log,
+            rank: Rank::Advanced,
+            meaning: "contact time over which adhesion grows",
+            equation: "f_a = Ca0 + dF (1 - exp(-t/tau))",
+        },
+        ParameterSpec {
+            id: "log_share",
+            symbol: "s",
+            name: "logarithmic share",
+            unit: "",
+            default: 0.0,
+            range: (0.0, 1.0),
+            limits: (0.0, 1.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "0 levels off, 1 grows as ln(1 + t/tau)",
+            equation: "f_a = Ca0 + dF ln(1 + t/tau)",
+        },
+    ],
+    build: |values, _| {
+        Box::new(AdhesionSaturation {
+            growth: values[0],
+            tau: values[1],
+            log_share: values[2],
+        })
+    },
+};
+
+#[derive(Debug)]
+struct AdhesionSaturation {
+    growth: f64,
+    tau: f64,
+    log_share: f64,
+}
+
+impl Action for AdhesionSaturation {
+    fn adhesion(&self, adhesion: f64, at_touch: f64, contact_time: f64) -> f64 {
+        if self.growth == 0.0 {
+            return adhesion;
+        }
+        let s = contact_time.max(0.0) / self.tau;
+        let levels_off = -(-s).exp_m1();
+        at_touch + self.growth * ((1.0 - self.log_share) * levels_off + self.log_share * s.ln_1p())
+    }
+}

@@ -1,0 +1,38 @@
+//! `cubic_stiffness`: a spring that hardens or softens with deflection.
+
+use super::{Action, EffectSpec, Kinematics};
+use crate::model::parameter::{ParameterSpec, Rank, Scale};
+
+/// The effect.
+pub static EFFECT: EffectSpec = EffectSpec {
+    id: "cubic_stiffness",
+    name: "cubic stiffness",
+    sentence: "The spring hardens (or softens) with deflection, so that the frequency of a ring changes with its size.",
+    law: "F = -k3 xp^3",
+    source: "Duffing's oscillator, e.g. Nayfeh and Mook, Nonlinear Oscillations, 1979",
+    parameters: &[ParameterSpec {
+        id: "k3",
+        symbol: "k3",
+        name: "cubic stiffness",
+        unit: "N/m^3",
+        default: 2e4,
+        range: (-1e5, 1e5),
+        limits: (-1e15, 1e15),
+        scale: Scale::Linear,
+        rank: Rank::Advanced,
+        meaning: "force per cubed displacement of the proof mass; negative softens",
+        equation: "F = -k3 xp^3",
+    }],
+    build: |values, _| Box::new(CubicStiffness { k3: values[0] }),
+};
+
+#[derive(Debug)]
+struct CubicStiffness {
+    k3: f64,
+}
+
+impl Action for CubicStiffness {
+    fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
+        -self.k3 * at.xp * at.xp * at.xp
+    }
+}

@@ -1,0 +1,80 @@
+//! `long_range_attraction`: the ground pulls before it is touched.
+
+use super::{Action, EffectSpec, Kinematics};
+use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
+
+/// The mass is never nearer than this share of `h0`: the force stays finite.
+const NEAREST: f64 = 1e-3;
+
+/// The effect.
+pub static EFFECT: EffectSpec = EffectSpec {
+    id: "long_range_attraction",
+    name: "long-range attraction",
+    sentence: "Charges or van der Waals forces pull the mass over the last micrometres before it touches.",
+    law: "F = -A (h0 / (xp + dp + h0))^n",
+    source: "power laws of surface forces, e.g. Israelachvili, Intermolecular and Surface Forces, 2011, chapter 13",
+    parameters: &[
+        ParameterSpec {
+            id: "A",
+            symbol: "A",
+            name: "attraction at touch",
+            unit: "N",
+            default: 20e-9,
+            range: (0.0, 200e-9),
+            limits: (0.0, 1e9),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "attraction when the mass touches the ground",
+            equation: "F = -A (h0 / (xp + dp + h0))^n",
+        },
+        ParameterSpec {
+            id: "h0",
+            symbol: "h0",
+            name: "range",
+            unit: "m",
+            default: 2e-6,
+            range: (50e-9, 50e-6),
+            limits: (1e-12, 1e9),
+            scale: Scale::Log,
+            rank: Rank::Advanced,
+            meaning: "height over which the attraction falls off",
+            equation: "F = -A (h0 / (xp + dp + h0))^n",
+        },
+        ParameterSpec {
+            id: "n",
+            symbol: "n",
+            name: "exponent",
+            unit: "",
+            default: 2.0,
+            range: (2.0, 3.0),
+            limits: (0.5, 12.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "2 for charge patches and a sphere on a plane, 3 for plates",
+            equation: "F = -A (h0 / (xp + dp + h0))^n",
+        },
+    ],
+    build: |values, around| {
+        Box::new(LongRangeAttraction {
+            strength: values[0],
+            range: values[1],
+            exponent: values[2],
+            dp: around.parameters[ParameterId::Dp],
+        })
+    },
+};
+
+#[derive(Debug)]
+struct LongRangeAttraction {
+    strength: f64,
+    range: f64,
+    exponent: f64,
+    dp: f64,
+}
+
+impl Action for LongRangeAttraction {
+    fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
+        let height = (at.xp + self.dp + self.range).max(NEAREST * self.range);
+        -self.strength * (self.range / height).powf(self.exponent)
+    }
+}

@@ -1,0 +1,84 @@
+//! `sensor_lag`: the readings are late.
+
+use super::{Action, EffectSpec, Kinematics};
+use crate::model::parameter::{ParameterSpec, Rank, Scale};
+use crate::model::sensor::Point;
+
+/// The effect.
+pub static EFFECT: EffectSpec = EffectSpec {
+    id: "sensor_lag",
+    name: "late readings",
+    sentence: "Both readings are late against the voltage: by a fixed delay, a first-order lag, or both.",
+    law: "y(t) = r(t - d),  tau r' = x - r",
+    source: "delay of a vibrometer's decoder and filters",
+    parameters: &[
+        ParameterSpec {
+            id: "tau",
+            symbol: "τ",
+            name: "lag",
+            unit: "s",
+            default: 20e-6,
+            range: (0.0, 200e-6),
+            limits: (0.0, 1e3),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "time constant of the reading's first-order lag",
+            equation: "tau r' = x - r",
+        },
+        ParameterSpec {
+            id: "delay",
+            symbol: "d",
+            name: "delay",
+            unit: "s",
+            default: 0.0,
+            range: (0.0, 200e-6),
+            limits: (0.0, 1e3),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "time by which the reading is late as a whole",
+            equation: "y(t) = r(t - d)",
+        },
+    ],
+    build: |values, _| {
+        Box::new(SensorLag {
+            rates: if values[0] > 0.0 {
+                vec![1.0 / values[0]; 2]
+            } else {
+                Vec::new()
+            },
+            delay: values[1],
+        })
+    },
+};
+
+/// States: the lagged reading of the proof mass and of the cantilever [m].
+#[derive(Debug)]
+struct SensorLag {
+    rates: Vec<f64>,
+    delay: f64,
+}
+
+impl Action for SensorLag {
+    fn state_rates(&self) -> &[f64] {
+        &self.rates
+    }
+
+    fn state_inputs(&self, at: &Kinematics, _z: &[f64], inputs: &mut [f64]) {
+        if let ([rate, _], [p, c]) = (self.rates.as_slice(), inputs) {
+            *p = rate * at.xp;
+            *c = rate * at.xc;
+        }
+    }
+
+    fn reading(&self, reading: f64, point: Point, _t: f64, z: &[f64]) -> f64 {
+        match (z, point) {
+            ([p, _], Point::ProofMass) => *p,
+            ([_, c], Point::Cantilever) => *c,
+            _ => reading,
+        }
+    }
+
+    fn reading_delay(&self) -> f64 {
+        self.delay
+    }
+}
