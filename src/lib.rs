@@ -1,11 +1,12 @@
 //! `impactscope`: how small things hit the ground.
 //!
 //! Floors, each importing only from those below it:
-//! `app` (the window) - `recording` (measurements) - `sim` (the hybrid simulator)
+//! `app` (the window) - `fit` (identification) - `recording` (measurements) - `sim` (the hybrid simulator)
 //! - `model` (what the device is).
 
 pub mod app;
 pub mod cli;
+pub mod fit;
 pub mod model;
 pub mod recording;
 pub mod sim;

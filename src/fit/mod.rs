@@ -1,0 +1,28 @@
+//! Identification: parameters from recordings.
+//!
+//! Impacts make a long simulation diverge from the recording after one contact that is
+//! slightly mistimed. So a recording is cut into *segments*, and each is simulated from
+//! a free initial state through the events that the data show, at free instants
+//! ([`timeline`], [`segment`], [`chain`]). The laws of the ground (height at a touch,
+//! velocity after a bounce, force at a release) are residuals like the readings. Each
+//! segment's own unknowns are eliminated ([`problem`]), and parameters and the rig's
+//! nuisances are found by bounded, robust Levenberg-Marquardt ([`solve`]) from several
+//! starts ([`global`]).
+
+pub mod chain;
+pub mod error;
+pub mod global;
+pub mod options;
+pub mod prepare;
+pub mod problem;
+pub mod robust;
+pub mod segment;
+pub mod solve;
+pub mod space;
+pub mod timeline;
+pub mod track;
+
+pub use error::FitError;
+pub use options::{FitOptions, FreeNuisances, default_free};
+pub use prepare::Part;
+pub use solve::{Control, Progress};
