@@ -5,7 +5,7 @@
 //! bounce, the force at a release), and how far the instants are from where they were
 //! guessed. Their number does not depend on the unknowns.
 
-use super::segment::{JointKind, Segment};
+use super::segment::{Joint, JointKind, Segment};
 use super::timeline::Kind;
 use crate::recording::Recording;
 use crate::sim::{SimError, StretchState, Stretcher};
@@ -113,11 +113,7 @@ pub fn rows(segment: &Segment, setting: &Setting<'_>) -> Vec<Row> {
 
 /// Unknowns of a held start.
 fn held_count(segment: &Segment) -> usize {
-    let joints: usize = segment
-        .joints
-        .iter()
-        .map(|j| 1 + usize::from(matches!(j.what, JointKind::Event(Kind::Bounce { .. }))))
-        .sum();
+    let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
     segment.locals.len() - joints
 }
 

@@ -9,8 +9,9 @@ use super::error::FitError;
 use super::options::FitOptions;
 use super::prepare::{Findings, Part, Prepared, prepare};
 use super::problem::Nuisance;
+use super::revise::revise;
 use super::robust::Huber;
-use super::solve::{Clock, Control, Plan, Point, improve, settle};
+use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
 use super::space::Space;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -77,7 +78,14 @@ pub fn search(
         iterations: options.iterations,
         locked: &[],
     };
-    let best = improve(problem, point, &all, control, &mut clock)?;
+    let mut best = improve(problem, point, &all, control, &mut clock)?;
+    for _ in 0..2 {
+        let huber = threshold(problem, &best)?;
+        if control.cancelled() || revise(problem, &mut best, &prepared.segments, huber)? == 0 {
+            break;
+        }
+        best = improve(problem, best, &all, control, &mut clock)?;
+    }
     let _ = thickness;
     Ok((prepared, best))
 }

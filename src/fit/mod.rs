@@ -15,6 +15,7 @@ pub mod global;
 pub mod options;
 pub mod prepare;
 pub mod problem;
+pub mod revise;
 pub mod robust;
 pub mod segment;
 pub mod solve;

@@ -271,8 +271,7 @@ impl Problem {
         };
         let mut there = locals.clone();
         for j in 0..l {
-            // A step as large as the noise is well above rounding and still small.
-            let step = 0.5;
+            let step = segment.step(locals, j);
             there[j] = locals[j] + step;
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, &there, &mut r) {
                 return None;
@@ -331,6 +330,7 @@ impl Problem {
     ) -> (Vec<f64>, f64) {
         let mut stretcher = Stretcher::new(simulator);
         let mut locals = start;
+        segment.keep_within(&mut locals);
         let (mut r0, mut r) = (Vec::new(), Vec::new());
         if !self.evaluate(segment, states, &mut stretcher, nuisances, &locals, &mut r0) {
             return (locals, f64::INFINITY);
@@ -344,12 +344,13 @@ impl Problem {
             let weights: Vec<f64> = r0.iter().map(|r| huber.root_weight(*r)).collect();
             for j in 0..l {
                 let mut there = locals.clone();
-                there[j] += 0.5;
+                let step = segment.step(&locals, j);
+                there[j] += step;
                 if !self.evaluate(segment, states, &mut stretcher, nuisances, &there, &mut r) {
                     return (locals, cost);
                 }
                 for i in 0..m {
-                    a[(i, j)] = weights[i] * (r[i] - r0[i]) / 0.5;
+                    a[(i, j)] = weights[i] * (r[i] - r0[i]) / step;
                 }
             }
             let right = DVector::from_fn(m, |i, _| weights[i] * r0[i]);
@@ -365,7 +366,9 @@ impl Problem {
                     damping *= 10.0;
                     continue;
                 };
-                let there: Vec<f64> = locals.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
+                let mut there: Vec<f64> =
+                    locals.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
+                segment.keep_within(&mut there);
                 if self.evaluate(segment, states, &mut stretcher, nuisances, &there, &mut r) {
                     let now = huber.total(&r);
                     if now < cost {

@@ -13,6 +13,8 @@ use crate::sim::{StretchSimulator, StretchState};
 const GUARD: usize = 4;
 /// Fewest samples of a stretch.
 const LEAST: usize = 6;
+/// Step of an unknown for differences, in its unit.
+const STEP: f64 = 0.5;
 /// Time constants after which a held cantilever counts as come to rest.
 const SETTLED: f64 = 7.0;
 
@@ -60,6 +62,17 @@ pub struct Segment {
     pub locals: Vec<f64>,
     /// Unit of each unknown.
     pub units: Vec<f64>,
+    /// Unit of velocities after a bounce \[m/s\].
+    pub velocity_unit: f64,
+    /// Interval of the samples \[s\].
+    pub interval: f64,
+}
+
+impl Joint {
+    /// Number of its unknowns: its time, and the velocity after a bounce.
+    pub fn unknowns(&self) -> usize {
+        1 + usize::from(matches!(self.what, JointKind::Event(Kind::Bounce { .. })))
+    }
 }
 
 impl Segment {
@@ -68,9 +81,33 @@ impl Segment {
         locals[i] * self.units[i]
     }
 
-    /// Index of the first unknown that belongs to joints.
-    pub fn first_joint(&self, modes: usize) -> usize {
-        2 * if self.starts_held { modes - 1 } else { modes }
+    /// Brings instants back within their reach.
+    pub fn keep_within(&self, locals: &mut [f64]) {
+        let joints: usize = self.joints.iter().map(Joint::unknowns).sum();
+        let mut k = locals.len() - joints;
+        for joint in &self.joints {
+            let reach = joint.reach / self.units[k];
+            locals[k] = locals[k].clamp(-reach, reach);
+            k += joint.unknowns();
+        }
+    }
+
+    /// Step of unknown `k` for differences: about as large as the noise, which is well
+    /// above rounding and still small; inwards from the end of an instant's reach.
+    pub fn step(&self, locals: &[f64], k: usize) -> f64 {
+        let mut there = locals.to_vec();
+        there[k] += STEP;
+        self.keep_within(&mut there);
+        if there[k] < locals[k] + 0.5 * STEP {
+            -STEP
+        } else {
+            STEP
+        }
+    }
+
+    /// Unit of instants \[s\].
+    pub fn time_unit(&self) -> f64 {
+        0.02 * self.interval
     }
 }
 
@@ -235,6 +272,8 @@ fn segment(c: &Cut<'_>, samples: Range<usize>, quiet: f64) -> Option<Segment> {
         pieces,
         locals: Vec::new(),
         units: Vec::new(),
+        velocity_unit: 0.05 * c.noise / interval,
+        interval,
     };
     guess(c, &mut segment);
     Some(segment)

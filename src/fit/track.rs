@@ -108,27 +108,19 @@ impl Track {
             edges: Vec::new(),
         };
         let mut from = 0;
+        let mut jumped = None;
         while from + 1 < n {
             if jumps(from + 1) {
+                // The next piece reaches back to the jump.
                 let middle = 0.5 * (time[from] + time[from + 1]);
                 let width = time[from + 1] - time[from];
-                track.edge(middle, 0.29 * width, 0.5 * width);
-                // Held from the jump on; the next piece takes over at the sample.
-                track.push(
-                    time[from],
-                    time[from + 1],
-                    branch(from + 1),
-                    constant(volts[from + 1]),
-                );
-                if let [.., before, after] = track.pieces.as_mut_slice() {
-                    before.end = middle;
-                    after.start = middle;
-                }
+                track.edge(middle, 0.6 * width, 1.5 * width);
+                jumped = Some(middle);
                 from += 1;
                 continue;
             }
             let own = branch(from + 1);
-            if track.pieces.last().is_some_and(|p| p.branch != own) {
+            if jumped.is_none() && track.pieces.last().is_some_and(|p| p.branch != own) {
                 // The voltage turned here, or noise hides for how long it lingered.
                 let near = |i: &usize| (volts[*i] - volts[from]).abs() <= tolerance;
                 let linger = (from..n).take_while(near).count().min(50) as f64 * interval;
@@ -148,14 +140,25 @@ impl Track {
                 .last()
                 .unwrap_or(from + 1);
             let (to, shape) = longest(time, volts, from, most, tolerance);
-            track.push(time[from], time[to], own, shape);
+            let start = jumped.take().unwrap_or(time[from]);
+            if let Some(before) = track.pieces.last_mut() {
+                before.end = start;
+            }
+            track.push(start, time[to], own, shape);
             from = to;
         }
-        if let Some(last) = track.pieces.last_mut() {
-            let end = last.end;
-            let branch = last.branch;
-            track.push(end, f64::INFINITY, branch, constant(volts[n - 1]));
-        }
+        let end = jumped.unwrap_or(time[n - 1]);
+        let last = track.pieces.last_mut().map_or(Branch::Poled, |last| {
+            last.end = end;
+            last.branch
+        });
+        // After a jump in the very last interval the voltage went the other way.
+        let last = match (jumped, volts[n - 1] > volts[n.saturating_sub(2)]) {
+            (None, _) => last,
+            (Some(_), true) => Branch::Rising,
+            (Some(_), false) => Branch::Falling,
+        };
+        track.push(end, f64::INFINITY, last, constant(volts[n - 1]));
         track
     }
 
