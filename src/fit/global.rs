@@ -9,7 +9,7 @@ use super::error::FitError;
 use super::options::FitOptions;
 use super::prepare::{Findings, Part, Prepared, prepare};
 use super::problem::Nuisance;
-use super::revise::revise;
+use super::revise::{revise, set_suspects_aside};
 use super::robust::Huber;
 use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
 use super::space::Space;
@@ -22,6 +22,8 @@ const THICKNESSES: [f64; 3] = [0.05, 0.15, 0.5];
 /// Damping by the film at contact at first, as a share of the first mode's frequency: a
 /// film that is too strong would hold the mass where it is.
 const WEAK: f64 = 0.1;
+/// How often events are read again.
+const ROUNDS: usize = 2;
 /// Loss at first: hardly robust, as everything is far off.
 const FAR: Huber = Huber(1e4);
 
@@ -54,8 +56,9 @@ pub fn search(
     let problem = &prepared.problem;
     let mut x = space.coordinates(&start);
     x.extend_from_slice(&prepared.nuisances);
+    let used = vec![true; prepared.segments.len()];
     let mut clock = Clock::new(3 * options.iterations);
-    let point = settle(problem, &x, &prepared.segments, FAR, 3)?;
+    let point = settle(problem, &x, &prepared.segments, &used, FAR, 3)?;
     let ground = ["gp", "Cs", "Ca", "Ca0", "alpha"];
     let mut later: Vec<usize> = ground.iter().filter_map(|id| space.position(id)).collect();
     if later.len() == space.len() {
@@ -79,9 +82,14 @@ pub fn search(
         locked: &[],
     };
     let mut best = improve(problem, point, &all, control, &mut clock)?;
-    for _ in 0..2 {
+    for _ in 0..ROUNDS {
         let huber = threshold(problem, &best)?;
-        if control.cancelled() || revise(problem, &mut best, &prepared.segments, huber)? == 0 {
+        if control.cancelled() || set_suspects_aside(problem, &mut best, huber)? == 0 {
+            break;
+        }
+        best = improve(problem, best, &all, control, &mut clock)?;
+        let huber = threshold(problem, &best)?;
+        if revise(problem, &mut best, &prepared.segments, huber)? == 0 {
             break;
         }
         best = improve(problem, best, &all, control, &mut clock)?;

@@ -204,7 +204,8 @@ impl Problem {
             && out.iter().all(|r| r.is_finite())
     }
 
-    /// Linearises all segments at unknowns `x`; `None` for those that cannot be simulated.
+    /// Linearises the segments that are used at unknowns `x`; `None` for the others and
+    /// for those that cannot be simulated.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense at `x`.
@@ -212,6 +213,7 @@ impl Problem {
         &self,
         x: &[f64],
         segments: &[Segment],
+        used: &[bool],
         huber: Huber,
     ) -> Result<Vec<Option<Reduced>>, SimError> {
         let base = self.simulator(x)?;
@@ -230,6 +232,9 @@ impl Problem {
         }
         let states = self.states(&base, segments);
         let reduce = |(i, segment): (usize, &Segment)| {
+            if !used[i] {
+                return None;
+            }
             self.reduce(x, segment, huber, (&base, &states[i]), |j| {
                 let (step, simulator, states) = &steps[j];
                 (*step, simulator, &states[i][..])

@@ -10,21 +10,63 @@ use super::robust::Huber;
 use super::segment::{Joint, JointKind, Segment};
 use super::solve::Point;
 use super::timeline::Kind;
-use crate::sim::{SimError, StretchSimulator};
+use crate::model::Model;
+use crate::model::drive::{VoltageTable, Waveform};
+use crate::sim::{EventKind, Options, Runner, SimError, StretchSimulator, StretchState};
 
 /// A segment whose mean cost is above this is looked at again.
 const SUSPECT: f64 = 1.6;
 /// Another reading must bring the cost below this share.
 const BETTER: f64 = 0.8;
 /// Changes made to one segment, one after the other.
-const MOST_CHANGES: usize = 6;
+const MOST_CHANGES: usize = 3;
+/// Segments with more joints than this are not changed joint by joint.
+const MOST_JOINTS: usize = 12;
+/// Samples before the first event from which a prediction starts.
+const LEAST_BEFORE: usize = 12;
 /// Rounds of fitting for each reading tried.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 8;
 /// Loss while a reading settles: hardly robust.
 const LOOSE: Huber = Huber(100.0);
 
-/// Tries other readings of the events in all suspect segments of `point`. `first` are
-/// the segments as first guessed.
+/// Mean robust cost per row of each segment, its own unknowns fitted.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub fn set_suspects_aside(
+    problem: &Problem,
+    point: &mut Point,
+    huber: Huber,
+) -> Result<usize, SimError> {
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let fitted: Vec<(Vec<f64>, f64)> = point
+        .segments
+        .par_iter()
+        .enumerate()
+        .map(|(i, segment)| {
+            let nuisances = problem.nuisances_of(&point.x, segment.recording);
+            let start = segment.locals.clone();
+            let (locals, cost) =
+                problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
+            (locals, cost / problem.rows(segment).len().max(1) as f64)
+        })
+        .collect();
+    // Measured by the others: where all are off, it is not the reading of events.
+    let mut costs: Vec<f64> = fitted.iter().map(|f| f.1).collect();
+    let usual = crate::recording::quantile_in_place(&mut costs, 0.5);
+    let mut aside = 0;
+    for (i, (locals, cost)) in fitted.into_iter().enumerate() {
+        point.segments[i].locals = locals;
+        let eventful = point.segments[i].has_events();
+        point.used[i] = !(eventful && cost > SUSPECT * usual.max(1.0));
+        aside += usize::from(!point.used[i]);
+    }
+    Ok(aside)
+}
+
+/// Tries other readings of the events in the segments set aside, and takes those back
+/// that then fit. `first` are the segments as first guessed. Returns how many came back.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -36,7 +78,8 @@ pub fn revise(
 ) -> Result<usize, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
-    let revised: Vec<Option<Segment>> = point
+    let model = problem.space.model(&point.x);
+    let revised: Vec<Option<(Segment, f64)>> = point
         .segments
         .par_iter()
         .enumerate()
@@ -44,26 +87,29 @@ pub fn revise(
             let trial = Trial {
                 problem,
                 simulator: &simulator,
+                model: &model,
                 states: &states[i],
                 x: &point.x,
                 huber,
             };
-            trial.revised(segment, &first[i])
+            (!point.used[i]).then(|| trial.revised(segment, &first[i]))
         })
         .collect();
-    let mut changed = 0;
-    for (segment, revised) in point.segments.iter_mut().zip(revised) {
-        if let Some(revised) = revised {
-            *segment = revised;
-            changed += 1;
+    let mut back = 0;
+    for (i, revised) in revised.into_iter().enumerate() {
+        if let Some((segment, cost)) = revised {
+            point.segments[i] = segment;
+            point.used[i] = cost < SUSPECT;
+            back += usize::from(point.used[i]);
         }
     }
-    Ok(changed)
+    Ok(back)
 }
 
 struct Trial<'a> {
     problem: &'a Problem,
     simulator: &'a StretchSimulator,
+    model: &'a Model,
     states: &'a [f64],
     x: &'a [f64],
     huber: Huber,
@@ -127,35 +173,113 @@ impl Trial<'_> {
         out
     }
 
-    fn revised(&self, segment: &Segment, first: &Segment) -> Option<Segment> {
-        let mut best = segment.clone();
-        let before = {
-            let nuisances = self.problem.nuisances_of(self.x, segment.recording);
-            let locals = segment.locals.clone();
-            let p = self.problem;
-            let fitted = p.refine(
-                segment,
-                self.states,
-                self.simulator,
-                &nuisances,
-                locals,
-                self.huber,
-                0,
-            );
-            fitted.1 / p.rows(segment).len().max(1) as f64
-        };
-        if before < SUSPECT {
-            return None;
+    /// The reading that the model itself predicts from the state at the segment's start,
+    /// which is fitted to what comes before its first event.
+    fn predicted(&self, segment: &Segment) -> Option<Segment> {
+        let data = &self.problem.data[segment.recording];
+        let time = &data.recording.time;
+        let nuisances = self.problem.nuisances_of(self.x, segment.recording);
+        let (_, parts) = taken_apart(segment);
+        let is_event = |p: &Part| matches!(p.0.what, JointKind::Event(_));
+        let event = parts.iter().find(|p| is_event(p))?;
+        let before = time.partition_point(|&t| t < event.0.time - 0.5 * segment.interval);
+        let mut state = segment.clone();
+        if before > segment.samples.start + LEAST_BEFORE {
+            state.samples = segment.samples.start..before;
+            let quiet = |p: &&Part| !is_event(p) && p.0.time < time[before];
+            let (own, _) = taken_apart(segment);
+            state = put_together(&state, own, parts.iter().filter(quiet).cloned().collect());
+            self.fit(&mut state);
         }
-        let mut cost = before;
+        let (own, known) = taken_apart(&state);
+        let edges: Vec<Part> = parts
+            .iter()
+            .filter(|p| !is_event(p))
+            .map(|p| {
+                known
+                    .iter()
+                    .find(|k| k.0.time == p.0.time)
+                    .unwrap_or(p)
+                    .clone()
+            })
+            .collect();
+        let start = time[segment.samples.start] + nuisances.skew;
+        let end = time[segment.samples.end - 1] + nuisances.skew;
+        let mut pieces = segment.pieces.clone();
+        for (joint, unknowns) in &edges {
+            if let JointKind::Edge(piece) = joint.what {
+                let at = joint.time + unknowns[0] * segment.time_unit();
+                pieces[piece - 1].end = at;
+                pieces[piece].start = at;
+            }
+        }
+        let margin = 10.0 * segment.interval;
+        let table =
+            VoltageTable::from_pieces(&pieces, start - margin, end + margin, segment.interval);
+        let drive = Waveform::Table(std::sync::Arc::new(table.ok()?));
+        let n = own.len() / 2;
+        let value = |i: usize| own[i] * segment.units[i];
+        let from = StretchState {
+            q: (0..n).map(value).collect(),
+            v: (n..2 * n).map(value).collect(),
+            z: self.states.to_vec(),
+        };
+        let since = segment.starts_held.then(|| segment.since.unwrap_or(start));
+        let options = Options {
+            max_events: 200,
+            ..self.problem.options
+        };
+        let runner = Runner::from_state(self.model, &drive, &options, start, &from, since);
+        let mut runner = runner.ok()?;
+        let mut trace = runner.new_trace();
+        runner.advance(end, &mut trace).ok()?;
+        let mut all = edges;
+        for e in trace.events.iter().filter(|e| e.time < end) {
+            let kind = match e.kind {
+                EventKind::Impact => Kind::Bounce {
+                    v_after: e.velocity_after,
+                },
+                EventKind::Stick => Kind::Touch,
+                EventKind::Release => Kind::Release {
+                    telling: e.contact_duration > 1.5 * segment.interval
+                        && (!segment.starts_held || segment.since.is_some()),
+                },
+                EventKind::DriveStep => continue,
+            };
+            let joint = Joint {
+                time: e.time - nuisances.skew,
+                reach: 5.0 * segment.interval,
+                sigma: 2.0 * segment.interval,
+                what: JointKind::Event(kind),
+            };
+            let mut unknowns = vec![0.0];
+            if let Kind::Bounce { v_after } = kind {
+                unknowns.push(v_after / segment.velocity_unit);
+            }
+            all.push((joint, unknowns));
+        }
+        all.sort_by(|a, b| a.0.time.total_cmp(&b.0.time));
+        Some(put_together(segment, own, all))
+    }
+
+    /// The best reading found, with its mean cost per row.
+    fn revised(&self, segment: &Segment, first: &Segment) -> (Segment, f64) {
+        let mut best = segment.clone();
+        let mut cost = self.fit(&mut best);
         // The same reading from the first guess: the fit may have gone astray before.
-        let mut again = first.clone();
-        let afresh = self.fit(&mut again);
-        if again.joints.len() == segment.joints.len() && afresh < BETTER * cost {
-            (best, cost) = (again, afresh);
+        let mut others = vec![first.clone()];
+        others.extend(self.predicted(first));
+        for mut other in others {
+            if cost < SUSPECT {
+                break;
+            }
+            let now = self.fit(&mut other);
+            if now < BETTER * cost {
+                (best, cost) = (other, now);
+            }
         }
         for _ in 0..MOST_CHANGES {
-            if cost < SUSPECT {
+            if cost < SUSPECT || best.joints.len() > MOST_JOINTS {
                 break;
             }
             let mut found: Option<(Segment, f64)> = None;
@@ -170,7 +294,7 @@ impl Trial<'_> {
             let Some((segment, now)) = found else { break };
             (best, cost) = (segment, now);
         }
-        (cost < before).then_some(best)
+        (best, cost)
     }
 }
 

@@ -81,6 +81,12 @@ impl Segment {
         locals[i] * self.units[i]
     }
 
+    /// Whether something happens at the ground in it.
+    pub fn has_events(&self) -> bool {
+        let event = |j: &Joint| matches!(j.what, JointKind::Event(_));
+        self.joints.iter().any(event)
+    }
+
     /// Brings instants back within their reach.
     pub fn keep_within(&self, locals: &mut [f64]) {
         let joints: usize = self.joints.iter().map(Joint::unknowns).sum();

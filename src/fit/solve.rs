@@ -59,6 +59,8 @@ pub struct Point {
     pub segments: Vec<Segment>,
     /// Whether a segment could be simulated.
     pub alive: Vec<bool>,
+    /// Whether a segment has a say.
+    pub used: Vec<bool>,
     /// Robust cost.
     pub cost: f64,
     /// Rows in all.
@@ -104,17 +106,18 @@ pub fn settle(
     problem: &Problem,
     x: &[f64],
     segments: &[Segment],
+    used: &[bool],
     huber: Huber,
     rounds: usize,
 ) -> Result<Point, SimError> {
     let starts = segments.iter().map(|s| s.locals.clone()).collect();
-    at(problem, x, segments, starts, huber, rounds)
+    at(problem, x, (segments, used), starts, huber, rounds)
 }
 
 fn at(
     problem: &Problem,
     x: &[f64],
-    segments: &[Segment],
+    (segments, used): (&[Segment], &[bool]),
     starts: Vec<Vec<f64>>,
     huber: Huber,
     rounds: usize,
@@ -126,6 +129,9 @@ fn at(
         .zip(starts)
         .enumerate()
         .map(|(i, (segment, start))| {
+            if !used[i] {
+                return (segment.locals.clone(), 0.0);
+            }
             let nuisances = problem.nuisances_of(x, segment.recording);
             problem.refine(
                 segment, &states[i], &simulator, &nuisances, start, huber, rounds,
@@ -136,12 +142,17 @@ fn at(
         x: x.to_vec(),
         segments: segments.to_vec(),
         alive: Vec::with_capacity(segments.len()),
+        used: used.to_vec(),
         cost: problem.priors(x).iter().map(|p| huber.cost(p.2)).sum(),
         rows: 0,
     };
-    for (segment, (locals, cost)) in point.segments.iter_mut().zip(fitted) {
+    let own = point.segments.iter_mut().zip(fitted).zip(used);
+    for ((segment, (locals, cost)), used) in own {
         segment.locals = locals;
         point.alive.push(cost.is_finite());
+        if !used {
+            continue;
+        }
         let rows = problem.rows(segment).len();
         point.rows += rows;
         // A segment that cannot be simulated counts as badly off: it must not pay.
@@ -154,35 +165,45 @@ fn at(
     Ok(point)
 }
 
+/// Scale of each segment's residuals in units of the noise: what 68 % of them stay below.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub fn scales(problem: &Problem, point: &Point) -> Result<Vec<f64>, SimError> {
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let scale = |(i, segment): (usize, &Segment)| {
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        let mut stretcher = crate::sim::Stretcher::new(&simulator);
+        let mut r = Vec::new();
+        let locals = &segment.locals;
+        if !problem.evaluate(
+            segment,
+            &states[i],
+            &mut stretcher,
+            &nuisances,
+            locals,
+            &mut r,
+        ) {
+            return f64::INFINITY;
+        }
+        r.iter_mut().for_each(|r| *r = r.abs());
+        crate::recording::quantile_in_place(&mut r, 0.683)
+    };
+    Ok(point.segments.par_iter().enumerate().map(scale).collect())
+}
+
 /// Threshold of the loss that suits the present residuals.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
 pub fn threshold(problem: &Problem, point: &Point) -> Result<Huber, SimError> {
-    let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
-    let medians: Vec<f64> = point
-        .segments
-        .par_iter()
-        .enumerate()
-        .map(|(i, segment)| {
-            let nuisances = problem.nuisances_of(&point.x, segment.recording);
-            let mut stretcher = crate::sim::Stretcher::new(&simulator);
-            let mut r = Vec::new();
-            let locals = &segment.locals;
-            problem.evaluate(
-                segment,
-                &states[i],
-                &mut stretcher,
-                &nuisances,
-                locals,
-                &mut r,
-            );
-            r.iter_mut().for_each(|r| *r = r.abs());
-            crate::recording::quantile_in_place(&mut r, 0.683)
-        })
+    let all = scales(problem, point)?;
+    let own = all.into_iter().zip(&point.used);
+    let mut finite: Vec<f64> = own
+        .filter(|(s, used)| **used && s.is_finite())
+        .map(|(s, _)| s)
         .collect();
-    let mut finite: Vec<f64> = medians.into_iter().filter(|m| m.is_finite()).collect();
     let scale = crate::recording::quantile_in_place(&mut finite, 0.75);
     Ok(Huber(
         THRESHOLD
@@ -236,12 +257,12 @@ pub fn improve(
     let n = problem.len();
     let mut damping = 1e-3;
     let mut huber = threshold(problem, &point)?;
-    point = settle(problem, &point.x, &point.segments, huber, 1)?;
+    point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
     for _ in 0..plan.iterations {
         if control.cancelled() {
             break;
         }
-        let reduced = problem.linearise(&point.x, &point.segments, huber)?;
+        let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber)?;
         let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
         let mut accepted = None;
         let mut converged = false;
@@ -267,7 +288,8 @@ pub fn improve(
                         .collect()
                 })
                 .collect();
-            let trial = at(problem, &there, &point.segments, starts, huber, 2);
+            let whole = (&point.segments[..], &point.used[..]);
+            let trial = at(problem, &there, whole, starts, huber, 2);
             if let Ok(trial) = trial
                 && trial.cost < point.cost
             {
@@ -291,7 +313,7 @@ pub fn improve(
         let finer = threshold(problem, &point)?;
         if finer.0 < 0.9 * huber.0 {
             huber = finer;
-            point = settle(problem, &point.x, &point.segments, huber, 1)?;
+            point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
         } else if converged || !moved {
             break;
         }
