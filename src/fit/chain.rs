@@ -10,6 +10,11 @@ use super::timeline::Kind;
 use crate::recording::Recording;
 use crate::sim::{SimError, StretchState, Stretcher};
 
+/// A stay this many samples long is short.
+const SHORT: f64 = 6.0;
+/// By how much less the force at the end of a short stay is trusted.
+const VAGUE: f64 = 30.0;
+
 /// The unknowns that belong to a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nuisances {
@@ -237,7 +242,11 @@ pub fn residuals(
                     continue;
                 }
                 let pull = sim.pull_off(&pieces, t, level, &state);
-                let miss = (pull - sim.adhesion(t - since)) / s.force;
+                // The force at the end of a stay of a few samples rests on instants that
+                // few samples tell: it has less of a say.
+                let stay = (t - since) / (SHORT * r.interval());
+                let sigma = s.force * (1.0 + VAGUE * (-stay * stay).exp());
+                let miss = (pull - sim.adhesion(t - since)) / sigma;
                 laws.push(if telling { miss } else { 0.0 });
                 sim.lift(level, &mut state);
                 held = None;

@@ -13,12 +13,17 @@ use super::revise::{revise, set_suspects_aside};
 use super::robust::Huber;
 use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
 use super::space::Space;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
 
 /// Thicknesses of the film at contact that are tried, as shares of `dp`.
-const THICKNESSES: [f64; 3] = [0.05, 0.15, 0.5];
+const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
+/// Score of a fit that needs no other start.
+const GOOD: f64 = 1.5;
 /// Damping by the film at contact at first, as a share of the first mode's frequency: a
 /// film that is too strong would hold the mass where it is.
 const WEAK: f64 = 0.1;
@@ -50,9 +55,50 @@ pub fn search(
             start.parameters.set(ParameterId::Dp, -level);
         }
     }
-    let thickness = first_film(&mut start, &space, THICKNESSES[1]);
-    start.check()?;
-    let prepared = prepare(&start, &space, parts, findings, options)?;
+    let film = start.has_ground && space.position("gp").is_some();
+    let thicknesses = if film {
+        &THICKNESSES[..]
+    } else {
+        &THICKNESSES[..1]
+    };
+    let mut best: Option<(Prepared, Point, f64)> = None;
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    let tries = thicknesses.len().max(1) + options.starts;
+    for k in 0..tries {
+        let mut first = start.clone();
+        if k >= thicknesses.len() {
+            scatter(&mut first, &space, &mut rng);
+        }
+        first_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
+        first.check()?;
+        let (prepared, point) = attempt(&first, &space, parts, findings, options, control)?;
+        let aside = point.used.iter().filter(|u| !**u).count() as f64;
+        let share = aside / point.used.len().max(1) as f64;
+        // Segments that are set aside must not make a bad fit look good.
+        let score = point.cost / point.rows.max(1) as f64 + 5.0 * share;
+        if best.as_ref().is_none_or(|b| score < b.2) {
+            best = Some((prepared, point, score));
+        }
+        let planned = k + 1 >= thicknesses.len();
+        let good = best.as_ref().is_some_and(|b| b.2 < GOOD);
+        if control.cancelled() || (good && (planned || options.starts == 0)) {
+            break;
+        }
+    }
+    best.map(|(prepared, point, _)| (prepared, point))
+        .ok_or(FitError::Cancelled)
+}
+
+/// The best fit from one start.
+fn attempt(
+    start: &Model,
+    space: &Space,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<(Prepared, Point), FitError> {
+    let prepared = prepare(start, space, parts, findings, options)?;
     let problem = &prepared.problem;
     let mut x = space.coordinates(&start);
     x.extend_from_slice(&prepared.nuisances);
@@ -94,13 +140,26 @@ pub fn search(
         }
         best = improve(problem, best, &all, control, &mut clock)?;
     }
-    let _ = thickness;
     Ok((prepared, best))
 }
 
+/// Draws a start around the given one, each parameter up to a factor of two off.
+fn scatter(model: &mut Model, space: &Space, rng: &mut ChaCha8Rng) {
+    for entry in &space.entries {
+        let factor = 2f64.powf(2.0 * rng.random::<f64>() - 1.0);
+        if let Some(value) = model.get(&entry.id)
+            && entry.id != "dp"
+            && entry.spec.refusal(value * factor).is_none()
+        {
+            // The id is one of the model's own.
+            let _ = model.set(&entry.id, value * factor);
+        }
+    }
+}
+
 /// Sets a weak film of a given thickness at contact where film parameters are free, one
-/// as thick as asked for otherwise; returns the thickness \[m\].
-fn first_film(model: &mut Model, space: &Space, share: f64) -> f64 {
+/// as thick as asked for otherwise.
+fn first_film(model: &mut Model, space: &Space, share: f64) {
     let p = &mut model.parameters;
     let dp = p[ParameterId::Dp];
     if model.has_ground && space.position("gp").is_some() {
@@ -119,5 +178,4 @@ fn first_film(model: &mut Model, space: &Space, share: f64) -> f64 {
         let cs = p[ParameterId::Cs];
         p.set(ParameterId::Cs, if cs > 0.0 { cs.min(weak) } else { weak });
     }
-    thickness
 }

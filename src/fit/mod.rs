@@ -10,11 +10,15 @@
 //! starts ([`global`]).
 
 pub mod chain;
+mod check;
+mod engine;
 pub mod error;
 pub mod global;
 pub mod options;
 pub mod prepare;
 pub mod problem;
+pub mod profile;
+mod result;
 pub mod revise;
 pub mod robust;
 pub mod segment;
@@ -23,7 +27,9 @@ pub mod space;
 pub mod timeline;
 pub mod track;
 
+pub use engine::{fit, free_run, judge};
 pub use error::FitError;
 pub use options::{FitOptions, FreeNuisances, default_free};
 pub use prepare::Part;
+pub use result::{FitResult, FittedParameter, Misfit};
 pub use solve::{Control, Progress};

@@ -29,7 +29,7 @@ const ROUNDS: usize = 8;
 /// Loss while a reading settles: hardly robust.
 const LOOSE: Huber = Huber(100.0);
 
-/// Mean robust cost per row of each segment, its own unknowns fitted.
+/// Takes the say from segments that do not fit while the others do; returns how many.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -58,8 +58,7 @@ pub fn set_suspects_aside(
     let mut aside = 0;
     for (i, (locals, cost)) in fitted.into_iter().enumerate() {
         point.segments[i].locals = locals;
-        let eventful = point.segments[i].has_events();
-        point.used[i] = !(eventful && cost > SUSPECT * usual.max(1.0));
+        point.used[i] = cost <= SUSPECT * usual.max(1.0);
         aside += usize::from(!point.used[i]);
     }
     Ok(aside)
@@ -181,8 +180,10 @@ impl Trial<'_> {
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
         let (_, parts) = taken_apart(segment);
         let is_event = |p: &Part| matches!(p.0.what, JointKind::Event(_));
-        let event = parts.iter().find(|p| is_event(p))?;
-        let before = time.partition_point(|&t| t < event.0.time - 0.5 * segment.interval);
+        let before = match parts.iter().find(|p| is_event(p)) {
+            Some(p) => time.partition_point(|&t| t < p.0.time - 0.5 * segment.interval),
+            None => (segment.samples.start + 2 * LEAST_BEFORE).min(segment.samples.end - 1),
+        };
         let mut state = segment.clone();
         if before > segment.samples.start + LEAST_BEFORE {
             state.samples = segment.samples.start..before;
@@ -269,6 +270,7 @@ impl Trial<'_> {
         // The same reading from the first guess: the fit may have gone astray before.
         let mut others = vec![first.clone()];
         others.extend(self.predicted(first));
+        others.retain(Segment::is_consistent);
         for mut other in others {
             if cost < SUSPECT {
                 break;
@@ -285,6 +287,7 @@ impl Trial<'_> {
             let mut found: Option<(Segment, f64)> = None;
             let mut others = readings(&best);
             others.extend(self.overlooked(&best));
+            others.retain(Segment::is_consistent);
             for mut other in others {
                 let now = self.fit(&mut other);
                 if now < found.as_ref().map_or(BETTER * cost, |f| f.1) {

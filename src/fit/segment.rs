@@ -87,6 +87,18 @@ impl Segment {
         self.joints.iter().any(event)
     }
 
+    /// Whether the mass is in the air where it hits the ground, and on it where it leaves.
+    pub fn is_consistent(&self) -> bool {
+        let mut held = self.starts_held;
+        self.joints.iter().all(|joint| match joint.what {
+            JointKind::Edge(_) => true,
+            JointKind::Event(kind) => {
+                let before = std::mem::replace(&mut held, kind == Kind::Touch);
+                before == matches!(kind, Kind::Release { .. })
+            }
+        })
+    }
+
     /// Brings instants back within their reach.
     pub fn keep_within(&self, locals: &mut [f64]) {
         let joints: usize = self.joints.iter().map(Joint::unknowns).sum();

@@ -17,6 +17,9 @@ const LARGEST: f64 = 1.0;
 /// Threshold of the robust loss in units of the noise.
 const THRESHOLD: f64 = 3.0;
 
+/// A step is small if it is below this share of the squared standard error.
+const SETTLED: f64 = 1e-2;
+
 /// How far a fit has come.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
@@ -293,12 +296,13 @@ pub fn improve(
             if let Ok(trial) = trial
                 && trial.cost < point.cost
             {
-                converged = size < 1e-3 || point.cost - trial.cost < 1e-6 * point.cost;
+                let gain = point.cost - trial.cost;
+                converged = size < SETTLED || gain < SETTLED.max(1e-6 * point.cost);
                 accepted = Some(trial);
                 damping = (0.1 * damping).max(1e-8);
                 break;
             }
-            if size < 1e-3 {
+            if size < SETTLED {
                 converged = true;
                 break;
             }
