@@ -120,6 +120,37 @@ impl VoltageTable {
         Self::new(name, time, voltage, 0.02 * (high - low))
     }
 
+    /// A table that follows `pieces` in order of time, with a point at least every
+    /// `interval` [s] between `start` and `end`; jumps take a nanosecond.
+    ///
+    /// # Errors
+    /// As [`VoltageTable::new`].
+    pub fn from_pieces(
+        pieces: &[Segment],
+        start: f64,
+        end: f64,
+        interval: f64,
+    ) -> Result<Self, DriveError> {
+        let (mut time, mut voltage, mut branch) = (Vec::new(), Vec::new(), Vec::new());
+        for piece in pieces {
+            let (from, to) = (piece.start.max(start), piece.end.min(end));
+            if to - from < 4e-9 {
+                continue;
+            }
+            let count = ((to - from) / interval).ceil().max(1.0) as usize;
+            for i in 0..=count {
+                let share = i as f64 / count as f64;
+                let t = (from + share * (to - from)).clamp(from + 5e-10, to - 5e-10);
+                time.push(t);
+                voltage.push(piece.shape.voltage(t));
+                branch.push(piece.branch);
+            }
+        }
+        let mut table = Self::new("pieces", time, voltage, 0.0)?;
+        table.branch = branch;
+        Ok(table)
+    }
+
     /// Largest voltage by magnitude.
     pub fn amplitude(&self) -> f64 {
         self.voltage.iter().fold(0.0, |a, v| a.max(v.abs()))

@@ -213,6 +213,21 @@ impl Model {
         Some(spec.unit)
     }
 
+    /// Value of a parameter, or of an active effect's as `effect.parameter`, SI.
+    pub fn get(&self, id: &str) -> Option<f64> {
+        if let Some(parameter) = ParameterId::from_id(id) {
+            return Some(self.parameters[parameter]);
+        }
+        let (effect, parameter) = id.split_once('.')?;
+        let active = self.effects.iter().find(|e| e.spec.id == effect)?;
+        let place = active
+            .spec
+            .parameters
+            .iter()
+            .position(|p| p.id == parameter)?;
+        active.values.get(place).copied()
+    }
+
     /// Sets a parameter, or an effect's as `effect.parameter`, by id.
     ///
     /// # Errors

@@ -99,6 +99,38 @@ impl Runner {
         })
     }
 
+    /// A device at a given state at `t` \[s\]; `held_since` if the mass is on the ground.
+    /// The readings are of no use: samples are counted from zero.
+    ///
+    /// # Errors
+    /// As [`Runner::new`].
+    pub fn from_state(
+        model: &Model,
+        drive: &Waveform,
+        options: &Options,
+        t: f64,
+        state: &super::stretch::StretchState,
+        held_since: Option<f64>,
+    ) -> Result<Self, SimError> {
+        let mut runner = Self::new(model, drive, options)?;
+        runner.t = t;
+        runner.index = runner.drive.index_at(t);
+        runner.segment = runner.drive.segment(runner.index);
+        runner.next_sample = (t * options.rate).ceil().max(0.0) as u64;
+        let (q, v) = match held_since {
+            None => (&mut runner.q, &mut runner.v),
+            Some(since) => {
+                let level = runner.device.ground_level(t);
+                runner.phase = Phase::Held { since, level };
+                (&mut runner.r, &mut runner.dr)
+            }
+        };
+        for (own, given) in [(q, &state.q), (v, &state.v), (&mut runner.z, &state.z)] {
+            own.iter_mut().zip(given).for_each(|(a, b)| *a = *b);
+        }
+        Ok(runner)
+    }
+
     /// An empty trace to advance into; its first sample is the next one due.
     pub fn new_trace(&self) -> Trace {
         let sensor = self.device.sensor;

@@ -1,0 +1,298 @@
+//! A segment simulated: what is left between data and simulation, in units of the noise.
+//!
+//! The rows are, in this order: the readings of the proof mass, those of the cantilever,
+//! at each event the laws of the ground (the height at a touch, the velocity after a
+//! bounce, the force at a release), and how far the instants are from where they were
+//! guessed. Their number does not depend on the unknowns.
+
+use super::segment::{Joint, JointKind, Segment};
+use super::timeline::Kind;
+use crate::recording::Recording;
+use crate::sim::{SimError, StretchState, Stretcher};
+
+/// A stay this many samples long is short.
+const SHORT: f64 = 6.0;
+/// By how much less the force at the end of a short stay is trusted.
+const VAGUE: f64 = 30.0;
+
+/// The unknowns that belong to a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nuisances {
+    /// Added to the reading of the proof mass \[m\].
+    pub offset_p: f64,
+    /// Added to that of the cantilever \[m\].
+    pub offset_c: f64,
+    /// Factor of the reading of the proof mass.
+    pub scale_p: f64,
+    /// Factor of that of the cantilever.
+    pub scale_c: f64,
+    /// The drive's clock minus the reading's \[s\].
+    pub skew: f64,
+}
+
+impl Default for Nuisances {
+    fn default() -> Self {
+        Self {
+            offset_p: 0.0,
+            offset_c: 0.0,
+            scale_p: 1.0,
+            scale_c: 1.0,
+            skew: 0.0,
+        }
+    }
+}
+
+/// Standard deviations of the rows of one recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sigmas {
+    /// Noise of the proof mass \[m\].
+    pub xp: f64,
+    /// Noise of the cantilever \[m\].
+    pub xc: f64,
+    /// Of the height at which the mass meets the ground \[m\].
+    pub height: f64,
+    /// Of the velocity after a bounce \[m/s\].
+    pub velocity: f64,
+    /// Of the force at a release \[N\].
+    pub force: f64,
+    /// Of the held cantilever's rest where only the mass was recorded \[m\].
+    pub rest: f64,
+}
+
+/// What a row is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Row {
+    /// A reading of the proof mass.
+    ProofMass,
+    /// A reading of the cantilever.
+    Cantilever,
+    /// Height at a touch or bounce.
+    Height,
+    /// Velocity after a bounce.
+    Velocity,
+    /// Force at a release.
+    Force,
+    /// What was known before.
+    Prior,
+}
+
+/// A segment's surroundings.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// Standard deviations of the rows.
+    pub sigmas: &'a Sigmas,
+    /// The effects' extra states at its start; empty for those of rest.
+    pub states: &'a [f64],
+}
+
+/// Kinds of the rows that [`residuals`] gives.
+pub fn rows(segment: &Segment, setting: &Setting<'_>) -> Vec<Row> {
+    let r = setting.recording;
+    let finite = |values: &[f64]| {
+        values[segment.samples.clone()]
+            .iter()
+            .filter(|x| x.is_finite())
+            .count()
+    };
+    let mut rows = vec![Row::ProofMass; finite(&r.proof_mass)];
+    if let Some(xc) = &r.cantilever {
+        rows.resize(rows.len() + finite(xc), Row::Cantilever);
+    }
+    for joint in &segment.joints {
+        if let JointKind::Event(kind) = joint.what {
+            match kind {
+                Kind::Bounce { .. } => rows.extend([Row::Height, Row::Velocity]),
+                Kind::Touch => rows.push(Row::Height),
+                Kind::Release { .. } => rows.push(Row::Force),
+            }
+        }
+        rows.push(Row::Prior);
+    }
+    if segment.starts_held {
+        rows.resize(rows.len() + held_count(segment), Row::Prior);
+    }
+    rows
+}
+
+/// Unknowns of a held start.
+fn held_count(segment: &Segment) -> usize {
+    let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
+    segment.locals.len() - joints
+}
+
+/// Simulates `segment` with the unknowns `locals` and writes what is left, measured minus
+/// simulated over its standard deviation, to `out`.
+///
+/// # Errors
+/// [`SimError`] where no simulation is possible.
+pub fn residuals(
+    segment: &Segment,
+    setting: &Setting<'_>,
+    stretcher: &mut Stretcher<'_>,
+    nuisances: &Nuisances,
+    locals: &[f64],
+    out: &mut Vec<f64>,
+) -> Result<(), SimError> {
+    out.clear();
+    let sim = stretcher.simulator();
+    let (r, s) = (setting.recording, setting.sigmas);
+    let samples = segment.samples.clone();
+    let skew = nuisances.skew;
+    let value = |i: usize| segment.value(locals, i);
+    let start = r.time[samples.start] + skew;
+    let end = r.time[samples.end - 1] + skew;
+    let times: Vec<f64> = r.time[samples.clone()].iter().map(|t| t + skew).collect();
+    let (mut xp, mut xc) = (vec![f64::NAN; times.len()], vec![f64::NAN; times.len()]);
+
+    // The instants, each kept within its reach and after the one before.
+    let mut pieces = segment.pieces.clone();
+    let modes = sim.modes();
+    let n = if segment.starts_held {
+        modes - 1
+    } else {
+        modes
+    };
+    let mut k = 2 * n;
+    let mut instants = Vec::with_capacity(segment.joints.len());
+    let mut priors = Vec::with_capacity(segment.joints.len());
+    for joint in &segment.joints {
+        let away = value(k).clamp(-joint.reach, joint.reach);
+        priors.push(value(k) / joint.sigma);
+        k += 1;
+        let v_after = match joint.what {
+            JointKind::Event(Kind::Bounce { .. }) => {
+                k += 1;
+                value(k - 1)
+            }
+            _ => 0.0,
+        };
+        match joint.what {
+            JointKind::Edge(piece) => {
+                let low = pieces[piece - 1].start;
+                let high = pieces[piece].end;
+                let at = (joint.time + away).clamp(low + 1e-12, (high - 1e-12).max(low + 1e-12));
+                pieces[piece - 1].end = at;
+                pieces[piece].start = at;
+            }
+            JointKind::Event(kind) => instants.push((joint.time + away + skew, v_after, kind)),
+        }
+    }
+
+    let mut state = StretchState {
+        q: (0..n).map(value).collect(),
+        v: (n..2 * n).map(value).collect(),
+        z: if setting.states.is_empty() {
+            sim.rest_state(&pieces, start, None).z
+        } else {
+            setting.states.to_vec()
+        },
+    };
+    let mut t = start;
+    let mut level = sim.ground_level(start);
+    let mut held = segment.starts_held.then_some(level);
+    let rest = held.map(|_| sim.rest_state(&pieces, start, held));
+    let mut since = segment.since.unwrap_or(start) + skew;
+    let mut next = 0;
+    let mut laws = Vec::with_capacity(2 * instants.len());
+    for i in 0..=instants.len() {
+        let event = instants.get(i);
+        let to = event.map_or(end, |e| e.0.clamp(t, end.max(t)));
+        let upto = if event.is_some() {
+            times.partition_point(|&s| s <= to)
+        } else {
+            times.len()
+        };
+        let upto = upto.max(next);
+        let out = |i: usize, p: f64, c: f64| {
+            xp[next + i] = p;
+            xc[next + i] = c;
+        };
+        stretcher.carry(&pieces, held, t, to, &mut state, &times[next..upto], out)?;
+        next = upto;
+        t = to;
+        let Some(&(_, v_after, kind)) = event else {
+            break;
+        };
+        match kind {
+            Kind::Bounce { .. } | Kind::Touch => {
+                level = sim.ground_level(t);
+                // A mark in the wrong place may find the mass held already.
+                if held.is_some() {
+                    sim.lift(level, &mut state);
+                }
+                let points = sim.flight_points(&state);
+                laws.push((points.xp - level) / s.height);
+                if matches!(kind, Kind::Touch) {
+                    sim.kick(level, 0.0, &mut state);
+                    sim.land(level, &mut state);
+                    held = Some(level);
+                    since = t;
+                } else {
+                    let speed = (-points.vp).max(0.0);
+                    laws.push((v_after - sim.restitution(speed) * speed) / s.velocity);
+                    sim.kick(level, v_after, &mut state);
+                    held = None;
+                }
+            }
+            Kind::Release { telling } => {
+                if held.is_none() {
+                    laws.push(0.0);
+                    continue;
+                }
+                let pull = sim.pull_off(&pieces, t, level, &state);
+                // The force at the end of a stay of a few samples rests on instants that
+                // few samples tell: it has less of a say.
+                let stay = (t - since) / (SHORT * r.interval());
+                let sigma = s.force * (1.0 + VAGUE * (-stay * stay).exp());
+                let miss = (pull - sim.adhesion(t - since)) / sigma;
+                laws.push(if telling { miss } else { 0.0 });
+                sim.lift(level, &mut state);
+                held = None;
+            }
+        }
+    }
+
+    for (i, x) in samples.clone().zip(&xp) {
+        if r.proof_mass[i].is_finite() {
+            let shown = nuisances.scale_p * x + nuisances.offset_p;
+            out.push((r.proof_mass[i] - shown) / s.xp);
+        }
+    }
+    if let Some(measured) = &r.cantilever {
+        for (i, x) in samples.zip(&xc) {
+            if measured[i].is_finite() {
+                let shown = nuisances.scale_c * x + nuisances.offset_c;
+                out.push((measured[i] - shown) / s.xc);
+            }
+        }
+    }
+    let mut laws = laws.into_iter();
+    for (joint, prior) in segment.joints.iter().zip(priors) {
+        if let JointKind::Event(kind) = joint.what {
+            let count = 1 + usize::from(matches!(kind, Kind::Bounce { .. }));
+            out.extend(laws.by_ref().take(count));
+        }
+        out.push(prior);
+    }
+    if let Some(rest) = rest {
+        let held = sim.held_structure();
+        // Without a reading of it the cantilever is known only by having come to rest.
+        let loose = r.cantilever.is_some() || !segment.settled;
+        let sigma = if loose { 1e4 * s.rest } else { s.rest };
+        for j in 0..n {
+            let shape = held.cantilever[j].abs().max(1e-300);
+            out.push((state_at(segment, locals, j) - rest.q[j]) * shape / sigma);
+        }
+        for j in 0..n {
+            let shape = held.cantilever[j].abs().max(1e-300) / held.omega2[j].sqrt().max(1e-300);
+            out.push((state_at(segment, locals, n + j) - rest.v[j]) * shape / sigma);
+        }
+    }
+    Ok(())
+}
+
+fn state_at(segment: &Segment, locals: &[f64], i: usize) -> f64 {
+    segment.value(locals, i)
+}

@@ -1,0 +1,147 @@
+//! A fit from beginning to end: look, check, search, judge.
+
+use super::check::check;
+use super::error::FitError;
+use super::global::search;
+use super::options::FitOptions;
+use super::prepare::{Part, Prepared, look, prepare};
+use super::result::{FitResult, Misfit, misfits, uncertainty};
+use super::revise::{revise, set_suspects_aside};
+use super::robust::Huber;
+use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
+use super::space::Space;
+use crate::model::Model;
+use crate::model::drive::{VoltageTable, Waveform};
+use crate::recording::Recording;
+use crate::sim::{Options, SimError, simulate};
+
+/// Fits the free parameters of `model` to the parts `train`, and measures what is left
+/// on them and on `held_out`, where only initial states and the rig's nuisances are
+/// estimated anew. Cancelled, it gives the best so far.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence if the input makes no sense, before any long
+/// computation.
+pub fn fit(
+    model: &Model,
+    train: &[Part],
+    held_out: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<FitResult, FitError> {
+    model.check()?;
+    let findings = look(model, train);
+    check(model, train, &findings, options)?;
+    for part in held_out {
+        let bare = FitOptions {
+            free: options.free.clone(),
+            ..options.clone()
+        };
+        // A held-out part need not touch the ground.
+        match check(
+            model,
+            std::slice::from_ref(part),
+            &look(model, std::slice::from_ref(part)),
+            &bare,
+        ) {
+            Err(FitError::NoContact { .. }) | Ok(()) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    let (prepared, best) = search(model, train, &findings, options, control)?;
+    let train = misfits(&prepared, &best)?;
+    let mut result = uncertainty(model, &prepared, &best, train.0.chi2)?;
+    if !held_out.is_empty() {
+        result.held_out = Some(judge(&result.model, held_out, options, control)?);
+    }
+    result.train = train;
+    result.cancelled = control.cancelled();
+    Ok(result)
+}
+
+/// Distance between `model` and `parts`, its parameters frozen: initial states of the
+/// segments, instants of the events and the rig's nuisances are estimated.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used.
+pub fn judge(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<(Misfit, Vec<Misfit>), FitError> {
+    let space = Space::new(model, &options.free)?;
+    let findings = look(model, parts);
+    let prepared = prepare(model, &space, parts, &findings, options)?;
+    let point = estimate_states(&prepared, model, options, control)?;
+    Ok(misfits(&prepared, &point)?)
+}
+
+/// The point at a model's own values, all else estimated.
+fn estimate_states(
+    prepared: &Prepared,
+    model: &Model,
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Point, FitError> {
+    let problem = &prepared.problem;
+    let mut x = problem.space.coordinates(model);
+    let locked: Vec<usize> = (0..x.len()).collect();
+    x.extend_from_slice(&prepared.nuisances);
+    let used = vec![true; prepared.segments.len()];
+    let far = Huber(1e3);
+    let mut point = settle(problem, &x, &prepared.segments, &used, far, 6)?;
+    let plan = Plan {
+        stage: "held out",
+        iterations: options.iterations.min(10),
+        locked: &locked,
+    };
+    let mut clock = Clock::new(plan.iterations);
+    point = improve(problem, point, &plan, control, &mut clock)?;
+    let huber = threshold(problem, &point)?;
+    if set_suspects_aside(problem, &mut point, huber)? > 0 {
+        revise(problem, &mut point, &prepared.segments, huber)?;
+        point = improve(problem, point, &plan, control, &mut clock)?;
+    }
+    Ok(point)
+}
+
+/// Root mean square of (simulation - recording) of the proof mass over a whole run from
+/// rest, for information: impacts make it grow however good the model is. `None` where
+/// the two have nothing in common.
+///
+/// # Errors
+/// [`SimError`] if the model cannot be simulated.
+pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, SimError> {
+    let drive = match recording.drive_table() {
+        Some((time, volts)) => {
+            let table = VoltageTable::from_recording(&recording.name, time, volts)?;
+            Waveform::Table(std::sync::Arc::new(table))
+        }
+        None => Waveform::Rest,
+    };
+    let options = Options {
+        rate: recording.sampling_rate(),
+        ..Options::default()
+    };
+    let (_, end) = recording.span();
+    if end <= 0.0 {
+        return Ok(None);
+    }
+    let trace = simulate(model, &drive, end, &options)?;
+    let grid = crate::recording::Grid {
+        t0: trace.t0,
+        dt: trace.dt,
+        values: &trace.proof_mass,
+        slopes: Some(&trace.proof_mass_velocity),
+    };
+    let misses: Vec<f64> = recording
+        .time
+        .iter()
+        .zip(&recording.proof_mass)
+        .filter_map(|(&t, x)| grid.value_at(t).map(|s| s - x))
+        .filter(|d| d.is_finite())
+        .collect();
+    let square: f64 = misses.iter().map(|d| d * d).sum();
+    Ok((!misses.is_empty()).then(|| (square / misses.len() as f64).sqrt()))
+}

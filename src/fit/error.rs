@@ -1,0 +1,64 @@
+//! Why a fit does not begin, or ends without a result. Each message says what is wrong,
+//! where, and what to do.
+
+use thiserror::Error;
+
+use crate::sim::SimError;
+
+/// Why there is no fit.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs)] // The fields are what the message names.
+pub enum FitError {
+    #[error("all parameters are locked; free at least one, for example eta or dp")]
+    NothingFree,
+    #[error("there is no parameter {id} to fit; there are {known}")]
+    UnknownParameter { id: String, known: String },
+    #[error("{id} has no bearing on the device {device}; lock it")]
+    Unused { id: String, device: String },
+    #[error("no recording was given; give at least one to fit to")]
+    NoRecording,
+    #[error("{recording}: {samples} samples are too few to fit to; record at least {needed}")]
+    TooShort {
+        recording: String,
+        samples: usize,
+        needed: usize,
+    },
+    #[error(
+        "{recording}: xp is constant, so there is no motion to fit to; record while the device moves"
+    )]
+    Constant { recording: String },
+    #[error(
+        "{recording}: {channel} stands at its {which} value {value} for {percent:.0} % of the time while the rest moves; the reading is saturated: record with a larger range"
+    )]
+    Saturated {
+        recording: String,
+        channel: &'static str,
+        which: &'static str,
+        value: String,
+        percent: f64,
+    },
+    #[error(
+        "{recording}: there is no drive channel, but the device is driven; export the voltage too (a column \"V [V]\")"
+    )]
+    NoDrive { recording: String },
+    #[error(
+        "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; lock them, or add a recording in which the mass hits the ground"
+    )]
+    NoContact { parameters: String, reason: String },
+    #[error(
+        "{recording} seems to be of another device than {other}: {evidence}; fit them separately"
+    )]
+    DifferentDevices {
+        recording: String,
+        other: String,
+        evidence: String,
+    },
+    #[error("the starting values make no sense: {0}")]
+    Start(#[from] SimError),
+    #[error(
+        "{recording}: no stretch of it could be used ({reason}); cut the recording or give better starting values"
+    )]
+    NoSegments { recording: String, reason: String },
+    #[error("the fit was cancelled before its first result")]
+    Cancelled,
+}

@@ -1,0 +1,181 @@
+//! From a bad start to the best fit.
+//!
+//! What the data say directly comes first: `dp` from the height of the ground. Then what
+//! acts linearly (the drive's gain, offsets, dampings) is fitted with the rest locked,
+//! and last everything, from several thicknesses of the film: strength and thickness of
+//! the film trade against each other along a curved valley.
+
+use super::error::FitError;
+use super::options::FitOptions;
+use super::prepare::{Findings, Part, Prepared, prepare};
+use super::problem::Nuisance;
+use super::revise::{revise, set_suspects_aside};
+use super::robust::Huber;
+use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
+use super::space::Space;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::recording::quantile_in_place;
+
+/// Thicknesses of the film at contact that are tried, as shares of `dp`.
+const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
+/// Score of a fit that needs no other start.
+const GOOD: f64 = 1.5;
+/// Damping by the film at contact at first, as a share of the first mode's frequency: a
+/// film that is too strong would hold the mass where it is.
+const WEAK: f64 = 0.1;
+/// How often events are read again.
+const ROUNDS: usize = 2;
+/// Loss at first: hardly robust, as everything is far off.
+const FAR: Huber = Huber(1e4);
+
+/// The best fit of `parts`, the problem, and its first guess.
+///
+/// # Errors
+/// [`FitError`] if the start makes no sense or nothing can be used.
+pub fn search(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<(Prepared, Point), FitError> {
+    let mut start = model.clone();
+    let space = Space::new(model, &options.free)?;
+    if space.position("dp").is_some() {
+        let mut levels: Vec<f64> = findings
+            .iter()
+            .filter_map(|f| f.level.clone().ok())
+            .collect();
+        let level = quantile_in_place(&mut levels, 0.5);
+        if level < 0.0 {
+            start.parameters.set(ParameterId::Dp, -level);
+        }
+    }
+    let film = start.has_ground && space.position("gp").is_some();
+    let thicknesses = if film {
+        &THICKNESSES[..]
+    } else {
+        &THICKNESSES[..1]
+    };
+    let mut best: Option<(Prepared, Point, f64)> = None;
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    let tries = thicknesses.len().max(1) + options.starts;
+    for k in 0..tries {
+        let mut first = start.clone();
+        if k >= thicknesses.len() {
+            scatter(&mut first, &space, &mut rng);
+        }
+        first_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
+        first.check()?;
+        let (prepared, point) = attempt(&first, &space, parts, findings, options, control)?;
+        let aside = point.used.iter().filter(|u| !**u).count() as f64;
+        let share = aside / point.used.len().max(1) as f64;
+        // Segments that are set aside must not make a bad fit look good.
+        let score = point.cost / point.rows.max(1) as f64 + 5.0 * share;
+        if best.as_ref().is_none_or(|b| score < b.2) {
+            best = Some((prepared, point, score));
+        }
+        let planned = k + 1 >= thicknesses.len();
+        let good = best.as_ref().is_some_and(|b| b.2 < GOOD);
+        if control.cancelled() || (good && (planned || options.starts == 0)) {
+            break;
+        }
+    }
+    best.map(|(prepared, point, _)| (prepared, point))
+        .ok_or(FitError::Cancelled)
+}
+
+/// The best fit from one start.
+fn attempt(
+    start: &Model,
+    space: &Space,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<(Prepared, Point), FitError> {
+    let prepared = prepare(start, space, parts, findings, options)?;
+    let problem = &prepared.problem;
+    let mut x = space.coordinates(&start);
+    x.extend_from_slice(&prepared.nuisances);
+    let used = vec![true; prepared.segments.len()];
+    let mut clock = Clock::new(3 * options.iterations);
+    let point = settle(problem, &x, &prepared.segments, &used, FAR, 3)?;
+    let ground = ["gp", "Cs", "Ca", "Ca0", "alpha"];
+    let mut later: Vec<usize> = ground.iter().filter_map(|id| space.position(id)).collect();
+    if later.len() == space.len() {
+        later.clear();
+    }
+    let skews = problem.nuisances.iter().enumerate();
+    later.extend(
+        skews
+            .filter(|(_, n)| n.what == Nuisance::Skew)
+            .map(|(i, _)| space.len() + i),
+    );
+    let first = Plan {
+        stage: "drive and structure",
+        iterations: 6,
+        locked: &later,
+    };
+    let point = improve(problem, point, &first, control, &mut clock)?;
+    let all = Plan {
+        stage: "all parameters",
+        iterations: options.iterations,
+        locked: &[],
+    };
+    let mut best = improve(problem, point, &all, control, &mut clock)?;
+    for _ in 0..ROUNDS {
+        let huber = threshold(problem, &best)?;
+        if control.cancelled() || set_suspects_aside(problem, &mut best, huber)? == 0 {
+            break;
+        }
+        best = improve(problem, best, &all, control, &mut clock)?;
+        let huber = threshold(problem, &best)?;
+        if revise(problem, &mut best, &prepared.segments, huber)? == 0 {
+            break;
+        }
+        best = improve(problem, best, &all, control, &mut clock)?;
+    }
+    Ok((prepared, best))
+}
+
+/// Draws a start around the given one, each parameter up to a factor of two off.
+fn scatter(model: &mut Model, space: &Space, rng: &mut ChaCha8Rng) {
+    for entry in &space.entries {
+        let factor = 2f64.powf(2.0 * rng.random::<f64>() - 1.0);
+        if let Some(value) = model.get(&entry.id)
+            && entry.id != "dp"
+            && entry.spec.refusal(value * factor).is_none()
+        {
+            // The id is one of the model's own.
+            let _ = model.set(&entry.id, value * factor);
+        }
+    }
+}
+
+/// Sets a weak film of a given thickness at contact where film parameters are free, one
+/// as thick as asked for otherwise.
+fn first_film(model: &mut Model, space: &Space, share: f64) {
+    let p = &mut model.parameters;
+    let dp = p[ParameterId::Dp];
+    if model.has_ground && space.position("gp").is_some() {
+        p.set(ParameterId::Gp, dp * (1.0 + share));
+    }
+    let thickness = p[ParameterId::Gp] - dp;
+    if model.has_ground && space.position("Cs").is_some() {
+        let structure = model.structure();
+        let slowest = structure
+            .modes
+            .iter()
+            .map(|m| m.omega())
+            .fold(f64::INFINITY, f64::min);
+        let weak = WEAK * slowest.max(1.0) / structure.mobility() * thickness.powi(3);
+        let p = &mut model.parameters;
+        let cs = p[ParameterId::Cs];
+        p.set(ParameterId::Cs, if cs > 0.0 { cs.min(weak) } else { weak });
+    }
+}

@@ -1,0 +1,304 @@
+//! What a fit has found, how sure it is, and how far it is from the data.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rayon::prelude::*;
+
+use super::chain::Row;
+use super::error::FitError;
+use super::prepare::Prepared;
+use super::solve::{Point, normal_equations, threshold};
+use crate::model::Model;
+use crate::model::parameter::Scale;
+use crate::model::unit::format_quantity;
+use crate::sim::{SimError, Stretcher};
+
+/// Correlation from which two parameters count as not told apart.
+const EXTREME: f64 = 0.95;
+/// A standard error of this share of the value says that the data hardly tell it.
+const VAGUE: f64 = 0.5;
+
+/// One fitted parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedParameter {
+    /// Id.
+    pub id: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard error, SI; infinite if the data do not tell the parameter.
+    pub std_error: f64,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value before the fit.
+    pub start: f64,
+    /// Whether it ran into a bound.
+    pub at_bound: bool,
+}
+
+/// Distance between simulation and one recording.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Misfit {
+    /// Name of the recording, or empty for all together.
+    pub name: String,
+    /// Root mean square of (simulation - recording) of the proof mass \[m\].
+    pub rms: f64,
+    /// Standard deviation of the noise of the proof mass \[m\].
+    pub noise: f64,
+    /// Mean square of all residuals in units of their noise, corrected for the unknowns.
+    pub chi2: f64,
+    /// Samples of the proof mass compared.
+    pub samples: usize,
+    /// Share of the samples in segments that could not be brought to the noise, whose
+    /// events stay unread; `rms` is with them, the parameters are without.
+    pub set_aside: f64,
+}
+
+/// What a fit has found.
+#[derive(Debug, Clone)]
+pub struct FitResult {
+    /// The model with the fitted values.
+    pub model: Model,
+    /// The fitted parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// Correlations of their values, in the same order.
+    pub correlations: DMatrix<f64>,
+    /// Eigenvalues of the Fisher matrix of relative changes, largest first.
+    pub fisher_values: Vec<f64>,
+    /// Its eigenvectors, one a column.
+    pub fisher_vectors: DMatrix<f64>,
+    /// Sentences on what the data do not tell.
+    pub remarks: Vec<String>,
+    /// All recordings fitted to, together and one by one.
+    pub train: (Misfit, Vec<Misfit>),
+    /// Those kept out.
+    pub held_out: Option<(Misfit, Vec<Misfit>)>,
+    /// Whether it was cancelled.
+    pub cancelled: bool,
+}
+
+/// Values with standard errors, correlations and Fisher's eigenvalues.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense at the point.
+pub(super) fn uncertainty(
+    start: &Model,
+    prepared: &Prepared,
+    point: &Point,
+    chi2: f64,
+) -> Result<FitResult, FitError> {
+    let problem = &prepared.problem;
+    let space = &problem.space;
+    let n = space.len();
+    let huber = threshold(problem, point)?;
+    let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber)?;
+    let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
+    let covariance = inverse(&normal) * chi2.max(1.0);
+    let slopes = space.slopes(&point.x);
+    let own = covariance.view((0, 0), (n, n)).into_owned();
+    let values = space.values(&point.x);
+    let of_values = &slopes * own * slopes.transpose();
+    let errors: Vec<f64> = (0..n).map(|i| of_values[(i, i)].max(0.0).sqrt()).collect();
+    let correlations = DMatrix::from_fn(n, n, |i, j| {
+        let scale = errors[i] * errors[j];
+        if i == j {
+            1.0
+        } else if scale > 0.0 && scale.is_finite() {
+            (of_values[(i, j)] / scale).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    });
+    let parameters: Vec<FittedParameter> = (0..n)
+        .map(|i| {
+            let entry = &space.entries[i];
+            let near = 1e-6 * (entry.high - entry.low);
+            FittedParameter {
+                id: entry.id.clone(),
+                value: values[i],
+                std_error: errors[i],
+                unit: entry.spec.unit,
+                start: start.get(&entry.id).unwrap_or(f64::NAN),
+                at_bound: point.x[i] <= entry.low + near || point.x[i] >= entry.high - near,
+            }
+        })
+        .collect();
+    // Relative changes where a ratio means something, shares of the range elsewhere.
+    let units: Vec<f64> = (0..n)
+        .map(|i| {
+            let spec = &space.entries[i].spec;
+            match spec.scale {
+                Scale::Log if values[i] != 0.0 => values[i].abs(),
+                _ if values[i].abs() > 1e-3 * (spec.range.1 - spec.range.0) => values[i].abs(),
+                _ => spec.range.1 - spec.range.0,
+            }
+        })
+        .collect();
+    let relative = DMatrix::from_fn(n, n, |i, j| of_values[(i, j)] / (units[i] * units[j]));
+    let eigen = SymmetricEigen::new(relative);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let fisher_values = order
+        .iter()
+        .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
+        .collect();
+    let fisher_vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
+    let remarks = remarks(&parameters, &correlations, &units);
+    Ok(FitResult {
+        model: space.model(&point.x),
+        parameters,
+        correlations,
+        fisher_values,
+        fisher_vectors,
+        remarks,
+        train: Default::default(),
+        held_out: None,
+        cancelled: false,
+    })
+}
+
+/// Inverse of a positive semidefinite matrix, scaled to its diagonal; directions that
+/// the data do not tell get a very large variance.
+fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = normal.nrows();
+    let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
+    let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let eigen = SymmetricEigen::new(scaled);
+    let inverted = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-13));
+    let whole =
+        &eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(n, n, |i, j| whole[(i, j)] * scale[i] * scale[j])
+}
+
+fn remarks(
+    parameters: &[FittedParameter],
+    correlations: &DMatrix<f64>,
+    units: &[f64],
+) -> Vec<String> {
+    let mut out = Vec::new();
+    for (i, p) in parameters.iter().enumerate() {
+        if p.at_bound {
+            out.push(format!(
+                "{} ran into its bound at {}: the data ask for more than the model allows",
+                p.id,
+                format_quantity(p.value, p.unit, 4)
+            ));
+        } else if p.std_error > VAGUE * units[i] {
+            out.push(format!(
+                "this data hardly tells {}: {} +- {}",
+                p.id,
+                format_quantity(p.value, p.unit, 3),
+                format_quantity(p.std_error, p.unit, 2)
+            ));
+        }
+    }
+    for i in 0..parameters.len() {
+        for j in i + 1..parameters.len() {
+            let r = correlations[(i, j)];
+            if r.abs() > EXTREME {
+                out.push(format!(
+                    "this data cannot tell {} from {} (correlation {r:+.3})",
+                    parameters[i].id, parameters[j].id
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// Distances to the data at a point: all together, and each recording.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub(super) fn misfits(
+    prepared: &Prepared,
+    point: &Point,
+) -> Result<(Misfit, Vec<Misfit>), SimError> {
+    let problem = &prepared.problem;
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let sums: Vec<Sums> = point
+        .segments
+        .par_iter()
+        .enumerate()
+        .map(|(i, segment)| {
+            let mut stretcher = Stretcher::new(&simulator);
+            let nuisances = problem.nuisances_of(&point.x, segment.recording);
+            let mut r = Vec::new();
+            let locals = &segment.locals;
+            let mut sums = Sums {
+                unknowns: locals.len(),
+                ..Sums::default()
+            };
+            let done = problem.evaluate(
+                segment,
+                &states[i],
+                &mut stretcher,
+                &nuisances,
+                locals,
+                &mut r,
+            );
+            let sigma = problem.data[segment.recording].sigmas.xp;
+            for (row, r) in problem.rows(segment).iter().zip(&r).filter(|_| done) {
+                if *row == Row::ProofMass {
+                    sums.square += r * r * sigma * sigma;
+                    sums.samples += 1;
+                }
+                if point.used[i] {
+                    sums.chi2 += r * r;
+                    sums.rows += 1;
+                }
+            }
+            if !point.used[i] {
+                sums.aside = sums.samples;
+                sums.unknowns = 0;
+            }
+            sums
+        })
+        .collect();
+    let of = |name: &str, pick: &dyn Fn(usize) -> bool| {
+        let mut total = Sums::default();
+        let mut noise = 0.0;
+        for (sums, segment) in sums.iter().zip(&point.segments) {
+            if pick(segment.recording) {
+                total.add(sums);
+                let sigma = problem.data[segment.recording].sigmas.xp;
+                noise += sigma * sigma * sums.samples as f64;
+            }
+        }
+        let samples = total.samples.max(1) as f64;
+        let freedom = total.rows.saturating_sub(total.unknowns).max(1) as f64;
+        Misfit {
+            name: name.to_owned(),
+            rms: (total.square / samples).sqrt(),
+            noise: (noise / samples).sqrt(),
+            chi2: total.chi2 / freedom,
+            samples: total.samples,
+            set_aside: total.aside as f64 / samples,
+        }
+    };
+    let each = problem.data.iter().enumerate();
+    let each = each
+        .map(|(k, d)| of(&d.recording.name, &|r| r == k))
+        .collect();
+    Ok((of("", &|_| true), each))
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    square: f64,
+    samples: usize,
+    chi2: f64,
+    rows: usize,
+    unknowns: usize,
+    aside: usize,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.square += other.square;
+        self.samples += other.samples;
+        self.chi2 += other.chi2;
+        self.rows += other.rows;
+        self.unknowns += other.unknowns;
+        self.aside += other.aside;
+    }
+}

@@ -1,0 +1,267 @@
+//! The parameters that a fit moves, and the coordinates in which it moves them.
+//!
+//! A parameter of the table goes by its logarithm where the table says so, else in units
+//! of its range. The film is moved by its thickness at contact, `gp - dp`, and by its
+//! strength there, `Cs / (gp - dp)^3`: what the data tell directly, where `Cs` and `gp`
+//! by themselves are all but one number. `gp > dp` then holds by itself.
+
+use super::error::FitError;
+use crate::model::Model;
+use crate::model::effects;
+use crate::model::parameter::{ParameterId, ParameterSpec, Scale};
+
+/// How a parameter's value and its coordinate are related.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Coordinate {
+    /// Natural logarithm.
+    Log,
+    /// Value over this unit.
+    Linear(f64),
+    /// Logarithm of `gp - dp` \[m\].
+    FilmGap,
+    /// Logarithm of `Cs / (gp - dp)^3`.
+    FilmStrength,
+}
+
+/// One parameter that is moved.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// Id, `Cs` or `effect.parameter`.
+    pub id: String,
+    /// Its row of the table, or of the effect's own.
+    pub spec: ParameterSpec,
+    coordinate: Coordinate,
+    /// Bounds of the coordinate.
+    pub low: f64,
+    /// See `low`.
+    pub high: f64,
+}
+
+/// The parameters that are moved, and the model that holds all others.
+#[derive(Debug, Clone)]
+pub struct Space {
+    base: Model,
+    /// In the order asked for.
+    pub entries: Vec<Entry>,
+}
+
+impl Space {
+    /// For the parameters `free` of `model`.
+    ///
+    /// # Errors
+    /// [`FitError`] for an unknown id, one without bearing on the device, or none at all.
+    pub fn new(model: &Model, free: &[String]) -> Result<Self, FitError> {
+        let mut entries: Vec<Entry> = Vec::new();
+        for id in free {
+            let (id, spec) = find(model, id)?;
+            if entries.iter().all(|e| e.id != id) {
+                entries.push(entry(id, spec));
+            }
+        }
+        // The film's coordinates build on dp, whatever the order asked for.
+        if entries.is_empty() {
+            return Err(FitError::NothingFree);
+        }
+        Ok(Self {
+            base: model.clone(),
+            entries,
+        })
+    }
+
+    /// Number of parameters that are moved.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Never true.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Where an id stands among the entries.
+    pub fn position(&self, id: &str) -> Option<usize> {
+        self.entries.iter().position(|e| e.id == id)
+    }
+
+    /// Coordinates of a model's values, within the bounds.
+    pub fn coordinates(&self, model: &Model) -> Vec<f64> {
+        let film = film_gap(model);
+        let coordinate = |e: &Entry| {
+            let value = model.get(&e.id).unwrap_or(e.spec.default);
+            let x = match e.coordinate {
+                Coordinate::Log => value.max(f64::MIN_POSITIVE).ln(),
+                Coordinate::Linear(unit) => value / unit,
+                Coordinate::FilmGap => film.ln(),
+                Coordinate::FilmStrength => (value.max(1e-40) / film.powi(3)).ln(),
+            };
+            x.clamp(e.low, e.high)
+        };
+        self.entries.iter().map(coordinate).collect()
+    }
+
+    /// The model at coordinates `x`.
+    pub fn model(&self, x: &[f64]) -> Model {
+        let mut model = self.base.clone();
+        // Plain parameters first: the film's build on dp, its strength on the gap.
+        for pass in 0..3 {
+            for (e, &x) in self.entries.iter().zip(x) {
+                let x = x.clamp(e.low, e.high);
+                let value = match (e.coordinate, pass) {
+                    (Coordinate::Log, 0) => x.exp(),
+                    (Coordinate::Linear(unit), 0) => x * unit,
+                    (Coordinate::FilmGap, 1) => model.parameters[ParameterId::Dp] + x.exp(),
+                    (Coordinate::FilmStrength, 2) => (x + 3.0 * film_gap(&model).ln()).exp(),
+                    _ => continue,
+                };
+                set(&mut model, &e.id, value);
+            }
+            // A locked gp must stay above a dp that is moved.
+            if pass == 0 && model.has_ground && self.position("gp").is_none() {
+                let (gp, dp) = (
+                    model.parameters[ParameterId::Gp],
+                    model.parameters[ParameterId::Dp],
+                );
+                if gp <= dp {
+                    model.parameters.set(ParameterId::Dp, gp - 1e-9);
+                }
+            }
+        }
+        model
+    }
+
+    /// Values in SI at coordinates `x`.
+    pub fn values(&self, x: &[f64]) -> Vec<f64> {
+        let model = self.model(x);
+        self.entries
+            .iter()
+            .map(|e| model.get(&e.id).unwrap_or(f64::NAN))
+            .collect()
+    }
+
+    /// Change of each value (row) per coordinate (column).
+    pub fn slopes(&self, x: &[f64]) -> nalgebra::DMatrix<f64> {
+        let n = self.len();
+        let mut slopes = nalgebra::DMatrix::zeros(n, n);
+        for j in 0..n {
+            let h = 1e-5;
+            let (mut a, mut b) = (x.to_vec(), x.to_vec());
+            a[j] = (x[j] - h).max(self.entries[j].low);
+            b[j] = (x[j] + h).min(self.entries[j].high);
+            let (va, vb) = (self.values(&a), self.values(&b));
+            for i in 0..n {
+                slopes[(i, j)] = (vb[i] - va[i]) / (b[j] - a[j]);
+            }
+        }
+        slopes
+    }
+}
+
+/// Thickness of the film at contact \[m\], kept above zero.
+fn film_gap(model: &Model) -> f64 {
+    (model.parameters[ParameterId::Gp] - model.parameters[ParameterId::Dp]).max(1e-9)
+}
+
+fn set(model: &mut Model, id: &str, value: f64) {
+    // The ids were looked up when the space was made, so that there is no error.
+    if let Err(error) = model.set(id, value) {
+        log::error!("{error}");
+    }
+}
+
+/// The canonical id and table row of a parameter of `model`.
+fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
+    if let Some(parameter) = ParameterId::from_id(id) {
+        return if model.uses(parameter) {
+            Ok((parameter.spec().id.to_owned(), *parameter.spec()))
+        } else {
+            Err(FitError::Unused {
+                id: id.to_owned(),
+                device: model.name.clone(),
+            })
+        };
+    }
+    if let Some((effect, parameter)) = id.split_once('.')
+        && let Some(spec) = effects::find(effect)
+        && model.effects.iter().any(|e| e.spec == spec)
+        && let Some(row) = spec.parameters.iter().find(|p| p.id == parameter)
+    {
+        return Ok((format!("{}.{}", spec.id, row.id), *row));
+    }
+    let mut known: Vec<String> = ParameterId::ALL
+        .iter()
+        .filter(|p| model.uses(**p))
+        .map(|p| p.spec().id.to_owned())
+        .collect();
+    for effect in &model.effects {
+        known.extend(
+            effect
+                .spec
+                .parameters
+                .iter()
+                .map(|p| format!("{}.{}", effect.spec.id, p.id)),
+        );
+    }
+    Err(FitError::UnknownParameter {
+        id: id.to_owned(),
+        known: known.join(", "),
+    })
+}
+
+fn entry(id: String, spec: ParameterSpec) -> Entry {
+    let (low, high) = spec.range;
+    let (least, most) = spec.limits;
+    let (coordinate, low, high) = match id.as_str() {
+        "gp" => (Coordinate::FilmGap, 2e-8f64.ln(), (10.0 * high).ln()),
+        "Cs" => (
+            Coordinate::FilmStrength,
+            (1e-4 * low / 1e-12).ln(),
+            (1e4 * high / 1e-18).ln(),
+        ),
+        _ => match spec.scale {
+            Scale::Log => (
+                Coordinate::Log,
+                (1e-4 * low).max(least).ln(),
+                (1e4 * high).min(most).ln(),
+            ),
+            Scale::Linear => {
+                let unit = 0.1 * (high - low);
+                (Coordinate::Linear(unit), least / unit, most / unit)
+            }
+        },
+    };
+    Entry {
+        id,
+        spec,
+        coordinate,
+        low,
+        high,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn coordinates_lead_back_to_the_values() {
+        let model = Preset::embedded("paper").unwrap().model;
+        let free: Vec<String> = ["Cs", "gp", "dp", "alpha", "eta", "zeta1"]
+            .map(str::to_owned)
+            .to_vec();
+        let space = Space::new(&model, &free).unwrap();
+        let x = space.coordinates(&model);
+        let values = space.values(&x);
+        for (e, v) in space.entries.iter().zip(&values) {
+            let expected = model.get(&e.id).unwrap();
+            assert!((v / expected - 1.0).abs() < 1e-9, "{}: {v}", e.id);
+        }
+        // dp takes gp along, so that the film keeps its thickness at contact.
+        let mut moved = x.clone();
+        moved[2] += 1.0;
+        let there = space.model(&moved);
+        assert!((film_gap(&there) / film_gap(&model) - 1.0).abs() < 1e-9);
+        assert!(Space::new(&model, &[]).is_err());
+        assert!(Space::new(&model, &["nonsense".to_owned()]).is_err());
+    }
+}
