@@ -7,6 +7,7 @@ use crate::model::preset::Preset;
 use crate::recording::align::Alignment;
 use crate::recording::csv::{ImportSettings, import_bytes_auto};
 
+use super::fitting::Fitting;
 use super::setup::{DriveChoice, Overlay, Setup, View};
 use super::state::{Cursors, State};
 
@@ -73,6 +74,7 @@ pub fn state(setup: Setup, view: View) -> State {
         notices: Vec::new(),
         drive_editor_open: false,
         validation_open: false,
+        fitting: Fitting::default(),
     }
 }
 

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::command::Command;
+use super::fitting::Fitting;
 use super::setup::{OverlayId, Setup, View};
 use super::snapshot::Snapshot;
 
@@ -68,6 +69,8 @@ pub struct State {
     pub drive_editor_open: bool,
     /// Whether the window with all 16 cases of Table A.1 is open.
     pub validation_open: bool,
+    /// The fit panel.
+    pub fitting: Fitting,
 }
 
 impl State {

@@ -2,6 +2,7 @@
 //! code is 0 when done, 1 when the work failed, 2 when the command was wrong.
 
 mod device;
+mod fit;
 mod output;
 mod simulate;
 mod validate;
@@ -42,6 +43,8 @@ struct WindowArgs {
 enum Command {
     /// Simulate a device and write the trace as CSV
     Simulate(simulate::Arguments),
+    /// Fit parameters to recordings, and measure what is left on recordings kept out
+    Fit(fit::Arguments),
     /// The 16 cases of the paper's Table A.1 and Table 3's statistics, against both columns
     Validate(validate::Arguments),
 }
@@ -52,6 +55,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
+        Some(Command::Fit(arguments)) => fit::run(&arguments),
         Some(Command::Validate(arguments)) => validate::run(&arguments),
         None => app::run(app::WindowOptions {
             files: cli.window.files,

@@ -27,6 +27,8 @@ const GOOD: f64 = 1.5;
 /// Damping by the film at contact at first, as a share of the first mode's frequency: a
 /// film that is too strong would hold the mass where it is.
 const WEAK: f64 = 0.1;
+/// How much looser the laws of the ground are at first.
+const SOFT: f64 = 30.0;
 /// How often events are read again.
 const ROUNDS: usize = 2;
 /// Loss at first: hardly robust, as everything is far off.
@@ -98,7 +100,8 @@ fn attempt(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<(Prepared, Point), FitError> {
-    let prepared = prepare(start, space, parts, findings, options)?;
+    let mut prepared = prepare(start, space, parts, findings, options)?;
+    soften(&mut prepared, SOFT);
     let problem = &prepared.problem;
     let mut x = space.coordinates(&start);
     x.extend_from_slice(&prepared.nuisances);
@@ -128,19 +131,46 @@ fn attempt(
         locked: &[],
     };
     let mut best = improve(problem, point, &all, control, &mut clock)?;
+    best = read_again(&prepared, best, &all, control, &mut clock)?;
+    soften(&mut prepared, 1.0 / SOFT);
+    best = improve(&prepared.problem, best, &all, control, &mut clock)?;
+    best = read_again(&prepared, best, &all, control, &mut clock)?;
+    Ok((prepared, best))
+}
+
+/// Sets segments aside that do not fit, fits the others, and reads the events of the
+/// former again, as long as that brings some back.
+fn read_again(
+    prepared: &Prepared,
+    mut best: Point,
+    plan: &Plan<'_>,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Point, FitError> {
+    let problem = &prepared.problem;
     for _ in 0..ROUNDS {
         let huber = threshold(problem, &best)?;
         if control.cancelled() || set_suspects_aside(problem, &mut best, huber)? == 0 {
             break;
         }
-        best = improve(problem, best, &all, control, &mut clock)?;
+        best = improve(problem, best, plan, control, clock)?;
         let huber = threshold(problem, &best)?;
         if revise(problem, &mut best, &prepared.segments, huber)? == 0 {
             break;
         }
-        best = improve(problem, best, &all, control, &mut clock)?;
+        best = improve(problem, best, plan, control, clock)?;
     }
-    Ok((prepared, best))
+    Ok(best)
+}
+
+/// Loosens the laws of bounce and release by a factor: as long as some events are
+/// misread, the data alone shall say how fast and when the mass leaves the ground, or
+/// those that are read rightly would not fit to the wrong law that the others make.
+fn soften(prepared: &mut Prepared, factor: f64) {
+    for data in &mut prepared.problem.data {
+        data.sigmas.velocity *= factor;
+        data.sigmas.force *= factor;
+    }
 }
 
 /// Draws a start around the given one, each parameter up to a factor of two off.

@@ -1,0 +1,229 @@
+//! What the person has asked of a fit, and what came of it. A fit changes nothing by
+//! itself: its values are applied when that is asked for.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use eframe::egui::Context;
+
+use super::job::Job;
+use super::setup::{Overlay, OverlayId, Setup};
+use crate::fit::{Control, FitOptions, FitResult, Part, Progress, default_free, fit};
+use crate::model::Model;
+use crate::recording::{Channel, Recording};
+
+/// What a recording is used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Fitted to.
+    Train,
+    /// Kept out, to judge the fit by.
+    HeldOut,
+    /// Not used.
+    Unused,
+}
+
+/// The fit panel's state.
+#[derive(Debug, Clone, Default)]
+pub struct Fitting {
+    /// Whether its window is open.
+    pub open: bool,
+    /// Parameters ticked; `None` as by default.
+    pub free: Option<BTreeSet<String>>,
+    /// What the recordings are used for; those not named are fitted to.
+    pub roles: BTreeMap<OverlayId, Role>,
+    /// The fit in work.
+    pub job: Option<Job<Progress, FitResult>>,
+    /// Ids of the parameters that it moves, and the model it began with.
+    pub moved: (Vec<String>, Option<Arc<Model>>),
+    /// What came of the last.
+    pub result: Option<Arc<FitResult>>,
+    /// Why there is none.
+    pub error: Option<String>,
+    /// Whether the curves show the fit while it runs and until it is applied or dropped.
+    pub shown: bool,
+}
+
+impl Fitting {
+    /// Ids of the parameters to move: those ticked, less the locked.
+    pub fn free(&self, setup: &Setup) -> Vec<String> {
+        let model = &setup.preset.model;
+        let ticked = |id: &String| match &self.free {
+            Some(free) => free.contains(id),
+            None => default_free(model).contains(id),
+        };
+        candidates(model)
+            .into_iter()
+            .filter(|id| ticked(id) && !setup.locked.contains(id))
+            .collect()
+    }
+
+    /// What a recording is used for.
+    pub fn role(&self, overlay: &Overlay) -> Role {
+        let usual = if overlay.visible {
+            Role::Train
+        } else {
+            Role::Unused
+        };
+        self.roles.get(&overlay.id).copied().unwrap_or(usual)
+    }
+
+    /// Starts a fit of the device as it is now.
+    pub fn start(&mut self, setup: &Setup, context: &Context) {
+        self.error = None;
+        self.result = None;
+        let model = setup.preset.model.clone();
+        let options = FitOptions {
+            free: self.free(setup),
+            ..FitOptions::for_model(&model)
+        };
+        let of = |role: Role| -> Vec<Arc<Recording>> {
+            let overlays = setup.overlays.iter();
+            overlays
+                .filter(|overlay| self.role(overlay) == role)
+                .map(aligned)
+                .collect()
+        };
+        let (train, held_out) = (of(Role::Train), of(Role::HeldOut));
+        self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
+        self.shown = true;
+        self.job = Some(Job::start("fit", context, move |desk| {
+            let (train, held_out) = parts(train, held_out);
+            let report = |progress: &Progress| desk.report(progress.clone());
+            let control = Control {
+                cancel: desk.cancel(),
+                progress: &report,
+            };
+            fit(&model, &train, &held_out, &options, &control).map_err(|e| e.to_string())
+        }));
+    }
+
+    /// Takes the result of a fit that has ended.
+    pub fn poll(&mut self) {
+        let Some(result) = self.job.as_ref().and_then(Job::take) else {
+            return;
+        };
+        self.job = None;
+        match result {
+            Ok(result) => self.result = Some(Arc::new(result)),
+            Err(error) => {
+                self.error = Some(error);
+                self.shown = false;
+            }
+        }
+    }
+
+    /// The model whose curves are to be seen instead of the device's own, if any.
+    pub fn preview(&self) -> Option<Model> {
+        if !self.shown {
+            return None;
+        }
+        if let Some(result) = &self.result {
+            return Some(result.model.clone());
+        }
+        let progress = self.job.as_ref()?.progress()?;
+        let (ids, start) = &self.moved;
+        let mut model = start.as_deref()?.clone();
+        for (id, value) in ids.iter().zip(&progress.values) {
+            model.set(id, *value).ok()?;
+        }
+        model.check().is_ok().then_some(model)
+    }
+
+    /// Gives the device the fitted values.
+    pub fn apply(&mut self, setup: &mut Setup) {
+        if let Some(result) = &self.result {
+            for parameter in &result.parameters {
+                // Ids of the device that was fitted; another device may lack one.
+                let _ = setup.preset.model.set(&parameter.id, parameter.value);
+            }
+            self.shown = false;
+        }
+    }
+}
+
+/// Ids that can be fitted: of the device and of its effects.
+pub fn candidates(model: &Model) -> Vec<String> {
+    let own = model.parameters.iter().map(|(id, _)| id);
+    let mut ids: Vec<String> = own
+        .filter(|id| model.uses(*id) && is_physical(*id))
+        .map(|id| id.spec().id.to_owned())
+        .collect();
+    for effect in &model.effects {
+        let parameters = effect.spec.parameters.iter();
+        ids.extend(parameters.map(|p| format!("{}.{}", effect.spec.id, p.id)));
+    }
+    ids
+}
+
+/// Whether a parameter is of the device, not of the run or the sensor: those are found
+/// for each recording anyway.
+fn is_physical(id: crate::model::parameter::ParameterId) -> bool {
+    use crate::model::parameter::ParameterId as P;
+    !matches!(id, P::X0 | P::V0 | P::OffsetP | P::OffsetC | P::Noise)
+}
+
+/// Recordings as parts; without any kept out, the last third of each.
+fn parts(train: Vec<Arc<Recording>>, held_out: Vec<Arc<Recording>>) -> (Vec<Part>, Vec<Part>) {
+    if held_out.is_empty() {
+        train.into_iter().map(Part::split).unzip()
+    } else {
+        (
+            train.into_iter().map(Part::whole).collect(),
+            held_out.into_iter().map(Part::whole).collect(),
+        )
+    }
+}
+
+/// The recording as it is drawn: shifted and scaled.
+fn aligned(overlay: &Overlay) -> Arc<Recording> {
+    let alignment = &overlay.alignment;
+    if *alignment == Default::default() {
+        return Arc::clone(&overlay.recording);
+    }
+    let mut recording = overlay.recording.as_ref().clone();
+    for t in &mut recording.time {
+        *t = alignment.time(*t);
+    }
+    let scale = |values: &mut [f64], channel| {
+        for x in values {
+            *x = alignment.value(channel, *x);
+        }
+    };
+    scale(&mut recording.proof_mass, Channel::ProofMass);
+    if let Some(values) = &mut recording.cantilever {
+        scale(values, Channel::Cantilever);
+    }
+    Arc::new(recording)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::first_start;
+
+    #[test]
+    fn what_is_fitted_is_what_is_ticked_and_not_locked() {
+        let mut setup = first_start::setup();
+        let mut fitting = Fitting::default();
+        let usual = fitting.free(&setup);
+        assert!(usual.iter().any(|id| id == "Cs") && !usual.iter().any(|id| id == "f1"));
+        setup.locked.insert("Cs".to_owned());
+        assert!(!fitting.free(&setup).contains(&"Cs".to_owned()));
+        fitting.free = Some(["f1".to_owned(), "Cs".to_owned()].into());
+        assert_eq!(fitting.free(&setup), ["f1"]);
+    }
+
+    #[test]
+    fn a_shift_and_a_scale_reach_the_fit() {
+        let mut setup = first_start::setup();
+        let overlay = &mut setup.overlays[0];
+        assert!(Arc::ptr_eq(&aligned(overlay), &overlay.recording));
+        overlay.alignment.time_shift = 1e-3;
+        overlay.alignment.xp_offset = 2e-6;
+        let moved = aligned(overlay);
+        assert_eq!(moved.time[5], overlay.recording.time[5] + 1e-3);
+        let apart = moved.proof_mass[5] - overlay.recording.proof_mass[5];
+        assert!((apart - 2e-6).abs() < 1e-15);
+    }
+}
