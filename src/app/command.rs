@@ -55,6 +55,8 @@ pub enum Command {
     DriveEditor,
     /// Shows all cases of Table A.1.
     Validation,
+    /// Shows the fit panel.
+    FitPanel,
     /// Shifts the selected recording onto the simulation.
     AutoAlign,
     /// The command palette.
@@ -96,6 +98,7 @@ impl Command {
             Command::ZoomAll,
             Command::DriveEditor,
             Command::Validation,
+            Command::FitPanel,
             Command::AutoAlign,
             Command::ToggleTheme,
             Command::Palette,
@@ -156,6 +159,7 @@ impl Command {
             ),
             Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency, amplitude"),
+            Command::FitPanel => ("Fit", "Find parameters from the recordings"),
             Command::Validation => (
                 "Table A.1",
                 "All 16 published experiments beside this device",
@@ -237,6 +241,7 @@ impl Command {
             Command::ZoomAll => plain(Key::A),
             Command::DriveEditor => plain(Key::D),
             Command::Validation => plain(Key::T),
+            Command::FitPanel => plain(Key::F),
             Command::Help => plain(Key::Questionmark),
             Command::TogglePicture(picture) => {
                 let number = [

@@ -98,8 +98,13 @@ impl Fitting {
         }));
     }
 
-    /// Takes the result of a fit that has ended.
-    pub fn poll(&mut self) {
+    /// Takes the result of a fit that has ended. Once a slider has moved since the fit
+    /// began, the curves are the sliders' again.
+    pub fn poll(&mut self, setup: &Setup) {
+        let (_, start) = &self.moved;
+        if start.as_deref() != Some(&setup.preset.model) {
+            self.shown = false;
+        }
         let Some(result) = self.job.as_ref().and_then(Job::take) else {
             return;
         };

@@ -226,7 +226,9 @@ impl Shell {
             }
         };
         let state = &self.state;
-        if let Err(error) = state.setup.preset.model.check() {
+        let preview = state.fitting.preview();
+        let device = preview.as_ref().unwrap_or(&state.setup.preset.model);
+        if let Err(error) = device.check() {
             self.state.refusal = Some(Refusal {
                 parameter: error.parameter,
                 message: error.reason,
@@ -236,11 +238,11 @@ impl Shell {
         let same_model = self
             .sent
             .as_ref()
-            .filter(|sent| *sent.model == state.setup.preset.model)
+            .filter(|sent| *sent.model == *device)
             .map(|sent| Arc::clone(&sent.model));
         let pictures = &state.view.pictures;
         let wish = Wish {
-            model: same_model.unwrap_or_else(|| Arc::new(state.setup.preset.model.clone())),
+            model: same_model.unwrap_or_else(|| Arc::new(device.clone())),
             drive,
             duration: state.setup.duration,
             forces: pictures.contains(&Picture::Forces) || pictures.contains(&Picture::Device),

@@ -88,6 +88,7 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
                 C::TogglePause,
                 C::Step,
                 C::Restart,
+                C::FitPanel,
                 C::Validation,
             ],
         );

@@ -5,6 +5,7 @@ pub mod drive_editor;
 mod drive_preview;
 mod drive_table;
 mod figures;
+mod fit;
 mod icon;
 mod original;
 mod parameters;
@@ -58,6 +59,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         state.drive_editor_open = open && state.drive_editor_open;
     }
     validation::show(ui, state);
+    fit::show(ui, state);
 }
 
 fn side_panel(ui: &mut Ui, state: &mut State) {

@@ -123,6 +123,10 @@ fn window(ui: &mut Ui, state: &mut State) -> Option<String> {
         let cost = format_quantity(snapshot.cost.as_secs_f64(), "s", 2);
         ui.weak(format!("computed in {cost}"));
     }
+    if state.fitting.shown {
+        ui.colored_label(ui.visuals().warn_fg_color, "curves of the fit, not applied")
+            .on_hover_text("Apply or drop it in the fit panel (F); moving a slider ends it too");
+    }
     typed.error
 }
 

@@ -1,0 +1,134 @@
+//! What to fit, and to what.
+
+use std::collections::BTreeSet;
+
+use eframe::egui::{Grid, Ui};
+
+use super::heading;
+use crate::app::fitting::{Role, candidates};
+use crate::app::plots::style::overlay_color;
+use crate::app::state::State;
+use crate::app::workspaces::tune::readouts::short;
+use crate::app::workspaces::tune::small;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::model::unit::format_quantity;
+
+/// Columns of the list of parameters.
+const COLUMNS: usize = 4;
+
+/// Ticks for the parameters.
+pub fn parameters(ui: &mut Ui, state: &mut State) {
+    heading(ui, "Parameters to fit");
+    let setup = &state.setup;
+    let model = &setup.preset.model;
+    let ids = candidates(model);
+    let ticked: BTreeSet<String> = state.fitting.free(setup).into_iter().collect();
+    let mut changed = None;
+    let busy = state.fitting.job.is_some();
+    Grid::new("fit parameters")
+        .num_columns(COLUMNS)
+        .spacing([14.0, 3.0])
+        .show(ui, |ui| {
+            for (i, id) in ids.iter().enumerate() {
+                let locked = setup.locked.contains(id);
+                let mut on = ticked.contains(id);
+                let before = on;
+                let text = symbol(id);
+                ui.add_enabled_ui(!busy && !locked, |ui| {
+                    let check = ui.checkbox(&mut on, text);
+                    let help = if locked {
+                        format!("{id} is locked at its slider")
+                    } else {
+                        hint(model, id)
+                    };
+                    check.on_hover_text(&help).on_disabled_hover_text(help);
+                });
+                if on != before {
+                    changed = Some((id.clone(), on));
+                }
+                if i % COLUMNS == COLUMNS - 1 {
+                    ui.end_row();
+                }
+            }
+        });
+    if let Some((id, on)) = changed {
+        let mut free = state.fitting.free.clone().unwrap_or(ticked);
+        if on {
+            free.insert(id);
+        } else {
+            free.remove(&id);
+        }
+        state.fitting.free = Some(free);
+    }
+    if state.fitting.free.is_some() && !busy && ui.small_button("As usual").clicked() {
+        state.fitting.free = None;
+    }
+}
+
+/// A parameter's symbol; that of an effect with the effect's name.
+pub fn symbol(id: &str) -> String {
+    match ParameterId::from_id(id) {
+        Some(parameter) => parameter.spec().symbol.to_owned(),
+        None => id.replace('.', " "),
+    }
+}
+
+fn hint(model: &Model, id: &str) -> String {
+    let value = model.get(id).map_or(String::new(), |value| {
+        let unit = model.unit_of(id).unwrap_or("");
+        format!(", now {}", format_quantity(value, unit, 4))
+    });
+    let name = ParameterId::from_id(id).map_or(id, |parameter| parameter.spec().name);
+    format!("{name}{value}")
+}
+
+/// What each recording is used for.
+pub fn recordings(ui: &mut Ui, state: &mut State) {
+    heading(ui, "Recordings");
+    if state.setup.overlays.is_empty() {
+        ui.weak("None yet. Drop a CSV file on the window, or open one.");
+        return;
+    }
+    let busy = state.fitting.job.is_some();
+    let mut kept_out = false;
+    Grid::new("fit recordings")
+        .num_columns(4)
+        .spacing([12.0, 3.0])
+        .show(ui, |ui| {
+            for overlay in &state.setup.overlays {
+                let color = overlay_color(ui, overlay.color);
+                let name = &overlay.recording.name;
+                ui.colored_label(color, short(name, 26)).on_hover_text(name);
+                let mut role = state.fitting.role(overlay);
+                let before = role;
+                ui.add_enabled_ui(!busy, |ui| {
+                    ui.horizontal(|ui| {
+                        let choices = [
+                            (Role::Train, "fit to", "Used to find the parameters"),
+                            (
+                                Role::HeldOut,
+                                "keep out",
+                                "Not shown to the fit; it is judged by it",
+                            ),
+                            (Role::Unused, "leave", "Not used"),
+                        ];
+                        for (choice, text, help) in choices {
+                            ui.selectable_value(&mut role, choice, text)
+                                .on_hover_text(format!("{name}: {help}"));
+                        }
+                    });
+                });
+                if role != before {
+                    state.fitting.roles.insert(overlay.id, role);
+                }
+                kept_out |= role == Role::HeldOut;
+                ui.end_row();
+            }
+        });
+    if !kept_out {
+        ui.label(
+            small("Nothing is kept out by choice: the last third of each recording is.").weak(),
+        );
+    }
+}

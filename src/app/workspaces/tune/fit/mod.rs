@@ -1,0 +1,134 @@
+//! The fit panel: parameters and recordings ticked, a fit beside the window, what came of
+//! it. Nothing is applied without being asked for.
+
+mod choose;
+mod picture;
+mod result;
+
+use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Window};
+
+use super::small;
+use crate::app::fitting::Role;
+use crate::app::state::State;
+use crate::fit::Progress;
+
+/// Draws the panel while it is open. Takes what a fit has brought whether it is or not.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    state.fitting.poll(&state.setup);
+    let mut open = state.fitting.open;
+    if !open {
+        return;
+    }
+    Window::new("Fit")
+        .open(&mut open)
+        .default_size([470.0, 640.0])
+        .default_pos([365.0, 70.0])
+        .show(ui, |ui| {
+            ScrollArea::vertical()
+                .id_salt("fit")
+                .auto_shrink([false, true])
+                .show(ui, |ui| content(ui, state));
+        });
+    state.fitting.open = open && state.fitting.open;
+}
+
+fn content(ui: &mut Ui, state: &mut State) {
+    choose::parameters(ui, state);
+    ui.add_space(6.0);
+    choose::recordings(ui, state);
+    ui.add_space(6.0);
+    ui.separator();
+    run(ui, state);
+    if let Some(error) = &state.fitting.error {
+        ui.colored_label(super::error_color(ui), error);
+    }
+    if state.fitting.result.is_some() {
+        ui.separator();
+        result::show(ui, state);
+    }
+}
+
+/// Fit, progress, cancel.
+fn run(ui: &mut Ui, state: &mut State) {
+    if let Some(job) = state.fitting.job.clone() {
+        ui.horizontal(|ui| {
+            let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
+            if cancel
+                .on_hover_text("Stop soon and keep the best so far")
+                .clicked()
+            {
+                job.cancel();
+            }
+            match job.progress() {
+                Some(progress) => advance(ui, &progress),
+                None => {
+                    ui.spinner();
+                    ui.label("looking at the recordings...");
+                }
+            }
+        });
+        ui.checkbox(&mut state.fitting.shown, "Let the curves follow");
+        return;
+    }
+    let why_not = obstacle(state);
+    ui.horizontal(|ui| {
+        let button = ui.add_enabled(why_not.is_none(), Button::new("Fit"));
+        if button
+            .on_hover_text("Find the ticked parameters from the recordings to fit to")
+            .clicked()
+        {
+            state.fitting.start(&state.setup, ui.ctx());
+        }
+        match &why_not {
+            Some(reason) => ui.weak(reason),
+            None => ui.weak("It starts from the values of the sliders."),
+        };
+    });
+}
+
+fn advance(ui: &mut Ui, progress: &Progress) {
+    let share = progress.iteration as f32 / progress.expected.max(1) as f32;
+    let seconds = progress.remaining.as_secs_f64();
+    let left = if seconds >= 1.0 {
+        format!(", about {seconds:.0} s left")
+    } else {
+        String::new()
+    };
+    let text = format!(
+        "{}{left}; misfit {:.2} x noise",
+        progress.stage, progress.misfit
+    );
+    let bar = ProgressBar::new(share.clamp(0.0, 1.0))
+        .text(small(text).color(text_on_bar(ui)))
+        .desired_width(330.0);
+    ui.add(bar);
+}
+
+fn text_on_bar(ui: &Ui) -> Color32 {
+    ui.visuals().strong_text_color()
+}
+
+/// Why no fit can be started, if none can.
+fn obstacle(state: &State) -> Option<String> {
+    let fitting = &state.fitting;
+    if state.setup.overlays.is_empty() {
+        return Some("Open a recording to fit to.".to_owned());
+    }
+    if !state
+        .setup
+        .overlays
+        .iter()
+        .any(|overlay| fitting.role(overlay) == Role::Train)
+    {
+        return Some("Choose at least one recording to fit to.".to_owned());
+    }
+    if fitting.free(&state.setup).is_empty() {
+        return Some("Tick at least one parameter that is not locked.".to_owned());
+    }
+    let problem = state.setup.preset.model.check().err()?;
+    Some(problem.to_string())
+}
+
+fn heading(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).strong());
+}

@@ -1,0 +1,167 @@
+//! What a fit has found: values with their errors, what the data do not tell, how near it
+//! comes; to be applied or dropped.
+
+use eframe::egui::{Button, Grid, RichText, Ui};
+
+use super::choose::symbol;
+use super::{heading, picture};
+use crate::app::state::State;
+use crate::app::workspaces::tune::small;
+use crate::fit::{FitResult, FittedParameter, Misfit};
+use crate::model::unit::{format_number, format_quantity};
+
+/// Draws the result.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let Some(result) = state.fitting.result.clone() else {
+        return;
+    };
+    if result.cancelled {
+        ui.label("Cancelled: this is the best so far.");
+    }
+    decide(ui, state);
+    ui.add_space(4.0);
+    values(ui, &result);
+    ui.add_space(6.0);
+    distances(ui, &result);
+    if !result.remarks.is_empty() {
+        ui.add_space(6.0);
+        heading(ui, "What the data do not tell");
+        for remark in &result.remarks {
+            ui.label(small(remark));
+        }
+    }
+    ui.add_space(6.0);
+    picture::correlations(ui, &result);
+}
+
+fn decide(ui: &mut Ui, state: &mut State) {
+    let device = &state.setup.preset.model;
+    let fits = state
+        .fitting
+        .result
+        .as_ref()
+        .is_some_and(|r| r.model.name == device.name);
+    ui.horizontal(|ui| {
+        let apply = ui.add_enabled(fits, Button::new("Apply"));
+        if apply
+            .on_hover_text("Give the sliders these values; undo takes it back")
+            .on_disabled_hover_text("Another device is open now than the one that was fitted")
+            .clicked()
+        {
+            state.fitting.apply(&mut state.setup);
+        }
+        let drop = ui.button("Drop");
+        if drop
+            .on_hover_text("Forget this result; the sliders stay")
+            .clicked()
+        {
+            state.fitting.result = None;
+            state.fitting.shown = false;
+        }
+        ui.checkbox(&mut state.fitting.shown, "Show its curves")
+            .on_hover_text("The plots show the fitted device until it is applied or dropped");
+    });
+}
+
+fn values(ui: &mut Ui, result: &FitResult) {
+    heading(ui, "Values");
+    Grid::new("fit values")
+        .num_columns(5)
+        .striped(true)
+        .spacing([14.0, 3.0])
+        .show(ui, |ui| {
+            for title in ["", "before", "fitted", "std. error", "change"] {
+                ui.label(small(title).strong());
+            }
+            ui.end_row();
+            for parameter in &result.parameters {
+                value(ui, parameter);
+                ui.end_row();
+            }
+        });
+}
+
+fn value(ui: &mut Ui, parameter: &FittedParameter) {
+    let write = |value: f64, digits| format_quantity(value, parameter.unit, digits);
+    ui.label(symbol(&parameter.id)).on_hover_text(&parameter.id);
+    ui.label(write(parameter.start, 4));
+    let fitted = ui.label(RichText::new(write(parameter.value, 4)).strong());
+    if parameter.at_bound {
+        fitted.on_hover_text("at the end of its range: the data want it beyond");
+    }
+    let vague = !parameter.std_error.is_finite()
+        || parameter.std_error > 0.5 * parameter.value.abs().max(f64::MIN_POSITIVE);
+    let text = if parameter.std_error.is_finite() {
+        format!("\u{b1} {}", write(parameter.std_error, 2))
+    } else {
+        "not told".to_owned()
+    };
+    let text = RichText::new(text);
+    ui.label(if vague {
+        text.color(ui.visuals().warn_fg_color)
+    } else {
+        text
+    });
+    let change = 100.0 * (parameter.value / parameter.start - 1.0);
+    let mut note = if change.is_finite() {
+        format!("{change:+.1} %")
+    } else {
+        "-".to_owned()
+    };
+    if parameter.at_bound {
+        note.push_str(", at its bound");
+    }
+    ui.label(small(note));
+}
+
+fn distances(ui: &mut Ui, result: &FitResult) {
+    heading(ui, "How near it comes");
+    Grid::new("fit distances")
+        .num_columns(5)
+        .striped(true)
+        .spacing([14.0, 3.0])
+        .show(ui, |ui| {
+            for (title, help) in [
+                ("", ""),
+                ("rms", "Root mean square of simulation minus recording, xp"),
+                ("noise", "The recording's own noise, estimated from it"),
+                ("rms / noise", "1 is a perfect model"),
+                (
+                    "chi2",
+                    "Mean square of all residuals in units of their noise",
+                ),
+            ] {
+                let label = ui.label(small(title).strong());
+                if !help.is_empty() {
+                    label.on_hover_text(help);
+                }
+            }
+            ui.end_row();
+            lines(ui, "fitted to", &result.train);
+            if let Some(held_out) = &result.held_out {
+                lines(ui, "kept out", held_out);
+            }
+        });
+}
+
+fn lines(ui: &mut Ui, kind: &str, (all, each): &(Misfit, Vec<Misfit>)) {
+    let mut line = |name: String, misfit: &Misfit, strong: bool| {
+        let text = |text: String| {
+            let text = RichText::new(text);
+            if strong { text.strong() } else { text }
+        };
+        ui.label(text(name));
+        ui.label(text(format_quantity(misfit.rms, "m", 3)));
+        ui.label(text(format_quantity(misfit.noise, "m", 2)));
+        let ratio = misfit.rms / misfit.noise;
+        ui.label(text(format_number(ratio, 3)));
+        ui.label(text(format_number(misfit.chi2, 3)));
+        ui.end_row();
+    };
+    line(format!("{kind}, all"), all, true);
+    if each.len() > 1 {
+        for misfit in each {
+            line(format!("   {}", misfit.name), misfit, false);
+        }
+    }
+}
