@@ -55,10 +55,12 @@ pub fn set_suspects_aside(
     // Measured by the others: where all are off, it is not the reading of events.
     let mut costs: Vec<f64> = fitted.iter().map(|f| f.1).collect();
     let usual = crate::recording::quantile_in_place(&mut costs, 0.5);
+    let grounded = problem.space.model(&point.x).has_ground;
     let mut aside = 0;
     for (i, (locals, cost)) in fitted.into_iter().enumerate() {
         point.segments[i].locals = locals;
-        point.used[i] = cost <= SUSPECT * usual.max(1.0);
+        // Without a ground there are no events to misread.
+        point.used[i] = !grounded || cost <= SUSPECT * usual.max(1.0);
         aside += usize::from(!point.used[i]);
     }
     Ok(aside)

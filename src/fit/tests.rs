@@ -172,9 +172,9 @@ fn bad_input_is_named_before_anything_is_computed() {
     let r = good();
     let few = Recording::new(
         "few",
-        r.time[..30].to_vec(),
+        r.time[..15].to_vec(),
         None,
-        r.proof_mass[..30].to_vec(),
+        r.proof_mass[..15].to_vec(),
         None,
     );
     says(vec![part(few.unwrap())], &all, "too few");

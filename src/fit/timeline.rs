@@ -10,7 +10,7 @@ const LEAST_STAY: usize = 3;
 /// Samples on both sides of one that is off, in a long stay.
 const LONG: usize = 10;
 /// A departure slower than this share of the arrival is no bounce.
-const LEAST_BOUNCE: f64 = 0.12;
+pub(super) const LEAST_BOUNCE: f64 = 0.12;
 
 /// What happens at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
