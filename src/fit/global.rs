@@ -85,7 +85,7 @@ pub fn search(
         let aside = point.used.iter().filter(|u| !**u).count() as f64;
         let share = aside / point.used.len().max(1) as f64;
         // Segments that are set aside must not make a bad fit look good.
-        let score = point.cost / point.rows.max(1) as f64 + 5.0 * share;
+        let score = point.cost / point.rows.max(1) as f64 + share;
         if best.as_ref().is_none_or(|b| score < b.2) {
             best = Some((prepared, point, score));
         }
