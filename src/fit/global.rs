@@ -136,7 +136,7 @@ fn attempt(
     let mut prepared = prepare(start, space, parts, findings, options)?;
     soften(&mut prepared, SOFT);
     let problem = &prepared.problem;
-    let mut x = space.coordinates(&start);
+    let mut x = space.coordinates(start);
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];
     let mut clock = Clock::new(3 * options.iterations);

@@ -133,7 +133,10 @@ impl Timeline {
 /// Runs of samples at the level, as (first, last). A single sample off ends a run only
 /// where it may be a hop: not in the midst of a long stay.
 fn stays(xp: &[f64], level: f64, tolerance: f64) -> Vec<(usize, usize)> {
-    let at = |i: usize| xp.get(i).is_some_and(|x| !((x - level).abs() > tolerance));
+    let at = |i: usize| {
+        xp.get(i)
+            .is_some_and(|x| x.is_nan() || (x - level).abs() <= tolerance)
+    };
     let stray = |i: usize| {
         xp.get(i)
             .is_some_and(|x| (x - level).abs() < 2.0 * tolerance)
