@@ -9,7 +9,7 @@ use crate::model::unit::format_quantity;
 use crate::recording::{Channel, Recording};
 
 /// Fewest samples to fit to.
-const LEAST: usize = 50;
+const LEAST: usize = 20;
 /// Share of the samples at one extreme value that is called saturated, as long as they
 /// come in runs.
 const STUCK: f64 = 0.02;

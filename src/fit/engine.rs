@@ -12,6 +12,7 @@ use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
 use super::space::Space;
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, simulate};
 
@@ -29,6 +30,16 @@ pub fn fit(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<FitResult, FitError> {
+    let mut sound = model.clone();
+    let p = &mut sound.parameters;
+    // The film's thickness is found anew, so that a bad one does not matter.
+    if options.free.iter().any(|id| id.eq_ignore_ascii_case("gp"))
+        && p[ParameterId::Gp] <= p[ParameterId::Dp]
+    {
+        p.set(ParameterId::Gp, 1.2 * p[ParameterId::Dp]);
+    }
+    let start = model;
+    let model = &sound;
     model.check()?;
     let findings = look(model, train);
     check(model, train, &findings, options)?;
@@ -50,7 +61,7 @@ pub fn fit(
     }
     let (prepared, best) = search(model, train, &findings, options, control)?;
     let train = misfits(&prepared, &best)?;
-    let mut result = uncertainty(model, &prepared, &best, train.0.chi2)?;
+    let mut result = uncertainty(start, &prepared, &best, train.0.chi2)?;
     if !held_out.is_empty() {
         result.held_out = Some(judge(&result.model, held_out, options, control)?);
     }

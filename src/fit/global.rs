@@ -1,6 +1,7 @@
 //! From a bad start to the best fit.
 //!
-//! What the data say directly comes first: `dp` from the height of the ground. Then what
+//! What the data say directly comes first: `dp` from the height of the ground, `alpha` from
+//! the speeds at bounces. Then what
 //! acts linearly (the drive's gain, offsets, dampings) is fitted with the rest locked,
 //! and last everything, from several thicknesses of the film: strength and thickness of
 //! the film trade against each other along a curved valley.
@@ -13,11 +14,13 @@ use super::revise::{revise, set_suspects_aside};
 use super::robust::Huber;
 use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
 use super::space::Space;
+use super::timeline::LEAST_BOUNCE;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
+use crate::recording::events::{EventOptions, HOP, Impact, find_events};
 use crate::recording::quantile_in_place;
 
 /// Thicknesses of the film at contact that are tried, as shares of `dp`.
@@ -57,6 +60,11 @@ pub fn search(
             start.parameters.set(ParameterId::Dp, -level);
         }
     }
+    if space.position("alpha").is_some()
+        && let Some(alpha) = restitution_of_impacts(parts, findings)
+    {
+        start.parameters.set(ParameterId::Alpha, alpha);
+    }
     let film = start.has_ground && space.position("gp").is_some();
     let thicknesses = if film {
         &THICKNESSES[..]
@@ -77,7 +85,7 @@ pub fn search(
         let aside = point.used.iter().filter(|u| !**u).count() as f64;
         let share = aside / point.used.len().max(1) as f64;
         // Segments that are set aside must not make a bad fit look good.
-        let score = point.cost / point.rows.max(1) as f64 + 5.0 * share;
+        let score = point.cost / point.rows.max(1) as f64 + share;
         if best.as_ref().is_none_or(|b| score < b.2) {
             best = Some((prepared, point, score));
         }
@@ -89,6 +97,31 @@ pub fn search(
     }
     best.map(|(prepared, point, _)| (prepared, point))
         .ok_or(FitError::Cancelled)
+}
+
+/// Median ratio of the speeds at the clear bounces; `None` below three of them.
+fn restitution_of_impacts(parts: &[Part], findings: &[Findings]) -> Option<f64> {
+    let mut ratios = Vec::new();
+    for (part, finding) in parts.iter().zip(findings) {
+        let Ok(contact_level) = finding.level else {
+            continue;
+        };
+        let r = &part.recording;
+        let options = EventOptions {
+            contact_level,
+            noise: finding.noise.0,
+            hop: HOP,
+        };
+        let impacts = find_events(r.axis(), &r.proof_mass, &options).impacts;
+        let ratio = |i: &Impact| -i.v_after / i.v_before;
+        ratios.extend(
+            impacts
+                .iter()
+                .map(ratio)
+                .filter(|r| *r > LEAST_BOUNCE && *r < 1.0),
+        );
+    }
+    (ratios.len() >= 3).then(|| quantile_in_place(&mut ratios, 0.5))
 }
 
 /// The best fit from one start.
@@ -103,7 +136,7 @@ fn attempt(
     let mut prepared = prepare(start, space, parts, findings, options)?;
     soften(&mut prepared, SOFT);
     let problem = &prepared.problem;
-    let mut x = space.coordinates(&start);
+    let mut x = space.coordinates(start);
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];
     let mut clock = Clock::new(3 * options.iterations);

@@ -38,3 +38,6 @@ pub use options::{FitOptions, FreeNuisances, default_free};
 pub use prepare::Part;
 pub use result::{FitResult, FittedParameter, Misfit};
 pub use solve::{Control, Progress};
+
+#[cfg(test)]
+mod tests;

@@ -248,7 +248,7 @@ fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
         * if simulator.modes() < 2 {
             10.0
         } else if lone {
-            20.0
+            6.0
         } else {
             2.5
         }

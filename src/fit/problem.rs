@@ -97,7 +97,7 @@ impl Reduced {
 
 impl Problem {
     /// Number of unknowns but for the segments' own.
-    pub fn len(&self) -> usize {
+    pub fn unknowns(&self) -> usize {
         self.space.len() + self.nuisances.len()
     }
 
@@ -323,6 +323,7 @@ impl Problem {
     /// Improves a segment's own unknowns, all else fixed, in at most `rounds` rounds of
     /// damped least squares; returns them with the cost, which is infinite if the segment
     /// cannot be simulated.
+    #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn refine(
         &self,
         segment: &Segment,

@@ -110,7 +110,7 @@ pub(super) fn uncertainty(
     let parameters: Vec<FittedParameter> = (0..n)
         .map(|i| {
             let entry = &space.entries[i];
-            let near = 1e-6 * (entry.high - entry.low);
+            let near = 1e-9 * (1.0 + point.x[i].abs());
             FittedParameter {
                 id: entry.id.clone(),
                 value: values[i],

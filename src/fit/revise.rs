@@ -12,6 +12,7 @@ use super::solve::Point;
 use super::timeline::Kind;
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::parameter::ParameterId;
 use crate::sim::{EventKind, Options, Runner, SimError, StretchSimulator, StretchState};
 
 /// A segment whose mean cost is above this is looked at again.
@@ -19,9 +20,11 @@ const SUSPECT: f64 = 1.6;
 /// Another reading must bring the cost below this share.
 const BETTER: f64 = 0.8;
 /// Changes made to one segment, one after the other.
-const MOST_CHANGES: usize = 3;
+const MOST_CHANGES: usize = 2;
 /// Segments with more joints than this are not changed joint by joint.
-const MOST_JOINTS: usize = 12;
+const MOST_JOINTS: usize = 7;
+/// Factors on the restitution with which events are predicted.
+const RESTITUTIONS: [f64; 5] = [1.0, 0.8, 1.25, 0.6, 1.6];
 /// Samples before the first event from which a prediction starts.
 const LEAST_BEFORE: usize = 12;
 /// Rounds of fitting for each reading tried.
@@ -55,10 +58,12 @@ pub fn set_suspects_aside(
     // Measured by the others: where all are off, it is not the reading of events.
     let mut costs: Vec<f64> = fitted.iter().map(|f| f.1).collect();
     let usual = crate::recording::quantile_in_place(&mut costs, 0.5);
+    let grounded = problem.space.model(&point.x).has_ground;
     let mut aside = 0;
     for (i, (locals, cost)) in fitted.into_iter().enumerate() {
         point.segments[i].locals = locals;
-        point.used[i] = cost <= SUSPECT * usual.max(1.0);
+        // Without a ground there are no events to misread.
+        point.used[i] = !grounded || cost <= SUSPECT * usual.max(1.0);
         aside += usize::from(!point.used[i]);
     }
     Ok(aside)
@@ -174,7 +179,7 @@ impl Trial<'_> {
 
     /// The reading that the model itself predicts from the state at the segment's start,
     /// which is fitted to what comes before its first event.
-    fn predicted(&self, segment: &Segment) -> Option<Segment> {
+    fn predicted(&self, segment: &Segment, factor: f64) -> Option<Segment> {
         let data = &self.problem.data[segment.recording];
         let time = &data.recording.time;
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
@@ -230,7 +235,12 @@ impl Trial<'_> {
             max_events: 200,
             ..self.problem.options
         };
-        let runner = Runner::from_state(self.model, &drive, &options, start, &from, since);
+        let mut model = self.model.clone();
+        let alpha = model.parameters[ParameterId::Alpha];
+        model
+            .parameters
+            .set(ParameterId::Alpha, (factor * alpha).min(1.0));
+        let runner = Runner::from_state(&model, &drive, &options, start, &from, since);
         let mut runner = runner.ok()?;
         let mut trace = runner.new_trace();
         runner.advance(end, &mut trace).ok()?;
@@ -269,7 +279,13 @@ impl Trial<'_> {
         let mut cost = self.fit(&mut best);
         // The same reading from the first guess: the fit may have gone astray before.
         let mut others = vec![first.clone()];
-        others.extend(self.predicted(first));
+        // Restitution is told by the bounces, so that it may be off as long as they are
+        // misread.
+        others.extend(
+            RESTITUTIONS
+                .iter()
+                .filter_map(|f| self.predicted(first, *f)),
+        );
         others.retain(Segment::is_consistent);
         for mut other in others {
             if cost < SUSPECT {

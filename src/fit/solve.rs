@@ -225,7 +225,7 @@ pub fn normal_equations(
     reduced: &[Option<Reduced>],
     huber: Huber,
 ) -> (DMatrix<f64>, DVector<f64>) {
-    let n = problem.len();
+    let n = problem.unknowns();
     let mut normal = DMatrix::zeros(n, n);
     let mut gradient = DVector::zeros(n);
     // One after the other, so that rounding is the same on any number of cores.
@@ -257,7 +257,7 @@ pub fn improve(
     control: &Control<'_>,
     clock: &mut Clock,
 ) -> Result<Point, SimError> {
-    let n = problem.len();
+    let n = problem.unknowns();
     let mut damping = 1e-3;
     let mut huber = threshold(problem, &point)?;
     point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;

@@ -10,7 +10,7 @@ const LEAST_STAY: usize = 3;
 /// Samples on both sides of one that is off, in a long stay.
 const LONG: usize = 10;
 /// A departure slower than this share of the arrival is no bounce.
-const LEAST_BOUNCE: f64 = 0.12;
+pub(super) const LEAST_BOUNCE: f64 = 0.12;
 
 /// What happens at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,7 +133,10 @@ impl Timeline {
 /// Runs of samples at the level, as (first, last). A single sample off ends a run only
 /// where it may be a hop: not in the midst of a long stay.
 fn stays(xp: &[f64], level: f64, tolerance: f64) -> Vec<(usize, usize)> {
-    let at = |i: usize| xp.get(i).is_some_and(|x| !((x - level).abs() > tolerance));
+    let at = |i: usize| {
+        xp.get(i)
+            .is_some_and(|x| x.is_nan() || (x - level).abs() <= tolerance)
+    };
     let stray = |i: usize| {
         xp.get(i)
             .is_some_and(|x| (x - level).abs() < 2.0 * tolerance)
