@@ -152,6 +152,7 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             state.view.dark = !state.view.dark;
         }
         Command::Help => shell.dialogs.toggle_help(),
+        Command::Identification => state.identification.open = !state.identification.open,
         Command::FitPanel => state.fitting.open = !state.fitting.open,
         Command::Validation => state.validation_open = !state.validation_open,
         Command::DriveEditor => state.drive_editor_open = !state.drive_editor_open,

@@ -57,6 +57,8 @@ pub enum Command {
     Validation,
     /// Shows the fit panel.
     FitPanel,
+    /// Shows the guided identification.
+    Identification,
     /// Shifts the selected recording onto the simulation.
     AutoAlign,
     /// The command palette.
@@ -99,6 +101,7 @@ impl Command {
             Command::DriveEditor,
             Command::Validation,
             Command::FitPanel,
+            Command::Identification,
             Command::AutoAlign,
             Command::ToggleTheme,
             Command::Palette,
@@ -160,6 +163,10 @@ impl Command {
             Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency, amplitude"),
             Command::FitPanel => ("Fit", "Find parameters from the recordings"),
+            Command::Identification => (
+                "Identification, step by step",
+                "The paper's steps: drive, restitution, adhesion, film, sensitivity",
+            ),
             Command::Validation => (
                 "Table A.1",
                 "All 16 published experiments beside this device",
@@ -242,6 +249,7 @@ impl Command {
             Command::DriveEditor => plain(Key::D),
             Command::Validation => plain(Key::T),
             Command::FitPanel => plain(Key::F),
+            Command::Identification => plain(Key::I),
             Command::Help => plain(Key::Questionmark),
             Command::TogglePicture(picture) => {
                 let number = [

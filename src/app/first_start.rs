@@ -8,6 +8,7 @@ use crate::recording::align::Alignment;
 use crate::recording::csv::{ImportSettings, import_bytes_auto};
 
 use super::fitting::Fitting;
+use super::identification::Identification;
 use super::setup::{DriveChoice, Overlay, Setup, View};
 use super::state::{Cursors, State};
 
@@ -75,6 +76,7 @@ pub fn state(setup: Setup, view: View) -> State {
         drive_editor_open: false,
         validation_open: false,
         fitting: Fitting::default(),
+        identification: Identification::default(),
     }
 }
 

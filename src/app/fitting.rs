@@ -181,7 +181,7 @@ fn parts(train: Vec<Arc<Recording>>, held_out: Vec<Arc<Recording>>) -> (Vec<Part
 }
 
 /// The recording as it is drawn: shifted and scaled.
-fn aligned(overlay: &Overlay) -> Arc<Recording> {
+pub(super) fn aligned(overlay: &Overlay) -> Arc<Recording> {
     let alignment = &overlay.alignment;
     if *alignment == Default::default() {
         return Arc::clone(&overlay.recording);

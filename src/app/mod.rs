@@ -9,6 +9,7 @@ pub mod files;
 pub mod first_start;
 pub mod fitting;
 pub mod history;
+pub mod identification;
 pub mod job;
 mod layout;
 mod live;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::command::Command;
 use super::fitting::Fitting;
+use super::identification::Identification;
 use super::setup::{OverlayId, Setup, View};
 use super::snapshot::Snapshot;
 
@@ -71,6 +72,8 @@ pub struct State {
     pub validation_open: bool,
     /// The fit panel.
     pub fitting: Fitting,
+    /// The guided identification.
+    pub identification: Identification,
 }
 
 impl State {

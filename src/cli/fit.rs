@@ -10,7 +10,7 @@ use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::device::{add_effect, set_parameter};
-use super::{Failure, wrong_command};
+use super::{Failure, output, steps, wrong_command};
 use crate::fit::{
     Control, FitError, FitOptions, FitResult, Misfit, Part, Progress, fit as run_fit,
 };
@@ -47,6 +47,9 @@ pub struct Arguments {
     /// Seed of those
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
+    #[arg(long, value_parser = steps::NAMES, conflicts_with_all = ["out", "held_out"])]
+    step: Option<String>,
     /// File for the fitted device (a preset)
     #[arg(long, value_name = "FITTED.toml")]
     out: Option<PathBuf>,
@@ -74,6 +77,22 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     options.starts = args.starts;
     options.seed = args.seed;
     let recordings = read(&args.recordings)?;
+    let cancel = AtomicBool::new(false);
+    let live = std::io::stderr().is_terminal();
+    let progress = |p: &Progress| show_progress(p, live);
+    let control = Control {
+        cancel: &cancel,
+        progress: &progress,
+    };
+    if let Some(step) = &args.step {
+        let bench = steps::Bench {
+            model: &preset.model,
+            recordings: &recordings,
+            options: &options,
+            control: &control,
+        };
+        return Ok(steps::run(step, &bench, args.json.as_deref())?);
+    }
     let (train, held_out): (Vec<Part>, Vec<Part>) = if args.held_out.is_empty() {
         recordings.into_iter().map(Part::split).unzip()
     } else {
@@ -82,13 +101,6 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             recordings.into_iter().map(Part::whole).collect(),
             kept.into_iter().map(Part::whole).collect(),
         )
-    };
-    let cancel = AtomicBool::new(false);
-    let live = std::io::stderr().is_terminal();
-    let progress = |p: &Progress| show_progress(p, live);
-    let control = Control {
-        cancel: &cancel,
-        progress: &progress,
     };
     let result = run_fit(&preset.model, &train, &held_out, &options, &control);
     if live {
@@ -111,14 +123,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             .with_context(|| format!("cannot write {}; choose another folder", path.display()))?;
     }
     if let Some(path) = &args.json {
-        let text = serde_json::to_string_pretty(&as_json(&result))?;
-        if to_stdout {
-            println!("{text}");
-        } else {
-            std::fs::write(path, text).with_context(|| {
-                format!("cannot write {}; choose another folder", path.display())
-            })?;
-        }
+        output::json(path, &as_json(&result))?;
     }
     Ok(())
 }

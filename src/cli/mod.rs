@@ -5,6 +5,7 @@ mod device;
 mod fit;
 mod output;
 mod simulate;
+mod steps;
 mod validate;
 
 use std::path::PathBuf;

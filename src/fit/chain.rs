@@ -8,7 +8,7 @@
 use super::segment::{Joint, JointKind, Segment};
 use super::timeline::Kind;
 use crate::recording::Recording;
-use crate::sim::{SimError, StretchState, Stretcher};
+use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A stay this many samples long is short.
 const SHORT: f64 = 6.0;
@@ -122,22 +122,65 @@ fn held_count(segment: &Segment) -> usize {
     segment.locals.len() - joints
 }
 
-/// Simulates `segment` with the unknowns `locals` and writes what is left, measured minus
-/// simulated over its standard deviation, to `out`.
+/// What one event of a simulated segment is like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Encounter {
+    /// The mass comes down.
+    Meeting {
+        /// When, by the drive's clock \[s\].
+        time: f64,
+        /// How far from the ground the two are \[m\].
+        miss: f64,
+        /// Speed of approach \[m/s\].
+        speed: f64,
+        /// Velocity after, if it bounces \[m/s\].
+        after: Option<f64>,
+    },
+    /// It is pulled off, or was free already (`None`).
+    PullOff(Option<PullOff>),
+}
+
+/// How the mass is pulled off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PullOff {
+    /// When, by the drive's clock \[s\].
+    pub time: f64,
+    /// How long it was on the ground \[s\].
+    pub contact: f64,
+    /// With what force \[N\].
+    pub force: f64,
+    /// Whether the stay was long enough to tell the force.
+    pub telling: bool,
+}
+
+/// A segment simulated with given unknowns.
+#[derive(Debug, Clone, Default)]
+pub struct Run {
+    /// Proof mass and cantilever at the samples, without the sensor \[m\].
+    pub xp: Vec<f64>,
+    /// See [`Self::xp`].
+    pub xc: Vec<f64>,
+    /// What happened at the ground, in order of time.
+    pub encounters: Vec<Encounter>,
+    /// How far each instant is from its guess, in standard deviations.
+    priors: Vec<f64>,
+    /// Where a held start would rest.
+    rest: Option<StretchState>,
+}
+
+/// Simulates `segment` with the unknowns `locals`.
 ///
 /// # Errors
 /// [`SimError`] where no simulation is possible.
-pub fn residuals(
+pub fn run(
     segment: &Segment,
     setting: &Setting<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
     locals: &[f64],
-    out: &mut Vec<f64>,
-) -> Result<(), SimError> {
-    out.clear();
+) -> Result<Run, SimError> {
     let sim = stretcher.simulator();
-    let (r, s) = (setting.recording, setting.sigmas);
+    let r = setting.recording;
     let samples = segment.samples.clone();
     let skew = nuisances.skew;
     let value = |i: usize| segment.value(locals, i);
@@ -195,7 +238,7 @@ pub fn residuals(
     let rest = held.map(|_| sim.rest_state(&pieces, start, held));
     let mut since = segment.since.unwrap_or(start) + skew;
     let mut next = 0;
-    let mut laws = Vec::with_capacity(2 * instants.len());
+    let mut encounters = Vec::with_capacity(instants.len());
     for i in 0..=instants.len() {
         let event = instants.get(i);
         let to = event.map_or(end, |e| e.0.clamp(t, end.max(t)));
@@ -223,37 +266,101 @@ pub fn residuals(
                     sim.lift(level, &mut state);
                 }
                 let points = sim.flight_points(&state);
-                laws.push((points.xp - level) / s.height);
-                if matches!(kind, Kind::Touch) {
+                let bounces = !matches!(kind, Kind::Touch);
+                encounters.push(Encounter::Meeting {
+                    time: t,
+                    miss: points.xp - level,
+                    speed: (-points.vp).max(0.0),
+                    after: bounces.then_some(v_after),
+                });
+                if !bounces {
                     sim.kick(level, 0.0, &mut state);
                     sim.land(level, &mut state);
                     held = Some(level);
                     since = t;
                 } else {
-                    let speed = (-points.vp).max(0.0);
-                    laws.push((v_after - sim.restitution(speed) * speed) / s.velocity);
                     sim.kick(level, v_after, &mut state);
                     held = None;
                 }
             }
             Kind::Release { telling } => {
                 if held.is_none() {
-                    laws.push(0.0);
+                    encounters.push(Encounter::PullOff(None));
                     continue;
                 }
-                let pull = sim.pull_off(&pieces, t, level, &state);
-                // The force at the end of a stay of a few samples rests on instants that
-                // few samples tell: it has less of a say.
-                let stay = (t - since) / (SHORT * r.interval());
-                let sigma = s.force * (1.0 + VAGUE * (-stay * stay).exp());
-                let miss = (pull - sim.adhesion(t - since)) / sigma;
-                laws.push(if telling { miss } else { 0.0 });
+                encounters.push(Encounter::PullOff(Some(PullOff {
+                    time: t,
+                    contact: t - since,
+                    force: sim.pull_off(&pieces, t, level, &state),
+                    telling,
+                })));
                 sim.lift(level, &mut state);
                 held = None;
             }
         }
     }
 
+    Ok(Run {
+        xp,
+        xc,
+        encounters,
+        priors,
+        rest,
+    })
+}
+
+/// What an event leaves of the laws of the ground, in standard deviations.
+fn law(
+    encounter: &Encounter,
+    sim: &StretchSimulator,
+    s: &Sigmas,
+    interval: f64,
+    out: &mut Vec<f64>,
+) {
+    match *encounter {
+        Encounter::Meeting {
+            miss, speed, after, ..
+        } => {
+            out.push(miss / s.height);
+            if let Some(after) = after {
+                out.push((after - sim.restitution(speed) * speed) / s.velocity);
+            }
+        }
+        Encounter::PullOff(Some(pull)) if pull.telling => {
+            // The force at the end of a stay of a few samples rests on instants that few
+            // samples tell: it has less of a say.
+            let stay = pull.contact / (SHORT * interval);
+            let sigma = s.force * (1.0 + VAGUE * (-stay * stay).exp());
+            out.push((pull.force - sim.adhesion(pull.contact)) / sigma);
+        }
+        Encounter::PullOff(_) => out.push(0.0),
+    }
+}
+
+/// Simulates `segment` with the unknowns `locals` and writes what is left, measured minus
+/// simulated over its standard deviation, to `out`.
+///
+/// # Errors
+/// [`SimError`] where no simulation is possible.
+pub fn residuals(
+    segment: &Segment,
+    setting: &Setting<'_>,
+    stretcher: &mut Stretcher<'_>,
+    nuisances: &Nuisances,
+    locals: &[f64],
+    out: &mut Vec<f64>,
+) -> Result<(), SimError> {
+    out.clear();
+    let Run {
+        xp,
+        xc,
+        encounters,
+        priors,
+        rest,
+    } = run(segment, setting, stretcher, nuisances, locals)?;
+    let sim = stretcher.simulator();
+    let (r, s) = (setting.recording, setting.sigmas);
+    let samples = segment.samples.clone();
     for (i, x) in samples.clone().zip(&xp) {
         if r.proof_mass[i].is_finite() {
             let shown = nuisances.scale_p * x + nuisances.offset_p;
@@ -268,16 +375,18 @@ pub fn residuals(
             }
         }
     }
-    let mut laws = laws.into_iter();
+    let mut encounters = encounters.iter();
     for (joint, prior) in segment.joints.iter().zip(priors) {
-        if let JointKind::Event(kind) = joint.what {
-            let count = 1 + usize::from(matches!(kind, Kind::Bounce { .. }));
-            out.extend(laws.by_ref().take(count));
+        if let JointKind::Event(_) = joint.what
+            && let Some(encounter) = encounters.next()
+        {
+            law(encounter, sim, s, r.interval(), out);
         }
         out.push(prior);
     }
     if let Some(rest) = rest {
         let held = sim.held_structure();
+        let n = held.omega2.len();
         // Without a reading of it the cantilever is known only by having come to rest.
         let loose = r.cantilever.is_some() || !segment.settled;
         let sigma = if loose { 1e4 * s.rest } else { s.rest };

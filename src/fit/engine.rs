@@ -89,7 +89,7 @@ pub fn judge(
 }
 
 /// The point at a model's own values, all else estimated.
-fn estimate_states(
+pub(super) fn estimate_states(
     prepared: &Prepared,
     model: &Model,
     options: &FitOptions,

@@ -19,6 +19,7 @@ pub mod options;
 pub mod prepare;
 pub mod problem;
 pub mod profile;
+pub mod readings;
 mod result;
 pub mod revise;
 pub mod robust;

@@ -89,6 +89,7 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
                 C::Step,
                 C::Restart,
                 C::FitPanel,
+                C::Identification,
                 C::Validation,
             ],
         );

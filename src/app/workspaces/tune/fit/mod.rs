@@ -4,10 +4,12 @@
 mod choose;
 mod picture;
 mod result;
+mod steps;
 
 use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Window};
 
 use super::small;
+use crate::app::command::Command;
 use crate::app::fitting::Role;
 use crate::app::state::State;
 use crate::fit::Progress;
@@ -15,6 +17,7 @@ use crate::fit::Progress;
 /// Draws the panel while it is open. Takes what a fit has brought whether it is or not.
 pub fn show(ui: &mut Ui, state: &mut State) {
     state.fitting.poll(&state.setup);
+    steps::show(ui, state);
     let mut open = state.fitting.open;
     if !open {
         return;
@@ -39,6 +42,15 @@ fn content(ui: &mut Ui, state: &mut State) {
     ui.add_space(6.0);
     ui.separator();
     run(ui, state);
+    let guided = ui.button("Step by step...");
+    if guided
+        .on_hover_text(
+            "The paper's identification: drive, restitution, adhesion, film, sensitivity",
+        )
+        .clicked()
+    {
+        state.ask(Command::Identification);
+    }
     if let Some(error) = &state.fitting.error {
         ui.colored_label(super::error_color(ui), error);
     }

@@ -1,0 +1,182 @@
+//! The paper's identification step by step: which steps the recordings allow, the one in
+//! work, and what each has found. Nothing is applied without being asked for.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use eframe::egui::Context;
+
+use super::fitting::{Fitting, Role, aligned};
+use super::job::Job;
+use super::setup::Setup;
+use crate::fit::readings::readings;
+use crate::fit::steps::adhesion::{Adhesion, adhesion};
+use crate::fit::steps::drive::{DriveFit, fit_drive};
+use crate::fit::steps::film::{Film, film};
+use crate::fit::steps::guide::{Allowance, Step, guide};
+use crate::fit::steps::restitution::{Restitution, restitution};
+use crate::fit::steps::sensitivity::{Sensitivity, sensitivity};
+use crate::fit::{Control, FitOptions, Part, Progress};
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::recording::Recording;
+
+/// What a step has found.
+#[derive(Debug, Clone)]
+pub enum Finding {
+    /// Branches of the drive.
+    Drive(Arc<DriveFit>),
+    /// Restitution.
+    Restitution(Arc<Restitution>),
+    /// Adhesion.
+    Adhesion(Arc<Adhesion>),
+    /// The film.
+    Film(Arc<Film>),
+    /// The sensitivity.
+    Sensitivity(Arc<Sensitivity>),
+}
+
+/// What the thread beside the window brings.
+#[derive(Debug, Clone)]
+pub enum News {
+    /// Which steps are allowed.
+    Guide(Vec<Allowance>),
+    /// What one found.
+    Found(Finding),
+}
+
+/// State of the window.
+#[derive(Debug, Clone, Default)]
+pub struct Identification {
+    /// Whether it is open.
+    pub open: bool,
+    /// Which steps are allowed, for the recordings and the device of `seen`.
+    pub allowances: Vec<Allowance>,
+    seen: Option<(Vec<u64>, String)>,
+    /// The step in work; none while the recordings are looked at.
+    pub job: Option<(Option<Step>, Job<Progress, News>)>,
+    /// What has been found, by the step's id; or why not.
+    pub findings: BTreeMap<&'static str, Result<Finding, String>>,
+    /// The step that is looked at.
+    pub chosen: Option<Step>,
+}
+
+/// The recordings that the fit panel uses.
+fn recordings(setup: &Setup, fitting: &Fitting) -> Vec<Arc<Recording>> {
+    let used = setup
+        .overlays
+        .iter()
+        .filter(|overlay| fitting.role(overlay) == Role::Train);
+    used.map(aligned).collect()
+}
+
+impl Identification {
+    /// Takes what a thread has brought, and looks at the recordings anew if they changed.
+    pub fn poll(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
+        if let Some((step, job)) = &self.job
+            && let Some(result) = job.take()
+        {
+            match (step, result) {
+                (_, Ok(News::Guide(allowances))) => self.allowances = allowances,
+                (Some(step), Ok(News::Found(finding))) => {
+                    self.findings.insert(step.id(), Ok(finding));
+                }
+                (Some(step), Err(error)) => {
+                    self.findings.insert(step.id(), Err(error));
+                }
+                (None, _) => self.allowances.clear(),
+            }
+            self.job = None;
+        }
+        let used = setup
+            .overlays
+            .iter()
+            .filter(|o| fitting.role(o) == Role::Train);
+        let seen = (
+            used.map(|o| o.id).collect(),
+            setup.preset.model.name.clone(),
+        );
+        if self.job.is_none() && self.seen.as_ref() != Some(&seen) {
+            self.seen = Some(seen);
+            let (model, recordings) = (setup.preset.model.clone(), recordings(setup, fitting));
+            let job = Job::start("guide", context, move |_| {
+                Ok(News::Guide(guide(&model, &recordings)))
+            });
+            self.job = Some((None, job));
+        }
+    }
+
+    /// Takes a step with the device as it is now.
+    pub fn start(&mut self, step: Step, setup: &Setup, fitting: &Fitting, context: &Context) {
+        let (model, recordings) = (setup.preset.model.clone(), recordings(setup, fitting));
+        self.chosen = Some(step);
+        let job = Job::start(step.id(), context, move |desk| {
+            let report = |progress: &Progress| desk.report(progress.clone());
+            let control = Control {
+                cancel: desk.cancel(),
+                progress: &report,
+            };
+            take(step, &model, &recordings, &control).map(News::Found)
+        });
+        self.job = Some((Some(step), job));
+    }
+}
+
+fn take(
+    step: Step,
+    model: &Model,
+    recordings: &[Arc<Recording>],
+    control: &Control<'_>,
+) -> Result<Finding, String> {
+    let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
+    let names = names.join(", ");
+    let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
+    let options = FitOptions::for_model(model);
+    let read = || readings(model, &parts, &options, control).map_err(|e| e.to_string());
+    match step {
+        Step::Drive => {
+            let slices: Vec<&Recording> = recordings.iter().map(Arc::as_ref).collect();
+            let fit = fit_drive(model, &slices).map_err(|e| e.to_string())?;
+            Ok(Finding::Drive(Arc::new(fit)))
+        }
+        Step::Restitution => {
+            let found = restitution(&names, &read()?).map_err(|e| e.to_string())?;
+            Ok(Finding::Restitution(Arc::new(found)))
+        }
+        Step::Adhesion => {
+            let found = adhesion(&names, &read()?).map_err(|e| e.to_string())?;
+            Ok(Finding::Adhesion(Arc::new(found)))
+        }
+        Step::Film => {
+            let found = film(model, &parts, &read()?, &options, control);
+            Ok(Finding::Film(Arc::new(found.map_err(|e| e.to_string())?)))
+        }
+        Step::Sensitivity => {
+            let found = sensitivity(model, &parts, &options, control);
+            let found = found.map_err(|e| e.to_string())?;
+            Ok(Finding::Sensitivity(Arc::new(found)))
+        }
+    }
+}
+
+impl Finding {
+    /// Gives the device what was found; the sensitivity is a comparison and changes
+    /// nothing.
+    pub fn apply(&self, model: &mut Model) {
+        let p = &mut model.parameters;
+        match self {
+            Finding::Drive(found) => model.piezo = Some(found.piezo()),
+            Finding::Restitution(found) => p.set(ParameterId::Alpha, found.mean),
+            Finding::Adhesion(found) => {
+                p.set(ParameterId::Ca, found.rate.0.max(0.0));
+                p.set(ParameterId::Ca0, found.start.0.max(0.0));
+            }
+            Finding::Film(found) => {
+                for id in [ParameterId::Cs, ParameterId::Gp] {
+                    p.set(id, found.fit.model.parameters[id]);
+                }
+            }
+            Finding::Sensitivity(_) => {}
+        }
+    }
+}

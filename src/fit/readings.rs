@@ -1,0 +1,216 @@
+//! What the recordings say of the ground without its laws: speeds at each bounce, the
+//! pull-off force at each release (eq 13), with the errors that the noise leaves. The
+//! structure, the drive and the film are those of the model; restitution and adhesion are
+//! not asked.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::chain::{Encounter, Run, residuals, run};
+use super::engine::estimate_states;
+use super::error::FitError;
+use super::options::FitOptions;
+use super::prepare::{Part, Prepared, look, prepare};
+use super::segment::Segment;
+use super::solve::{Control, Point};
+use super::space::Space;
+use crate::model::Model;
+use crate::sim::Stretcher;
+
+/// By how much the laws of the ground are loosened: they have no say.
+const LOOSE: f64 = 1e5;
+/// Step of a segment's unknowns for differences, in their own units.
+const STEP: f64 = 1e-3;
+/// Segments further from the data than this many standard deviations are not read.
+const POOR: f64 = 3.0;
+
+/// A bounce.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounce {
+    /// Index of the recording.
+    pub recording: usize,
+    /// When \[s\].
+    pub time: f64,
+    /// Speed of approach \[m/s\].
+    pub approach: f64,
+    /// Velocity after \[m/s\].
+    pub departure: f64,
+    /// `departure / approach`.
+    pub ratio: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+/// A release.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Release {
+    /// Index of the recording.
+    pub recording: usize,
+    /// When \[s\].
+    pub time: f64,
+    /// Time on the ground before \[s\].
+    pub contact: f64,
+    /// Pull-off force \[N\].
+    pub force: f64,
+    /// Its standard error \[N\].
+    pub error: f64,
+}
+
+/// Everything read at the ground, in order of recording and time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Readings {
+    /// Bounces.
+    pub bounces: Vec<Bounce>,
+    /// Releases after stays long enough to tell the force.
+    pub releases: Vec<Release>,
+}
+
+/// Reads bounces and releases in `parts` with `model` as it is.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used.
+pub fn readings(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Readings, FitError> {
+    let space = Space::new(model, &options.free)?;
+    let findings = look(model, parts);
+    let mut prepared = prepare(model, &space, parts, &findings, options)?;
+    for data in &mut prepared.problem.data {
+        data.sigmas.velocity *= LOOSE;
+        data.sigmas.force *= LOOSE;
+    }
+    let point = estimate_states(&prepared, model, options, control)?;
+    Ok(read(&prepared, &point)?)
+}
+
+fn read(prepared: &Prepared, point: &Point) -> Result<Readings, crate::sim::SimError> {
+    let problem = &prepared.problem;
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let own: Vec<Readings> = point
+        .segments
+        .par_iter()
+        .enumerate()
+        .filter(|(i, _)| point.used[*i])
+        .map(|(i, segment)| {
+            let mut stretcher = Stretcher::new(&simulator);
+            one(prepared, point, segment, &states[i], &mut stretcher).unwrap_or_default()
+        })
+        .collect();
+    let mut all = Readings::default();
+    for readings in own {
+        all.bounces.extend(readings.bounces);
+        all.releases.extend(readings.releases);
+    }
+    let key = |recording: usize, time: f64| (recording, time);
+    all.bounces.sort_by(|a, b| {
+        let (a, b) = (key(a.recording, a.time), key(b.recording, b.time));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    all.releases.sort_by(|a, b| {
+        let (a, b) = (key(a.recording, a.time), key(b.recording, b.time));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    Ok(all)
+}
+
+/// The quantities of interest of a run: ratios of the bounces, forces of the releases.
+fn quantities(run: &Run) -> Vec<f64> {
+    let quantity = |encounter: &Encounter| match *encounter {
+        Encounter::Meeting {
+            speed,
+            after: Some(after),
+            ..
+        } => Some(after / speed),
+        Encounter::PullOff(Some(pull)) if pull.telling => Some(pull.force),
+        _ => None,
+    };
+    run.encounters.iter().filter_map(quantity).collect()
+}
+
+/// Readings of one segment; `None` where it is too far from the data to be read.
+fn one(
+    prepared: &Prepared,
+    point: &Point,
+    segment: &Segment,
+    states: &[f64],
+    stretcher: &mut Stretcher<'_>,
+) -> Option<Readings> {
+    let problem = &prepared.problem;
+    let setting = problem.setting(segment, states);
+    let nuisances = problem.nuisances_of(&point.x, segment.recording);
+    let locals = &segment.locals;
+    let base = run(segment, &setting, stretcher, &nuisances, locals).ok()?;
+    let values = quantities(&base);
+    if values.is_empty() {
+        return None;
+    }
+    let mut r0 = Vec::new();
+    residuals(segment, &setting, stretcher, &nuisances, locals, &mut r0).ok()?;
+    let chi2 = r0.iter().map(|r| r * r).sum::<f64>() / (r0.len() - locals.len()).max(1) as f64;
+    if !(chi2.is_finite() && chi2 < POOR * POOR) {
+        return None;
+    }
+    // How residuals and quantities move with each unknown.
+    let mut of_residuals = DMatrix::zeros(r0.len(), locals.len());
+    let mut of_values = DMatrix::zeros(values.len(), locals.len());
+    let mut r = Vec::new();
+    for j in 0..locals.len() {
+        let mut there = locals.clone();
+        there[j] += STEP;
+        residuals(segment, &setting, stretcher, &nuisances, &there, &mut r).ok()?;
+        let moved = quantities(&run(segment, &setting, stretcher, &nuisances, &there).ok()?);
+        if r.len() != r0.len() || moved.len() != values.len() {
+            return None;
+        }
+        for (i, (a, b)) in r.iter().zip(&r0).enumerate() {
+            of_residuals[(i, j)] = (a - b) / STEP;
+        }
+        for (i, (a, b)) in moved.iter().zip(&values).enumerate() {
+            of_values[(i, j)] = (a - b) / STEP;
+        }
+    }
+    let normal = of_residuals.transpose() * &of_residuals;
+    let ridge = 1e-12 * normal.diagonal().max();
+    let normal = normal + DMatrix::from_diagonal(&DVector::from_element(locals.len(), ridge));
+    let covariance = normal.try_inverse()? * chi2.max(1.0);
+    let spread = &of_values * covariance * of_values.transpose();
+    let mut errors = (0..values.len()).map(|i| spread[(i, i)].max(0.0).sqrt());
+    let skew = nuisances.skew;
+    let mut readings = Readings::default();
+    for encounter in &base.encounters {
+        match *encounter {
+            Encounter::Meeting {
+                time,
+                speed,
+                after: Some(after),
+                ..
+            } => readings.bounces.push(Bounce {
+                recording: segment.recording,
+                time: time - skew,
+                approach: speed,
+                departure: after,
+                ratio: after / speed,
+                error: errors.next()?,
+            }),
+            Encounter::PullOff(Some(pull)) if pull.telling => readings.releases.push(Release {
+                recording: segment.recording,
+                time: pull.time - skew,
+                contact: pull.contact,
+                force: pull.force,
+                error: errors.next()?,
+            }),
+            _ => {}
+        }
+    }
+    readings
+        .bounces
+        .retain(|b| b.ratio.is_finite() && b.error.is_finite());
+    readings
+        .releases
+        .retain(|r| r.force.is_finite() && r.error.is_finite());
+    Some(readings)
+}

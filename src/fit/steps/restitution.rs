@@ -1,0 +1,88 @@
+//! Step 2, restitution (fig. 5): the ratio of velocities at each bounce, its mean and
+//! scatter, and whether it depends on the speed.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::StepError;
+use crate::fit::readings::{Bounce, Readings};
+
+/// Bounces whose ratio is less certain than this do not count.
+const CERTAIN: f64 = 0.2;
+/// Fewest bounces for a mean with a scatter.
+const LEAST: usize = 3;
+
+/// The coefficient of restitution.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Restitution {
+    /// Weighted mean of the ratios.
+    pub mean: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// Standard deviation of the ratios from bounce to bounce.
+    pub scatter: f64,
+    /// Exponent of `ratio ~ speed^-n`, and its standard error.
+    pub exponent: (f64, f64),
+    /// How probable so large an exponent is if the restitution is constant.
+    pub constant: f64,
+    /// The bounces that count.
+    pub bounces: Vec<Bounce>,
+}
+
+/// Mean, scatter and dependence on speed.
+///
+/// # Errors
+/// [`StepError::Unsuited`] if there are too few bounces that tell.
+pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, StepError> {
+    let bounces: Vec<Bounce> = readings
+        .bounces
+        .iter()
+        .filter(|b| b.ratio > 0.0 && b.error < CERTAIN * b.ratio.max(0.1))
+        .copied()
+        .collect();
+    if bounces.len() < LEAST {
+        return Err(StepError::Unsuited {
+            recording: names.to_owned(),
+            reason: format!(
+                "{} bounces tell the restitution, {LEAST} are needed",
+                bounces.len()
+            ),
+            remedy: "record a 300 Hz square or sine that just begins to hit the ground",
+        });
+    }
+    let n = bounces.len() as f64;
+    // What the bounces scatter beyond their own errors is part of each weight.
+    let plain = bounces.iter().map(|b| b.ratio).sum::<f64>() / n;
+    let scatter2 = bounces
+        .iter()
+        .map(|b| (b.ratio - plain).powi(2))
+        .sum::<f64>()
+        / (n - 1.0);
+    let noise2 = bounces.iter().map(|b| b.error * b.error).sum::<f64>() / n;
+    let own2 = (scatter2 - noise2).max(0.0);
+    let weight = |b: &Bounce| 1.0 / (b.error * b.error + own2).max(1e-12);
+    let total: f64 = bounces.iter().map(weight).sum();
+    let mean = bounces.iter().map(|b| weight(b) * b.ratio).sum::<f64>() / total;
+    let points: Vec<[f64; 3]> = bounces
+        .iter()
+        .map(|b| {
+            let relative = (b.error / b.ratio).powi(2) + own2 / (mean * mean);
+            [b.approach.ln(), b.ratio.ln(), 1.0 / relative.max(1e-12)]
+        })
+        .collect();
+    let line = super::line(&points);
+    let exponent = line.map_or((0.0, f64::INFINITY), |l| (-l.slope, l.slope_error));
+    let constant = match StudentsT::new(0.0, 1.0, (n - 2.0).max(1.0)) {
+        Ok(t) if exponent.1.is_finite() && exponent.1 > 0.0 => {
+            2.0 * (1.0 - t.cdf((exponent.0 / exponent.1).abs()))
+        }
+        _ => 1.0,
+    };
+    Ok(Restitution {
+        mean,
+        error: total.recip().sqrt(),
+        scatter: scatter2.sqrt(),
+        exponent,
+        constant,
+        bounces,
+    })
+}
