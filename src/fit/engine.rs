@@ -5,6 +5,7 @@ use super::error::FitError;
 use super::global::search;
 use super::options::FitOptions;
 use super::prepare::{Part, Prepared, look, prepare};
+use super::profile::{ProfilePoint, profile};
 use super::result::{FitResult, Misfit, misfits, uncertainty};
 use super::revise::{revise, set_suspects_aside};
 use super::robust::Huber;
@@ -155,4 +156,24 @@ pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, Sim
         .collect();
     let square: f64 = misses.iter().map(|d| d * d).sum();
     Ok((!misses.is_empty()).then(|| (square / misses.len() as f64).sqrt()))
+}
+
+/// Profile of the parameter `id` around the fitted `model`: the best cost with it held at
+/// each of `shifts` of its coordinate, all else fitted anew.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used or the parameter is not free.
+pub fn profile_of(
+    model: &Model,
+    parts: &[Part],
+    id: &str,
+    shifts: &[f64],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Vec<ProfilePoint>, FitError> {
+    let space = Space::new(model, &options.free)?;
+    let findings = look(model, parts);
+    let prepared = prepare(model, &space, parts, &findings, options)?;
+    let point = estimate_states(&prepared, model, options, control)?;
+    profile(&prepared, &point, id, shifts, control)
 }
