@@ -1,6 +1,7 @@
 //! A trial device: structure, drive, film, ground, and the forces of whatever else it
 //! conceals, as accelerations of its coordinates.
 
+use serde::Serialize;
 use super::integrator::{MAX_STATE, State};
 use super::preisach::Preisach;
 use super::structure::{Dofs, Structure, dot};
@@ -11,7 +12,8 @@ use super::voltage::Piece;
 pub const TOLERANCE: f64 = 2e-12;
 
 /// How the ground answers.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Ground {
     /// Impulses and a rigid hold.
     Rigid,
@@ -22,7 +24,8 @@ pub enum Ground {
 }
 
 /// Restitution against the speed of approach.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Restitution {
     /// Constant.
     Constant,
@@ -33,7 +36,8 @@ pub enum Restitution {
 }
 
 /// Adhesion against contact time, in the share `blend` in place of the line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Adhesion {
     /// The line `Ca t + Ca0`.
     Line,

@@ -92,6 +92,8 @@ pub struct Run {
     pub stretches: Vec<Stretch>,
     /// Steps taken.
     pub steps: u64,
+    /// Coordinates of the device: the velocities of a state stand behind as many.
+    pub coordinates: usize,
 }
 
 /// The device on its way.
@@ -141,7 +143,10 @@ pub fn run(
         t: 0.0,
         y,
         phase,
-        run: Run::default(),
+        run: Run {
+            coordinates: device.structure.n,
+            ..Run::default()
+        },
         stretch: (0.0, y, phase),
     };
     let early = times.partition_point(|t| *t < 0.0);

@@ -1,5 +1,6 @@
 //! A concealed law, how it enters a device, and how it grows.
 
+use serde::Serialize;
 use super::device::{Adhesion, Device, Film, Gain, Ground, Restitution};
 use super::dice::Dice;
 use super::preisach::{Preisach, SATURATION};
@@ -8,7 +9,8 @@ use super::terms::Term;
 use super::voltage::{Amplifier, Piece, remember};
 
 /// How the zero of a reading wanders, as a share of its amplitude against time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Drift {
     /// A straight line that reaches the amplitude after the time given \[s\].
     Line(f64),
@@ -19,7 +21,8 @@ pub enum Drift {
 }
 
 /// One law in one formulation.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Law {
     /// Between source and piezo.
     Amplifier(Amplifier),
@@ -80,7 +83,10 @@ impl Law {
                 *first *= s;
                 *second *= s;
             }
-            Law::Amplifier(Amplifier::Slew { rate, .. }) => *rate /= s,
+            Law::Amplifier(Amplifier::Slew { rate, lag }) => {
+                *rate /= s;
+                *lag *= s;
+            }
             Law::Relays { blend, .. } => *blend = (*blend * s).min(1.0),
             Law::DeadZone(x) | Law::Friction(x) | Law::Delay(x) => *x *= s,
             Law::Term(term) => scale_term(term, s),

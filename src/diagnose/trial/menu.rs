@@ -62,13 +62,13 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
     let term = |formulation, most, term| (formulation, most, Law::Term(term));
     let other = dice.chance(0.5);
     // Strength within [low, high], and the room above it.
-    let mut strength = |low: f64, high: f64| {
+    let strength = |dice: &mut Dice, low: f64, high: f64| {
         let value = dice.log_between(low, high);
         (value, high / value)
     };
     let (formulation, most, law) = match id {
         "amplifier_lag" => {
-            let (tau, room) = strength(1e-5, 4e-4);
+            let (tau, room) = strength(dice, 1e-5, 4e-4);
             match dice.below(3) {
                 0 => {
                     let law = Amplifier::Ladder {
@@ -95,7 +95,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             }
         }
         "piezo_creep" => {
-            let (c, room) = strength(5e-3, 0.3);
+            let (c, room) = strength(dice, 5e-3, 0.3);
             let tau = dice.log_between(3e-3, 0.2);
             if other {
                 let one = Term::Creep {
@@ -122,7 +122,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             ("Preisach sum of relays", 1.0, law)
         }
         "electrostatic" => {
-            let (share, room) = strength(0.1, 1.0);
+            let (share, room) = strength(dice, 0.1, 1.0);
             let capacitor = Term::Capacitor {
                 area: share * 9e-8,
                 gap: device.dp + dice.between(8e-6, 40e-6),
@@ -136,7 +136,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             term(name, room, capacitor)
         }
         "extra_mode" => {
-            let (share, room) = strength(1e-3, 3e-2);
+            let (share, room) = strength(dice, 1e-3, 3e-2);
             let frequency = if other {
                 dice.between(15e3, 20e3)
             } else {
@@ -159,7 +159,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             (name, room, Law::Mode(mode))
         }
         "cubic_stiffness" => {
-            let (k3, room) = strength(2e3, 1e5);
+            let (k3, room) = strength(dice, 2e3, 1e5);
             let law = Term::Hardening {
                 k3: k3 * dice.sign(),
                 limit: dice.between(150e-6, 400e-6),
@@ -167,16 +167,16 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             term("hardening that levels off", room, law)
         }
         "quadratic_drag" => {
-            let (cd, room) = strength(2e-8, 1e-6);
+            let (cd, room) = strength(dice, 2e-8, 1e-6);
             let v0 = dice.log_between(1e-4, 1e-2);
             term("wake with a viscous onset", room, Term::Drag { cd, v0 })
         }
         "dry_friction" => {
-            let (f, room) = strength(5e-10, 3e-8);
+            let (f, room) = strength(dice, 5e-10, 3e-8);
             ("Coulomb with jamming", room, Law::Friction(f))
         }
         "film_spring" => {
-            let (tau, room) = strength(1e-5, 1e-3);
+            let (tau, room) = strength(dice, 1e-5, 1e-3);
             let power = if other { 0 } else { 2 };
             let name = if other {
                 "constant time"
@@ -186,7 +186,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             (name, room, Law::Film { tau, power })
         }
         "long_range_attraction" => {
-            let (a, room) = strength(4e-9, 1e-7);
+            let (a, room) = strength(dice, 4e-9, 1e-7);
             let h0 = dice.log_between(0.3e-6, 6e-6);
             if other {
                 term("patch charges", room, Term::PatchAttraction { a, h0 })
@@ -221,14 +221,14 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
                 let law = Restitution::Plastic { blend: 1.0, v0 };
                 ("plastic, v^(-1/4)", 1.0, Law::Restitution(law))
             } else {
-                let (c, room) = strength(0.2, 1.2);
+                let (c, room) = strength(dice, 0.2, 1.2);
                 let law = Restitution::Viscoelastic { c, v0 };
                 ("viscoelastic, v^(1/5)", room, Law::Restitution(law))
             }
         }
         "compliant_ground" => {
             // Strength is compliance.
-            let (soft, room) = strength(2e-3, 0.05);
+            let (soft, room) = strength(dice, 2e-3, 0.05);
             // Mass that the ground feels, and the damping ratio for the restitution.
             let mass = 1.0 / device.structure.mobility;
             let loss = -device.alpha.ln();
@@ -247,7 +247,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             }
         }
         "gap_step" => {
-            let (rise, room) = strength(2e-7, 5e-6);
+            let (rise, room) = strength(dice, 2e-7, 5e-6);
             let once_in = (!other).then(|| dice.below(5));
             let law = Law::GapStep {
                 rise: rise * dice.sign(),
@@ -262,7 +262,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             (name, room, law)
         }
         "base_vibration" => {
-            let (a, room) = strength(0.1, 50.0);
+            let (a, room) = strength(dice, 0.1, 50.0);
             let frequency = match dice.below(3) {
                 0 => 50.0,
                 1 => dice.log_between(10.0, 200.0),
@@ -277,7 +277,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             term("sinusoid", room, base)
         }
         "zero_drift" => {
-            let (amplitude, room) = strength(2e-7, 1e-5);
+            let (amplitude, room) = strength(dice, 2e-7, 1e-5);
             let (course, name) = match dice.below(3) {
                 0 => (Drift::Line(0.4), "line"),
                 1 => (Drift::Exponential(dice.log_between(0.03, 0.3)), "exponential"),
@@ -287,7 +287,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             (name, room, Law::Drift { amplitude, course })
         }
         "sensor_lag" => {
-            let (tau, room) = strength(1.2e-5, 1e-4);
+            let (tau, room) = strength(dice, 1.2e-5, 1e-4);
             if other {
                 ("pure delay", room, Law::Delay(tau))
             } else {
@@ -296,37 +296,37 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
         }
         "gravity" => term("weight", 1.0, Term::Weight { force: 3.4e-9 }),
         "outside_voltage_damping" => {
-            let (c, room) = strength(1e-9, 1e-7);
+            let (c, room) = strength(dice, 1e-9, 1e-7);
             let c = c * dice.sign();
             term("force by velocity times voltage", room, Term::VoltageDamping { c })
         }
         "outside_pumped_stiffness" => {
-            let (k, room) = strength(2e-5, 1e-3);
+            let (k, room) = strength(dice, 2e-5, 1e-3);
             let frequency = dice.log_between(80.0, 1500.0);
             term("stiffness that comes and goes", room, Term::Pumped { k, frequency })
         }
         "outside_bilinear_spring" => {
-            let (k, room) = strength(1e-5, 3e-3);
+            let (k, room) = strength(dice, 1e-5, 3e-3);
             let from = dice.between(5e-6, 30e-6);
             let k = k * dice.sign();
             term("second spring beyond a point", room, Term::Bilinear { k, from })
         }
         "outside_gain_walk" => {
-            let (rate, room) = strength(5e-3, 0.1);
+            let (rate, room) = strength(dice, 5e-3, 0.1);
             let seed = dice.seed();
             ("random walk of the drive gain", room, Law::Wander { rate, seed })
         }
         "outside_dead_zone" => {
-            let (width, room) = strength(0.05, 1.0);
+            let (width, room) = strength(dice, 0.05, 1.0);
             ("dead zone around zero volts", room, Law::DeadZone(width))
         }
         "outside_load_friction" => {
-            let (k, room) = strength(2e-5, 2e-3);
+            let (k, room) = strength(dice, 2e-5, 2e-3);
             let v0 = dice.log_between(1e-3, 1e-2);
             term("friction by load", room, Term::LoadFriction { k, v0 })
         }
         "outside_bursts" => {
-            let (a, room) = strength(5e-9, 1e-7);
+            let (a, room) = strength(dice, 5e-9, 1e-7);
             let law = Law::Bursts {
                 a,
                 frequency: dice.log_between(200.0, 4000.0),
@@ -337,7 +337,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             ("bursts at random times", room, law)
         }
         "outside_negative_damping" => {
-            let (c, room) = strength(1e-9, 3e-8);
+            let (c, room) = strength(dice, 1e-9, 3e-8);
             let law = Term::Swing {
                 c,
                 at: dice.between(-30e-6, 40e-6),
@@ -346,7 +346,7 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             term("negative damping around a position", room, law)
         }
         "outside_product_force" => {
-            let (k, room) = strength(1.0, 60.0);
+            let (k, room) = strength(dice, 1.0, 60.0);
             let k = k * dice.sign();
             term("product of both displacements", room, Term::Product { k })
         }

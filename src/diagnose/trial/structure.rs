@@ -4,6 +4,7 @@
 //! The lumped device is kept in its physical coordinates `[xc, xp]`, the beam in the
 //! coordinates of its lowest modes; the solver does not distinguish them.
 
+use serde::Serialize;
 use nalgebra::{DMatrix, DVector, Matrix2};
 use std::f64::consts::TAU;
 
@@ -15,7 +16,7 @@ pub type Dofs = [f64; MAX_DOF];
 
 /// Frequency \[Hz\], damping ratio and mass-normalised shape \[kg^-1/2\] at the
 /// cantilever's centre and at the proof mass.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Mode {
     /// Natural frequency \[Hz\].
     pub frequency: f64,

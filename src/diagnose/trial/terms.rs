@@ -1,5 +1,6 @@
 //! Forces and states that a trial device may conceal, each as a law of its own.
 
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Permittivity of vacuum \[F/m\].
@@ -42,7 +43,8 @@ pub struct Load {
 }
 
 /// One law.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Term {
     /// Kelvin-Voigt elements in a chain: relative compliance and time \[s\] of each.
     Creep { compliance: [f64; 3], tau: [f64; 3] },
