@@ -1,12 +1,12 @@
 //! A trial device: structure, drive, film, ground, and the forces of whatever else it
 //! conceals, as accelerations of its coordinates.
 
-use serde::Serialize;
 use super::integrator::{MAX_STATE, State};
 use super::preisach::Preisach;
 use super::structure::{Dofs, Structure, dot};
 use super::terms::{Load, Now, Term};
 use super::voltage::Piece;
+use serde::Serialize;
 
 /// Local error bound of positions \[m\] that the trials are made with.
 pub const TOLERANCE: f64 = 2e-12;

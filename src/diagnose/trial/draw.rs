@@ -30,7 +30,9 @@ pub enum TrialError {
         last: String,
     },
     /// An effect was asked for that is not on the menu.
-    #[error("\"{0}\" cannot be concealed; name an effect of the catalogue or one that begins with outside_")]
+    #[error(
+        "\"{0}\" cannot be concealed; name an effect of the catalogue or one that begins with outside_"
+    )]
     UnknownEffect(String),
     /// The noise or the rate make no sense.
     #[error("{what} = {value:e} cannot be used; {remedy}")]
@@ -208,11 +210,7 @@ impl Bench<'_> {
 ///
 /// # Errors
 /// [`RunError`] if the device cannot be followed.
-pub fn visibility(
-    plain: &Device,
-    instruments: &Instruments,
-    law: &Law,
-) -> Result<f64, RunError> {
+pub fn visibility(plain: &Device, instruments: &Instruments, law: &Law) -> Result<f64, RunError> {
     let bench = Bench {
         plain,
         instruments,
@@ -255,11 +253,13 @@ impl Case {
     /// # Errors
     /// [`TrialError`] if the settings make no sense or no device can be followed.
     pub fn draw(seed: u64, settings: &Settings) -> Result<Self, TrialError> {
-        let bad = |what, value, remedy| Err(TrialError::Setting {
-            what,
-            value,
-            remedy,
-        });
+        let bad = |what, value, remedy| {
+            Err(TrialError::Setting {
+                what,
+                value,
+                remedy,
+            })
+        };
         if !(settings.noise > 0.0 && settings.noise < 1e-5) {
             return bad("noise", settings.noise, "give metres above 0, below 10 um");
         }

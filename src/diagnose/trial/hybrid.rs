@@ -64,6 +64,8 @@ pub struct Event {
     pub pull: f64,
     /// Contact that ends here \[s\].
     pub contact: f64,
+    /// Whether a step of the drive tore the mass off, with more than adhesion holds.
+    pub torn: bool,
 }
 
 /// A stretch without ground events, from a known state.
@@ -239,7 +241,7 @@ impl Traveller<'_> {
     }
 
     /// What follows when guard number `which` fell below zero.
-    fn switch(&mut self, which: usize, piece: &Piece) {
+    fn switch(&mut self, which: usize, piece: &Piece, torn: bool) {
         let device = self.device;
         let [xp, vp, ..] = device.points(&self.y);
         let level = device.level(self.t);
@@ -260,6 +262,7 @@ impl Traveller<'_> {
                     level,
                     pull: -hold - load,
                     contact: self.t - since,
+                    torn,
                 });
                 self.close_stretch();
                 self.fly(piece);
@@ -296,6 +299,7 @@ impl Traveller<'_> {
             level,
             pull: -hold - load,
             contact: 0.0,
+            torn: false,
         };
         if bounces {
             self.fly(piece);
@@ -342,7 +346,7 @@ impl Traveller<'_> {
         if !matches!(self.phase, Phase::Flight { .. })
             && self.guard(self.t, &self.y, piece)[0] < 0.0
         {
-            self.switch(0, piece);
+            self.switch(0, piece, true);
         }
         let mut stepper = Stepper::new(device.dimension());
         let mut h = FIRST_STEP;
@@ -382,7 +386,7 @@ impl Traveller<'_> {
                 self.sample(&stepper, from, step, at);
                 self.y = stepper.at(share);
                 self.t = at;
-                self.switch(which, piece);
+                self.switch(which, piece, false);
                 fresh = true;
                 h = FIRST_STEP;
                 continue;
@@ -495,7 +499,8 @@ pub fn follow(
             y = stepper.end;
             t = to;
             stepper.go_on();
-            h = (step * (0.9 * error.max(1e-10).powf(-0.2)).clamp(0.3, 4.0)).clamp(1e-8, LONGEST_STEP);
+            h = (step * (0.9 * error.max(1e-10).powf(-0.2)).clamp(0.3, 4.0))
+                .clamp(1e-8, LONGEST_STEP);
         }
         if piece.end >= stretch.end {
             break;

@@ -179,8 +179,8 @@ mod tests {
             stepper.prepare(&y, h);
             for s in [0.3, 0.7, 1.0] {
                 let at = t + s * h;
-                let exact = (-zeta * w * at).exp()
-                    * ((wd * at).cos() + zeta * w / wd * (wd * at).sin());
+                let exact =
+                    (-zeta * w * at).exp() * ((wd * at).cos() + zeta * w / wd * (wd * at).sin());
                 worst = worst.max((stepper.at(s)[0] - exact).abs());
             }
             y = stepper.end;

@@ -1,12 +1,12 @@
 //! A concealed law, how it enters a device, and how it grows.
 
-use serde::Serialize;
 use super::device::{Adhesion, Device, Film, Gain, Ground, Restitution};
 use super::dice::Dice;
 use super::preisach::{Preisach, SATURATION};
 use super::structure::Mode;
 use super::terms::Term;
 use super::voltage::{Amplifier, Piece, remember};
+use serde::Serialize;
 
 /// How the zero of a reading wanders, as a share of its amplitude against time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -101,7 +101,9 @@ impl Law {
             Law::Adhesion(
                 Adhesion::Stretched { blend, .. } | Adhesion::Logarithm { blend, .. },
             )
-            | Law::Restitution(Restitution::Plastic { blend, .. }) => *blend = (*blend * s).min(1.0),
+            | Law::Restitution(Restitution::Plastic { blend, .. }) => {
+                *blend = (*blend * s).min(1.0)
+            }
             Law::Restitution(Restitution::Viscoelastic { c, .. }) => *c *= s,
             Law::Adhesion(Adhesion::Line)
             | Law::Restitution(Restitution::Constant)

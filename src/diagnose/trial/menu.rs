@@ -192,7 +192,11 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
                 term("patch charges", room, Term::PatchAttraction { a, h0 })
             } else {
                 let power = 2 + dice.below(2) as i32;
-                term("power of the height", room, Term::PowerAttraction { a, h0, power })
+                term(
+                    "power of the height",
+                    room,
+                    Term::PowerAttraction { a, h0, power },
+                )
             }
         }
         "adhesion_saturation" => {
@@ -280,7 +284,10 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
             let (amplitude, room) = strength(dice, 2e-7, 1e-5);
             let (course, name) = match dice.below(3) {
                 0 => (Drift::Line(0.4), "line"),
-                1 => (Drift::Exponential(dice.log_between(0.03, 0.3)), "exponential"),
+                1 => (
+                    Drift::Exponential(dice.log_between(0.03, 0.3)),
+                    "exponential",
+                ),
                 _ => (Drift::Logarithm(dice.log_between(0.01, 0.1)), "logarithm"),
             };
             let amplitude = amplitude * dice.sign();
@@ -298,23 +305,39 @@ pub fn choose(id: &str, device: &Device, dice: &mut Dice) -> Option<Choice> {
         "outside_voltage_damping" => {
             let (c, room) = strength(dice, 1e-9, 1e-7);
             let c = c * dice.sign();
-            term("force by velocity times voltage", room, Term::VoltageDamping { c })
+            term(
+                "force by velocity times voltage",
+                room,
+                Term::VoltageDamping { c },
+            )
         }
         "outside_pumped_stiffness" => {
             let (k, room) = strength(dice, 2e-5, 1e-3);
             let frequency = dice.log_between(80.0, 1500.0);
-            term("stiffness that comes and goes", room, Term::Pumped { k, frequency })
+            term(
+                "stiffness that comes and goes",
+                room,
+                Term::Pumped { k, frequency },
+            )
         }
         "outside_bilinear_spring" => {
             let (k, room) = strength(dice, 1e-5, 3e-3);
             let from = dice.between(5e-6, 30e-6);
             let k = k * dice.sign();
-            term("second spring beyond a point", room, Term::Bilinear { k, from })
+            term(
+                "second spring beyond a point",
+                room,
+                Term::Bilinear { k, from },
+            )
         }
         "outside_gain_walk" => {
             let (rate, room) = strength(dice, 5e-3, 0.1);
             let seed = dice.seed();
-            ("random walk of the drive gain", room, Law::Wander { rate, seed })
+            (
+                "random walk of the drive gain",
+                room,
+                Law::Wander { rate, seed },
+            )
         }
         "outside_dead_zone" => {
             let (width, room) = strength(dice, 0.05, 1.0);

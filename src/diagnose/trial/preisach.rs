@@ -41,9 +41,9 @@ impl Preisach {
                 if i - 1 == j {
                     weight *= 0.5;
                 }
-                everett[at(i, j)] =
-                    everett[at(i - 1, j)] + everett[at(i, j + 1)] - everett[at(i - 1, j + 1)]
-                        + weight;
+                everett[at(i, j)] = everett[at(i - 1, j)] + everett[at(i, j + 1)]
+                    - everett[at(i - 1, j + 1)]
+                    + weight;
             }
         }
         let mut sum = Self {
@@ -96,12 +96,17 @@ impl Preisach {
         let scale = height / self.height;
         // `gc` falls as the voltage rises: the sum enters with a minus, and the middle
         // line of its own 8 V cycle is taken out.
-        let middle = 0.5 * (self.output(&[-SATURATION, 8.0, -8.0], v.clamp(-8.0, 8.0))
-            + self.output(&[-SATURATION, 8.0], v.clamp(-8.0, 8.0)));
+        let middle = 0.5
+            * (self.output(&[-SATURATION, 8.0, -8.0], v.clamp(-8.0, 8.0))
+                + self.output(&[-SATURATION, 8.0], v.clamp(-8.0, 8.0)));
         let last = piece.memory.len();
         let passes = last >= 3 && {
             let beyond = piece.memory[last - 2];
-            if last % 2 == 1 { v >= beyond } else { v <= beyond }
+            if last % 2 == 1 {
+                v >= beyond
+            } else {
+                v <= beyond
+            }
         };
         let output = if passes {
             let mut memory = piece.memory.clone();

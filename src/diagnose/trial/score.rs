@@ -190,13 +190,14 @@ fn mark(class: Class, concealed: &[String], said: &Diagnosis, may_add: &[&str]) 
                 return Mark::Abstained;
             }
             let given = |id: &String| names.iter().any(|n| n.id == *id);
-            let hinted = |id: &String| {
-                given(id) || names.iter().any(|n| n.confusion_group.contains(id))
-            };
+            let hinted =
+                |id: &String| given(id) || names.iter().any(|n| n.confusion_group.contains(id));
             // A name is excused if its own group holds an effect that is there.
             let excused = |n: &&Named| {
                 concealed.contains(&n.id)
-                    || n.confusion_group.iter().any(|g| concealed.contains(g) && !given(g))
+                    || n.confusion_group
+                        .iter()
+                        .any(|g| concealed.contains(g) && !given(g))
             };
             let clean = names.iter().all(|n| concealed.contains(&n.id));
             if clean && concealed.iter().all(given) {
@@ -334,10 +335,7 @@ pub fn aggregate(outcomes: &[Outcome]) -> Table {
             Row::new(label, these)
         })
         .into();
-    let single: Vec<&Outcome> = outcomes
-        .iter()
-        .filter(|o| o.concealed.len() == 1)
-        .collect();
+    let single: Vec<&Outcome> = outcomes.iter().filter(|o| o.concealed.len() == 1).collect();
     let mut ids: Vec<&str> = single.iter().map(|o| o.concealed[0].as_str()).collect();
     ids.sort_unstable();
     ids.dedup();
@@ -395,7 +393,14 @@ impl Table {
     #[must_use]
     pub fn text(&self) -> String {
         let mut out = String::new();
-        let heads = ["right", "in group", "part", "abstained", "wrong", "false alarm"];
+        let heads = [
+            "right",
+            "in group",
+            "part",
+            "abstained",
+            "wrong",
+            "false alarm",
+        ];
         let sections = [
             ("class (from 3 x smallest visible)", &self.by_class),
             ("effect (from 3 x smallest visible)", &self.by_effect),
@@ -470,20 +475,39 @@ mod tests {
         use Verdict::{Adequate, MissingPhysics as Missing, Unexplained};
         let one = ["sensor_lag".to_owned()];
         let two = ["sensor_lag".to_owned(), "gap_step".to_owned()];
-        let of = |class, concealed: &[String], d: Diagnosis| mark(class, concealed, &d, &["extra_mode"]);
+        let of =
+            |class, concealed: &[String], d: Diagnosis| mark(class, concealed, &d, &["extra_mode"]);
         assert_eq!(of(Class::Nothing, &[], said(Adequate, &[])), Mark::Right);
-        assert_eq!(of(Class::Nothing, &[], said(Unexplained, &[])), Mark::FalseAlarm);
+        assert_eq!(
+            of(Class::Nothing, &[], said(Unexplained, &[])),
+            Mark::FalseAlarm
+        );
         let lag = ("sensor_lag", &[] as &[&str]);
-        assert_eq!(of(Class::Nothing, &[], said(Missing, &[lag])), Mark::FalseAlarm);
+        assert_eq!(
+            of(Class::Nothing, &[], said(Missing, &[lag])),
+            Mark::FalseAlarm
+        );
         assert_eq!(of(Class::One, &one, said(Missing, &[lag])), Mark::Right);
         let mode = ("extra_mode", &[] as &[&str]);
-        assert_eq!(of(Class::One, &one, said(Missing, &[lag, mode])), Mark::Right);
+        assert_eq!(
+            of(Class::One, &one, said(Missing, &[lag, mode])),
+            Mark::Right
+        );
         let amplifier = ("amplifier_lag", &["sensor_lag"] as &[&str]);
-        assert_eq!(of(Class::One, &one, said(Missing, &[amplifier])), Mark::Group);
-        assert_eq!(of(Class::One, &one, said(Missing, &[lag, amplifier])), Mark::Wrong);
+        assert_eq!(
+            of(Class::One, &one, said(Missing, &[amplifier])),
+            Mark::Group
+        );
+        assert_eq!(
+            of(Class::One, &one, said(Missing, &[lag, amplifier])),
+            Mark::Wrong
+        );
         assert_eq!(of(Class::One, &one, said(Adequate, &[])), Mark::Abstained);
         assert_eq!(of(Class::Two, &two, said(Missing, &[lag])), Mark::Part);
-        assert_eq!(of(Class::Outside, &one, said(Unexplained, &[])), Mark::Right);
+        assert_eq!(
+            of(Class::Outside, &one, said(Unexplained, &[])),
+            Mark::Right
+        );
         assert_eq!(of(Class::Outside, &one, said(Missing, &[lag])), Mark::Wrong);
     }
 

@@ -4,8 +4,8 @@
 //! The lumped device is kept in its physical coordinates `[xc, xp]`, the beam in the
 //! coordinates of its lowest modes; the solver does not distinguish them.
 
-use serde::Serialize;
 use nalgebra::{DMatrix, DVector, Matrix2};
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Most degrees of freedom of a trial device.
@@ -101,7 +101,8 @@ impl Structure {
         );
         let inverse = phi.try_inverse()?;
         let w = [TAU * modes[0].frequency, TAU * modes[1].frequency];
-        let congruent = |a: f64, b: f64| inverse.transpose() * Matrix2::new(a, 0.0, 0.0, b) * inverse;
+        let congruent =
+            |a: f64, b: f64| inverse.transpose() * Matrix2::new(a, 0.0, 0.0, b) * inverse;
         let m = congruent(1.0, 1.0);
         let b = congruent(2.0 * modes[0].zeta * w[0], 2.0 * modes[1].zeta * w[1]);
         let k = congruent(w[0] * w[0], w[1] * w[1]);

@@ -82,8 +82,14 @@ fn tunings(n: usize) -> Vec<(Box<dyn Fn(&mut Device, f64)>, f64)> {
             if i != j && n > 2 {
                 continue;
             }
-            list.push((Box::new(move |d, s| retune(&mut d.structure, i, j, s, false)), 2e-3));
-            list.push((Box::new(move |d, s| retune(&mut d.structure, i, j, s, true)), 5e-2));
+            list.push((
+                Box::new(move |d, s| retune(&mut d.structure, i, j, s, false)),
+                2e-3,
+            ));
+            list.push((
+                Box::new(move |d, s| retune(&mut d.structure, i, j, s, true)),
+                5e-2,
+            ));
         }
     }
     list
@@ -123,8 +129,22 @@ pub fn deviations(made: &[Made<'_>], instruments: &Instruments) -> Result<f64, R
     let every = (all / FOLLOWED).ceil().max(1.0) as usize;
     for (number, recording) in made.iter().enumerate() {
         let zeros = base + 7 + 2 * number;
-        for stretch in recording.run.stretches.iter().skip(number % every).step_by(every) {
-            add_stretch(&mut normal, recording, stretch, &tunings, zeros, every as f64, instruments)?;
+        for stretch in recording
+            .run
+            .stretches
+            .iter()
+            .skip(number % every)
+            .step_by(every)
+        {
+            add_stretch(
+                &mut normal,
+                recording,
+                stretch,
+                &tunings,
+                zeros,
+                every as f64,
+                instruments,
+            )?;
         }
         add_events(&mut normal, recording, base, zeros, instruments);
     }
@@ -250,7 +270,13 @@ fn add_stretch(
         })?;
         local.push(column);
     }
-    project(normal, &local, &global, &trace, weight / instruments.noise.powi(2));
+    project(
+        normal,
+        &local,
+        &global,
+        &trace,
+        weight / instruments.noise.powi(2),
+    );
     Ok(())
 }
 
@@ -333,7 +359,8 @@ fn add_events(
                 let row = [(base + 1, -event.before)];
                 normal.add(&row, event.after - expected, 1.0 / variance);
             }
-            Kind::Release => {
+            // Where a step of the drive tore it off, the pull says nothing of adhesion.
+            Kind::Release if !event.torn => {
                 // The held cantilever's stiffness against the mass is about 0.07 N/m.
                 let force = (0.07 * sigma / samples.sqrt()).max(3e-10);
                 let line = made.plain.ca * event.contact + made.plain.ca0;

@@ -203,10 +203,11 @@ impl Amplifier {
             let step = length / n as f64;
             let mut values = Vec::with_capacity(n + 1);
             let mut slopes = Vec::with_capacity(n + 1);
+            // Lags below the grid are followed no faster than the grid can show.
             let slope = |u: f64, a: f64, b: f64| match *self {
-                Amplifier::Ladder { second, .. } if second > 0.0 => (a - b) / second,
-                Amplifier::Ladder { first, .. } => (u - a) / first,
-                Amplifier::Slew { rate, lag } => ((u - b) / lag).clamp(-rate, rate),
+                Amplifier::Ladder { second, .. } if second > 0.0 => (a - b) / second.max(step),
+                Amplifier::Ladder { first, .. } => (u - a) / first.max(step),
+                Amplifier::Slew { rate, lag } => ((u - b) / lag.max(step)).clamp(-rate, rate),
             };
             for i in 0..=n {
                 let t = piece.start + i as f64 * step;
