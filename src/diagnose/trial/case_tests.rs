@@ -105,12 +105,13 @@ fn strength_zero_is_the_baseline() {
                         .fold(0.0f64, |w, (a, b)| w.max((a - b).abs()))
                 };
                 // A ground of no compliance, gas of no elasticity and lags of no length
-                // are limits, not values: the lags are brought near theirs.
+                // are limits, not values: the lags are brought nearer theirs, not below the
+                // microsecond of the grid on which an amplifier is followed.
                 let lag = matches!(choice.law, Law::Term(terms::Term::SensorLag { .. }))
                     || matches!(choice.law, Law::Amplifier(_));
                 if lag {
-                    let (a, b) = (worst(1e-2, 1), worst(1e-3, 1));
-                    assert!(b < 0.2 * a, "{id} {}: {a:e} {b:e}", choice.formulation);
+                    let (a, b) = (worst(1.0, 1), worst(0.1, 1));
+                    assert!(b < 0.3 * a, "{id} {}: {a:e} {b:e}", choice.formulation);
                 } else if !matches!(choice.law, Law::Ground(_) | Law::Film { .. }) {
                     let zero = worst(0.0, 1);
                     assert!(zero < 2e-9, "{id} {}: {zero:e}", choice.formulation);

@@ -55,11 +55,14 @@ impl Normal {
     }
 }
 
-type Change = fn(&mut Device, f64);
+/// How a parameter is changed.
+type Change = Box<dyn Fn(&mut Device, f64)>;
+/// A change and the step for its difference.
+type Tuning = (Change, f64);
 
 /// A parameter of the baseline: how to change it, and by how much for a difference.
-fn tunings(n: usize) -> Vec<(Box<dyn Fn(&mut Device, f64)>, f64)> {
-    let plain: [(Change, f64); 4] = [
+fn tunings(n: usize) -> Vec<Tuning> {
+    let plain: [(fn(&mut Device, f64), f64); 4] = [
         (|d, s| d.eta *= 1.0 + s, 2e-3),
         (|d, s| d.cs *= 1.0 + s, 5e-2),
         (|d, s| d.gp += s, 2e-7),
@@ -72,9 +75,9 @@ fn tunings(n: usize) -> Vec<(Box<dyn Fn(&mut Device, f64)>, f64)> {
             1e-3,
         ),
     ];
-    let mut list: Vec<(Box<dyn Fn(&mut Device, f64)>, f64)> = plain
+    let mut list: Vec<Tuning> = plain
         .into_iter()
-        .map(|(f, s)| (Box::new(f) as Box<dyn Fn(&mut Device, f64)>, s))
+        .map(|(f, s)| (Box::new(f) as Change, s))
         .collect();
     for i in 0..n.min(TUNED_MODES) {
         for j in 0..n.min(TUNED_MODES) {
@@ -195,7 +198,7 @@ fn add_stretch(
     normal: &mut Normal,
     made: &Made<'_>,
     stretch: &Stretch,
-    tunings: &[(Box<dyn Fn(&mut Device, f64)>, f64)],
+    tunings: &[Tuning],
     zeros: usize,
     weight: f64,
     instruments: &Instruments,
