@@ -62,7 +62,8 @@ type Tuning = (Change, f64);
 
 /// A parameter of the baseline: how to change it, and by how much for a difference.
 fn tunings(n: usize) -> Vec<Tuning> {
-    let plain: [(fn(&mut Device, f64), f64); 4] = [
+    type Plain = fn(&mut Device, f64);
+    let plain: [(Plain, f64); 4] = [
         (|d, s| d.eta *= 1.0 + s, 2e-3),
         (|d, s| d.cs *= 1.0 + s, 5e-2),
         (|d, s| d.gp += s, 2e-7),
