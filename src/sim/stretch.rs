@@ -226,7 +226,7 @@ impl StretchSimulator {
         let voltage = segment.shape.voltage(t);
         let mut at = d.held_kinematics(t, voltage, level, &state.q, &state.v);
         let force = d.drive_force(&mut at, segment.branch, &state.z);
-        let on_mass = d.effect_force(&at, &state.z);
+        let on_mass = d.force_on_held(&at, &state.z);
         d.pull_held(&state.q, &state.v, level, force, on_mass)
     }
 
@@ -269,6 +269,7 @@ impl StretchSimulator {
                     vc: p.vc,
                     voltage: segment.shape.voltage(middle),
                     gain: 0.0,
+                    film: d.film_force(p.xp, p.vp),
                 };
                 d.drive_force(&mut at, segment.branch, &z);
                 d.state_inputs(&at, &z, &mut u);
