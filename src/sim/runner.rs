@@ -1,7 +1,7 @@
 //! The hybrid automaton: flight and held phases, events between them, output.
 
 use crate::model::drive::{Segment, Waveform};
-use crate::model::{MAX_MODES, Model};
+use crate::model::Model;
 
 use super::crossing::first_below;
 use super::device::{Device, dot};
@@ -533,16 +533,20 @@ impl Runner {
             rejected = true;
             level += 1;
             if level >= LEVELS || (fixed && taken.is_err()) {
-                return Err(if self.q.iter().any(|q| !q.is_finite()) {
-                    SimError::diverged(self.t)
-                } else if fixed {
-                    SimError::Options {
-                        what: "fixed step [s]",
-                        reason: format!("too long for the film at t = {:.6} s", self.t),
-                    }
-                } else {
-                    SimError::step_too_small(self.t)
-                });
+                // Away from the ground it is not the film that needs ever shorter steps.
+                let runs_away = self.phase == Phase::Flight && self.proof_mass().0 > 0.0;
+                return Err(
+                    if self.q.iter().any(|q| !q.is_finite()) || (runs_away && !fixed) {
+                        SimError::diverged(self.t)
+                    } else if fixed {
+                        SimError::Options {
+                            what: "fixed step [s]",
+                            reason: format!("too long for the film at t = {:.6} s", self.t),
+                        }
+                    } else {
+                        SimError::step_too_small(self.t)
+                    },
+                );
             }
         }
     }
@@ -593,7 +597,10 @@ impl Runner {
             return contact;
         }
         let end = contact.map_or(end, |(s, _)| s);
-        self.first_turn(end).map(|s| (s, Stop::Turn)).or(contact)
+        self.flight
+            .first_turn(&self.device.phi_p, end)
+            .map(|s| (s, Stop::Turn))
+            .or(contact)
     }
 
     /// Fraction of the step at which the mass comes up to a compliant ground's level.
@@ -602,15 +609,6 @@ impl Runner {
         let depth =
             |s: f64| touch.level - smooth.value(s) - self.flight.fast_at(&self.device.phi_p, s);
         first_below(depth, end, 1e-10 * touch.level.abs())
-    }
-
-    /// Fraction of the step at which the mass no longer slides the way it did.
-    fn first_turn(&self, end: f64) -> Option<f64> {
-        let shape = &self.device.phi_p;
-        let smooth = self.flight.smooth(shape);
-        let fastest = self.flight.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-        let speed = |s: f64| self.sliding * self.flight.velocity_at(&smooth, shape, s);
-        first_below(speed, end, 1e-12 * fastest)
     }
 
     /// Contact with a compliant ground begins.
@@ -644,7 +642,7 @@ impl Runner {
         }
         let h = self.step(trace)?;
         let end = ((self.segment.end - self.t) / h).min(1.0);
-        let net = |s: f64| self.held_pull(h, s, level) + self.reaction(level, 0.0, self.t + s * h);
+        let net = |s: f64| self.held_pull(s, level) + self.reaction(level, 0.0, self.t + s * h);
         let freed =
             first_below(|s| self.device.friction - net(s).abs(), end, 0.0).map(|s| (s, net(s)));
         let s = freed.map_or(end, |(s, _)| s);
@@ -784,7 +782,7 @@ impl Runner {
         if lowest > 0.75 * (highest - lowest) {
             return None;
         }
-        let pull = |s: f64| self.held_pull(h, s, level);
+        let pull = |s: f64| self.held_pull(s, level);
         first_below(
             |s| self.threshold(self.t + s * h - since) - pull(s),
             end,
@@ -794,19 +792,9 @@ impl Runner {
     }
 
     /// Pull-off force at fraction `s` of the held step.
-    fn held_pull(&self, h: f64, s: f64, level: f64) -> f64 {
-        let m = self.r.len();
-        let (mut r, mut dr) = ([0.0; MAX_MODES], [0.0; MAX_MODES]);
-        let (r, dr) = (&mut r[..m], &mut dr[..m]);
-        self.held.modal_at(s, r, dr);
-        let t = self.t + s * h;
-        let voltage = self.segment.shape.voltage(t);
-        let mut at = self.device.held_kinematics(t, voltage, level, r, dr);
-        let states = self.held.states_at(s);
-        let z = states.as_slice();
-        let drive = self.device.drive_force(&mut at, self.segment.branch, z);
-        let on_mass = self.device.force_on_held(&at, z);
-        self.device.pull_held(r, dr, level, drive, on_mass)
+    fn held_pull(&self, s: f64, level: f64) -> f64 {
+        self.held
+            .held_pull(&self.device, &self.segment, self.t, s, level)
     }
 
     fn release(
@@ -892,7 +880,7 @@ impl Runner {
             let reaction = self.reaction(level, 0.0, t);
             let (mut pull, mut friction) = (None, 0.0);
             if self.options.forces {
-                let held = self.held_pull(h, s, level);
+                let held = self.held_pull(s, level);
                 match since {
                     Some(since) => pull = Some((held, device.adhesion(t - since).max(0.0))),
                     None => friction = -held - reaction,

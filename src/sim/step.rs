@@ -8,8 +8,10 @@
 
 use std::sync::OnceLock;
 
+use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 
+use super::crossing::first_below;
 use super::device::{Device, dot};
 use super::linear::{DecayPropagator, Oscillator, Propagator, Swing};
 use super::nodes::{Dense, NODES, S, top_coefficient};
@@ -275,6 +277,29 @@ impl Step {
             .filter(|(_, swing)| swing.fast)
             .map(|(weight, swing)| weight * swing.free(s * self.h).0)
             .sum()
+    }
+
+    /// Fraction of the step, up to `end`, at which the mass no longer slides the way it did;
+    /// `shape` is the structure's at the mass.
+    pub fn first_turn(&self, shape: &[f64], end: f64) -> Option<f64> {
+        let smooth = self.smooth(shape);
+        let fastest = self.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+        let speed = |s: f64| self.sliding * self.velocity_at(&smooth, shape, s);
+        first_below(speed, end, 1e-12 * fastest)
+    }
+
+    /// Pull-off force at fraction `s` of a held step from `t`, with the mass at `level`.
+    pub fn held_pull(&self, device: &Device, segment: &Segment, t: f64, s: f64, level: f64) -> f64 {
+        let (mut r, mut dr) = ([0.0; MAX_MODES], [0.0; MAX_MODES]);
+        let (r, dr) = (&mut r[..self.modes], &mut dr[..self.modes]);
+        self.modal_at(s, r, dr);
+        let t = t + s * self.h;
+        let voltage = segment.shape.voltage(t);
+        let mut at = device.held_kinematics(t, voltage, level, r, dr);
+        let states = self.states_at(s);
+        let z = states.as_slice();
+        let drive = device.drive_force(&mut at, segment.branch, z);
+        device.pull_held(r, dr, level, drive, device.force_on_held(&at, z))
     }
 
     /// What the inputs of the extra states leave beyond the polynomial, as a share of the

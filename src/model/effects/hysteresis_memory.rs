@@ -65,7 +65,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             name: "reference amplitude",
             unit: "V",
             default: 8.0,
-            range: (2.0, 20.0),
+            range: (6.0, 20.0),
             limits: (1e-3, 1e6),
             scale: Scale::Linear,
             rank: Rank::Advanced,
