@@ -51,6 +51,27 @@ impl Structure {
         self.modes.iter().map(|m| m.phi_p * m.phi_p).sum()
     }
 
+    /// How each mode takes part in a rigid motion of the base: `Gamma` with `Phi Gamma = 1`
+    /// at both points [kg^1/2]. A base acceleration `a` acts on mode `i` like the force
+    /// `-Gamma_i a`. With more modes than points it is the shortest such vector; where the
+    /// points are not independent it is that of the proof mass alone.
+    pub fn participation(&self) -> Vec<f64> {
+        let sum = |f: &dyn Fn(&Mode) -> f64| -> f64 { self.modes.iter().map(f).sum() };
+        let cc = sum(&|m| m.phi_c * m.phi_c);
+        let cp = sum(&|m| m.phi_c * m.phi_p);
+        let pp = self.mobility();
+        let determinant = cc * pp - cp * cp;
+        let (c, p) = if determinant > 1e-9 * cc * pp {
+            ((pp - cp) / determinant, (cc - cp) / determinant)
+        } else {
+            (0.0, 1.0 / pp)
+        };
+        self.modes
+            .iter()
+            .map(|m| c * m.phi_c + p * m.phi_p)
+            .collect()
+    }
+
     /// Static displacement of the proof mass per force on the cantilever [m/N], or
     /// `None` with a free mode.
     pub fn static_gain(&self) -> Option<f64> {
@@ -116,6 +137,17 @@ pub struct Held {
 }
 
 impl Held {
+    /// Forces on the held modes from forces on the modes in flight.
+    pub fn project(&self, forces: &[f64]) -> Vec<f64> {
+        let m = self.omega2.len();
+        (0..m)
+            .map(|k| {
+                let row = |(i, force): (usize, &f64)| self.basis[i * m + k] * force;
+                forces.iter().enumerate().map(row).sum()
+            })
+            .collect()
+    }
+
     fn new(structure: &Structure) -> Self {
         let modes = &structure.modes;
         let n = modes.len();
@@ -210,6 +242,25 @@ mod tests {
             );
         }
         assert!((paper().static_gain().unwrap() * 3.819e-7 - 16.5e-6).abs() < 0.02e-6);
+    }
+
+    #[test]
+    fn participation_is_the_inverse_of_the_shapes() {
+        // M [1, 1] = Phi^-T Gamma.
+        let mut structure = paper();
+        let gamma = structure.participation();
+        let (m, _, _) = structure.matrices().unwrap();
+        for (row, phi) in [(0, [13381.005, 74486.762]), (1, [50145.332, -12923.177])] {
+            assert!((phi[0] * gamma[0] + phi[1] * gamma[1] - 1.0).abs() < 1e-12);
+            let force: f64 = m[(row, 0)] + m[(row, 1)];
+            let inverse = nalgebra::Matrix2::new(13381.005, 74486.762, 50145.332, -12923.177)
+                .try_inverse()
+                .unwrap();
+            let modal = inverse[(0, row)] * gamma[0] + inverse[(1, row)] * gamma[1];
+            assert!((modal / force - 1.0).abs() < 1e-12);
+        }
+        structure.modes.truncate(1);
+        assert!((structure.participation()[0] * 50145.332 - 1.0).abs() < 1e-12);
     }
 
     #[test]

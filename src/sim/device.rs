@@ -46,6 +46,15 @@ pub(super) struct Device {
     piezo: Option<Piezo>,
     eta: f64,
     effects: Vec<Attached>,
+    /// Coulomb friction of the mass [N].
+    pub friction: f64,
+    /// Whether the film's force is that of eq (10), at the same instant.
+    pub film_is_plain: bool,
+    /// Which effect's law of contact stands in place of the rigid stop.
+    compliant: Option<usize>,
+    /// Force on each mode, in flight and held, per acceleration of the base.
+    pub flight_base: Vec<f64>,
+    pub held_base: Vec<f64>,
     /// Pull-off force per held coordinate, per its velocity, per level and per drive force.
     pull_position: Vec<f64>,
     pull_velocity: Vec<f64>,
@@ -78,8 +87,12 @@ impl Device {
                 &Surroundings {
                     structure: &structure,
                     parameters,
+                    piezo: model.piezo,
                 },
             ));
+            if action.does_nothing() {
+                continue;
+            }
             action.alter_structure(&mut structure);
             let first = rates.len();
             rates.extend_from_slice(action.state_rates());
@@ -90,6 +103,23 @@ impl Device {
                 count: rates.len() - first,
             });
         }
+        if rates.len() > super::MAX_STATES {
+            return Err(ModelError {
+                parameter: "effects".to_owned(),
+                reason: format!(
+                    "the effects have {} states together, more than {}; switch some off",
+                    rates.len(),
+                    super::MAX_STATES
+                ),
+            });
+        }
+        let friction = effects.iter().map(|e| e.action.friction().max(0.0)).sum();
+        let film_is_plain = effects.iter().all(|e: &Attached| {
+            let unmoved = [0.0; super::MAX_STATES];
+            e.action.film_force(1.0, &unmoved[..e.count]) == 1.0
+        });
+        let yields = |e: &Attached| e.action.contact_force(0.0, 0.0).is_some();
+        let compliant = effects.iter().position(yields).filter(|_| model.has_ground);
         let column =
             |f: fn(&crate::model::structure::Mode) -> f64| structure.modes.iter().map(f).collect();
         let phi_p: Vec<f64> = column(|m| m.phi_p);
@@ -105,6 +135,8 @@ impl Device {
             .collect();
         let mobility = structure.mobility();
         let held = structure.held();
+        let flight_base: Vec<f64> = structure.participation().iter().map(|g| -g).collect();
+        let held_base = held.project(&flight_base);
         let held_modes: Vec<Oscillator> = held
             .omega2
             .iter()
@@ -130,7 +162,14 @@ impl Device {
             .map(|i| phi_d[i].abs() * phi_p[i].abs().max(phi_c[i].abs()))
             .sum::<f64>()
             / mobility;
-        Ok(Self {
+        let film = model.has_ground.then(|| SqueezeFilm::new(parameters));
+        let ground = model.has_ground.then(|| Ground::new(parameters));
+        let mut device = Self {
+            friction,
+            film_is_plain,
+            compliant,
+            flight_base,
+            held_base,
             drive_ratio,
             anchor_c: dot(&phi_c, &held.anchor),
             pull_level: -onto_mass(&|i| flight[i].omega2 * held.anchor[i]),
@@ -145,8 +184,8 @@ impl Device {
             held,
             held_modes,
             rates,
-            ground: model.has_ground.then(|| Ground::new(parameters)),
-            film: model.has_ground.then(|| SqueezeFilm::new(parameters)),
+            ground,
+            film,
             thinnest_film: 0.0,
             piezo: model.piezo,
             eta: parameters[ParameterId::Eta],
@@ -159,7 +198,42 @@ impl Device {
                 1.0
             },
             initial: (parameters[ParameterId::X0], parameters[ParameterId::V0]),
-        })
+        };
+        if device.is_compliant() {
+            device.bound_film();
+        }
+        Ok(device)
+    }
+
+    /// Whether the mass sinks into the ground.
+    pub fn is_compliant(&self) -> bool {
+        self.compliant.is_some()
+    }
+
+    /// Force on the mass from a compliant ground [N]: its reaction at a depth [m] and rate
+    /// [m/s], less the adhesion after `contact_time` [s].
+    pub fn contact_force(&self, depth: f64, rate: f64, contact_time: f64) -> f64 {
+        let law = self.compliant.and_then(|i| self.effects.get(i));
+        let reaction = law.and_then(|e| e.action.contact_force(depth, rate));
+        reaction.unwrap_or(0.0) - self.adhesion(contact_time).max(0.0)
+    }
+
+    /// Change of [`Self::contact_force`] per displacement and per velocity of the mass.
+    pub fn contact_slopes(&self, depth: f64, rate: f64) -> (f64, f64) {
+        let force = |depth, rate| self.contact_force(depth, rate, 0.0);
+        let (dx, dv) = (1e-6 * depth.abs() + 1e-16, 1e-6 * rate.abs() + 1e-12);
+        (
+            (force(depth - dx, rate) - force(depth + dx, rate)) / (2.0 * dx),
+            (force(depth, rate - dv) - force(depth, rate + dv)) / (2.0 * dv),
+        )
+    }
+
+    /// Acceleration of the base [m/s^2].
+    pub fn base_acceleration(&self, t: f64) -> f64 {
+        self.effects
+            .iter()
+            .map(|e| e.action.base_acceleration(t))
+            .sum()
     }
 
     /// Whether forces beyond film and drive act.
@@ -178,14 +252,16 @@ impl Device {
 
     /// What effects see in flight, from modal coordinates.
     pub fn flight_kinematics(&self, t: f64, voltage: f64, q: &[f64], v: &[f64]) -> Kinematics {
+        let (xp, vp) = (dot(&self.phi_p, q), dot(&self.phi_p, v));
         Kinematics {
             t,
-            xp: dot(&self.phi_p, q),
-            vp: dot(&self.phi_p, v),
+            xp,
+            vp,
             xc: dot(&self.phi_c, q),
             vc: dot(&self.phi_c, v),
             voltage,
             gain: 0.0,
+            film: self.film_force(xp, vp),
         }
     }
 
@@ -206,6 +282,7 @@ impl Device {
             vc: dot(&self.held.cantilever, dr),
             voltage,
             gain: 0.0,
+            film: 0.0,
         }
     }
 
@@ -245,7 +322,8 @@ impl Device {
         })
     }
 
-    /// All effects' forces on the proof mass [N].
+    /// All effects' forces on the proof mass [N], but for friction and what they make of
+    /// the film.
     pub fn effect_force(&self, at: &Kinematics, z: &[f64]) -> f64 {
         self.effects
             .iter()
@@ -256,21 +334,64 @@ impl Device {
             .sum()
     }
 
+    /// Film force on the proof mass with what effects make of it [N].
+    pub fn altered_film_force(&self, at: &Kinematics, z: &[f64]) -> f64 {
+        self.effects.iter().fold(at.film, |film, e| {
+            e.action.film_force(film, &z[e.first..e.first + e.count])
+        })
+    }
+
+    /// What pulls the held mass besides structure and drive [N]: effects' forces, the
+    /// film that they alter, and the base.
+    pub fn force_on_held(&self, at: &Kinematics, z: &[f64]) -> f64 {
+        if self.effects.is_empty() {
+            return 0.0;
+        }
+        let film = self.altered_film_force(at, z);
+        self.effect_force(at, z) + film - self.base_acceleration(at.t) / self.mobility
+    }
+
+    /// Voltage that the piezo film sees [V].
+    fn film_voltage(&self, at: &Kinematics, z: &[f64]) -> f64 {
+        self.effects.iter().fold(at.voltage, |voltage, e| {
+            let own = &z[e.first..e.first + e.count];
+            e.action.drive_voltage(voltage, at, own)
+        })
+    }
+
     /// Force where the piezo drives the cantilever [N]; notes the gain in `at`.
     pub fn drive_force(&self, at: &mut Kinematics, branch: Branch, z: &[f64]) -> f64 {
         let Some(piezo) = self.piezo else {
             return 0.0;
         };
         let own = |e: &Attached| e.first..e.first + e.count;
-        let voltage = self.effects.iter().fold(at.voltage, |voltage, e| {
-            e.action.drive_voltage(voltage, at, &z[own(e)])
+        let voltage = self.film_voltage(at, z);
+        let branches = piezo.gain(voltage, branch);
+        let gain = self.effects.iter().fold(branches, |gain, e| {
+            e.action.hysteresis(gain, voltage, branch, &z[own(e)])
         });
-        let gain = piezo.gain(voltage, branch);
         at.gain = self
             .effects
             .iter()
             .fold(gain, |gain, e| e.action.drive_gain(gain, at, &z[own(e)]));
         self.eta * at.gain
+    }
+
+    /// Brings the effects' memories up to date where a piece of the drive ends.
+    pub fn end_piece(&self, piece: &Segment, t: f64, z: &mut [f64]) {
+        if self.effects.is_empty() {
+            return;
+        }
+        let mut at = Kinematics {
+            t,
+            voltage: piece.shape.voltage(t),
+            ..Kinematics::default()
+        };
+        self.drive_force(&mut at, piece.branch, z);
+        at.voltage = self.film_voltage(&at, z);
+        for e in &self.effects {
+            e.action.end_piece(&at, &mut z[e.first..e.first + e.count]);
+        }
     }
 
     /// The piece of a drive's segment that begins at `t` over which no effect's law breaks.

@@ -123,6 +123,10 @@ pub(super) struct Sample<'a> {
     pub vc: f64,
     /// Pull-off force and adhesion while held, if forces are recorded.
     pub pull: Option<(f64, f64)>,
+    /// Friction on the mass [N].
+    pub friction: f64,
+    /// Force of a compliant ground on the mass, adhesion included [N].
+    pub reaction: f64,
     /// Voltage when the sample is taken, which a late one does not show [V].
     pub voltage: f64,
     /// Extra states, if there are any.
@@ -152,22 +156,27 @@ impl Sample<'_> {
             vc: self.vc,
             voltage: segment.shape.voltage(self.t),
             gain: 0.0,
+            film: match self.pull {
+                Some(_) => 0.0,
+                None => device.film_force(self.xp, self.vp),
+            },
         };
         let z = self.z;
         forces
             .drive
             .push(device.drive_force(&mut at, segment.branch, z));
-        forces.effects.push(device.effect_force(&at, z));
+        forces
+            .effects
+            .push(device.effect_force(&at, z) + self.friction);
+        forces.film.push(device.altered_film_force(&at, z));
         let (pull, adhesion) = self.pull.unwrap_or((0.0, 0.0));
-        forces.film.push(if self.pull.is_some() {
-            0.0
-        } else {
-            device.film_force(self.xp, self.vp)
-        });
         forces.pull_off.push(pull);
         forces.adhesion.push(adhesion);
-        forces
-            .ground
-            .push(if self.pull.is_some() { -pull } else { 0.0 });
+        let ground = if self.pull.is_some() {
+            -pull
+        } else {
+            self.reaction
+        };
+        forces.ground.push(ground);
     }
 }

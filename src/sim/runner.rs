@@ -1,14 +1,14 @@
 //! The hybrid automaton: flight and held phases, events between them, output.
 
 use crate::model::drive::{Segment, Waveform};
-use crate::model::{MAX_MODES, Model};
+use crate::model::Model;
 
 use super::crossing::first_below;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
 use super::linear::Oscillator;
 use super::output::{FastModes, Sample, Sink};
-use super::step::{LEVELS, Step, Tables};
+use super::step::{LEVELS, Step, Tables, Touch};
 use super::trace::{Event, EventKind, Trace};
 
 /// What the proof mass is doing.
@@ -20,6 +20,21 @@ enum Phase {
         since: f64,
         level: f64,
     },
+    /// Held by friction at `level` [m], away from a rigid ground.
+    Stuck {
+        level: f64,
+    },
+}
+
+/// What ends a step of flight early.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stop {
+    /// The mass meets the ground.
+    Hit,
+    /// It leaves a compliant ground.
+    Leave,
+    /// Its velocity comes to zero, where friction turns.
+    Turn,
 }
 
 /// A device in motion that can be advanced piece by piece and changed on the way.
@@ -34,6 +49,10 @@ pub struct Runner {
     segment: Segment,
     t: f64,
     phase: Phase,
+    /// Direction in which the mass slides against friction, and its contact with a
+    /// compliant ground.
+    sliding: f64,
+    touch: Option<Touch>,
     /// Modal state in flight, held state on the ground, extra states.
     q: Vec<f64>,
     v: Vec<f64>,
@@ -71,7 +90,7 @@ impl Runner {
         let z = device.settled_states(&device.flight_kinematics(0.0, 0.0, &q, &still));
         let m = device.held_modes.len();
         let [flight_tables, held_tables] = tables(&device, options);
-        Ok(Self {
+        let mut runner = Self {
             options: *options,
             drive: drive.clone(),
             whole: drive.segment(index),
@@ -79,6 +98,8 @@ impl Runner {
             index,
             t: 0.0,
             phase: Phase::Flight,
+            sliding: 0.0,
+            touch: None,
             flight_sampling: sampling(&device.flight, options),
             held_sampling: sampling(&device.held_modes, options),
             flight: Step::new(q.len(), &device.rates),
@@ -96,7 +117,9 @@ impl Runner {
             steps: 0,
             events: 0,
             device,
-        })
+        };
+        runner.set_out();
+        Ok(runner)
     }
 
     /// A device at a given state at `t` \[s\]; `held_since` if the mass is on the ground.
@@ -115,7 +138,8 @@ impl Runner {
         let mut runner = Self::new(model, drive, options)?;
         runner.t = t;
         runner.index = runner.drive.index_at(t);
-        runner.segment = runner.drive.segment(runner.index);
+        runner.whole = runner.drive.segment(runner.index);
+        runner.phase = Phase::Flight;
         runner.next_sample = (t * options.rate).ceil().max(0.0) as u64;
         let (q, v) = match held_since {
             None => (&mut runner.q, &mut runner.v),
@@ -127,6 +151,16 @@ impl Runner {
         };
         for (own, given) in [(q, &state.q), (v, &state.v), (&mut runner.z, &state.z)] {
             own.iter_mut().zip(given).for_each(|(a, b)| *a = *b);
+        }
+        runner.segment = runner.device.piece(runner.whole, t, &runner.z);
+        if let Phase::Held { since, level } = runner.phase
+            && runner.device.is_compliant()
+        {
+            runner.lift(level);
+            runner.touch = Some(Touch { level, since });
+        }
+        if !matches!(runner.phase, Phase::Held { .. }) {
+            runner.set_out();
         }
         Ok(runner)
     }
@@ -160,6 +194,7 @@ impl Runner {
             match self.phase {
                 Phase::Flight => self.fly(trace)?,
                 Phase::Held { since, level } => self.hold(since, level, trace)?,
+                Phase::Stuck { level } => self.rest(level, trace)?,
             }
         }
         Ok(())
@@ -173,9 +208,17 @@ impl Runner {
         let device = Device::new(model)?;
         let level = device.ground_level(self.t);
         // Held motion is taken over in flight coordinates, which outlive the change.
-        if let Phase::Held { level: before, .. } = self.phase {
-            self.lift(before);
+        let mut contact = self.touch.map(|touch| touch.since);
+        match self.phase {
+            Phase::Held { level, since } => {
+                contact = Some(since);
+                self.lift(level);
+            }
+            Phase::Stuck { level } => self.lift(level),
+            Phase::Flight => {}
         }
+        self.phase = Phase::Flight;
+        self.device.end_piece(&self.segment, self.t, &mut self.z);
         self.q.resize(device.flight.len(), 0.0);
         self.v.resize(device.flight.len(), 0.0);
         self.z = {
@@ -196,18 +239,27 @@ impl Runner {
         self.delay = device.reading_delay();
         self.segment = device.piece(self.whole, self.t, &self.z);
         self.device = device;
-        match self.phase {
-            Phase::Held { since, .. } if level.is_finite() => {
+        self.touch = None;
+        match contact {
+            Some(since) if self.device.is_compliant() => {
+                let (x, v) = self.proof_mass();
+                if x > level {
+                    self.place(level, v.min(0.0));
+                }
+                self.touch = Some(Touch { level, since });
+                self.set_out();
+            }
+            Some(since) if level.is_finite() => {
                 self.place(level, 0.0);
                 self.land(since, level);
             }
             _ => {
-                self.phase = Phase::Flight;
                 let (x, v) = self.proof_mass();
                 // The ground was raised above the mass: it is lifted with it.
                 if x < level {
                     self.place(level, v.max(0.0));
                 }
+                self.set_out();
             }
         }
         Ok(())
@@ -219,6 +271,7 @@ impl Runner {
     /// [`SimError`]; then nothing is changed.
     pub fn set_drive(&mut self, drive: &Waveform) -> Result<(), SimError> {
         drive.check()?;
+        self.device.end_piece(&self.segment, self.t, &mut self.z);
         self.drive = drive.clone();
         self.index = self.drive.index_at(self.t);
         self.whole = self.drive.segment(self.index);
@@ -243,8 +296,51 @@ impl Runner {
         }
     }
 
-    /// From flight coordinates to held ones.
+    /// Sets out in flight with friction: the mass slides as it moves, or as it is pulled,
+    /// or is held.
+    fn set_out(&mut self) {
+        if self.device.friction == 0.0 {
+            self.sliding = 0.0;
+            return;
+        }
+        let (x, v) = self.proof_mass();
+        self.sliding = if v == 0.0 { 0.0 } else { v.signum() };
+        if v == 0.0 {
+            self.turn(x);
+        }
+    }
+
+    /// The mass is at rest at `x` for an instant, in flight coordinates: friction holds it,
+    /// or it slides the way it is pulled.
+    fn turn(&mut self, x: f64) {
+        self.place(x, 0.0);
+        let pull = self.pull_if_held() + self.reaction(x, 0.0, self.t);
+        if pull.abs() > self.device.friction {
+            self.sliding = pull.signum();
+        } else {
+            self.to_held(x);
+            self.sliding = 0.0;
+            self.phase = Phase::Stuck { level: x };
+        }
+    }
+
+    /// Force of a compliant ground on the mass at `x` with velocity `v`, 0 out of contact.
+    fn reaction(&self, x: f64, v: f64, t: f64) -> f64 {
+        self.touch.map_or(0.0, |touch| {
+            self.device
+                .contact_force(touch.level - x, -v, t - touch.since)
+        })
+    }
+
+    /// From flight coordinates to held ones on the ground.
     fn land(&mut self, since: f64, level: f64) {
+        self.to_held(level);
+        self.sliding = 0.0;
+        self.phase = Phase::Held { since, level };
+    }
+
+    /// From flight coordinates to held ones.
+    fn to_held(&mut self, level: f64) {
         let held = &self.device.held;
         let m = self.r.len();
         for k in 0..m {
@@ -256,7 +352,6 @@ impl Runner {
                 self.dr[k] += z * self.v[i];
             }
         }
-        self.phase = Phase::Held { since, level };
     }
 
     /// From held coordinates to flight ones; the phase is left to the caller.
@@ -275,6 +370,7 @@ impl Runner {
             let before = self
                 .device
                 .piezo_force(self.segment.shape.voltage(self.t), self.segment.branch);
+            self.device.end_piece(&self.segment, self.t, &mut self.z);
             if self.whole.end <= self.t {
                 self.index += 1;
                 self.whole = self.drive.segment(self.index);
@@ -286,7 +382,7 @@ impl Runner {
             if (after - before).abs() > 1e-6 * before.abs().max(after.abs()) {
                 let velocity = match self.phase {
                     Phase::Flight => self.proof_mass().1,
-                    Phase::Held { .. } => 0.0,
+                    Phase::Held { .. } | Phase::Stuck { .. } => 0.0,
                 };
                 self.report(trace, EventKind::DriveStep, [velocity; 2], 0.0, 0.0)?;
             }
@@ -301,24 +397,40 @@ impl Runner {
     /// it loses it.
     fn follow_ground(&mut self, trace: &mut Trace) -> Result<(), SimError> {
         let level = self.device.ground_level(self.t);
-        match self.phase {
-            Phase::Held { since, level: old } if level > old => {
+        if let Phase::Held { since, level: old } = self.phase {
+            if level > old {
                 self.lift(old);
                 self.place(level, 0.0);
                 self.land(since, level);
-            }
-            Phase::Held { since, level: old } if level < old => {
+            } else if level < old {
                 let pull = self.pull_at_rest(old);
                 self.release(since, old, pull, trace)?;
             }
-            Phase::Flight => {
-                let (x, v) = self.proof_mass();
-                if x < level {
-                    self.place(level, v.max(0.0));
-                }
-            }
-            Phase::Held { .. } => {}
+            return Ok(());
         }
+        let height = match (self.touch, self.phase) {
+            (Some(touch), _) if touch.level == level => return Ok(()),
+            (_, Phase::Stuck { level: at }) if at >= level && self.touch.is_none() => {
+                return Ok(());
+            }
+            (None, Phase::Flight) if self.proof_mass().0 >= level => return Ok(()),
+            (touch, _) => touch.map(|touch| touch.level - level),
+        };
+        if let Phase::Stuck { level: at } = self.phase {
+            self.lift(at);
+            self.phase = Phase::Flight;
+        }
+        let (x, v) = self.proof_mass();
+        match height {
+            // In a compliant ground it keeps its depth as it is lifted.
+            Some(fall) if fall < 0.0 => {
+                self.place(x - fall, v);
+                self.touch = self.touch.map(|touch| Touch { level, ..touch });
+            }
+            Some(_) => self.leave(trace)?,
+            None => self.place(level, v.max(0.0)),
+        }
+        self.set_out();
         Ok(())
     }
 
@@ -371,9 +483,10 @@ impl Runner {
     /// Takes one step of the present phase into its scratch; returns the step's length.
     fn step(&mut self, trace: &mut Trace) -> Result<f64, SimError> {
         let held = match self.phase {
-            Phase::Held { level, .. } => Some(level),
+            Phase::Held { level, .. } | Phase::Stuck { level } => Some(level),
             Phase::Flight => None,
         };
+        (self.flight.sliding, self.flight.touch) = (self.sliding, self.touch);
         let covering = self.covering_level(&self.flight_tables);
         let mut level = self.level.max(covering);
         let mut rejected = false;
@@ -420,16 +533,20 @@ impl Runner {
             rejected = true;
             level += 1;
             if level >= LEVELS || (fixed && taken.is_err()) {
-                return Err(if self.q.iter().any(|q| !q.is_finite()) {
-                    SimError::diverged(self.t)
-                } else if fixed {
-                    SimError::Options {
-                        what: "fixed step [s]",
-                        reason: format!("too long for the film at t = {:.6} s", self.t),
-                    }
-                } else {
-                    SimError::step_too_small(self.t)
-                });
+                // Away from the ground it is not the film that needs ever shorter steps.
+                let runs_away = self.phase == Phase::Flight && self.proof_mass().0 > 0.0;
+                return Err(
+                    if self.q.iter().any(|q| !q.is_finite()) || (runs_away && !fixed) {
+                        SimError::diverged(self.t)
+                    } else if fixed {
+                        SimError::Options {
+                            what: "fixed step [s]",
+                            reason: format!("too long for the film at t = {:.6} s", self.t),
+                        }
+                    } else {
+                        SimError::step_too_small(self.t)
+                    },
+                );
             }
         }
     }
@@ -437,12 +554,8 @@ impl Runner {
     fn fly(&mut self, trace: &mut Trace) -> Result<(), SimError> {
         let h = self.step(trace)?;
         let end = ((self.segment.end - self.t) / h).min(1.0);
-        let hit = if self.device.ground.is_some() {
-            self.first_hit(h, end)
-        } else {
-            None
-        };
-        let s = hit.unwrap_or(end);
+        let stop = self.first_stop(h, end);
+        let s = stop.map_or(end, |(s, _)| s);
         self.emit_flight(h, s, trace);
         if s >= 1.0 {
             const LAST: usize = super::nodes::S - 1;
@@ -453,15 +566,116 @@ impl Runner {
             self.flight.modal_at(s, &mut self.q, &mut self.v);
             self.z.copy_from_slice(self.flight.states_at(s).as_slice());
         }
-        self.t = self.time_after(h, s, hit.is_none());
+        self.t = self.time_after(h, s, stop.is_none());
         let (x, v) = self.proof_mass();
         if !(x.is_finite() && v.is_finite() && x.abs() < 1e9) {
             return Err(SimError::diverged(self.t));
         }
-        if hit.is_some() {
-            self.impact(v, trace)?;
+        if let Some(touch) = self.touch {
+            Sink::open_contact(trace, touch.since, self.t);
+        }
+        match stop.map(|(_, stop)| stop) {
+            Some(Stop::Hit) if self.device.is_compliant() => self.enter(v, trace),
+            Some(Stop::Hit) => self.impact(v, trace),
+            Some(Stop::Leave) => self.leave(trace),
+            Some(Stop::Turn) => {
+                self.turn(x);
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// What first ends a step of flight before `end`, and at which fraction.
+    fn first_stop(&self, h: f64, end: f64) -> Option<(f64, Stop)> {
+        let contact = match self.touch {
+            Some(touch) => self.first_leave(touch, end).map(|s| (s, Stop::Leave)),
+            None if self.device.ground.is_some() => self.first_hit(h, end).map(|s| (s, Stop::Hit)),
+            None => None,
+        };
+        if self.device.friction == 0.0 {
+            return contact;
+        }
+        let end = contact.map_or(end, |(s, _)| s);
+        self.flight
+            .first_turn(&self.device.phi_p, end)
+            .map(|s| (s, Stop::Turn))
+            .or(contact)
+    }
+
+    /// Fraction of the step at which the mass comes up to a compliant ground's level.
+    fn first_leave(&self, touch: Touch, end: f64) -> Option<f64> {
+        let smooth = self.flight.smooth(&self.device.phi_p);
+        let depth =
+            |s: f64| touch.level - smooth.value(s) - self.flight.fast_at(&self.device.phi_p, s);
+        first_below(depth, end, 1e-10 * touch.level.abs())
+    }
+
+    /// Contact with a compliant ground begins.
+    fn enter(&mut self, v: f64, trace: &mut Trace) -> Result<(), SimError> {
+        let level = self.device.ground_level(self.t);
+        let since = self.t;
+        self.touch = Some(Touch { level, since });
+        Sink::open_contact(trace, since, since);
+        let pull = self.pull_if_held();
+        self.report(trace, EventKind::Stick, [v; 2], pull, 0.0)
+    }
+
+    /// Contact with a compliant ground ends.
+    fn leave(&mut self, trace: &mut Trace) -> Result<(), SimError> {
+        let Some(touch) = self.touch.take() else {
+            return Ok(());
+        };
+        Sink::open_contact(trace, touch.since, self.t);
+        let (_, v) = self.proof_mass();
+        let pull = self.pull_if_held();
+        let duration = self.t - touch.since;
+        self.report(trace, EventKind::Release, [v; 2], pull, duration)
+    }
+
+    /// Held by friction, away from a rigid ground.
+    fn rest(&mut self, level: f64, trace: &mut Trace) -> Result<(), SimError> {
+        let net = self.pull_at_rest(level) + self.reaction(level, 0.0, self.t);
+        if net.abs() > self.device.friction {
+            self.slide(level, net);
+            return Ok(());
+        }
+        let h = self.step(trace)?;
+        let end = ((self.segment.end - self.t) / h).min(1.0);
+        let net = |s: f64| self.held_pull(s, level) + self.reaction(level, 0.0, self.t + s * h);
+        let freed =
+            first_below(|s| self.device.friction - net(s).abs(), end, 0.0).map(|s| (s, net(s)));
+        let s = freed.map_or(end, |(s, _)| s);
+        self.emit_held(h, s, None, level, trace);
+        self.take_held(h, s, freed.is_none());
+        if let Some(touch) = self.touch {
+            Sink::open_contact(trace, touch.since, self.t);
+        }
+        if let Some((_, net)) = freed {
+            self.slide(level, net);
         }
         Ok(())
+    }
+
+    /// Friction no longer holds the mass against the force `net`.
+    fn slide(&mut self, level: f64, net: f64) {
+        self.lift(level);
+        self.sliding = net.signum();
+        self.phase = Phase::Flight;
+    }
+
+    /// Takes over the held state at fraction `s` of the step.
+    fn take_held(&mut self, h: f64, s: f64, whole: bool) {
+        if s >= 1.0 {
+            const LAST: usize = super::nodes::S - 1;
+            self.r.copy_from_slice(self.held.q_at(LAST));
+            self.dr.copy_from_slice(self.held.v_at(LAST));
+            self.z.copy_from_slice(self.held.z_at(LAST));
+        } else {
+            self.held.modal_at(s, &mut self.r, &mut self.dr);
+            self.z.copy_from_slice(self.held.states_at(s).as_slice());
+        }
+        self.t = self.time_after(h, s, whole);
     }
 
     /// Time at fraction `s` of a step; a segment's end is met exactly.
@@ -500,7 +714,8 @@ impl Runner {
         let after = -self.device.restitution(-before) * before;
         self.place(level, after);
         let pull = self.pull_if_held();
-        if pull > self.device.adhesion(0.0).max(0.0) {
+        if pull > self.threshold(0.0) {
+            self.sliding = 1.0;
             return self.report(trace, EventKind::Impact, [before, after], pull, 0.0);
         }
         self.place(level, 0.0);
@@ -517,8 +732,8 @@ impl Runner {
             .flight_kinematics(self.t, voltage, &self.q, &self.v);
         let branch = self.segment.branch;
         let drive = self.device.drive_force(&mut at, branch, &self.z);
-        at.vp = 0.0;
-        let on_mass = self.device.effect_force(&at, &self.z);
+        (at.vp, at.film) = (0.0, 0.0);
+        let on_mass = self.device.force_on_held(&at, &self.z);
         self.device.pull_flight(&self.q, &self.v, drive, on_mass)
     }
 
@@ -528,7 +743,7 @@ impl Runner {
         let device = &self.device;
         let mut at = device.held_kinematics(self.t, voltage, level, &self.r, &self.dr);
         let drive = device.drive_force(&mut at, self.segment.branch, &self.z);
-        let on_mass = device.effect_force(&at, &self.z);
+        let on_mass = device.force_on_held(&at, &self.z);
         device.pull_held(&self.r, &self.dr, level, drive, on_mass)
     }
 
@@ -541,17 +756,8 @@ impl Runner {
         let end = ((self.segment.end - self.t) / h).min(1.0);
         let freed = self.first_release(h, end, since, level);
         let s = freed.map_or(end, |(s, _)| s);
-        self.emit_held(h, s, since, level, trace);
-        if s >= 1.0 {
-            const LAST: usize = super::nodes::S - 1;
-            self.r.copy_from_slice(self.held.q_at(LAST));
-            self.dr.copy_from_slice(self.held.v_at(LAST));
-            self.z.copy_from_slice(self.held.z_at(LAST));
-        } else {
-            self.held.modal_at(s, &mut self.r, &mut self.dr);
-            self.z.copy_from_slice(self.held.states_at(s).as_slice());
-        }
-        self.t = self.time_after(h, s, freed.is_none());
+        self.emit_held(h, s, Some(since), level, trace);
+        self.take_held(h, s, freed.is_none());
         Sink::open_contact(trace, since, self.t);
         match freed {
             Some((_, pull)) => self.release(since, level, pull, trace),
@@ -559,9 +765,9 @@ impl Runner {
         }
     }
 
-    /// Pull-off force that frees the mass after `contact_time` [s].
+    /// Pull-off force that frees the mass after `contact_time` [s]: friction holds it too.
     fn threshold(&self, contact_time: f64) -> f64 {
-        self.device.adhesion(contact_time).max(0.0)
+        self.device.adhesion(contact_time).max(0.0) + self.device.friction
     }
 
     /// Fraction of the held step at which the pull-off force exceeds adhesion, and the force.
@@ -576,7 +782,7 @@ impl Runner {
         if lowest > 0.75 * (highest - lowest) {
             return None;
         }
-        let pull = |s: f64| self.held_pull(h, s, level);
+        let pull = |s: f64| self.held_pull(s, level);
         first_below(
             |s| self.threshold(self.t + s * h - since) - pull(s),
             end,
@@ -586,19 +792,9 @@ impl Runner {
     }
 
     /// Pull-off force at fraction `s` of the held step.
-    fn held_pull(&self, h: f64, s: f64, level: f64) -> f64 {
-        let m = self.r.len();
-        let (mut r, mut dr) = ([0.0; MAX_MODES], [0.0; MAX_MODES]);
-        let (r, dr) = (&mut r[..m], &mut dr[..m]);
-        self.held.modal_at(s, r, dr);
-        let t = self.t + s * h;
-        let voltage = self.segment.shape.voltage(t);
-        let mut at = self.device.held_kinematics(t, voltage, level, r, dr);
-        let states = self.held.states_at(s);
-        let z = states.as_slice();
-        let drive = self.device.drive_force(&mut at, self.segment.branch, z);
-        let on_mass = self.device.effect_force(&at, z);
-        self.device.pull_held(r, dr, level, drive, on_mass)
+    fn held_pull(&self, s: f64, level: f64) -> f64 {
+        self.held
+            .held_pull(&self.device, &self.segment, self.t, s, level)
     }
 
     fn release(
@@ -608,8 +804,7 @@ impl Runner {
         pull: f64,
         trace: &mut Trace,
     ) -> Result<(), SimError> {
-        self.lift(level);
-        self.phase = Phase::Flight;
+        self.slide(level, 1.0);
         Sink::open_contact(trace, since, self.t);
         self.report(trace, EventKind::Release, [0.0; 2], pull, self.t - since)
     }
@@ -655,6 +850,8 @@ impl Runner {
                 xc,
                 vc,
                 pull: None,
+                friction: -device.friction * self.sliding,
+                reaction: self.reaction(xp, vp, t),
                 voltage: self.voltage_when_taken(t),
                 z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };
@@ -663,8 +860,9 @@ impl Runner {
         self.next_sample = sink.next_sample();
     }
 
-    /// Samples of a held step up to fraction `s`.
-    fn emit_held(&mut self, h: f64, s: f64, since: f64, level: f64, trace: &mut Trace) {
+    /// Samples of a held step up to fraction `s`; on the ground `since` [s], or held by
+    /// friction.
+    fn emit_held(&mut self, h: f64, s: f64, since: Option<f64>, level: f64, trace: &mut Trace) {
         let delay = self.delay;
         let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample, delay);
         if sink.is_empty() {
@@ -679,10 +877,15 @@ impl Runner {
             fast.advance(s * h);
             let states = device.has_effects().then(|| self.held.states_at(s));
             let (xc, vc) = fast.add(c.value_and_slope(s, h), shape);
-            let pull = self.options.forces.then(|| {
-                let pull = self.held_pull(h, s, level);
-                (pull, self.threshold(t - since))
-            });
+            let reaction = self.reaction(level, 0.0, t);
+            let (mut pull, mut friction) = (None, 0.0);
+            if self.options.forces {
+                let held = self.held_pull(s, level);
+                match since {
+                    Some(since) => pull = Some((held, device.adhesion(t - since).max(0.0))),
+                    None => friction = -held - reaction,
+                }
+            }
             let sample = Sample {
                 t,
                 xp: level,
@@ -690,6 +893,8 @@ impl Runner {
                 xc: base + xc,
                 vc,
                 pull,
+                friction,
+                reaction,
                 voltage: self.voltage_when_taken(t),
                 z: states.as_ref().map_or(&[], |states| states.as_slice()),
             };

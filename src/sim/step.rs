@@ -8,8 +8,10 @@
 
 use std::sync::OnceLock;
 
+use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 
+use super::crossing::first_below;
 use super::device::{Device, dot};
 use super::linear::{DecayPropagator, Oscillator, Propagator, Swing};
 use super::nodes::{Dense, NODES, S, top_coefficient};
@@ -112,6 +114,15 @@ impl StateValues {
     }
 }
 
+/// The mass in a compliant ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Touch {
+    /// Level at which the ground begins [m].
+    pub level: f64,
+    /// When contact began [s].
+    pub since: f64,
+}
+
 /// Scratch of one step: everything at the five points. Row-major `[point][mode]`.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Step {
@@ -127,6 +138,12 @@ pub(super) struct Step {
     /// Forces at the points [N].
     pub force: [f64; S],
     pub drive: [f64; S],
+    /// Acceleration of the base at the points [m/s^2].
+    base: [f64; S],
+    /// Direction in which the mass slides, which friction opposes: 1, -1, or 0.
+    pub sliding: f64,
+    /// Whether the mass of a step of flight is in a compliant ground.
+    pub touch: Option<Touch>,
     inputs: Vec<f64>,
     rates: Vec<f64>,
     v_before: Vec<f64>,
@@ -238,6 +255,20 @@ impl Step {
         dense
     }
 
+    /// Velocity of a point of the structure at fraction `s`; `smooth` is its motion but for
+    /// the free motion of fast modes.
+    pub fn velocity_at(&self, smooth: &Dense, shape: &[f64], s: f64) -> f64 {
+        let fast = |(weight, swing): (&f64, &Swing)| {
+            if swing.fast {
+                weight * swing.free(s * self.h).1
+            } else {
+                0.0
+            }
+        };
+        let free: f64 = shape.iter().zip(&self.swings).map(fast).sum();
+        smooth.value_and_slope(s, self.h).1 + free
+    }
+
     /// Free motion of the fast modes at a point of the structure at fraction `s`.
     pub fn fast_at(&self, shape: &[f64], s: f64) -> f64 {
         shape
@@ -246,6 +277,29 @@ impl Step {
             .filter(|(_, swing)| swing.fast)
             .map(|(weight, swing)| weight * swing.free(s * self.h).0)
             .sum()
+    }
+
+    /// Fraction of the step, up to `end`, at which the mass no longer slides the way it did;
+    /// `shape` is the structure's at the mass.
+    pub fn first_turn(&self, shape: &[f64], end: f64) -> Option<f64> {
+        let smooth = self.smooth(shape);
+        let fastest = self.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+        let speed = |s: f64| self.sliding * self.velocity_at(&smooth, shape, s);
+        first_below(speed, end, 1e-12 * fastest)
+    }
+
+    /// Pull-off force at fraction `s` of a held step from `t`, with the mass at `level`.
+    pub fn held_pull(&self, device: &Device, segment: &Segment, t: f64, s: f64, level: f64) -> f64 {
+        let (mut r, mut dr) = ([0.0; MAX_MODES], [0.0; MAX_MODES]);
+        let (r, dr) = (&mut r[..self.modes], &mut dr[..self.modes]);
+        self.modal_at(s, r, dr);
+        let t = t + s * self.h;
+        let voltage = segment.shape.voltage(t);
+        let mut at = device.held_kinematics(t, voltage, level, r, dr);
+        let states = self.states_at(s);
+        let z = states.as_slice();
+        let drive = device.drive_force(&mut at, segment.branch, z);
+        device.pull_held(r, dr, level, drive, device.force_on_held(&at, z))
     }
 
     /// What the inputs of the extra states leave beyond the polynomial, as a share of the
@@ -268,6 +322,19 @@ impl Step {
             }
         });
         0.02 * worst * size
+    }
+
+    /// The same for the shaking of the base, whose acceleration acts like a force of that
+    /// over the mobility.
+    fn base_error(&self, device: &Device, growth: f64) -> f64 {
+        0.02 * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
+    }
+
+    /// Acceleration of the base at the points of a step from `t`.
+    fn shake(&mut self, device: &Device, t: f64) {
+        for k in 0..S {
+            self.base[k] = device.base_acceleration(t + NODES[k] * self.h);
+        }
     }
 
     /// Makes ready what dense output needs, once the forces have settled.
@@ -368,7 +435,7 @@ impl Step {
         // A residual Legendre part of degree 4 moves the end by a small share of its
         // size: its mean over the step is zero.
         self.error = 0.02 * growth * (top + drive_top * device.drive_ratio);
-        self.error += self.state_error();
+        self.error += self.state_error() + self.base_error(device, growth);
         if self.error.is_finite() && self.xp.iter().all(|x| device.is_inside_film(*x)) {
             Ok(())
         } else {
@@ -458,7 +525,16 @@ impl Step {
         const N: usize = S - 1;
         let mut a = [[0.0; N]; N];
         for k in 0..N {
-            let (dx, dv) = device.film_slopes(self.xp[k + 1], self.vp[k + 1]);
+            let (mut dx, mut dv) = if device.film_is_plain {
+                device.film_slopes(self.xp[k + 1], self.vp[k + 1])
+            } else {
+                (0.0, 0.0)
+            };
+            if let Some(touch) = self.touch {
+                let depth = touch.level - self.xp[k + 1];
+                let ground = device.contact_slopes(depth, -self.vp[k + 1]);
+                (dx, dv) = (dx + ground.0, dv + ground.1);
+            }
             for j in 0..N {
                 a[k][j] = -dx * table.p_from_p[0][k][j + 1] - dv * table.p_from_p[1][k][j + 1];
             }
@@ -497,6 +573,7 @@ impl Step {
         force_tolerance: f64,
     ) -> Result<(), Reject> {
         let mut residual = [0.0; S];
+        self.shake(device, t);
         self.evaluate(device, segment, t, 0..1, None, &mut residual);
         self.force = [residual[0]; S];
         self.drive = [self.drive[0]; S];
@@ -506,9 +583,13 @@ impl Step {
         }
         let mut previous = f64::INFINITY;
         for sweep in 0..40 {
-            let (force, drive) = (self.force, self.drive);
+            let (force, drive, base) = (self.force, self.drive, self.base);
             self.propagate(table, |i| {
-                std::array::from_fn(|j| device.phi_p[i] * force[j] + device.phi_d[i] * drive[j])
+                std::array::from_fn(|j| {
+                    device.phi_p[i] * force[j]
+                        + device.phi_d[i] * drive[j]
+                        + device.flight_base[i] * base[j]
+                })
             });
             self.propagate_states(table);
             self.evaluate(device, segment, t, 1..S, None, &mut residual);
@@ -567,10 +648,15 @@ impl Step {
                 None => device.flight_kinematics(t, voltage, q, v),
             };
             let z = &self.z[k * states..(k + 1) * states];
-            force[k] = device.effect_force(&at, z);
-            if ground.is_none() {
-                force[k] += device.film_force(at.xp, at.vp);
-            }
+            force[k] = if ground.is_some() {
+                device.force_on_held(&at, z)
+            } else {
+                let force = device.effect_force(&at, z) + device.altered_film_force(&at, z);
+                force - device.friction * self.sliding
+                    + self.touch.map_or(0.0, |touch| {
+                        device.contact_force(touch.level - at.xp, -at.vp, t - touch.since)
+                    })
+            };
             self.drive[k] = device.drive_force(&mut at, segment.branch, z);
             (self.xp[k], self.vp[k]) = (at.xp, at.vp);
             device.state_inputs(&at, z, &mut self.inputs[k * states..(k + 1) * states]);
@@ -598,7 +684,9 @@ impl Step {
         let states = self.z.len() / S;
         let held = &device.held;
         let effects = device.has_effects();
-        if !effects {
+        if effects {
+            self.shake(device, t);
+        } else {
             self.plain_drive(device, segment, t);
         }
         for k in 1..S {
@@ -615,14 +703,19 @@ impl Step {
             if effects {
                 self.evaluate(device, segment, t, 0..S, Some(ground), &mut on_mass);
             }
-            let drive = self.drive;
+            let (drive, base) = (self.drive, self.base);
             self.v_before.copy_from_slice(&self.v);
             let v_before = std::mem::take(&mut self.v_before);
             self.propagate(table, |i| {
                 std::array::from_fn(|j| {
                     let row = i * m..(i + 1) * m;
                     let cross = dot(&held.cross_damping[row], &v_before[j * m..(j + 1) * m]);
-                    held.drive[i] * drive[j] + held.level_force[i] * ground - cross
+                    let shaken = if effects {
+                        device.held_base[i] * base[j]
+                    } else {
+                        0.0
+                    };
+                    held.drive[i] * drive[j] + held.level_force[i] * ground + shaken - cross
                 })
             });
             self.v_before = v_before;
@@ -652,7 +745,7 @@ impl Step {
         self.force = previous;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         self.error = 0.02 * growth * drive_top * device.drive_ratio;
-        self.error += self.state_error();
+        self.error += self.state_error() + self.base_error(device, growth);
         if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
             Ok(())
         } else {

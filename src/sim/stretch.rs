@@ -10,6 +10,7 @@ use crate::model::effects::Kinematics;
 use crate::model::structure::Held;
 use crate::model::{MAX_MODES, Model};
 
+use super::crossing::first_below;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
 use super::nodes::S;
@@ -226,7 +227,7 @@ impl StretchSimulator {
         let voltage = segment.shape.voltage(t);
         let mut at = d.held_kinematics(t, voltage, level, &state.q, &state.v);
         let force = d.drive_force(&mut at, segment.branch, &state.z);
-        let on_mass = d.effect_force(&at, &state.z);
+        let on_mass = d.force_on_held(&at, &state.z);
         d.pull_held(&state.q, &state.v, level, force, on_mass)
     }
 
@@ -256,7 +257,7 @@ impl StretchSimulator {
         let longest = (0.2 / fastest.max(1.0)).min(2e-4);
         for &target in times {
             while t < target {
-                let segment = segment_at(drive, t);
+                let segment = d.piece(segment_at(drive, t), t, &z);
                 let end = target.min(segment.end).min(t + longest).max(t + 1e-12);
                 let h = end - t;
                 let middle = t + 0.5 * h;
@@ -269,6 +270,7 @@ impl StretchSimulator {
                     vc: p.vc,
                     voltage: segment.shape.voltage(middle),
                     gain: 0.0,
+                    film: d.film_force(p.xp, p.vp),
                 };
                 d.drive_force(&mut at, segment.branch, &z);
                 d.state_inputs(&at, &z, &mut u);
@@ -282,6 +284,9 @@ impl StretchSimulator {
                     *z = *z * decay + u * gain;
                 }
                 t = end;
+                if t >= segment.end {
+                    d.end_piece(&segment, t, &mut z);
+                }
             }
             out.extend_from_slice(&z);
         }
@@ -351,17 +356,38 @@ impl<'a> Stretcher<'a> {
         let mut steps = 0;
         // Each stretch starts afresh, so that its answer does not depend on the one before.
         self.level = 0;
+        self.flight.sliding = 0.0;
+        let (on_ground, mut held) = (held.is_some(), held);
         while t < to {
-            let segment = segment_at(drive, t);
+            let mut segment = segment_at(drive, t);
+            if device.has_effects() {
+                segment = device.piece(segment, t, &state.z);
+            }
+            if device.friction > 0.0 && !on_ground {
+                self.rub(&segment, t, &mut held, state);
+            }
             let end = to.min(if segment.end > t { segment.end } else { to });
             let h = self.step(&segment, held, t, end, state, &mut steps)?;
-            let share = ((end - t) / h).min(1.0);
-            let reached = if share < 1.0 { end } else { t + h };
+            let mut share = ((end - t) / h).min(1.0);
+            let mut reached = if share < 1.0 { end } else { t + h };
             let step = if held.is_some() {
                 &self.held
             } else {
                 &self.flight
             };
+            let mut turned = false;
+            if device.friction > 0.0 && !on_ground {
+                let turn = match held {
+                    None => step.first_turn(&device.phi_p, share),
+                    Some(x) => {
+                        let pull = |s: f64| step.held_pull(device, &segment, t, s, x);
+                        first_below(|s| device.friction - pull(s).abs(), share, 0.0)
+                    }
+                };
+                if let Some(s) = turn {
+                    (share, reached, turned) = (s, t + s * h, true);
+                }
+            }
             if times.get(next).is_some_and(|&s| s <= reached) {
                 let none = [0.0; MAX_MODES];
                 let (phi_p, phi_c, level_p, level_c) = match held {
@@ -397,6 +423,19 @@ impl<'a> Stretcher<'a> {
                 state.z.copy_from_slice(step.states_at(share).as_slice());
             }
             t = reached;
+            if turned && held.is_none() {
+                // At rest to the last bit, for what follows to be decided by the forces.
+                let x = self.simulator.flight_points(state).xp;
+                self.simulator.kick(x, 0.0, state);
+                self.flight.sliding = 0.0;
+            }
+            if device.has_effects() && t >= segment.end {
+                device.end_piece(&segment, t, &mut state.z);
+            }
+        }
+        if let (Some(x), false) = (held, on_ground) {
+            self.simulator.lift(x, state);
+            held = None;
         }
         // What is asked for at the very start, of a stretch without length.
         while let Some(&at) = times.get(next).filter(|&&s| s <= to) {
@@ -409,6 +448,37 @@ impl<'a> Stretcher<'a> {
             next += 1;
         }
         Ok(())
+    }
+
+    /// Friction away from the ground: a mass that does not slide yet sets out as it moves
+    /// or as it is pulled, or is held at `held` until it is pulled hard enough.
+    fn rub(&mut self, segment: &Segment, t: f64, held: &mut Option<f64>, state: &mut StretchState) {
+        let sim = self.simulator;
+        let device = &sim.device;
+        if let Some(level) = *held {
+            let pull = sim.pull_off(&[*segment], t, level, state);
+            // What was freed at a root of the force is on the edge, and pulled outward.
+            if pull.abs() < device.friction * (1.0 - 1e-12) {
+                return;
+            }
+            sim.lift(level, state);
+            *held = None;
+            self.flight.sliding = pull.signum();
+        } else if self.flight.sliding == 0.0 {
+            let points = sim.flight_points(state);
+            if points.vp.abs() > 1e-12 {
+                self.flight.sliding = points.vp.signum();
+                return;
+            }
+            sim.land(points.xp, state);
+            let pull = sim.pull_off(&[*segment], t, points.xp, state);
+            if pull.abs() > device.friction {
+                sim.lift(points.xp, state);
+                self.flight.sliding = pull.signum();
+            } else {
+                *held = Some(points.xp);
+            }
+        }
     }
 
     /// One step into the scratch; returns its length.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::model::drive::Waveform;
+use crate::model::effects::{self, ActiveEffect};
 use crate::model::preset::Preset;
 use crate::sim::{EventKind, simulate};
 
@@ -11,22 +12,21 @@ fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
 }
 
 /// Carries the state of a full run from event to event and compares all samples.
-fn compare(drive: &str, duration: f64) {
-    let model = Preset::embedded("paper").unwrap().model;
+fn compare(model: &Model, drive: &str, duration: f64) {
     let drive = Waveform::parse(drive, duration).unwrap();
     let options = Options {
         tolerance: 1e-13,
         ..Options::default()
     };
-    let trace = simulate(&model, &drive, duration, &options).unwrap();
-    let simulator = StretchSimulator::new(&model, &options).unwrap();
+    let trace = simulate(model, &drive, duration, &options).unwrap();
+    let simulator = StretchSimulator::new(model, &options).unwrap();
     let mut stretcher = Stretcher::new(&simulator);
     let drive = segments(&drive, duration);
     let level = simulator.ground_level(0.0);
     let mut state = StretchState {
         q: vec![0.0; 2],
         v: vec![0.0; 2],
-        z: Vec::new(),
+        z: vec![0.0; simulator.state_rates().len()],
     };
     let (mut t, mut held) = (0.0, None);
     let mut worst = 0.0f64;
@@ -77,9 +77,32 @@ fn compare(drive: &str, duration: f64) {
 
 #[test]
 fn agrees_with_the_simulator_between_events() {
-    compare("sine:50Hz:8V", 0.06);
-    compare("square:300Hz:6V", 0.03);
-    compare("ramped:20Hz:8V:0.25", 0.06);
+    let model = Preset::embedded("paper").unwrap().model;
+    compare(&model, "sine:50Hz:8V", 0.06);
+    compare(&model, "square:300Hz:6V", 0.03);
+    compare(&model, "ramped:20Hz:8V:0.25", 0.06);
+}
+
+#[test]
+fn agrees_with_the_simulator_with_effects() {
+    for (id, parameter, value) in [
+        ("amplifier_lag", "tau", 1e-4),
+        ("piezo_creep", "c", 0.1),
+        ("hysteresis_memory", "s", 1.0),
+        ("dry_friction", "fc", 5e-9),
+        ("dry_friction", "fc", 40e-9),
+        ("film_spring", "tau", 5e-5),
+        ("base_vibration", "a", 20.0),
+        ("cubic_stiffness", "k3", 2e4),
+    ] {
+        let mut model = Preset::embedded("paper").unwrap().model;
+        let mut effect = ActiveEffect::new(effects::find(id).unwrap());
+        assert!(effect.set(parameter, value));
+        model.effects.push(effect);
+        println!("{id}");
+        compare(&model, "sine:50Hz:8V", 0.06);
+        compare(&model, "square:50Hz:8V", 0.06);
+    }
 }
 
 #[test]

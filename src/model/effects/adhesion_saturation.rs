@@ -68,6 +68,10 @@ struct AdhesionSaturation {
 }
 
 impl Action for AdhesionSaturation {
+    fn does_nothing(&self) -> bool {
+        self.growth == 0.0
+    }
+
     fn adhesion(&self, adhesion: f64, at_touch: f64, contact_time: f64) -> f64 {
         if self.growth == 0.0 {
             return adhesion;

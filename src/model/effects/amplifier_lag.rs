@@ -104,6 +104,10 @@ impl AmplifierLag {
 }
 
 impl Action for AmplifierLag {
+    fn does_nothing(&self) -> bool {
+        self.rates.is_empty()
+    }
+
     fn state_rates(&self) -> &[f64] {
         &self.rates
     }

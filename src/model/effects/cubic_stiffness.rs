@@ -32,6 +32,10 @@ struct CubicStiffness {
 }
 
 impl Action for CubicStiffness {
+    fn does_nothing(&self) -> bool {
+        self.k3 == 0.0
+    }
+
     fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
         -self.k3 * at.xp * at.xp * at.xp
     }

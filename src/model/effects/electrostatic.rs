@@ -58,6 +58,10 @@ struct Electrostatic {
 }
 
 impl Action for Electrostatic {
+    fn does_nothing(&self) -> bool {
+        self.strength == 0.0
+    }
+
     fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
         let distance = (at.xp + self.gap).max(NEAREST * self.gap);
         -self.strength * (at.voltage / distance).powi(2)

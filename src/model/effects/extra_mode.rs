@@ -104,17 +104,14 @@ struct ExtraMode {
 }
 
 impl Action for ExtraMode {
+    /// A mode that nothing moves or that nobody sees is none.
+    fn does_nothing(&self) -> bool {
+        let mode = &self.mode;
+        let moved = mode.phi_p != 0.0 || mode.phi_drive != 0.0;
+        !(moved && (mode.phi_c != 0.0 || mode.phi_p != 0.0))
+    }
+
     fn alter_structure(&self, structure: &mut Structure) {
-        let Mode {
-            phi_c,
-            phi_p,
-            phi_drive,
-            ..
-        } = self.mode;
-        // A mode that nothing moves or that nobody sees is none.
-        let moved = phi_p != 0.0 || phi_drive != 0.0;
-        if moved && (phi_c != 0.0 || phi_p != 0.0) {
-            structure.modes.push(self.mode);
-        }
+        structure.modes.push(self.mode);
     }
 }

@@ -54,6 +54,10 @@ struct GapStep {
 }
 
 impl Action for GapStep {
+    fn does_nothing(&self) -> bool {
+        self.height == 0.0
+    }
+
     fn piece(&self, segment: Segment, t: f64, _z: &[f64]) -> Segment {
         if self.height == 0.0 || t >= self.time {
             return segment;

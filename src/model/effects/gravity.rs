@@ -36,6 +36,10 @@ struct Gravity {
 }
 
 impl Action for Gravity {
+    fn does_nothing(&self) -> bool {
+        self.weight == 0.0
+    }
+
     fn force_on_proof_mass(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
         -self.weight
     }

@@ -73,6 +73,10 @@ struct LongRangeAttraction {
 }
 
 impl Action for LongRangeAttraction {
+    fn does_nothing(&self) -> bool {
+        self.strength == 0.0
+    }
+
     fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
         let height = (at.xp + self.dp + self.range).max(NEAREST * self.range);
         -self.strength * (self.range / height).powf(self.exponent)

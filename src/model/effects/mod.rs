@@ -6,11 +6,16 @@
 
 mod adhesion_saturation;
 mod amplifier_lag;
+mod base_vibration;
+mod compliant_ground;
 mod cubic_stiffness;
+mod dry_friction;
 mod electrostatic;
 mod extra_mode;
+mod film_spring;
 mod gap_step;
 mod gravity;
+mod hysteresis_memory;
 mod long_range_attraction;
 mod piezo_creep;
 mod quadratic_drag;
@@ -22,6 +27,7 @@ use std::fmt;
 
 use super::drive::Segment;
 use super::parameter::{ParameterSpec, Parameters};
+use super::piezo::{Branch, Piezo};
 use super::sensor::Point;
 use super::structure::Structure;
 
@@ -29,14 +35,19 @@ use super::structure::Structure;
 pub static CATALOGUE: &[&EffectSpec] = &[
     &amplifier_lag::EFFECT,
     &piezo_creep::EFFECT,
+    &hysteresis_memory::EFFECT,
     &electrostatic::EFFECT,
     &extra_mode::EFFECT,
     &cubic_stiffness::EFFECT,
     &quadratic_drag::EFFECT,
+    &dry_friction::EFFECT,
+    &film_spring::EFFECT,
     &long_range_attraction::EFFECT,
     &adhesion_saturation::EFFECT,
     &velocity_restitution::EFFECT,
+    &compliant_ground::EFFECT,
     &gap_step::EFFECT,
+    &base_vibration::EFFECT,
     &zero_drift::EFFECT,
     &sensor_lag::EFFECT,
     &gravity::EFFECT,
@@ -67,6 +78,8 @@ pub struct Surroundings<'a> {
     pub structure: &'a Structure,
     /// Its parameters.
     pub parameters: &'a Parameters,
+    /// Its drive; `None` without one.
+    pub piezo: Option<Piezo>,
 }
 
 impl fmt::Debug for EffectSpec {
@@ -132,15 +145,26 @@ pub struct Kinematics {
     /// `gc` that drives at present, all effects included; not known to
     /// [`Action::drive_voltage`] and [`Action::drive_gain`], which make it.
     pub gain: f64,
+    /// Force of the gas film by eq (10) [N], 0 while the mass is held. Where a mass has sunk
+    /// into a compliant ground, the film is as thick as at touch.
+    pub film: f64,
 }
 
 /// What an effect does, at each of the places where it can attach. Every method
 /// defaults to doing nothing. `z` are the effect's own extra states.
 pub trait Action: Send + Sync + fmt::Debug {
+    /// Whether the effect has strength zero: the device is then made without it, and its
+    /// motion is the baseline's to the last bit.
+    fn does_nothing(&self) -> bool {
+        false
+    }
+
     /// Structure: adds or changes modes before the simulation starts.
     fn alter_structure(&self, _structure: &mut Structure) {}
 
     /// Extra states: decay rate of each [1/s]. State `k` obeys `z_k' = -rate_k z_k + u_k`.
+    /// A state of rate 0 without input is a memory: it changes at the ends of pieces only,
+    /// by [`Action::end_piece`].
     fn state_rates(&self) -> &[f64] {
         &[]
     }
@@ -159,6 +183,16 @@ pub trait Action: Send + Sync + fmt::Debug {
         voltage
     }
 
+    /// Extra states: brings a memory up to date where a piece of the drive ends. Here
+    /// `at.voltage` is the voltage that the film sees; only it, `t` and `gain` are given.
+    fn end_piece(&self, _at: &Kinematics, _z: &mut [f64]) {}
+
+    /// Drive: the transducer's law `gc(V)` in place of the two branches, from theirs.
+    /// `voltage` is what the film sees. Before [`Action::drive_gain`].
+    fn hysteresis(&self, gain: f64, _voltage: f64, _branch: Branch, _z: &[f64]) -> f64 {
+        gain
+    }
+
     /// Drive: `gc`, from the one without.
     fn drive_gain(&self, gain: f64, _at: &Kinematics, _z: &[f64]) -> f64 {
         gain
@@ -167,6 +201,30 @@ pub trait Action: Send + Sync + fmt::Debug {
     /// Force on the proof mass [N], in flight and while it is held.
     fn force_on_proof_mass(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
         0.0
+    }
+
+    /// Force of the gas film [N], from the one without; also while the mass is held, where
+    /// the one without is 0.
+    fn film_force(&self, film: f64, _z: &[f64]) -> f64 {
+        film
+    }
+
+    /// Coulomb friction of the mass [N], not negative: it opposes the mass's motion with
+    /// this force, and holds a mass at rest against any smaller one.
+    fn friction(&self) -> f64 {
+        0.0
+    }
+
+    /// Acceleration of the base [m/s^2], up positive. All displacements are relative to
+    /// the base; the ground and the sensor move with it.
+    fn base_acceleration(&self, _t: f64) -> f64 {
+        0.0
+    }
+
+    /// Contact: reaction [N] of a ground into which the mass sinks, at a depth [m] and its
+    /// rate [m/s], in place of the rigid stop. `None` leaves the ground rigid.
+    fn contact_force(&self, _depth: f64, _rate: f64) -> Option<f64> {
+        None
     }
 
     /// Contact: level of the ground [m], from the level without.

@@ -64,6 +64,10 @@ impl PiezoCreep {
 }
 
 impl Action for PiezoCreep {
+    fn does_nothing(&self) -> bool {
+        self.rates.is_empty()
+    }
+
     fn state_rates(&self) -> &[f64] {
         &self.rates
     }

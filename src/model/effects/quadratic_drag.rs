@@ -32,6 +32,10 @@ struct QuadraticDrag {
 }
 
 impl Action for QuadraticDrag {
+    fn does_nothing(&self) -> bool {
+        self.cd == 0.0
+    }
+
     fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
         -self.cd * at.vp * at.vp.abs()
     }

@@ -59,6 +59,10 @@ struct SensorLag {
 }
 
 impl Action for SensorLag {
+    fn does_nothing(&self) -> bool {
+        self.rates.is_empty() && self.delay == 0.0
+    }
+
     fn state_rates(&self) -> &[f64] {
         &self.rates
     }

@@ -53,6 +53,10 @@ struct VelocityRestitution {
 }
 
 impl Action for VelocityRestitution {
+    fn does_nothing(&self) -> bool {
+        self.exponent == 0.0
+    }
+
     fn restitution(&self, alpha: f64, speed: f64) -> f64 {
         if self.exponent == 0.0 || speed <= 0.0 {
             return alpha;

@@ -69,6 +69,10 @@ struct ZeroDrift {
 }
 
 impl Action for ZeroDrift {
+    fn does_nothing(&self) -> bool {
+        self.size == 0.0 && self.rate == 0.0
+    }
+
     fn reading(&self, reading: f64, _point: Point, t: f64, _z: &[f64]) -> f64 {
         reading - self.size * (-t / self.tau).exp_m1() + self.rate * t
     }

@@ -1,0 +1,46 @@
+//! `dry_friction`: a constant force against the motion of the mass.
+//!
+//! The jump of the force where the motion turns is met as an event, not smoothed over: a
+//! mass whose velocity comes to zero goes on the other way, or stays where it is until the
+//! structure pulls it with more than `fc`. On the ground friction adds to adhesion.
+
+use super::{Action, EffectSpec};
+use crate::model::parameter::{ParameterSpec, Rank, Scale};
+
+/// The effect.
+pub static EFFECT: EffectSpec = EffectSpec {
+    id: "dry_friction",
+    name: "dry friction",
+    sentence: "Something rubs: a ring dies away along straight lines, and small forces no longer move the mass.",
+    law: "F = -fc sign(xp'),  |F| <= fc at rest",
+    source: "Coulomb friction, e.g. den Hartog, Mechanical Vibrations, 1934, section 8.4",
+    parameters: &[ParameterSpec {
+        id: "fc",
+        symbol: "fc",
+        name: "friction",
+        unit: "N",
+        default: 5e-9,
+        range: (0.0, 50e-9),
+        limits: (0.0, 1e9),
+        scale: Scale::Linear,
+        rank: Rank::Advanced,
+        meaning: "force against the motion of the proof mass, whatever its speed",
+        equation: "F = -fc sign(xp')",
+    }],
+    build: |values, _| Box::new(DryFriction { force: values[0] }),
+};
+
+#[derive(Debug)]
+struct DryFriction {
+    force: f64,
+}
+
+impl Action for DryFriction {
+    fn does_nothing(&self) -> bool {
+        self.force == 0.0
+    }
+
+    fn friction(&self) -> f64 {
+        self.force
+    }
+}

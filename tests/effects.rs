@@ -1,0 +1,316 @@
+//! Every effect against the device written again with that effect, by another method.
+
+#[path = "effects/twin.rs"]
+mod twin;
+
+use impactscope::model::Model;
+use impactscope::model::drive::{VoltageTable, Waveform};
+use impactscope::model::effects::{ActiveEffect, find};
+use impactscope::model::preset::Preset;
+use impactscope::sim::{Options, Trace, simulate};
+use twin::{Drive, Effects, Run, Twin};
+
+const RATE: f64 = 20e3;
+const SQUARE: Drive = Drive::Square {
+    hz: 50.0,
+    volt: 8.0,
+};
+const SINE: Drive = Drive::Sine {
+    hz: 50.0,
+    volt: 6.0,
+};
+
+/// The model with an effect at given values.
+fn with(id: &str, values: &[(&str, f64)]) -> Model {
+    let mut model = Preset::default().model;
+    add(&mut model, id, values);
+    model
+}
+
+fn add(model: &mut Model, id: &str, values: &[(&str, f64)]) {
+    let mut effect = ActiveEffect::new(find(id).unwrap());
+    for (parameter, value) in values {
+        assert!(effect.set(parameter, *value), "{id} has no {parameter}");
+    }
+    model.effects.push(effect);
+}
+
+fn waveform(drive: &Drive) -> Waveform {
+    match drive {
+        Drive::Rest => Waveform::Rest,
+        &Drive::Sine { hz, volt } => Waveform::Sine {
+            frequency: hz,
+            amplitude: volt,
+        },
+        &Drive::Square { hz, volt } => Waveform::Square {
+            frequency: hz,
+            amplitude: volt,
+        },
+        Drive::Lines(points) => {
+            let (time, volt) = points.iter().copied().unzip();
+            Waveform::Table(VoltageTable::new("lines", time, volt, 0.0).unwrap().into())
+        }
+    }
+}
+
+fn run(model: &Model, drive: &Drive, duration: f64) -> Trace {
+    let options = Options {
+        rate: RATE,
+        tolerance: 1e-14,
+        ..Options::default()
+    };
+    simulate(model, &waveform(drive), duration, &options).unwrap()
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Largest difference of both readings, and of the times of contacts that have ended.
+fn compare(name: &str, trace: &Trace, twin: &Run, tolerance: f64) {
+    let p = largest_difference(&trace.proof_mass, &twin.proof_mass);
+    let c = largest_difference(&trace.cantilever, &twin.cantilever);
+    println!(
+        "{name}: {p:.1e} m, {c:.1e} m, {} contacts",
+        trace.contacts.len()
+    );
+    assert!(p < tolerance && c < tolerance, "{name}: {p:e} m, {c:e} m");
+    for (a, b) in trace.contacts.iter().zip(&twin.contacts) {
+        let apart = (a.0 - b.0).abs().max((a.1 - b.1).abs());
+        assert!(apart < 1e-7, "{name}: contacts {a:?} and {b:?}");
+    }
+}
+
+/// Compares under a drive for 50 ms, and sees that the effect is there.
+fn check(id: &str, values: &[(&str, f64)], effects: Effects, drives: &[Drive]) {
+    for drive in drives {
+        let duration = 0.05;
+        let trace = run(&with(id, values), drive, duration);
+        let twin = Twin::new(effects, drive.clone()).run(duration, RATE);
+        compare(id, &trace, &twin, 1e-9);
+        let plain = run(&Preset::default().model, drive, duration);
+        let moved = largest_difference(&trace.proof_mass, &plain.proof_mass);
+        assert!(moved > 20e-9, "{id} moves nothing: {moved:e} m");
+    }
+}
+
+#[test]
+fn the_twin_without_effects_is_the_baseline() {
+    for drive in [SQUARE, SINE] {
+        let trace = run(&Preset::default().model, &drive, 0.05);
+        let twin = Twin::new(Effects::default(), drive).run(0.05, RATE);
+        compare("baseline", &trace, &twin, 1e-9);
+    }
+}
+
+#[test]
+fn drive_effects() {
+    let effects = Effects {
+        amplifier_tau: 80e-6,
+        ..Effects::default()
+    };
+    check("amplifier_lag", &[("tau", 80e-6)], effects, &[SQUARE]);
+    let effects = Effects {
+        creep: (0.1, 8e-3),
+        ..Effects::default()
+    };
+    let values = [("c", 0.1), ("tau", 8e-3)];
+    check("piezo_creep", &values, effects, &[SQUARE, SINE]);
+}
+
+#[test]
+fn hysteresis_with_memory() {
+    let lines = Drive::Lines(
+        [
+            (0.0, 0.0),
+            (0.005, 7.0),
+            (0.010, -4.0),
+            (0.015, 5.0),
+            (0.020, 1.0),
+            (0.025, 3.0),
+            (0.030, -6.0),
+            (0.034, 2.0),
+            (0.038, -2.0),
+            (0.044, 8.0),
+            (0.050, -8.0),
+        ]
+        .to_vec(),
+    );
+    let effects = Effects {
+        memory: (0.8, 1.3, 9.0),
+        ..Effects::default()
+    };
+    let values = [("s", 0.8), ("w", 1.3), ("v_ref", 9.0)];
+    check(
+        "hysteresis_memory",
+        &values,
+        effects,
+        &[SINE, SQUARE, lines],
+    );
+}
+
+#[test]
+fn forces_on_the_mass() {
+    let none = Effects::default;
+    let both = [SQUARE, SINE];
+    let effects = Effects {
+        electrostatic: (9e-8, 90e-6),
+        ..none()
+    };
+    check(
+        "electrostatic",
+        &[("A", 9e-8), ("g", 90e-6)],
+        effects,
+        &both,
+    );
+    for k3 in [5e4, -2e4] {
+        check(
+            "cubic_stiffness",
+            &[("k3", k3)],
+            Effects { k3, ..none() },
+            &both,
+        );
+    }
+    check(
+        "quadratic_drag",
+        &[("cd", 5e-7)],
+        Effects { cd: 5e-7, ..none() },
+        &both,
+    );
+    let effects = Effects {
+        attraction: (20e-9, 3e-6, 3.0),
+        ..none()
+    };
+    let values = [("A", 20e-9), ("h0", 3e-6), ("n", 3.0)];
+    check("long_range_attraction", &values, effects, &both);
+    let effects = Effects {
+        gravity: 9.80665,
+        ..none()
+    };
+    check("gravity", &[("g", 9.80665)], effects, &both);
+}
+
+#[test]
+fn friction_and_film() {
+    for fc in [3e-9, 25e-9] {
+        let effects = Effects {
+            fc,
+            ..Effects::default()
+        };
+        check("dry_friction", &[("fc", fc)], effects, &[SQUARE, SINE]);
+    }
+    for film_tau in [5e-6, 200e-6] {
+        let effects = Effects {
+            film_tau,
+            ..Effects::default()
+        };
+        check(
+            "film_spring",
+            &[("tau", film_tau)],
+            effects,
+            &[SQUARE, SINE],
+        );
+    }
+}
+
+#[test]
+fn structure_and_base() {
+    let mode = [11e3, 0.01, 4e4, -1.5e4, 5e4];
+    let effects = Effects {
+        mode,
+        ..Effects::default()
+    };
+    let values = [
+        ("f", mode[0]),
+        ("zeta", mode[1]),
+        ("phi_c", mode[2]),
+        ("phi_p", mode[3]),
+        ("phi_d", mode[4]),
+    ];
+    check("extra_mode", &values, effects, &[SQUARE, SINE]);
+    for f in [60.0, 1700.0] {
+        let effects = Effects {
+            base: (30.0, f, 0.7),
+            ..Effects::default()
+        };
+        let values = [("a", 30.0), ("f", f), ("phase", 0.7)];
+        check(
+            "base_vibration",
+            &values,
+            effects,
+            &[SQUARE, SINE, Drive::Rest],
+        );
+    }
+}
+
+#[test]
+fn contact_laws() {
+    for share in [0.0, 1.0] {
+        let effects = Effects {
+            adhesion: (60e-9, 2e-3, share),
+            ..Effects::default()
+        };
+        let values = [("dF", 60e-9), ("tau", 2e-3), ("log_share", share)];
+        check("adhesion_saturation", &values, effects, &[SQUARE, SINE]);
+    }
+    // The mass sticks at every touch of the slow sine: only the square tells.
+    for n in [0.25, -0.3] {
+        let effects = Effects {
+            restitution: (n, 0.05),
+            ..Effects::default()
+        };
+        let values = [("n", n), ("v0", 0.05)];
+        check("velocity_restitution", &values, effects, &[SQUARE]);
+    }
+    // Stuck at 6 ms, in flight at 23 ms.
+    for (height, time) in [(3e-6, 6e-3), (-3e-6, 6e-3), (-5e-6, 23e-3), (90e-6, 17e-3)] {
+        let effects = Effects {
+            step: (height, time),
+            ..Effects::default()
+        };
+        check(
+            "gap_step",
+            &[("h", height), ("t0", time)],
+            effects,
+            &[SQUARE],
+        );
+    }
+}
+
+#[test]
+fn compliant_ground() {
+    for (k, chi, drive) in [(1e4, 10.0, SQUARE), (1e5, 10.0, SINE), (1e5, 2.0, SQUARE)] {
+        let effects = Effects {
+            ground: (k, chi),
+            ..Effects::default()
+        };
+        let duration = 0.03;
+        let trace = run(
+            &with("compliant_ground", &[("k", k), ("chi", chi)]),
+            &drive,
+            duration,
+        );
+        let twin = Twin::new(effects, drive).run(duration, RATE);
+        compare("compliant_ground", &trace, &twin, 1e-9);
+    }
+}
+
+#[test]
+fn readings() {
+    let effects = Effects {
+        sensor_tau: 30e-6,
+        ..Effects::default()
+    };
+    let values = [("tau", 30e-6), ("delay", 0.0)];
+    check("sensor_lag", &values, effects, &[SQUARE, SINE]);
+    let effects = Effects {
+        drift: (2e-6, 0.01, 3e-5),
+        ..Effects::default()
+    };
+    let values = [("a", 2e-6), ("tau", 0.01), ("b", 3e-5)];
+    check("zero_drift", &values, effects, &[SQUARE, SINE]);
+}
