@@ -1,7 +1,7 @@
 //! The hybrid automaton: flight and held phases, events between them, output.
 
-use crate::model::drive::{Segment, Waveform};
 use crate::model::Model;
+use crate::model::drive::{Segment, Waveform};
 
 use super::crossing::first_below;
 use super::device::{Device, dot};
@@ -10,6 +10,9 @@ use super::linear::Oscillator;
 use super::output::{FastModes, Sample, Sink};
 use super::step::{LEVELS, Step, Tables, Touch};
 use super::trace::{Event, EventKind, Trace};
+
+/// No limit of the steps is shorter than this [s]: a run must get on.
+const LEAST_LIMIT: f64 = 1e-7;
 
 /// What the proof mass is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -265,6 +268,13 @@ impl Runner {
         Ok(())
     }
 
+    /// Takes no step longer than `longest` [s] from now on.
+    pub fn limit_step(&mut self, longest: f64) {
+        self.options.longest_step = Some(longest.max(LEAST_LIMIT));
+        [self.flight_tables, self.held_tables] = tables(&self.device, &self.options);
+        self.level = 0;
+    }
+
     /// Changes the drive from now on.
     ///
     /// # Errors
@@ -318,7 +328,7 @@ impl Runner {
         if pull.abs() > self.device.friction {
             self.sliding = pull.signum();
         } else {
-            self.to_held(x);
+            self.hold_at(x);
             self.sliding = 0.0;
             self.phase = Phase::Stuck { level: x };
         }
@@ -334,13 +344,13 @@ impl Runner {
 
     /// From flight coordinates to held ones on the ground.
     fn land(&mut self, since: f64, level: f64) {
-        self.to_held(level);
+        self.hold_at(level);
         self.sliding = 0.0;
         self.phase = Phase::Held { since, level };
     }
 
     /// From flight coordinates to held ones.
-    fn to_held(&mut self, level: f64) {
+    fn hold_at(&mut self, level: f64) {
         let held = &self.device.held;
         let m = self.r.len();
         for k in 0..m {
@@ -937,11 +947,13 @@ fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
 /// Tables of both phases; levels have the same length in both.
 pub(super) fn tables(device: &Device, options: &Options) -> [Tables; 2] {
     let structure = device.longest_step();
-    let longest = options.fixed_step.unwrap_or(if structure.is_finite() {
+    let by_itself = if structure.is_finite() {
         structure
     } else {
         64.0 / options.rate
-    });
+    };
+    let limit = options.longest_step.unwrap_or(f64::INFINITY);
+    let longest = options.fixed_step.unwrap_or(by_itself.min(limit));
     let none = vec![0.0; device.held_modes.len()];
     [
         Tables::new(
