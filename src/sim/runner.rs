@@ -1,7 +1,7 @@
 //! The hybrid automaton: flight and held phases, events between them, output.
 
-use crate::model::drive::{Segment, Waveform};
 use crate::model::Model;
+use crate::model::drive::{Segment, Waveform};
 
 use super::crossing::first_below;
 use super::device::{Device, dot};
