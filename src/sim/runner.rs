@@ -318,7 +318,7 @@ impl Runner {
         if pull.abs() > self.device.friction {
             self.sliding = pull.signum();
         } else {
-            self.to_held(x);
+            self.hold_at(x);
             self.sliding = 0.0;
             self.phase = Phase::Stuck { level: x };
         }
@@ -334,13 +334,13 @@ impl Runner {
 
     /// From flight coordinates to held ones on the ground.
     fn land(&mut self, since: f64, level: f64) {
-        self.to_held(level);
+        self.hold_at(level);
         self.sliding = 0.0;
         self.phase = Phase::Held { since, level };
     }
 
     /// From flight coordinates to held ones.
-    fn to_held(&mut self, level: f64) {
+    fn hold_at(&mut self, level: f64) {
         let held = &self.device.held;
         let m = self.r.len();
         for k in 0..m {
