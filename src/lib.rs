@@ -6,6 +6,7 @@
 
 pub mod app;
 pub mod cli;
+pub mod diagnose;
 pub mod fit;
 pub mod model;
 pub mod recording;

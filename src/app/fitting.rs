@@ -8,7 +8,8 @@ use eframe::egui::Context;
 
 use super::job::Job;
 use super::setup::{Overlay, OverlayId, Setup};
-use crate::fit::{Control, FitOptions, FitResult, Part, Progress, default_free, fit};
+use crate::fit::profile::ProfilePoint;
+use crate::fit::{Control, FitOptions, FitResult, Part, Progress, default_free, fit, profile_of};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
 
@@ -40,9 +41,25 @@ pub struct Fitting {
     pub result: Option<Arc<FitResult>>,
     /// Why there is none.
     pub error: Option<String>,
+    /// The profile of one parameter.
+    pub profile: Profile,
     /// Whether the curves show the fit while it runs and until it is applied or dropped.
     pub shown: bool,
 }
+
+/// A profile likelihood on request.
+#[derive(Debug, Clone, Default)]
+pub struct Profile {
+    /// The parameter that is chosen.
+    pub id: Option<String>,
+    /// The profile in work.
+    pub job: Option<Job<Progress, Vec<ProfilePoint>>>,
+    /// The last one, with its parameter.
+    pub result: Option<(String, Result<Vec<ProfilePoint>, String>)>,
+}
+
+/// Shifts of a profile in standard errors of the parameter.
+const SHIFTS: [f64; 9] = [-3.0, -2.0, -1.2, -0.5, 0.0, 0.5, 1.2, 2.0, 3.0];
 
 impl Fitting {
     /// Ids of the parameters to move: those ticked, less the locked.
@@ -105,6 +122,10 @@ impl Fitting {
         if start.as_deref() != Some(&setup.preset.model) {
             self.shown = false;
         }
+        if let Some(points) = self.profile.job.as_ref().and_then(Job::take) {
+            self.profile.job = None;
+            self.profile.result = self.profile.id.clone().map(|id| (id, points));
+        }
         let Some(result) = self.job.as_ref().and_then(Job::take) else {
             return;
         };
@@ -133,6 +154,47 @@ impl Fitting {
             model.set(id, *value).ok()?;
         }
         model.check().is_ok().then_some(model)
+    }
+
+    /// Starts the profile of the chosen parameter around the last result.
+    pub fn start_profile(&mut self, setup: &Setup, context: &Context) {
+        let (Some(result), Some(id)) = (self.result.clone(), self.profile.id.clone()) else {
+            return;
+        };
+        let Some(parameter) = result.parameters.iter().find(|p| p.id == id) else {
+            return;
+        };
+        // Coordinates are logarithms where the table says so, and about that elsewhere.
+        let relative = (parameter.std_error / parameter.value.abs()).clamp(1e-6, 0.3);
+        let shifts = SHIFTS.map(|s| s * relative);
+        let options = FitOptions {
+            free: self.moved.0.clone(),
+            ..FitOptions::for_model(&result.model)
+        };
+        let overlays = setup.overlays.iter();
+        let train: Vec<Arc<Recording>> = overlays
+            .filter(|overlay| self.role(overlay) == Role::Train)
+            .map(aligned)
+            .collect();
+        let splits = !setup.overlays.iter().any(|o| self.role(o) == Role::HeldOut);
+        self.profile.result = None;
+        self.profile.job = Some(Job::start("profile", context, move |desk| {
+            let cut = |r| {
+                if splits {
+                    Part::split(r).0
+                } else {
+                    Part::whole(r)
+                }
+            };
+            let parts: Vec<Part> = train.into_iter().map(cut).collect();
+            let report = |progress: &Progress| desk.report(progress.clone());
+            let control = Control {
+                cancel: desk.cancel(),
+                progress: &report,
+            };
+            let points = profile_of(&result.model, &parts, &id, &shifts, &options, &control);
+            points.map_err(|e| e.to_string())
+        }));
     }
 
     /// Gives the device the fitted values.

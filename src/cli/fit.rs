@@ -171,7 +171,11 @@ fn summary(result: &FitResult) -> String {
             "{:<22} {:>16} {:>14} {:>16}{}",
             p.id,
             write(p.value, 5),
-            write(p.std_error, 2),
+            if p.std_error.is_finite() {
+                write(p.std_error, 2)
+            } else {
+                "not told".to_owned()
+            },
             write(p.start, 4),
             if p.at_bound { "  at its bound" } else { "" }
         ));

@@ -5,10 +5,11 @@ use super::error::FitError;
 use super::global::search;
 use super::options::FitOptions;
 use super::prepare::{Part, Prepared, look, prepare};
+use super::profile::{ProfilePoint, profile};
 use super::result::{FitResult, Misfit, misfits, uncertainty};
 use super::revise::{revise, set_suspects_aside};
 use super::robust::Huber;
-use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
+use super::solve::{Clock, Control, Plan, Point, improve, normal_equations, settle, threshold};
 use super::space::Space;
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
@@ -59,7 +60,8 @@ pub fn fit(
             Err(error) => return Err(error),
         }
     }
-    let (prepared, best) = search(model, train, &findings, options, control)?;
+    let (prepared, mut best) = search(model, train, &findings, options, control)?;
+    forget_untold(model, &prepared, &mut best)?;
     let train = misfits(&prepared, &best)?;
     let mut result = uncertainty(start, &prepared, &best, train.0.chi2)?;
     if !held_out.is_empty() {
@@ -68,6 +70,24 @@ pub fn fit(
     result.train = train;
     result.cancelled = control.cancelled();
     Ok(result)
+}
+
+/// Parameters on which nothing that was read depends go back to where they began: on the
+/// way to the fit they may have wandered.
+fn forget_untold(model: &Model, prepared: &Prepared, best: &mut Point) -> Result<(), FitError> {
+    let problem = &prepared.problem;
+    let space = &problem.space;
+    let huber = threshold(problem, best)?;
+    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber)?;
+    let (normal, _) = normal_equations(problem, &best.x, &reduced, huber);
+    let start = space.coordinates(model);
+    for (i, entry) in space.entries.iter().enumerate() {
+        let range = entry.high - entry.low;
+        if normal[(i, i)] * range * range < 1.0 {
+            best.x[i] = start[i];
+        }
+    }
+    Ok(())
 }
 
 /// Distance between `model` and `parts`, its parameters frozen: initial states of the
@@ -155,4 +175,24 @@ pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, Sim
         .collect();
     let square: f64 = misses.iter().map(|d| d * d).sum();
     Ok((!misses.is_empty()).then(|| (square / misses.len() as f64).sqrt()))
+}
+
+/// Profile of the parameter `id` around the fitted `model`: the best cost with it held at
+/// each of `shifts` of its coordinate, all else fitted anew.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used or the parameter is not free.
+pub fn profile_of(
+    model: &Model,
+    parts: &[Part],
+    id: &str,
+    shifts: &[f64],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Vec<ProfilePoint>, FitError> {
+    let space = Space::new(model, &options.free)?;
+    let findings = look(model, parts);
+    let prepared = prepare(model, &space, parts, &findings, options)?;
+    let point = estimate_states(&prepared, model, options, control)?;
+    profile(&prepared, &point, id, shifts, control)
 }

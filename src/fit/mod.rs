@@ -33,7 +33,7 @@ pub mod timeline;
 pub mod track;
 pub mod validate;
 
-pub use engine::{fit, free_run, judge};
+pub use engine::{fit, free_run, judge, profile_of};
 pub use error::FitError;
 pub use options::{FitOptions, FreeNuisances, default_free};
 pub use prepare::Part;

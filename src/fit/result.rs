@@ -14,6 +14,8 @@ use crate::sim::{SimError, Stretcher};
 
 /// Correlation from which two parameters count as not told apart.
 const EXTREME: f64 = 0.95;
+/// A standard error of this many ranges of the parameter is none.
+const UNTOLD: f64 = 3.0;
 /// A standard error of this share of the value says that the data hardly tell it.
 const VAGUE: f64 = 0.5;
 
@@ -111,10 +113,12 @@ pub(super) fn uncertainty(
         .map(|i| {
             let entry = &space.entries[i];
             let near = 1e-9 * (1.0 + point.x[i].abs());
+            let range = entry.spec.range.1 - entry.spec.range.0;
+            let told = errors[i] < UNTOLD * range.max(values[i].abs());
             FittedParameter {
                 id: entry.id.clone(),
                 value: values[i],
-                std_error: errors[i],
+                std_error: if told { errors[i] } else { f64::INFINITY },
                 unit: entry.spec.unit,
                 start: start.get(&entry.id).unwrap_or(f64::NAN),
                 at_bound: point.x[i] <= entry.low + near || point.x[i] >= entry.high - near,
@@ -180,6 +184,11 @@ fn remarks(
                 "{} ran into its bound at {}: the data ask for more than the model allows",
                 p.id,
                 format_quantity(p.value, p.unit, 4)
+            ));
+        } else if p.std_error.is_infinite() {
+            out.push(format!(
+                "this data does not tell {}: no event that could be read depends on it",
+                p.id
             ));
         } else if p.std_error > VAGUE * units[i] {
             out.push(format!(

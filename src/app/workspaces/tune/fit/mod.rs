@@ -3,10 +3,13 @@
 
 mod choose;
 mod picture;
+mod profile;
 mod result;
 mod steps;
 
 use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Window};
+
+use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
 
 use super::small;
 use crate::app::command::Command;
@@ -139,6 +142,20 @@ fn obstacle(state: &State) -> Option<String> {
     }
     let problem = state.setup.preset.model.check().err()?;
     Some(problem.to_string())
+}
+
+/// Grid lines at round values, some six across the plot.
+fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
+    uniform_grid_spacer(|input| {
+        let rough = ((input.bounds.1 - input.bounds.0) / 6.0).max(f64::MIN_POSITIVE);
+        let decade = 10f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0]
+            .map(|m| m * decade)
+            .into_iter()
+            .find(|step| *step >= rough)
+            .unwrap_or(10.0 * decade);
+        [step / 5.0, step, 10.0 * step]
+    })
 }
 
 fn heading(ui: &mut Ui, text: &str) {

@@ -4,7 +4,7 @@
 use eframe::egui::{Button, Grid, RichText, Ui};
 
 use super::choose::symbol;
-use super::{heading, picture};
+use super::{heading, picture, profile};
 use crate::app::state::State;
 use crate::app::workspaces::tune::small;
 use crate::fit::{FitResult, FittedParameter, Misfit};
@@ -32,6 +32,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     }
     ui.add_space(6.0);
     picture::correlations(ui, &result);
+    ui.add_space(6.0);
+    profile::show(ui, state, &result);
 }
 
 fn decide(ui: &mut Ui, state: &mut State) {

@@ -2,7 +2,7 @@
 //! and each one's figure.
 
 use eframe::egui::{Button, Grid, RichText, ScrollArea, Ui, Window};
-use egui_plot::{Legend, Line, Plot, PlotPoints, Points};
+use egui_plot::{Corner, Legend, Line, Plot, PlotPoints, Points};
 
 use super::heading;
 use crate::app::identification::Finding;
@@ -149,7 +149,9 @@ fn plot<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
         .height(250.0)
         .x_axis_label(x)
         .y_axis_label(y)
-        .legend(Legend::default())
+        .legend(Legend::default().position(Corner::RightBottom))
+        .x_grid_spacer(super::round_steps())
+        .y_grid_spacer(super::round_steps())
         .allow_scroll(false)
 }
 

@@ -1,0 +1,84 @@
+//! Profile likelihood of a parameter on request: how much worse the fit becomes with it
+//! held elsewhere, all else fitted anew.
+
+use eframe::egui::{ComboBox, Ui};
+use egui_plot::{HLine, Line, Plot, PlotPoints, Points};
+
+use super::choose::symbol;
+use super::heading;
+use crate::app::state::State;
+use crate::app::workspaces::tune::{error_color, small};
+use crate::fit::FitResult;
+use crate::model::unit::prefix_for;
+
+/// Rise of the cost at 95 %: the chi-square of one freedom.
+const CERTAIN: f64 = 3.84;
+
+/// Draws the choice, and the profile that was made last.
+pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
+    heading(ui, "Profile likelihood");
+    let fitting = &mut state.fitting;
+    let ids: Vec<String> = result.parameters.iter().map(|p| p.id.clone()).collect();
+    let Some(first) = ids.first() else {
+        return;
+    };
+    let mut chosen = fitting.profile.id.clone().unwrap_or(first.clone());
+    ui.horizontal(|ui| {
+        ComboBox::from_id_salt("profile parameter")
+            .width(110.0)
+            .selected_text(symbol(&chosen))
+            .show_ui(ui, |ui| {
+                for id in &ids {
+                    ui.selectable_value(&mut chosen, id.clone(), symbol(id));
+                }
+            })
+            .response
+            .on_hover_text("Parameter to vary");
+        fitting.profile.id = Some(chosen);
+        if fitting.profile.job.is_some() {
+            ui.spinner();
+            if ui.button("Cancel the profile").clicked()
+                && let Some(job) = &fitting.profile.job
+            {
+                job.cancel();
+            }
+        } else if ui
+            .button("Profile")
+            .on_hover_text("Hold it at values around the best and fit the rest anew")
+            .clicked()
+        {
+            fitting.start_profile(&state.setup, ui.ctx());
+        }
+    });
+    match &fitting.profile.result {
+        None => {}
+        Some((_, Err(error))) => {
+            ui.colored_label(error_color(ui), error);
+        }
+        Some((id, Ok(points))) => {
+            let unit = result
+                .parameters
+                .iter()
+                .find(|p| p.id == *id)
+                .map_or("", |p| p.unit);
+            let largest = points.iter().fold(0.0f64, |a, p| a.max(p.value.abs()));
+            let (prefix, factor) = prefix_for(largest, unit);
+            let axis = format!("{} [{prefix}{unit}]", symbol(id));
+            let line: Vec<[f64; 2]> = points.iter().map(|p| [p.value / factor, p.rise]).collect();
+            Plot::new("profile")
+                .height(180.0)
+                .x_axis_label(axis)
+                .y_axis_label("rise of the cost")
+                .x_grid_spacer(super::round_steps())
+                .include_y(0.0)
+                .include_y(1.3 * CERTAIN)
+                .allow_scroll(false)
+                .show(ui, |plot| {
+                    plot.line(Line::new("profile", PlotPoints::from(line.clone())).width(1.5));
+                    plot.points(Points::new("fitted anew", line).radius(3.0));
+                    plot.hline(HLine::new("95 %", CERTAIN).width(0.8));
+                });
+            ui.label(small("The line marks 95 %: values below it agree with the data. A flat profile says that the data do not tell the parameter.").weak());
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! Finding the physics that was left out.
+
+pub mod trial;
