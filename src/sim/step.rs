@@ -581,7 +581,8 @@ impl Step {
         for k in 1..S {
             self.inputs.copy_within(0..states, k * states);
         }
-        let mut previous = f64::INFINITY;
+        // Forces and states settle in turn: every other change may be far smaller.
+        let (mut previous, mut older) = (f64::INFINITY, f64::INFINITY);
         for sweep in 0..40 {
             let (force, drive, base) = (self.force, self.drive, self.base);
             self.propagate(table, |i| {
@@ -619,10 +620,10 @@ impl Step {
                 self.propagate_states(table);
                 return Ok(());
             }
-            if sweep > 1 && change > 10.0 * previous {
+            if sweep > 1 && change > 10.0 * previous.max(older) {
                 return Err(Reject);
             }
-            previous = change;
+            (older, previous) = (previous, change);
         }
         Err(Reject)
     }

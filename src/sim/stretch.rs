@@ -105,9 +105,10 @@ impl StretchSimulator {
         self.device.ground_level(t)
     }
 
-    /// Adhesion after `contact_time` \[N\], not negative.
+    /// Force that holds the mass on the ground after `contact_time` \[N\]: adhesion where
+    /// it is not negative, and friction.
     pub fn adhesion(&self, contact_time: f64) -> f64 {
-        self.device.adhesion(contact_time).max(0.0)
+        self.device.adhesion(contact_time).max(0.0) + self.device.friction
     }
 
     /// Coefficient of restitution at an approach speed \[m/s\].
