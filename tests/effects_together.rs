@@ -186,7 +186,7 @@ fn undriven(id: &str, values: &[(&str, f64)]) -> Model {
 
 #[test]
 fn what_dissipates_never_raises_the_energy() {
-    /// Effect, its values, and whether it may be compared after impacts too.
+    /// Effect, its values, and whether its energy counts while it touches too.
     type Case<'a> = (&'a str, &'a [(&'a str, f64)], bool);
     let cases: [Case<'_>; 6] = [
         ("quadratic_drag", &[("cd", 1e-7)], true),
@@ -364,9 +364,9 @@ fn events_and_order_survive_effects() {
             .fold(0.0, f64::max)
     };
     let errors = [160e-6, 80e-6, 40e-6].map(error);
-    println!("{errors:e?}");
+    println!("{errors:?}");
     for pair in errors.windows(2) {
-        assert!(pair[1] < pair[0] / 16.0, "{errors:e?}");
+        assert!(pair[1] < pair[0] / 16.0, "{errors:?}");
     }
-    assert!(errors[0] < 1e-9, "{errors:e?}");
+    assert!(errors[0] < 1e-9, "{errors:?}");
 }
