@@ -6,6 +6,7 @@ use impactscope::model::drive::Waveform;
 use impactscope::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, find};
 use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
+use impactscope::model::unit::parse_quantity;
 use impactscope::sim::{EventKind, Options, Runner, SimError, Trace, simulate};
 
 fn with(id: &str, values: &[(&str, f64)]) -> Model {
@@ -144,6 +145,21 @@ fn effects_stand_in_presets() {
     assert_eq!(read.model.effects.len(), CATALOGUE.len());
     for active in &preset.model.effects {
         assert!(read.model.effects.contains(active), "{}", active.spec.id);
+    }
+}
+
+#[test]
+fn every_parameter_can_be_typed_with_its_unit() {
+    for effect in CATALOGUE {
+        for parameter in effect.parameters {
+            for text in [
+                format!("{}", parameter.default),
+                format!("{} {}", parameter.default, parameter.unit),
+            ] {
+                let value = parse_quantity(&text, parameter.unit).unwrap();
+                assert_eq!(value, parameter.default, "{} {text}", effect.id);
+            }
+        }
     }
 }
 
