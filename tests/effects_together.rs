@@ -378,9 +378,9 @@ fn events_and_order_survive_effects() {
             .fold(0.0, f64::max)
     };
     let errors = [160e-6, 80e-6, 40e-6].map(error);
-    println!("{errors:e?}");
+    println!("{errors:?}");
     for pair in errors.windows(2) {
-        assert!(pair[1] < pair[0] / 16.0, "{errors:e?}");
+        assert!(pair[1] < pair[0] / 16.0, "{errors:?}");
     }
-    assert!(errors[0] < 1e-9, "{errors:e?}");
+    assert!(errors[0] < 1e-9, "{errors:?}");
 }
