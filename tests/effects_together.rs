@@ -202,7 +202,8 @@ fn undriven(id: &str, values: &[(&str, f64)]) -> Model {
 
 #[test]
 fn what_dissipates_never_raises_the_energy() {
-    let cases: [(&str, &[(&str, f64)], bool); 6] = [
+    type Values = &'static [(&'static str, f64)];
+    let cases: [(&str, Values, bool); 6] = [
         ("quadratic_drag", &[("cd", 1e-7)], true),
         ("dry_friction", &[("fc", 10e-9)], true),
         ("dry_friction", &[("fc", 50e-9)], true),
