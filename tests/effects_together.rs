@@ -202,8 +202,9 @@ fn undriven(id: &str, values: &[(&str, f64)]) -> Model {
 
 #[test]
 fn what_dissipates_never_raises_the_energy() {
-    type Values = &'static [(&'static str, f64)];
-    let cases: [(&str, Values, bool); 6] = [
+    /// Effect, its values, and whether its energy counts while it touches too.
+    type Case<'a> = (&'a str, &'a [(&'a str, f64)], bool);
+    let cases: [Case<'_>; 6] = [
         ("quadratic_drag", &[("cd", 1e-7)], true),
         ("dry_friction", &[("fc", 10e-9)], true),
         ("dry_friction", &[("fc", 50e-9)], true),

@@ -16,6 +16,9 @@ const HISTORY: usize = 2_000_000;
 const VIEW: usize = 200_000;
 /// Longest stretch of computing before commands are looked at again.
 const SLICE: Duration = Duration::from_millis(20);
+/// Wall time between two pictures [s]: no step of the run is longer, so that slow motion
+/// moves in each.
+const FRAME: f64 = 1.0 / 60.0;
 /// Device time of one single step [s].
 const SINGLE_STEP: f64 = 1e-4;
 
@@ -58,7 +61,8 @@ impl Live {
         options.max_steps = u64::MAX;
         options.max_events = usize::MAX;
         options.forces = true;
-        let runner = Runner::new(&wish.model, &wish.drive, &options)?;
+        let mut runner = Runner::new(&wish.model, &wish.drive, &options)?;
+        runner.limit_step(FRAME * wish.slow_down);
         let now = Instant::now();
         Ok(Self {
             history: runner.new_trace(),
@@ -133,6 +137,7 @@ impl Live {
             return Ok(());
         }
         if self.pace.2 != wish.slow_down {
+            self.runner.limit_step(FRAME * wish.slow_down);
             self.restart_pace(wish);
         }
         let target = self.pace.1 + self.pace.0.elapsed().as_secs_f64() * wish.slow_down;

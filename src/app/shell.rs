@@ -44,7 +44,7 @@ pub struct Shell {
     workspace: String,
     worker: Worker,
     sent: Option<Wish>,
-    recorded: Option<(OverlayId, Result<Waveform, String>)>,
+    recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
     saved: (Setup, View),
     changed_at: Option<f64>,
     layout: Layout,
@@ -197,19 +197,25 @@ impl Shell {
         let Some(overlay) = overlay else {
             return Err("the recording that drives is gone; choose another drive".to_owned());
         };
+        let shift = overlay.alignment.time_shift;
         if let Some((known, drive)) = &self.recorded
-            && *known == id
+            && *known == (id, shift)
         {
             return drive.clone();
         }
         let name = overlay.recording.name.clone();
         let drive = match overlay.recording.drive_table() {
             None => Err(format!("{name} has no voltage; choose another drive")),
-            Some((time, voltage)) => VoltageTable::from_recording(name, time, voltage)
-                .map(|table| Waveform::Table(Arc::new(table)))
-                .map_err(|error| error.to_string()),
+            // On the recording's clock as it is drawn: shifted.
+            Some((time, voltage)) => VoltageTable::from_recording(
+                name,
+                time.into_iter().map(|t| t + shift).collect(),
+                voltage,
+            )
+            .map(|table| Waveform::Table(Arc::new(table)))
+            .map_err(|error| error.to_string()),
         };
-        self.recorded = Some((id, drive.clone()));
+        self.recorded = Some(((id, shift), drive.clone()));
         drive
     }
 

@@ -50,6 +50,11 @@ pub struct Arguments {
 
 /// Simulates and writes.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
+    if args.out.is_some() && args.out == args.events {
+        return Err(wrong_command(anyhow::anyhow!(
+            "--out and --events name the same file; give two"
+        )));
+    }
     let preset = Preset::load(&args.preset)?;
     let duration = match &args.duration {
         Some(text) => parse_quantity(text, "s")

@@ -15,6 +15,9 @@ pub struct Options {
     /// If set, steps of this length [s] are taken whatever their error, for studies of
     /// convergence.
     pub fixed_step: Option<f64>,
+    /// If set, no step is longer than this [s]: a run that is watched shows what it has
+    /// reached between steps.
+    pub longest_step: Option<f64>,
     /// Whether to record forces.
     pub forces: bool,
     /// Steps after which a run is given up.
@@ -29,6 +32,7 @@ impl Default for Options {
             rate: 50e3,
             tolerance: 1e-12,
             fixed_step: None,
+            longest_step: None,
             forces: false,
             max_steps: 20_000_000,
             max_events: 1_000_000,

@@ -14,6 +14,9 @@ use super::step::{LEVELS, Step, Tables, Touch};
 use super::trace::{Event, EventKind, Trace};
 use contact::Stop;
 
+/// No limit of the steps is shorter than this [s]: a run must get on.
+const LEAST_LIMIT: f64 = 1e-7;
+
 /// What the proof mass is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
@@ -255,6 +258,13 @@ impl Runner {
             }
         }
         Ok(())
+    }
+
+    /// Takes no step longer than `longest` [s] from now on.
+    pub fn limit_step(&mut self, longest: f64) {
+        self.options.longest_step = Some(longest.max(LEAST_LIMIT));
+        [self.flight_tables, self.held_tables] = tables(&self.device, &self.options);
+        self.level = 0;
     }
 
     /// Changes the drive from now on.
@@ -558,11 +568,13 @@ fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
 /// Tables of both phases; levels have the same length in both.
 pub(super) fn tables(device: &Device, options: &Options) -> [Tables; 2] {
     let structure = device.longest_step();
-    let longest = options.fixed_step.unwrap_or(if structure.is_finite() {
+    let by_itself = if structure.is_finite() {
         structure
     } else {
         64.0 / options.rate
-    });
+    };
+    let limit = options.longest_step.unwrap_or(f64::INFINITY);
+    let longest = options.fixed_step.unwrap_or(by_itself.min(limit));
     let none = vec![0.0; device.held_modes.len()];
     [
         Tables::new(

@@ -4,7 +4,7 @@
 use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{Align2, FontSelection, Id, Key, Margin, Response, StrokeKind, TextEdit, Ui};
 
-use crate::model::unit::{format_quantity, parse_quantity};
+use crate::model::unit::{format_quantity, parse_quantity, prefix_for};
 
 /// A quantity to be shown and typed.
 pub struct QuantityField<'a> {
@@ -42,6 +42,23 @@ struct Draft {
     error: Option<String>,
 }
 
+/// What a number without a unit means: SI, or the unit that the field shows, whichever is
+/// nearer to the value that stands there. `72` in a field of 70 um is 72 um, `7e-5` too.
+fn meant(text: &str, value: f64, now: f64, unit: &str) -> f64 {
+    let bare = text.trim().parse::<f64>().is_ok();
+    let (_, factor) = prefix_for(now, unit);
+    if !bare || factor == 1.0 || now == 0.0 || value == 0.0 {
+        return value;
+    }
+    let far = |value: f64| (value / now).abs().ln().abs();
+    let shown = value * factor;
+    if far(shown) < far(value) {
+        shown
+    } else {
+        value
+    }
+}
+
 impl QuantityField<'_> {
     /// Draws the field. A typed value is taken on Enter, Tab or a click elsewhere if
     /// `check` has nothing against it; Escape gives up.
@@ -56,12 +73,19 @@ impl QuantityField<'_> {
         {
             draft = None;
         }
+        // A failed attempt that stands in the field is given up by Escape from anywhere.
+        if !focused && ui.input(|i| i.key_pressed(Key::Escape)) {
+            draft = None;
+        }
         let mut text = match &draft {
             Some(draft) => draft.text.clone(),
             None => format_quantity(self.value, self.unit, 4),
         };
         let read = |text: &str| match parse_quantity(text, self.unit) {
-            Ok(value) => check(value).map_or(Ok(value), Err),
+            Ok(value) => {
+                let value = meant(text, value, self.value, self.unit);
+                check(value).map_or(Ok(value), Err)
+            }
             Err(error) => Err(error.to_string()),
         };
         let wrong = draft
