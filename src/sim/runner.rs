@@ -1,15 +1,18 @@
 //! The hybrid automaton: flight and held phases, events between them, output.
 
 use crate::model::Model;
+mod contact;
+mod emit;
+
 use crate::model::drive::{Segment, Waveform};
 
-use super::crossing::first_below;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
 use super::linear::Oscillator;
-use super::output::{FastModes, Sample, Sink};
+use super::output::Sink;
 use super::step::{LEVELS, Step, Tables, Touch};
 use super::trace::{Event, EventKind, Trace};
+use contact::Stop;
 
 /// No limit of the steps is shorter than this [s]: a run must get on.
 const LEAST_LIMIT: f64 = 1e-7;
@@ -27,17 +30,6 @@ enum Phase {
     Stuck {
         level: f64,
     },
-}
-
-/// What ends a step of flight early.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Stop {
-    /// The mass meets the ground.
-    Hit,
-    /// It leaves a compliant ground.
-    Leave,
-    /// Its velocity comes to zero, where friction turns.
-    Turn,
 }
 
 /// A device in motion that can be advanced piece by piece and changed on the way.
@@ -306,42 +298,6 @@ impl Runner {
         }
     }
 
-    /// Sets out in flight with friction: the mass slides as it moves, or as it is pulled,
-    /// or is held.
-    fn set_out(&mut self) {
-        if self.device.friction == 0.0 {
-            self.sliding = 0.0;
-            return;
-        }
-        let (x, v) = self.proof_mass();
-        self.sliding = if v == 0.0 { 0.0 } else { v.signum() };
-        if v == 0.0 {
-            self.turn(x);
-        }
-    }
-
-    /// The mass is at rest at `x` for an instant, in flight coordinates: friction holds it,
-    /// or it slides the way it is pulled.
-    fn turn(&mut self, x: f64) {
-        self.place(x, 0.0);
-        let pull = self.pull_if_held() + self.reaction(x, 0.0, self.t);
-        if pull.abs() > self.device.friction {
-            self.sliding = pull.signum();
-        } else {
-            self.hold_at(x);
-            self.sliding = 0.0;
-            self.phase = Phase::Stuck { level: x };
-        }
-    }
-
-    /// Force of a compliant ground on the mass at `x` with velocity `v`, 0 out of contact.
-    fn reaction(&self, x: f64, v: f64, t: f64) -> f64 {
-        self.touch.map_or(0.0, |touch| {
-            self.device
-                .contact_force(touch.level - x, -v, t - touch.since)
-        })
-    }
-
     /// From flight coordinates to held ones on the ground.
     fn land(&mut self, since: f64, level: f64) {
         self.hold_at(level);
@@ -400,47 +356,6 @@ impl Runner {
         if self.device.has_effects() {
             self.follow_ground(trace)?;
         }
-        Ok(())
-    }
-
-    /// An effect may have moved the ground: a mass above is lifted with it, one that lay on
-    /// it loses it.
-    fn follow_ground(&mut self, trace: &mut Trace) -> Result<(), SimError> {
-        let level = self.device.ground_level(self.t);
-        if let Phase::Held { since, level: old } = self.phase {
-            if level > old {
-                self.lift(old);
-                self.place(level, 0.0);
-                self.land(since, level);
-            } else if level < old {
-                let pull = self.pull_at_rest(old);
-                self.release(since, old, pull, trace)?;
-            }
-            return Ok(());
-        }
-        let height = match (self.touch, self.phase) {
-            (Some(touch), _) if touch.level == level => return Ok(()),
-            (_, Phase::Stuck { level: at }) if at >= level && self.touch.is_none() => {
-                return Ok(());
-            }
-            (None, Phase::Flight) if self.proof_mass().0 >= level => return Ok(()),
-            (touch, _) => touch.map(|touch| touch.level - level),
-        };
-        if let Phase::Stuck { level: at } = self.phase {
-            self.lift(at);
-            self.phase = Phase::Flight;
-        }
-        let (x, v) = self.proof_mass();
-        match height {
-            // In a compliant ground it keeps its depth as it is lifted.
-            Some(fall) if fall < 0.0 => {
-                self.place(x - fall, v);
-                self.touch = self.touch.map(|touch| Touch { level, ..touch });
-            }
-            Some(_) => self.leave(trace)?,
-            None => self.place(level, v.max(0.0)),
-        }
-        self.set_out();
         Ok(())
     }
 
@@ -596,84 +511,6 @@ impl Runner {
         }
     }
 
-    /// What first ends a step of flight before `end`, and at which fraction.
-    fn first_stop(&self, h: f64, end: f64) -> Option<(f64, Stop)> {
-        let contact = match self.touch {
-            Some(touch) => self.first_leave(touch, end).map(|s| (s, Stop::Leave)),
-            None if self.device.ground.is_some() => self.first_hit(h, end).map(|s| (s, Stop::Hit)),
-            None => None,
-        };
-        if self.device.friction == 0.0 {
-            return contact;
-        }
-        let end = contact.map_or(end, |(s, _)| s);
-        self.flight
-            .first_turn(&self.device.phi_p, end)
-            .map(|s| (s, Stop::Turn))
-            .or(contact)
-    }
-
-    /// Fraction of the step at which the mass comes up to a compliant ground's level.
-    fn first_leave(&self, touch: Touch, end: f64) -> Option<f64> {
-        let smooth = self.flight.smooth(&self.device.phi_p);
-        let depth =
-            |s: f64| touch.level - smooth.value(s) - self.flight.fast_at(&self.device.phi_p, s);
-        first_below(depth, end, 1e-10 * touch.level.abs())
-    }
-
-    /// Contact with a compliant ground begins.
-    fn enter(&mut self, v: f64, trace: &mut Trace) -> Result<(), SimError> {
-        let level = self.device.ground_level(self.t);
-        let since = self.t;
-        self.touch = Some(Touch { level, since });
-        Sink::open_contact(trace, since, since);
-        let pull = self.pull_if_held();
-        self.report(trace, EventKind::Stick, [v; 2], pull, 0.0)
-    }
-
-    /// Contact with a compliant ground ends.
-    fn leave(&mut self, trace: &mut Trace) -> Result<(), SimError> {
-        let Some(touch) = self.touch.take() else {
-            return Ok(());
-        };
-        Sink::open_contact(trace, touch.since, self.t);
-        let (_, v) = self.proof_mass();
-        let pull = self.pull_if_held();
-        let duration = self.t - touch.since;
-        self.report(trace, EventKind::Release, [v; 2], pull, duration)
-    }
-
-    /// Held by friction, away from a rigid ground.
-    fn rest(&mut self, level: f64, trace: &mut Trace) -> Result<(), SimError> {
-        let net = self.pull_at_rest(level) + self.reaction(level, 0.0, self.t);
-        if net.abs() > self.device.friction {
-            self.slide(level, net);
-            return Ok(());
-        }
-        let h = self.step(trace)?;
-        let end = ((self.segment.end - self.t) / h).min(1.0);
-        let net = |s: f64| self.held_pull(s, level) + self.reaction(level, 0.0, self.t + s * h);
-        let freed =
-            first_below(|s| self.device.friction - net(s).abs(), end, 0.0).map(|s| (s, net(s)));
-        let s = freed.map_or(end, |(s, _)| s);
-        self.emit_held(h, s, None, level, trace);
-        self.take_held(h, s, freed.is_none());
-        if let Some(touch) = self.touch {
-            Sink::open_contact(trace, touch.since, self.t);
-        }
-        if let Some((_, net)) = freed {
-            self.slide(level, net);
-        }
-        Ok(())
-    }
-
-    /// Friction no longer holds the mass against the force `net`.
-    fn slide(&mut self, level: f64, net: f64) {
-        self.lift(level);
-        self.sliding = net.signum();
-        self.phase = Phase::Flight;
-    }
-
     /// Takes over the held state at fraction `s` of the step.
     fn take_held(&mut self, h: f64, s: f64, whole: bool) {
         if s >= 1.0 {
@@ -695,222 +532,6 @@ impl Runner {
         } else {
             self.t + s * h
         }
-    }
-
-    /// Fraction of the step at which the mass meets the ground.
-    fn first_hit(&self, h: f64, end: f64) -> Option<f64> {
-        let step = &self.flight;
-        let ground = self.device.ground_level(self.t);
-        let lowest = step.xp.iter().fold(f64::INFINITY, |a, &x| a.min(x));
-        let fastest = step.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-        // Points are at most 0.33 h apart, two radians of the fastest mode, whose greatest
-        // velocity they miss by less than half. An effect may move the ground: then look.
-        let far = lowest - ground > 0.35 * h * fastest;
-        if far && !self.device.has_effects() {
-            return None;
-        }
-        let smooth = step.smooth(&self.device.phi_p);
-        let slack = 1e-10 * ground.abs();
-        let gap = |s: f64| {
-            let x = smooth.value(s) + step.fast_at(&self.device.phi_p, s);
-            x - self.device.ground_level(self.t + s * h)
-        };
-        first_below(gap, end, slack)
-    }
-
-    fn impact(&mut self, v: f64, trace: &mut Trace) -> Result<(), SimError> {
-        let level = self.device.ground_level(self.t);
-        let before = v.min(0.0);
-        let after = -self.device.restitution(-before) * before;
-        self.place(level, after);
-        let pull = self.pull_if_held();
-        if pull > self.threshold(0.0) {
-            self.sliding = 1.0;
-            return self.report(trace, EventKind::Impact, [before, after], pull, 0.0);
-        }
-        self.place(level, 0.0);
-        self.land(self.t, level);
-        Sink::open_contact(trace, self.t, self.t);
-        self.report(trace, EventKind::Stick, [before, 0.0], pull, 0.0)
-    }
-
-    /// Eq (13) in flight coordinates.
-    fn pull_if_held(&self) -> f64 {
-        let voltage = self.segment.shape.voltage(self.t);
-        let mut at = self
-            .device
-            .flight_kinematics(self.t, voltage, &self.q, &self.v);
-        let branch = self.segment.branch;
-        let drive = self.device.drive_force(&mut at, branch, &self.z);
-        (at.vp, at.film) = (0.0, 0.0);
-        let on_mass = self.device.force_on_held(&at, &self.z);
-        self.device.pull_flight(&self.q, &self.v, drive, on_mass)
-    }
-
-    /// Pull-off force now, of the mass held at `level`.
-    fn pull_at_rest(&self, level: f64) -> f64 {
-        let voltage = self.segment.shape.voltage(self.t);
-        let device = &self.device;
-        let mut at = device.held_kinematics(self.t, voltage, level, &self.r, &self.dr);
-        let drive = device.drive_force(&mut at, self.segment.branch, &self.z);
-        let on_mass = device.force_on_held(&at, &self.z);
-        device.pull_held(&self.r, &self.dr, level, drive, on_mass)
-    }
-
-    fn hold(&mut self, since: f64, level: f64, trace: &mut Trace) -> Result<(), SimError> {
-        let pull = self.pull_at_rest(level);
-        if pull > self.threshold(self.t - since) {
-            return self.release(since, level, pull, trace);
-        }
-        let h = self.step(trace)?;
-        let end = ((self.segment.end - self.t) / h).min(1.0);
-        let freed = self.first_release(h, end, since, level);
-        let s = freed.map_or(end, |(s, _)| s);
-        self.emit_held(h, s, Some(since), level, trace);
-        self.take_held(h, s, freed.is_none());
-        Sink::open_contact(trace, since, self.t);
-        match freed {
-            Some((_, pull)) => self.release(since, level, pull, trace),
-            None => Ok(()),
-        }
-    }
-
-    /// Pull-off force that frees the mass after `contact_time` [s]: friction holds it too.
-    fn threshold(&self, contact_time: f64) -> f64 {
-        self.device.adhesion(contact_time).max(0.0) + self.device.friction
-    }
-
-    /// Fraction of the held step at which the pull-off force exceeds adhesion, and the force.
-    fn first_release(&self, h: f64, end: f64, since: f64, level: f64) -> Option<(f64, f64)> {
-        let step = &self.held;
-        let margin: [f64; super::nodes::S] = std::array::from_fn(|k| {
-            let t = self.t + super::nodes::NODES[k] * h;
-            self.threshold(t - since) - step.force[k]
-        });
-        let lowest = margin.iter().fold(f64::INFINITY, |a, &b| a.min(b));
-        let highest = margin.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
-        if lowest > 0.75 * (highest - lowest) {
-            return None;
-        }
-        let pull = |s: f64| self.held_pull(s, level);
-        first_below(
-            |s| self.threshold(self.t + s * h - since) - pull(s),
-            end,
-            0.0,
-        )
-        .map(|s| (s, pull(s)))
-    }
-
-    /// Pull-off force at fraction `s` of the held step.
-    fn held_pull(&self, s: f64, level: f64) -> f64 {
-        self.held
-            .held_pull(&self.device, &self.segment, self.t, s, level)
-    }
-
-    fn release(
-        &mut self,
-        since: f64,
-        level: f64,
-        pull: f64,
-        trace: &mut Trace,
-    ) -> Result<(), SimError> {
-        self.slide(level, 1.0);
-        Sink::open_contact(trace, since, self.t);
-        self.report(trace, EventKind::Release, [0.0; 2], pull, self.t - since)
-    }
-
-    /// Voltage when a sample is taken that shows the device at `t`.
-    #[inline]
-    fn voltage_when_taken(&self, t: f64) -> f64 {
-        if self.delay > 0.0 {
-            self.drive.voltage(t + self.delay)
-        } else {
-            self.segment.shape.voltage(t)
-        }
-    }
-
-    /// Samples of a flight step up to fraction `s`.
-    fn emit_flight(&mut self, h: f64, s: f64, trace: &mut Trace) {
-        let delay = self.delay;
-        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample, delay);
-        if sink.is_empty() {
-            return;
-        }
-        let device = &self.device;
-        let p = self.flight.smooth(&device.phi_p);
-        let c = self.flight.smooth(&device.phi_c);
-        let mut fast = FastModes::new(&self.flight.swings, &self.flight_sampling);
-        while let Some((t, s)) = sink.next() {
-            fast.advance(s * h);
-            if t < self.t {
-                // A late sample of before the start shows the start.
-                fast.restart();
-            }
-            let states = device.has_effects().then(|| self.flight.states_at(s));
-            let (xp, vp) = fast.add(p.value_and_slope(s, h), &device.phi_p);
-            let (xc, vc) = if device.has_cantilever {
-                fast.add(c.value_and_slope(s, h), &device.phi_c)
-            } else {
-                (0.0, 0.0)
-            };
-            let sample = Sample {
-                t,
-                xp,
-                vp,
-                xc,
-                vc,
-                pull: None,
-                friction: -device.friction * self.sliding,
-                reaction: self.reaction(xp, vp, t),
-                voltage: self.voltage_when_taken(t),
-                z: states.as_ref().map_or(&[], |states| states.as_slice()),
-            };
-            sample.push(device, &self.segment, trace);
-        }
-        self.next_sample = sink.next_sample();
-    }
-
-    /// Samples of a held step up to fraction `s`; on the ground `since` [s], or held by
-    /// friction.
-    fn emit_held(&mut self, h: f64, s: f64, since: Option<f64>, level: f64, trace: &mut Trace) {
-        let delay = self.delay;
-        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample, delay);
-        if sink.is_empty() {
-            return;
-        }
-        let device = &self.device;
-        let shape = &device.held.cantilever;
-        let base = level * device.anchor_c;
-        let c = self.held.smooth(shape);
-        let mut fast = FastModes::new(&self.held.swings, &self.held_sampling);
-        while let Some((t, s)) = sink.next() {
-            fast.advance(s * h);
-            let states = device.has_effects().then(|| self.held.states_at(s));
-            let (xc, vc) = fast.add(c.value_and_slope(s, h), shape);
-            let reaction = self.reaction(level, 0.0, t);
-            let (mut pull, mut friction) = (None, 0.0);
-            if self.options.forces {
-                let held = self.held_pull(s, level);
-                match since {
-                    Some(since) => pull = Some((held, device.adhesion(t - since).max(0.0))),
-                    None => friction = -held - reaction,
-                }
-            }
-            let sample = Sample {
-                t,
-                xp: level,
-                vp: 0.0,
-                xc: base + xc,
-                vc,
-                pull,
-                friction,
-                reaction,
-                voltage: self.voltage_when_taken(t),
-                z: states.as_ref().map_or(&[], |states| states.as_slice()),
-            };
-            sample.push(device, &self.segment, trace);
-        }
-        self.next_sample = sink.next_sample();
     }
 }
 

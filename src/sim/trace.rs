@@ -5,9 +5,9 @@
 pub enum EventKind {
     /// The mass hit the ground and bounced.
     Impact,
-    /// The mass hit the ground and stuck.
+    /// The mass hit the ground and stuck, or touched a compliant ground.
     Stick,
-    /// The structure pulled the mass off the ground.
+    /// The structure pulled the mass off the ground, or it left a compliant one.
     Release,
     /// The drive stepped, or the hysteresis branch changed with a step in force.
     DriveStep,
@@ -50,11 +50,12 @@ pub struct ForceTraces {
     pub drive: Vec<f64>,
     /// Gas film on the proof mass; 0 in contact.
     pub film: Vec<f64>,
-    /// All effects' forces on the proof mass.
+    /// All effects' forces on the proof mass, friction included.
     pub effects: Vec<f64>,
     /// Adhesion that the ground can exert at this contact time; 0 in flight.
     pub adhesion: Vec<f64>,
-    /// Force of the ground on the held mass; 0 in flight. Negative: it holds it down.
+    /// Force of the ground on the held mass, or on one that has sunk into it; 0 in flight.
+    /// Negative: it holds it down.
     pub ground: Vec<f64>,
     /// Force with which the structure pulls the held mass off, eq (13); 0 in flight.
     pub pull_off: Vec<f64>,

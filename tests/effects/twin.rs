@@ -17,7 +17,7 @@ const CA: f64 = 1.7e-6;
 const CA0: f64 = 0.02743e-6;
 const ALPHA: f64 = 0.378;
 /// Play operators of the hysteresis with memory.
-const PLAYS: usize = 2000;
+const PLAYS: usize = 800;
 
 /// Parameters of the effects; zero is off.
 #[derive(Debug, Clone, Copy, Default)]
