@@ -1,3 +1,5 @@
-//! Finding the physics that was left out.
+//! What was left out: where simulation and recordings differ, why, and the proof.
 
+pub mod calm;
+pub mod noise;
 pub mod trial;

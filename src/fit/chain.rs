@@ -5,6 +5,7 @@
 //! bounce, the force at a release), and how far the instants are from where they were
 //! guessed. Their number does not depend on the unknowns.
 
+use super::colour::Colour;
 use super::segment::{Joint, JointKind, Segment};
 use super::timeline::Kind;
 use crate::recording::Recording;
@@ -57,6 +58,8 @@ pub struct Sigmas {
     pub force: f64,
     /// Of the held cantilever's rest where only the mass was recorded \[m\].
     pub rest: f64,
+    /// Colour of the noise of either reading.
+    pub colour: Colour,
 }
 
 /// What a row is about.
@@ -182,7 +185,8 @@ pub fn run(
     let sim = stretcher.simulator();
     let r = setting.recording;
     let samples = segment.samples.clone();
-    let skew = nuisances.skew;
+    // What a late reading shows happened before.
+    let skew = nuisances.skew - sim.reading_delay();
     let value = |i: usize| segment.value(locals, i);
     let start = r.time[samples.start] + skew;
     let end = r.time[samples.end - 1] + skew;
@@ -232,6 +236,19 @@ pub fn run(
             setting.states.to_vec()
         },
     };
+    if let Some(at) = sim.reading_states() {
+        let begun = |shown: f64, offset: f64, scale: f64, z: &mut f64| {
+            if shown.is_finite() {
+                *z = (shown - offset) / scale;
+            }
+        };
+        let i = samples.start;
+        let n = nuisances;
+        begun(r.proof_mass[i], n.offset_p, n.scale_p, &mut state.z[at]);
+        if let Some(xc) = &r.cantilever {
+            begun(xc[i], n.offset_c, n.scale_c, &mut state.z[at + 1]);
+        }
+    }
     let mut t = start;
     let mut level = sim.ground_level(start);
     let mut held = segment.starts_held.then_some(level);
@@ -367,6 +384,8 @@ pub fn residuals(
             out.push((r.proof_mass[i] - shown) / s.xp);
         }
     }
+    s.colour.whiten(out);
+    let first = out.len();
     if let Some(measured) = &r.cantilever {
         for (i, x) in samples.zip(&xc) {
             if measured[i].is_finite() {
@@ -375,6 +394,7 @@ pub fn residuals(
             }
         }
     }
+    s.colour.whiten(&mut out[first..]);
     let mut encounters = encounters.iter();
     for (joint, prior) in segment.joints.iter().zip(priors) {
         if let JointKind::Event(_) = joint.what

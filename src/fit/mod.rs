@@ -12,6 +12,7 @@
 pub mod chain;
 mod check;
 pub mod cma;
+pub mod colour;
 mod engine;
 pub mod error;
 pub mod global;

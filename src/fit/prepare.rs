@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::chain::Sigmas;
+use super::colour::Colour;
 use super::error::FitError;
 use super::options::FitOptions;
 use super::problem::{Data, FreeNuisance, Nuisance, Problem};
@@ -234,7 +235,7 @@ pub fn prepare(
 
 /// Longest segment \[s\]: some periods of the slowest mode where both points were
 /// recorded, many where only one was.
-fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
+pub fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
     let slowest = simulator
         .flight_omega2()
         .filter(|w| *w > 0.0)
@@ -280,6 +281,7 @@ fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &Findings) -> Si
         velocity: LAW * xp * slowest,
         force: xp * stiffness,
         rest: xp,
+        colour: Colour::WHITE,
     }
 }
 

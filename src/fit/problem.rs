@@ -216,6 +216,24 @@ impl Problem {
         used: &[bool],
         huber: Huber,
     ) -> Result<Vec<Option<Reduced>>, SimError> {
+        self.linearise_with(x, segments, used, huber, &[])
+    }
+
+    /// As [`Self::linearise`], with a column more for each of `probes`: the change of the
+    /// residuals from the model at `x` to that model. Their columns are numbered from
+    /// [`Self::unknowns`] on. A probe that cannot be simulated in a segment has no bearing
+    /// on it.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense at `x`.
+    pub fn linearise_with(
+        &self,
+        x: &[f64],
+        segments: &[Segment],
+        used: &[bool],
+        huber: Huber,
+        probes: &[StretchSimulator],
+    ) -> Result<Vec<Option<Reduced>>, SimError> {
         let base = self.simulator(x)?;
         let mut steps = Vec::with_capacity(self.space.len());
         for (j, entry) in self.space.entries.iter().enumerate() {
@@ -231,11 +249,17 @@ impl Problem {
             steps.push((step, simulator, states));
         }
         let states = self.states(&base, segments);
+        let probes: Vec<(&StretchSimulator, Vec<Vec<f64>>)> = probes
+            .par_iter()
+            .map(|probe| (probe, self.states(probe, segments)))
+            .collect();
         let reduce = |(i, segment): (usize, &Segment)| {
             if !used[i] {
                 return None;
             }
-            self.reduce(x, segment, huber, (&base, &states[i]), |j| {
+            let probes: Vec<(&StretchSimulator, &[f64])> =
+                probes.iter().map(|(p, z)| (*p, &z[i][..])).collect();
+            self.reduce(x, segment, huber, (&base, &states[i]), &probes, |j| {
                 let (step, simulator, states) = &steps[j];
                 (*step, simulator, &states[i][..])
             })
@@ -249,6 +273,7 @@ impl Problem {
         segment: &Segment,
         huber: Huber,
         (base, states): (&StretchSimulator, &[f64]),
+        probes: &[(&StretchSimulator, &[f64])],
         moved: impl Fn(usize) -> (f64, &'a StretchSimulator, &'a [f64]),
     ) -> Option<Reduced> {
         let nuisances = self.nuisances_of(x, segment.recording);
@@ -264,6 +289,7 @@ impl Problem {
         let parameters = self.space.len();
         let mut columns: Vec<usize> = (0..parameters).collect();
         columns.extend(own.iter().map(|i| parameters + i));
+        columns.extend((0..probes.len()).map(|k| self.unknowns() + k));
         let (l, g, m) = (locals.len(), columns.len(), r0.len());
         let height = (m + l).max(l + g + 1);
         let mut a = DMatrix::zeros(height, l + g + 1);
@@ -301,6 +327,13 @@ impl Problem {
                 return None;
             }
             fill(l + parameters + k, &r, step);
+        }
+        let first = l + parameters + own.len();
+        for (k, (simulator, states)) in probes.iter().enumerate() {
+            let mut stretcher = Stretcher::new(simulator);
+            if self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
+                fill(first + k, &r, 1.0);
+            }
         }
         for i in 0..m {
             a[(i, l + g)] = weights[i] * r0[i];

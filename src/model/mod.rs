@@ -83,7 +83,10 @@ impl Model {
             P::Cs | P::Gp | P::Ca | P::Ca0 | P::Alpha | P::Dp => self.has_ground,
             P::Eta => self.piezo.is_some(),
             P::F2 | P::Zeta2 => self.modes.len() >= 2,
-            P::OffsetC => self.has_cantilever,
+            P::OffsetC | P::ShapeC1 => self.has_cantilever,
+            P::ShapeC2 => self.has_cantilever && self.modes.len() >= 2,
+            P::ShapeP2 => self.modes.len() >= 2,
+            P::DriveP => self.piezo.is_some() && self.modes.len() >= 2,
             P::Zeta1 => self.parameters[P::F1] > 0.0,
             P::F1 | P::X0 | P::V0 | P::OffsetP | P::Noise => true,
         }
@@ -92,10 +95,22 @@ impl Model {
     /// The structure with frequencies and dampings from the parameters and the
     /// effects' changes.
     pub fn structure(&self) -> Structure {
+        use ParameterId as P;
         let mut modes = self.modes.clone();
         for (mode, (frequency, zeta)) in modes.iter_mut().zip(MODE_PARAMETERS) {
             mode.frequency = self.parameters[frequency];
             mode.zeta = self.parameters[zeta];
+        }
+        let p = &self.parameters;
+        let factors = [(P::ShapeC1, None), (P::ShapeC2, Some(P::ShapeP2))];
+        for (mode, (c, shape_p)) in modes.iter_mut().zip(factors) {
+            mode.phi_c *= p[c];
+            mode.phi_p *= shape_p.map_or(1.0, |s| p[s]);
+        }
+        if p[P::DriveP] != 0.0 {
+            for mode in &mut modes {
+                mode.phi_drive += p[P::DriveP] * mode.phi_p;
+            }
         }
         Structure {
             modes,

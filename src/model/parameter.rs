@@ -146,6 +146,14 @@ parameter_table! {
         "undamped natural frequency of the first mode; 0 is a free mass", "w1 = 2 pi f1   (eq. 1)";
     F2: "f2", "f2", "frequency, mode 2", "Hz", 6424.0, (1e2, 1e5), (0.0, 1e7), Log, Advanced,
         "undamped natural frequency of the second mode", "w2 = 2 pi f2   (eq. 1)";
+    ShapeC1: "shape_c1", "shape_c1", "cantilever's share in mode 1", "", 1.0, (0.5, 2.0), (-1e3, 1e3), Linear, Advanced,
+        "factor on the first mode's shape at the cantilever's reading, for a reading taken elsewhere or a scale that is off", "xc = shape_c1 phi_c1 q1 + ...   (eq. 1)";
+    ShapeC2: "shape_c2", "shape_c2", "cantilever's share in mode 2", "", 1.0, (0.5, 2.0), (-1e3, 1e3), Linear, Advanced,
+        "factor on the second mode's shape at the cantilever's reading", "xc = ... + shape_c2 phi_c2 q2   (eq. 1)";
+    ShapeP2: "shape_p2", "shape_p2", "proof mass's share in mode 2", "", 1.0, (0.5, 2.0), (-1e3, 1e3), Linear, Advanced,
+        "factor on the second mode's shape at the proof mass: how much it moves there, and how hard an impact rings it", "xp = phi_p1 q1 + shape_p2 phi_p2 q2   (eq. 1)";
+    DriveP: "drive_p", "drive_p", "share of the drive on the proof mass", "", 0.0, (-0.2, 0.2), (-1e3, 1e3), Linear, Advanced,
+        "force of the drive on the proof mass over that on the cantilever: how unevenly it drives the modes", "F_drive on p = drive_p eta gc(V, V')   (eq. 6)";
     X0: "x0", "x0", "initial displacement", "m", 0.0, (-100e-6, 100e-6), ANY, Linear, Advanced,
         "displacement of the proof mass at t = 0, the structure bent as by a force on it", "xp(0) = x0";
     V0: "v0", "v0", "initial velocity", "m/s", 0.0, (-1.0, 1.0), ANY, Linear, Advanced,

@@ -478,14 +478,26 @@ impl Device {
     /// The sensor's reading of a point that is at `x` [m] at time `t`.
     #[inline]
     pub fn reading(&self, x: f64, point: Point, t: f64, z: &[f64]) -> f64 {
-        let x = self.effects.iter().fold(x, |x, e| {
+        self.apparent(x, point, t, z)
+            + match point {
+                Point::ProofMass => self.sensor.offset_p,
+                Point::Cantilever => self.sensor.offset_c,
+            }
+    }
+
+    /// The reading without the sensor's constant offset.
+    #[inline]
+    pub fn apparent(&self, x: f64, point: Point, t: f64, z: &[f64]) -> f64 {
+        self.effects.iter().fold(x, |x, e| {
             e.action
                 .reading(x, point, t, &z[e.first..e.first + e.count])
-        });
-        x + match point {
-            Point::ProofMass => self.sensor.offset_p,
-            Point::Cantilever => self.sensor.offset_c,
-        }
+        })
+    }
+
+    /// Where the extra states stand that are the readings of proof mass and cantilever.
+    pub fn reading_states(&self) -> Option<usize> {
+        let lagged = |e: &&Attached| e.count > 0 && e.action.reads_states();
+        self.effects.iter().find(lagged).map(|e| e.first)
     }
 
     /// Time by which all readings are late [s].

@@ -7,6 +7,7 @@
 
 use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
+use crate::model::sensor::Point;
 use crate::model::structure::Held;
 use crate::model::{MAX_MODES, Model};
 
@@ -98,6 +99,16 @@ impl StretchSimulator {
     /// Squared angular frequencies of the modes in flight \[1/s^2\].
     pub fn flight_omega2(&self) -> impl Iterator<Item = f64> + '_ {
         self.device.flight.iter().map(|o| o.omega2)
+    }
+
+    /// Where the extra states stand that are the readings of proof mass and cantilever.
+    pub fn reading_states(&self) -> Option<usize> {
+        self.device.reading_states()
+    }
+
+    /// Time by which readings are late \[s\].
+    pub fn reading_delay(&self) -> f64 {
+        self.device.reading_delay()
     }
 
     /// Level of the ground at `t` \[m\]; minus infinity without one.
@@ -334,7 +345,8 @@ impl<'a> Stretcher<'a> {
 
     /// Carries `state` from `from` to `to` \[s\], in flight (`held` is `None`) or with the
     /// mass held at a level \[m\]. At each of the increasing `times` within, `out` gets the
-    /// number of the time, `xp` and `xc` \[m\].
+    /// number of the time, and the readings of `xp` and `xc` without the sensor's offsets
+    /// \[m\].
     ///
     /// The drive is a list of segments in order of time; the first and last reach on.
     ///
@@ -411,6 +423,11 @@ impl<'a> Stretcher<'a> {
                             xc += phi_c[i] * x;
                         }
                     }
+                    if device.has_effects() {
+                        let z = step.states_at(s);
+                        xp = device.apparent(xp, Point::ProofMass, at, z.as_slice());
+                        xc = device.apparent(xc, Point::Cantilever, at, z.as_slice());
+                    }
                     out(next, xp, xc);
                     next += 1;
                 }
@@ -445,7 +462,9 @@ impl<'a> Stretcher<'a> {
                 None => self.simulator.flight_points(state),
                 Some(level) => self.simulator.held_points(level, state),
             };
-            out(next, points.xp, points.xc);
+            let xp = device.apparent(points.xp, Point::ProofMass, at, &state.z);
+            let xc = device.apparent(points.xc, Point::Cantilever, at, &state.z);
+            out(next, xp, xc);
             next += 1;
         }
         Ok(())

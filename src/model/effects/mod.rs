@@ -248,6 +248,12 @@ pub trait Action: Send + Sync + fmt::Debug {
         reading
     }
 
+    /// Sensor: whether the effect's two states are the readings of proof mass and
+    /// cantilever, so that a recording tells where they begin.
+    fn reads_states(&self) -> bool {
+        false
+    }
+
     /// Sensor: time by which readings are late as a whole [s], not negative.
     fn reading_delay(&self) -> f64 {
         0.0

@@ -82,6 +82,10 @@ impl Action for SensorLag {
         }
     }
 
+    fn reads_states(&self) -> bool {
+        !self.rates.is_empty()
+    }
+
     fn reading_delay(&self) -> f64 {
         self.delay
     }

@@ -1,0 +1,190 @@
+//! Stretches in which nothing happens at the ground: the mass flies, or it is held.
+//!
+//! Simulated from free initial states they show the forces of flight and the structure's
+//! motion without any law of the ground, and no mistimed impact can spoil them.
+
+use std::ops::Range;
+
+use crate::fit::prepare::{Findings, Prepared, prepare};
+use crate::fit::segment::{Cut, Segment, cut};
+use crate::fit::timeline::{Kind, Timeline};
+use crate::fit::{FitError, FitOptions, Part, space::Space};
+use crate::model::Model;
+use crate::recording::{Recording, quantile_in_place};
+use crate::sim::StretchSimulator;
+
+/// Fewest samples of a stretch.
+const LEAST: usize = 16;
+/// Samples left out on both sides of an event: its instant is known to about one.
+const GUARD: f64 = 1.6;
+/// Flight is trusted from this far above the ground, in units of the noise: nearer, a hop
+/// too small to be seen would pass for flight.
+const CLEAR: f64 = 8.0;
+/// And from at least this far \[m\].
+const LEAST_CLEAR: f64 = 0.25e-6;
+/// How far the zeros of two recordings may be apart \[m\].
+const ZEROS: f64 = 5e-6;
+/// The ground is looked for within this height of the lowest samples \[m\].
+const BOTTOM: f64 = 0.5e-6;
+
+/// Recordings cut into calm stretches.
+#[derive(Debug, Clone)]
+pub struct Calm {
+    /// The problem, and the stretches as its segments.
+    pub prepared: Prepared,
+    /// What happens at the ground in each recording.
+    pub timelines: Vec<Timeline>,
+    /// Share of the samples of each recording that lie in stretches.
+    pub covered: Vec<f64>,
+}
+
+/// A stretch between two events.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interval {
+    /// Its samples, away from the events.
+    pub samples: Range<usize>,
+    /// Whether the mass is on the ground.
+    pub held: bool,
+}
+
+/// The stretches of `recording` between the events of `timeline`. Where the ground's
+/// level is known \[m\], flight is away from it by `clear` \[m\].
+pub fn intervals(
+    recording: &Recording,
+    timeline: &Timeline,
+    samples: &Range<usize>,
+    ground: Option<(f64, f64)>,
+) -> Vec<Interval> {
+    let time = &recording.time;
+    let guard = GUARD * recording.interval();
+    let mut out = Vec::new();
+    let mut begin = f64::NEG_INFINITY;
+    let mut held = timeline.starts_held;
+    let ends = timeline.marks.iter().map(|m| (m.time, Some(m.kind)));
+    let mut add = |samples: Range<usize>, held: bool| {
+        if samples.len() >= LEAST {
+            out.push(Interval { samples, held });
+        }
+    };
+    for (end, kind) in ends.chain([(f64::INFINITY, None)]) {
+        let from = time.partition_point(|&t| t < begin + guard);
+        let to = time.partition_point(|&t| t <= end - guard);
+        let (from, to) = (from.max(samples.start), to.min(samples.end));
+        match ground {
+            Some((level, clear)) if !held => {
+                // Each run of samples that are well above the ground.
+                let low = |i: usize| recording.proof_mass[i] < level + clear;
+                let mut start = from;
+                for i in from..to {
+                    if low(i) {
+                        add(start..i, held);
+                        start = i + 1;
+                    }
+                }
+                add(start..to.max(start), held);
+            }
+            _ => add(from..to.max(from), held),
+        }
+        begin = end;
+        held = matches!(kind, Some(Kind::Touch));
+    }
+    out
+}
+
+/// Level at which the reading is most often when it is low \[m\].
+fn densest_low(xp: &[f64], noise: f64) -> Option<f64> {
+    let mut low: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
+    let bottom = quantile_in_place(&mut low, 2e-3);
+    low.retain(|x| *x < bottom + BOTTOM + 6.0 * noise);
+    low.sort_unstable_by(f64::total_cmp);
+    let mut first = 0;
+    let mut best = (0, 0.0);
+    for last in 0..low.len() {
+        while low[last] - low[first] > 4.0 * noise {
+            first += 1;
+        }
+        if last - first >= best.0 {
+            best = (last - first, low[(first + last) / 2]);
+        }
+    }
+    (best.0 > 0).then_some(best.1)
+}
+
+/// Cuts `parts` into calm stretches for the parameters of `space`, guessed as in `model`.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense, a drive is missing or nothing can be used.
+pub fn prepare_calm(
+    model: &Model,
+    space: &Space,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+) -> Result<Calm, FitError> {
+    let mut prepared = prepare(model, space, parts, findings, options)?;
+    let simulator = StretchSimulator::new(model, &prepared.problem.options)?;
+    let mut known: Vec<f64> = findings.iter().filter_map(|f| f.level.clone().ok()).collect();
+    let common = quantile_in_place(&mut known, 0.5);
+    let mut segments: Vec<Segment> = Vec::new();
+    let mut timelines = Vec::with_capacity(parts.len());
+    let mut covered = Vec::with_capacity(parts.len());
+    for (index, (part, finding)) in parts.iter().zip(findings).enumerate() {
+        let data = &prepared.problem.data[index];
+        let recording = &data.recording;
+        let timeline = match finding.level {
+            Ok(level) => Timeline::new(
+                &recording.time,
+                &recording.proof_mass,
+                level,
+                data.sigmas.xp,
+            ),
+            Err(_) => Timeline::default(),
+        };
+        let noise = data.sigmas.xp;
+        let ground = if finding.level.is_ok() {
+            densest_low(&recording.proof_mass[part.samples.clone()], noise)
+                .map(|level| (level, (CLEAR * noise).max(LEAST_CLEAR)))
+        } else {
+            // It may touch the ground all the same, unseen.
+            common.is_finite().then_some((common, ZEROS))
+        };
+        let lone = recording.cantilever.is_none();
+        let longest = options
+            .longest
+            .unwrap_or_else(|| crate::fit::prepare::default_length(&simulator, lone));
+        let mut samples = 0;
+        for interval in intervals(recording, &timeline, &part.samples, ground) {
+            let quiet = Timeline {
+                marks: Vec::new(),
+                starts_held: interval.held,
+            };
+            let pieces = cut(
+                &Cut {
+                    index,
+                    recording,
+                    track: &data.track,
+                    timeline: &quiet,
+                    simulator: &simulator,
+                    longest,
+                    lone,
+                    noise: data.sigmas.xp,
+                },
+                interval.samples,
+            );
+            for mut segment in pieces {
+                // How it came to be held is not looked at here.
+                segment.settled = false;
+                samples += segment.samples.len();
+                segments.push(segment);
+            }
+        }
+        covered.push(samples as f64 / part.samples.len().max(1) as f64);
+        timelines.push(timeline);
+    }
+    prepared.segments = segments;
+    Ok(Calm {
+        prepared,
+        timelines,
+        covered,
+    })
+}

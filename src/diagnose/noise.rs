@@ -1,0 +1,142 @@
+//! The colour of the readings' noise, from stays on the ground: there the mass is still,
+//! and all that its reading does is the sensor's.
+
+use std::ops::Range;
+
+use super::calm::intervals;
+use crate::fit::colour::Colour;
+use crate::fit::timeline::Timeline;
+use crate::recording::Recording;
+
+/// Stays are looked at in windows this long \[s\].
+const WINDOW: f64 = 6e-3;
+/// Fewest samples of a window.
+const LEAST: usize = 40;
+/// Time after touch that is left out, for what is left of the landing \[s\].
+const LANDING: f64 = 5e-4;
+/// Fewest windows from which a colour is told.
+const ENOUGH: usize = 4;
+/// Shares of the variance that are tried.
+const SHARES: [f64; 12] = [
+    0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 0.9,
+];
+/// Memories that are tried \[samples\].
+const MEMORIES: [f64; 10] = [1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 120.0];
+/// By how much the log-likelihood of a colour must exceed that of white noise.
+const CLEARLY: f64 = 6.0;
+
+/// Noise of a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Factor on the noise estimated from differences of neighbouring samples, which does
+    /// not see slow noise.
+    pub factor: f64,
+    /// Its colour.
+    pub colour: Colour,
+}
+
+/// A stretch of a recording in which the mass is held.
+#[derive(Debug, Clone, Copy)]
+pub struct Stays<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// Its events.
+    pub timeline: &'a Timeline,
+    /// The noise of the proof mass as estimated from neighbouring samples \[m\].
+    pub sigma: f64,
+}
+
+/// Noise of the proof mass's reading from the stays of all recordings, as seen against
+/// each one's own level; white if there are too few.
+pub fn estimate(stays: &[Stays<'_>]) -> Noise {
+    let windows: Vec<Vec<f64>> = stays.iter().flat_map(windows).collect();
+    let white = Noise {
+        factor: 1.0,
+        colour: Colour::WHITE,
+    };
+    if windows.len() < ENOUGH {
+        return white;
+    }
+    let (mut best, mut likelihood) = fit(&windows, Colour::WHITE);
+    likelihood += CLEARLY;
+    for share in SHARES {
+        for memory in MEMORIES {
+            let colour = Colour {
+                share,
+                keep: (-1.0f64 / memory).exp(),
+            };
+            let (noise, l) = fit(&windows, colour);
+            if l > likelihood {
+                (best, likelihood) = (noise, l);
+            }
+        }
+    }
+    best
+}
+
+fn windows(stays: &Stays<'_>) -> Vec<Vec<f64>> {
+    let r = stays.recording;
+    let interval = r.interval();
+    let length = ((WINDOW / interval) as usize).max(LEAST);
+    let skip = (LANDING / interval).ceil() as usize;
+    let mut out = Vec::new();
+    let whole = 0..r.len();
+    for stay in intervals(r, stays.timeline, &whole, None) {
+        if !stay.held {
+            continue;
+        }
+        let Range { mut start, end } = stay.samples;
+        start += skip;
+        while start + LEAST <= end {
+            let to = (start + length).min(end);
+            let values: Vec<f64> = r.proof_mass[start..to]
+                .iter()
+                .filter(|x| x.is_finite())
+                .map(|x| x / stays.sigma)
+                .collect();
+            if values.len() >= LEAST {
+                out.push(values);
+            }
+            start = to;
+        }
+    }
+    out
+}
+
+/// Best size of the noise for a colour, and the log-likelihood; each window has a level
+/// and a slope of its own.
+fn fit(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
+    let (mut sum, mut freedom, mut determinant) = (0.0, 0.0, 0.0);
+    for window in windows {
+        let n = window.len();
+        let mut columns = [vec![1.0; n], (0..n).map(|i| i as f64 / n as f64).collect()];
+        let mut values = window.clone();
+        colour.whiten(&mut values);
+        for i in 0..columns.len() {
+            colour.whiten(&mut columns[i]);
+            if i == 1 {
+                let [first, second] = &mut columns;
+                project(first, second);
+            }
+            project(&columns[i], &mut values);
+        }
+        sum += values.iter().map(|v| v * v).sum::<f64>();
+        freedom += (n - columns.len()) as f64;
+        determinant += colour.log_determinant(n);
+    }
+    let variance = (sum / freedom).max(1e-12);
+    let noise = Noise {
+        factor: variance.sqrt(),
+        colour,
+    };
+    (noise, -0.5 * (freedom * variance.ln() + determinant))
+}
+
+/// Takes from `values` what lies along `direction`.
+fn project(direction: &[f64], values: &mut [f64]) {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let share = dot(direction, values) / dot(direction, direction).max(1e-300);
+    for (v, d) in values.iter_mut().zip(direction) {
+        *v -= share * d;
+    }
+}

@@ -1,0 +1,325 @@
+//! What a diagnosis says, with all that supports it. SI throughout.
+
+use serde::Serialize;
+
+use crate::model::Model;
+
+/// The answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The baseline, re-tuned, is at the noise floor: nothing is named.
+    Adequate,
+    /// The named effects were left out.
+    MissingPhysics,
+    /// Something is there that no effect of the catalogue carries.
+    Unexplained,
+}
+
+/// What the mass is doing in a stretch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Regime {
+    /// In flight, far from the ground.
+    FarFlight,
+    /// In flight near the ground, coming down.
+    NearGroundApproach,
+    /// In flight near the ground, going up.
+    NearGroundDeparture,
+    /// At a bounce or touch.
+    Impact,
+    /// Held on the ground.
+    Contact,
+    /// Pulled off.
+    Release,
+}
+
+impl Regime {
+    /// All, in the order of a cycle.
+    pub const ALL: [Self; 6] = [
+        Self::FarFlight,
+        Self::NearGroundApproach,
+        Self::Impact,
+        Self::Contact,
+        Self::Release,
+        Self::NearGroundDeparture,
+    ];
+
+    /// For people.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::FarFlight => "far flight",
+            Self::NearGroundApproach => "near the ground, coming down",
+            Self::NearGroundDeparture => "near the ground, going up",
+            Self::Impact => "impact",
+            Self::Contact => "contact",
+            Self::Release => "release",
+        }
+    }
+}
+
+/// A fitted parameter of an effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Id within the effect.
+    pub id: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard error, SI; infinite if the data do not tell it.
+    pub std_error: f64,
+    /// SI unit.
+    pub unit: &'static str,
+}
+
+/// An effect that was left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedEffect {
+    /// Id in the catalogue.
+    pub id: String,
+    /// The term of the field.
+    pub name: String,
+    /// How sure, 0 to 1, among all that were weighed.
+    pub probability: f64,
+    /// Largest force over the recordings \[N\]; NaN where the effect is no force.
+    pub size: f64,
+    /// Its parameters.
+    pub parameters: Vec<Estimate>,
+    /// Ids that the data cannot tell from it.
+    pub alike: Vec<String>,
+    /// Sentences on what speaks for it.
+    pub evidence: Vec<String>,
+}
+
+/// An effect that was weighed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Id in the catalogue.
+    pub id: String,
+    /// The term of the field.
+    pub name: String,
+    /// How sure, 0 to 1.
+    pub probability: f64,
+    /// Fall of chi2 over the fitted recordings when it alone is added, as a first
+    /// estimate from the linearised problem.
+    pub score: f64,
+    /// The same after a fit with it; NaN if it was not worth one.
+    pub gain: f64,
+    /// Fall of chi2 over the recordings kept out; NaN if it was not fitted.
+    pub held_out_gain: f64,
+    /// Chi2 per value on the recordings kept out with it; NaN if it was not fitted.
+    pub held_out_chi2: f64,
+    /// What speaks for or against it, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A stretch where simulation and recording differ more than the noise allows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mismatch {
+    /// Name of the recording.
+    pub recording: String,
+    /// Begin \[s\].
+    pub start: f64,
+    /// End \[s\].
+    pub end: f64,
+    /// `xp` or `xc`.
+    pub channel: &'static str,
+    /// What the mass is doing.
+    pub regime: Regime,
+    /// Share of the whole excess of chi2, 0 to 1.
+    pub share: f64,
+}
+
+/// Excess of chi2 per value against one quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marginal {
+    /// What it is drawn against: `xp`, `xp'`, `V`, drive phase, time since contact.
+    pub against: &'static str,
+    /// SI unit of it.
+    pub unit: &'static str,
+    /// Middle of each bin.
+    pub at: Vec<f64>,
+    /// Mean square of the residuals in units of the noise, before.
+    pub before: Vec<f64>,
+    /// The same with the named effects.
+    pub after: Vec<f64>,
+}
+
+/// Force that the baseline lacks, as measured, against one quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceCurve {
+    /// What it is drawn against.
+    pub against: &'static str,
+    /// SI unit of it.
+    pub unit: &'static str,
+    /// Middle of each bin.
+    pub at: Vec<f64>,
+    /// Mean force on the proof mass \[N\].
+    pub force: Vec<f64>,
+    /// Its standard error \[N\].
+    pub std_error: Vec<f64>,
+    /// Force of the named effects in the same bins \[N\]; empty if none acts as a force.
+    pub law: Vec<f64>,
+}
+
+/// Residual of the proof mass over one recording, thinned for a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strip {
+    /// Name of the recording.
+    pub recording: String,
+    /// Whether it was kept out.
+    pub held_out: bool,
+    /// Middle of each bin \[s\].
+    pub time: Vec<f64>,
+    /// Root mean square of the residual in each bin \[m\], baseline; NaN where nothing is
+    /// compared.
+    pub before: Vec<f64>,
+    /// With the named effects.
+    pub after: Vec<f64>,
+    /// Mean of the recording in each bin \[m\], for orientation.
+    pub xp: Vec<f64>,
+    /// Regime that rules the bin.
+    pub regime: Vec<Regime>,
+}
+
+/// A bounce as measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BounceSeen {
+    /// Which recording, numbered through the fitted and then the others.
+    pub recording: usize,
+    /// When \[s\].
+    pub time: f64,
+    /// Speed of approach \[m/s\].
+    pub speed: f64,
+    /// Speed after over speed before.
+    pub ratio: f64,
+    /// Standard error of the ratio.
+    pub ratio_error: f64,
+    /// Time between going below the ground's level and coming above it \[s\].
+    pub dwell: f64,
+    /// Its standard error \[s\].
+    pub dwell_error: f64,
+}
+
+/// A release as measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReleaseSeen {
+    /// Which recording.
+    pub recording: usize,
+    /// When \[s\].
+    pub time: f64,
+    /// How long the mass was on the ground \[s\].
+    pub contact: f64,
+    /// Pull-off force, eq (13) \[N\].
+    pub force: f64,
+    /// Its standard error \[N\].
+    pub force_error: f64,
+}
+
+/// Height of the ground in one stay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelSeen {
+    /// Which recording.
+    pub recording: usize,
+    /// Middle of the stay \[s\].
+    pub time: f64,
+    /// Reading of the mass minus the level in the model \[m\].
+    pub miss: f64,
+    /// Standard error \[m\].
+    pub error: f64,
+}
+
+/// What the events at the ground say.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct EventsSeen {
+    /// Bounces.
+    pub bounces: Vec<BounceSeen>,
+    /// Releases.
+    pub releases: Vec<ReleaseSeen>,
+    /// Stays.
+    pub levels: Vec<LevelSeen>,
+}
+
+/// Distance between simulation and recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Distance {
+    /// Root mean square of (simulation - recording) of the proof mass \[m\].
+    pub rms: f64,
+    /// Mean square of the residuals in units of their noise; 1 where nothing is missing.
+    pub chi2: f64,
+}
+
+/// Before: the re-tuned baseline. After: with the named effects.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BeforeAfter {
+    /// The re-tuned baseline.
+    pub before: Distance,
+    /// With the named effects.
+    pub after: Distance,
+}
+
+/// The proof of one recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProofOf {
+    /// Name of the recording.
+    pub recording: String,
+    /// Whether it was kept out.
+    pub held_out: bool,
+    /// Noise of the proof mass's reading \[m\].
+    pub noise: f64,
+    /// Share of its samples that are compared.
+    pub covered: f64,
+    /// Distances.
+    pub distance: BeforeAfter,
+    /// Correlation of neighbouring residuals, before and after: 0 if white.
+    pub correlation: (f64, f64),
+}
+
+/// A recording that would help.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NextExperiment {
+    /// The drive, as typed on the command line.
+    pub drive: String,
+    /// The two that it would separate; the second may be `nothing`.
+    pub separates: (String, String),
+    /// Expected difference of chi2 for a recording of 0.2 s.
+    pub expected: f64,
+}
+
+/// A diagnosis from beginning to end.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// The answer.
+    pub verdict: Verdict,
+    /// What was left out, strongest first.
+    pub named: Vec<NamedEffect>,
+    /// Every effect that was weighed, most probable first.
+    pub candidates: Vec<Candidate>,
+    /// Where simulation and recordings differ, largest share first.
+    pub mismatch: Vec<Mismatch>,
+    /// Excess against quantities.
+    pub marginals: Vec<Marginal>,
+    /// The force that the baseline lacks.
+    pub forces: Vec<ForceCurve>,
+    /// Residuals over time.
+    pub strips: Vec<Strip>,
+    /// Events at the ground as measured against the baseline.
+    pub events: EventsSeen,
+    /// Noise of the proof mass over all fitted recordings \[m\].
+    pub noise: f64,
+    /// On the recordings that were fitted.
+    pub train: BeforeAfter,
+    /// On those kept out.
+    pub held_out: BeforeAfter,
+    /// One by one.
+    pub proof: Vec<ProofOf>,
+    /// What to record next.
+    pub next_experiment: Option<NextExperiment>,
+    /// The re-tuned baseline.
+    pub baseline: Model,
+    /// The model with the named effects.
+    pub model: Model,
+    /// What limits the answer, and what was done about it: one sentence each.
+    pub remarks: Vec<String>,
+    /// Whether it was cancelled: then it is what was found so far.
+    pub cancelled: bool,
+}
