@@ -2,4 +2,6 @@
 
 pub mod calm;
 pub mod noise;
+pub mod options;
+pub mod result;
 pub mod trial;

@@ -1,0 +1,81 @@
+//! What a diagnosis is asked to do, how it is watched, and why it may fail.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use thiserror::Error;
+
+use crate::fit::FitError;
+use crate::sim::SimError;
+
+/// What a diagnosis is asked to do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiagnoseOptions {
+    /// Ids of effects that are weighed; all of the catalogue if empty.
+    pub candidates: Vec<String>,
+    /// Most effects that are named.
+    pub most: usize,
+    /// Tolerance of the simulation \[m\].
+    pub tolerance: f64,
+}
+
+impl Default for DiagnoseOptions {
+    fn default() -> Self {
+        Self {
+            candidates: Vec::new(),
+            most: 3,
+            tolerance: 1e-11,
+        }
+    }
+}
+
+/// How far a diagnosis has come.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiagnoseProgress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// More about it: the effect that is being fitted.
+    pub detail: String,
+    /// Share of the work that is done, 0 to 1, as far as one can tell.
+    pub done: f64,
+    /// Time left, as far as one can tell.
+    pub remaining: Duration,
+}
+
+/// Means to watch a diagnosis and to end it early.
+#[derive(Clone, Copy)]
+pub struct DiagnoseControl<'a> {
+    /// Set to true, the diagnosis ends soon with what it has found.
+    pub cancel: &'a AtomicBool,
+    /// Called at each step.
+    pub progress: &'a (dyn Fn(&DiagnoseProgress) + Sync),
+}
+
+impl DiagnoseControl<'_> {
+    /// Whether to stop.
+    pub fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+}
+
+/// Why there is no diagnosis.
+#[derive(Debug, Error)]
+pub enum DiagnoseError {
+    /// A recording or the model cannot be used.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// The model cannot be simulated.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// An id is not in the catalogue.
+    #[error("there is no effect \"{id}\"; the catalogue has {known}")]
+    UnknownEffect {
+        /// The id.
+        id: String,
+        /// The ids there are.
+        known: String,
+    },
+    /// There is nothing to diagnose.
+    #[error("give at least one recording to diagnose")]
+    NoRecording,
+}
