@@ -1,7 +1,10 @@
 //! What was left out: where simulation and recordings differ, why, and the proof.
 
+pub mod bench;
 pub mod calm;
+pub mod candidates;
 pub mod noise;
 pub mod options;
 pub mod result;
+pub mod scan;
 pub mod trial;

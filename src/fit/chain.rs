@@ -13,6 +13,8 @@ use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A stay this many samples long is short.
 const SHORT: f64 = 6.0;
+/// A sensor whose memory fades by more than this exponent from sample to sample has none.
+const MEMORY: f64 = 3.0;
 /// By how much less the force at the end of a short stay is trusted.
 const VAGUE: f64 = 30.0;
 
@@ -237,17 +239,23 @@ pub fn run(
         },
     };
     if let Some(at) = sim.reading_states() {
-        let begun = |shown: f64, offset: f64, scale: f64, z: &mut f64| {
-            if shown.is_finite() {
-                *z = (shown - offset) / scale;
-            }
+        // A lag longer than a sample goes on from what was read; a shorter one has no
+        // memory, and must not take over the noise.
+        let lasting = sim.state_rates()[at] * segment.interval < MEMORY;
+        let points = if segment.starts_held {
+            sim.held_points(sim.ground_level(start), &state)
+        } else {
+            sim.flight_points(&state)
         };
-        let i = samples.start;
         let n = nuisances;
-        begun(r.proof_mass[i], n.offset_p, n.scale_p, &mut state.z[at]);
-        if let Some(xc) = &r.cantilever {
-            begun(xc[i], n.offset_c, n.scale_c, &mut state.z[at + 1]);
-        }
+        let i = samples.start;
+        let begun = |x: f64, shown: Option<f64>, offset: f64, scale: f64| match shown {
+            Some(shown) if lasting && shown.is_finite() => (shown - offset) / scale,
+            _ => x,
+        };
+        let xc = r.cantilever.as_ref().map(|xc| xc[i]);
+        state.z[at] = begun(points.xp, Some(r.proof_mass[i]), n.offset_p, n.scale_p);
+        state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
     }
     let mut t = start;
     let mut level = sim.ground_level(start);
