@@ -5,6 +5,8 @@
 
 use std::time::Duration;
 
+use rayon::prelude::*;
+
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
@@ -12,7 +14,7 @@ use crate::fit::prepare::{Findings, look};
 use crate::fit::problem::{Nuisance, Problem};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
-use crate::fit::solve::{Clock, Plan, Point, improve, scales, settle};
+use crate::fit::solve::{Clock, Plan, Point, improve, settle};
 use crate::fit::space::Space;
 use crate::fit::{Control, FitError, FitOptions, FreeNuisances, Part, Progress};
 use crate::model::Model;
@@ -26,8 +28,12 @@ use crate::sim::SimError;
 const SKEW: f64 = 5e-6;
 /// Loss by which fits are compared, in units of the noise.
 pub const LOSS: Huber = Huber(6.0);
+/// Others that are tried where much is left.
+const FILMS: [f64; 3] = [0.5, 0.08, 0.25];
+/// Chi2 per value above which other films are tried.
+const MUCH: f64 = 1.15;
 /// A stretch this many times farther off than nine in ten of the others was misread.
-const OFF: f64 = 6.0;
+const OFF: f64 = 2.5;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 
@@ -173,6 +179,40 @@ impl Bench {
         })
     }
 
+    /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].
+    pub fn epochs(&self) -> Vec<f64> {
+        let mut at = 0.0;
+        let parts = self.train.parts.iter();
+        parts
+            .map(|part| {
+                let (begin, end) = part.recording.span();
+                let epoch = at - begin;
+                at += end - begin;
+                epoch
+            })
+            .collect()
+    }
+
+    /// The same recordings as one series in time: what happens to the ground once, happens
+    /// to all later ones. Those kept out come last.
+    pub fn in_series(&self) -> Self {
+        let mut series = self.clone();
+        let mut epochs = self.epochs();
+        let length = |p: &Part| p.recording.span().1 - p.recording.span().0;
+        let mut at: f64 = self.train.parts.iter().map(length).sum();
+        for (data, epoch) in series.train.calm.prepared.problem.data.iter_mut().zip(&epochs) {
+            data.epoch = *epoch;
+        }
+        epochs.clear();
+        if let Some(held_out) = &mut series.held_out {
+            for (data, part) in held_out.calm.prepared.problem.data.iter_mut().zip(&held_out.parts) {
+                data.epoch = at - part.recording.span().0;
+                at += length(part);
+            }
+        }
+        series
+    }
+
     /// The baseline, re-tuned to the fitted recordings from `model`.
     ///
     /// # Errors
@@ -204,34 +244,58 @@ impl Bench {
         let skews: Vec<usize> = skews(&problem);
         // What acts most comes first: frequencies and dampings of motions that are far off
         // in size would go astray.
-        let stages: [(&[&str], usize); 4] = [
-            (
-                &[
-                    "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
-                ],
-                6,
-            ),
-            (&["Cs", "gp", "shape_p2"], 6),
-            (&["gp"], 8),
-            (&[], 25),
+        let late: [&[&str]; 3] = [
+            &[
+                "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
+            ],
+            &["Cs", "gp", "shape_p2"],
+            &["gp"],
         ];
-        for (late, iterations) in stages {
-            let mut locked: Vec<usize> = late
-                .iter()
-                .filter_map(|id| problem.space.position(id))
-                .collect();
+        for ids in late {
+            let mut locked = positions(&problem, ids);
             if locked.len() == problem.space.len() {
                 continue;
             }
-            if late.len() > 2 {
+            if ids.len() > 2 {
                 locked.extend(&skews);
             }
-            point = self.improve(&problem, point, &locked, iterations, control)?;
+            point = self.improve(&problem, point, &locked, 7, control)?;
+            heal(&problem, &mut point, segments)?;
         }
+        let before = point.clone();
+        point = self.improve(&problem, point, &[], 20, control)?;
         if heal(&problem, &mut point, segments)? {
-            point = self.improve(&problem, point, &[], 15, control)?;
+            point = self.improve(&problem, point, &[], 10, control)?;
         }
-        self.finish(problem, point)
+        let mut best = self.finish(problem, point)?;
+        // Strength and thickness of the film trade against each other along a valley
+        // that may lead astray: other thicknesses are tried where much is left.
+        let thickness = best.problem.space.position("gp");
+        for share in FILMS {
+            let left = best.cost / best.point.rows.max(1) as f64;
+            let Some(at) = thickness.filter(|_| left > MUCH && !control.cancelled()) else {
+                break;
+            };
+            let mut problem = best.problem.clone();
+            let entry = &problem.space.entries[at];
+            let mut x = before.x.clone();
+            let gap = share * best.model.parameters[ParameterId::Dp];
+            x[at] = gap.ln().clamp(entry.low, entry.high);
+            let mut point = settle(&problem, &x, &before.segments, &before.used, LOSS, 2)?;
+            let locked = positions(&problem, &["gp"]);
+            point = self.improve(&problem, point, &locked, 5, control)?;
+            point = self.improve(&problem, point, &[], 20, control)?;
+            if heal(&problem, &mut point, segments)? {
+                point = self.improve(&problem, point, &[], 10, control)?;
+            }
+            problem = best.problem.clone();
+            let other = self.finish(problem, point)?;
+            let per_row = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
+            if per_row(&other) < per_row(&best) {
+                best = other;
+            }
+        }
+        Ok(best)
     }
 
     /// A model with effects, fitted to the fitted recordings from `start`, whose values
@@ -357,33 +421,44 @@ impl Bench {
 /// first guess, or no say, for then an event in them was overlooked. Whether anything
 /// changed.
 fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<bool, SimError> {
-    let all = scales(problem, point)?;
-    let mut known: Vec<f64> = all.iter().copied().filter(|s| s.is_finite()).collect();
-    let usual = quantile_in_place(&mut known, 0.9).max(1.0);
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
-    let mut changed = false;
-    for (i, scale) in all.iter().enumerate() {
-        if !point.used[i] || *scale <= OFF * usual {
-            continue;
-        }
-        changed = true;
-        let nuisances = problem.nuisances_of(&point.x, first[i].recording);
-        let fit = |start: Vec<f64>, huber| {
-            let (segment, z) = (&point.segments[i], &states[i]);
-            problem.refine(segment, z, &simulator, &nuisances, start, huber, 8)
-        };
-        let (loose, _) = fit(first[i].locals.clone(), Huber(1e4));
-        let (locals, cost) = fit(loose, LOSS);
-        let (_, before) = fit(point.segments[i].locals.clone(), LOSS);
-        if cost < before {
+    let fit = |i: usize, start: Vec<f64>, huber, rounds| {
+        let segment = &point.segments[i];
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, rounds)
+    };
+    let rows: Vec<usize> = point.segments.iter().map(|s| problem.rows(s).len()).collect();
+    let per_row = |i: usize, cost: f64| (cost / rows[i].max(1) as f64).sqrt();
+    let now: Vec<(Vec<f64>, f64)> = (0..point.segments.len())
+        .into_par_iter()
+        .map(|i| fit(i, point.segments[i].locals.clone(), LOSS, 1))
+        .collect();
+    let mut known: Vec<f64> = (0..now.len())
+        .filter(|&i| point.used[i])
+        .map(|i| per_row(i, now[i].1))
+        .filter(|c| c.is_finite())
+        .collect();
+    let usual = quantile_in_place(&mut known, 0.9).max(1.0);
+    let off: Vec<usize> = (0..now.len())
+        .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * usual)
+        .collect();
+    let fresh: Vec<(Vec<f64>, f64)> = off
+        .par_iter()
+        .map(|&i| {
+            let (loose, _) = fit(i, first[i].locals.clone(), Huber(1e4), 8);
+            fit(i, loose, LOSS, 8)
+        })
+        .collect();
+    for (&i, (locals, cost)) in off.iter().zip(fresh) {
+        let best = cost.min(now[i].1);
+        let left = per_row(i, best);
+        if cost < now[i].1 {
             point.segments[i].locals = locals;
         }
-        let rows = problem.rows(&point.segments[i]).len().max(1) as f64;
-        let left = (cost.min(before) / rows).sqrt();
         point.used[i] = left <= OFF * usual;
     }
-    Ok(changed)
+    Ok(!off.is_empty())
 }
 
 impl Side {
@@ -413,6 +488,12 @@ pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
 fn modes(model: &Model) -> usize {
     let further = model.effects.iter().filter(|e| e.spec.id == "extra_mode");
     model.modes.len() + further.count()
+}
+
+fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
+    ids.iter()
+        .filter_map(|id| problem.space.position(id))
+        .collect()
 }
 
 fn skews(problem: &Problem) -> Vec<usize> {

@@ -38,7 +38,8 @@ impl Form {
         if self.signed {
             f64::NEG_INFINITY
         } else {
-            0.02 * self.values[self.strength]
+            let lag = self.spec.parameters[self.strength].unit == "s";
+            (if lag { 0.1 } else { 1e-4 }) * self.values[self.strength]
         }
     }
 

@@ -3,8 +3,11 @@
 pub mod bench;
 pub mod calm;
 pub mod candidates;
+pub mod explain;
+pub mod generic;
 pub mod noise;
 pub mod options;
 pub mod result;
+pub mod ring;
 pub mod scan;
 pub mod trial;

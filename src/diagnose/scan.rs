@@ -42,6 +42,8 @@ pub struct Products {
     pub gram: DMatrix<f64>,
     /// Of the probes with the residuals.
     pub slope: DVector<f64>,
+    /// Index of the stretch.
+    pub segment: usize,
     /// Middle of the stretch \[s\].
     pub middle: f64,
 }
@@ -125,6 +127,7 @@ impl<'a> Linear<'a> {
                 cross: whole.view((0, g + 1), (g, p)).into_owned(),
                 gram: whole.view((g + 1, g + 1), (p, p)).into_owned(),
                 slope: whole.view((g + 1, g), (p, 1)).column(0).into_owned(),
+                segment: i,
                 middle: 0.5 * (time[segment.samples.start] + time[segment.samples.end - 1]),
             })
         };
@@ -368,4 +371,82 @@ pub fn find_line(
         .into_iter()
         .filter(|l| l.gain.is_finite())
         .max_by(|a, b| a.gain.total_cmp(&b.gain)))
+}
+
+/// A step of the ground's level, and what it would bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// By how much \[m\].
+    pub height: f64,
+    /// When \[s\]: in each recording, or through the series.
+    pub time: f64,
+    /// Whether it happens once in the series of recordings.
+    pub series: bool,
+    /// Fall of chi2.
+    pub gain: f64,
+}
+
+/// Looks for a step of the ground's level, at the same time in each recording or once in
+/// the series, where `epochs` are the recordings' beginnings in it. `step` is a step that
+/// was always there, of 1 in the unit of its height.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn find_step(
+    linear: &Linear<'_>,
+    model: &Model,
+    step: &ActiveEffect,
+    epochs: &[f64],
+) -> Result<Option<Step>, SimError> {
+    let products = linear.products(model, std::slice::from_ref(step))?;
+    let whole = Scan::gather(linear, &products, 1);
+    let n = whole.unknowns;
+    let Some(base) = Base::new(&whole.normal, &whole.gradient, n) else {
+        return Ok(None);
+    };
+    let segments = &linear.point.segments;
+    let begin = |p: &Products| {
+        let s = &segments[p.segment];
+        let time = &linear.problem.data[s.recording].recording.time;
+        time[s.samples.start] - 0.5 * s.interval
+    };
+    let held: Vec<&Products> = products
+        .iter()
+        .filter(|p| segments[p.segment].starts_held)
+        .collect();
+    let weigh = |on: &dyn Fn(&Products) -> bool| {
+        let (mut cross, mut own, mut slope) = (DVector::zeros(n), 0.0, 0.0);
+        for p in held.iter().filter(|p| on(p)) {
+            for (i, &c) in p.columns.iter().enumerate() {
+                cross[c] += p.cross[(i, 0)];
+            }
+            own += p.gram[(0, 0)];
+            slope += p.slope[0];
+        }
+        base.promise(&cross, own, slope)
+    };
+    let mut best: Option<Step> = None;
+    let mut offer = |promise: Option<Promise>, time: f64, series: bool| {
+        if let Some(p) = promise
+            && best.is_none_or(|b| p.gain > b.gain)
+        {
+            best = Some(Step {
+                height: p.theta,
+                time,
+                series,
+                gain: p.gain,
+            });
+        }
+    };
+    for at in &held {
+        let t0 = begin(at);
+        let k = segments[at.segment].recording;
+        offer(weigh(&|p| begin(p) >= t0), t0, false);
+        let later = |p: &Products| {
+            let r = segments[p.segment].recording;
+            r > k || (r == k && begin(p) >= t0)
+        };
+        offer(weigh(&later), epochs.get(k).copied().unwrap_or(0.0) + t0, true);
+    }
+    Ok(best)
 }

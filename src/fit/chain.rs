@@ -64,6 +64,7 @@ pub struct Sigmas {
     pub colour: Colour,
 }
 
+
 /// What a row is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Row {
@@ -90,6 +91,9 @@ pub struct Setting<'a> {
     pub sigmas: &'a Sigmas,
     /// The effects' extra states at its start; empty for those of rest.
     pub states: &'a [f64],
+    /// Time from the beginning of the series to that of the recording \[s\], by which the
+    /// ground's level goes.
+    pub epoch: f64,
 }
 
 /// Kinds of the rows that [`residuals`] gives.
@@ -243,7 +247,7 @@ pub fn run(
         // memory, and must not take over the noise.
         let lasting = sim.state_rates()[at] * segment.interval < MEMORY;
         let points = if segment.starts_held {
-            sim.held_points(sim.ground_level(start), &state)
+            sim.held_points(sim.ground_level(start + setting.epoch), &state)
         } else {
             sim.flight_points(&state)
         };
@@ -258,7 +262,7 @@ pub fn run(
         state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
     }
     let mut t = start;
-    let mut level = sim.ground_level(start);
+    let mut level = sim.ground_level(start + setting.epoch);
     let mut held = segment.starts_held.then_some(level);
     let rest = held.map(|_| sim.rest_state(&pieces, start, held));
     let mut since = segment.since.unwrap_or(start) + skew;
@@ -285,7 +289,7 @@ pub fn run(
         };
         match kind {
             Kind::Bounce { .. } | Kind::Touch => {
-                level = sim.ground_level(t);
+                level = sim.ground_level(t + setting.epoch);
                 // A mark in the wrong place may find the mass held already.
                 if held.is_some() {
                     sim.lift(level, &mut state);

@@ -56,6 +56,8 @@ pub struct Data {
     pub track: Track,
     /// Standard deviations.
     pub sigmas: Sigmas,
+    /// Time from the beginning of the series to that of the recording \[s\].
+    pub epoch: f64,
 }
 
 /// Everything that does not change while the fit runs.
@@ -171,13 +173,20 @@ impl Problem {
                 .iter()
                 .map(|&i| r.time[segments[i].samples.start])
                 .collect();
+            let half = r.interval();
             let motion = |t: f64| {
                 use crate::recording::Channel;
-                let at = |c| r.value_at(c, t).unwrap_or(0.0);
+                let at = |c, t| r.value_at(c, t);
+                // Slopes over two samples on either side: less noise, and still quick.
+                let slope = |c| {
+                    let (a, b) = (at(c, t - 2.0 * half)?, at(c, t + 2.0 * half)?);
+                    Some((b - a) / (4.0 * half))
+                };
                 Points {
-                    xp: at(Channel::ProofMass),
-                    xc: at(Channel::Cantilever),
-                    ..Points::default()
+                    xp: at(Channel::ProofMass, t).unwrap_or(0.0),
+                    vp: slope(Channel::ProofMass).unwrap_or(0.0),
+                    xc: at(Channel::Cantilever, t).unwrap_or(0.0),
+                    vc: slope(Channel::Cantilever).unwrap_or(0.0),
                 }
             };
             let states = simulator.states_from_drive(&data.track.pieces, &times, &motion);
@@ -195,6 +204,7 @@ impl Problem {
             recording: &data.recording,
             sigmas: &data.sigmas,
             states,
+            epoch: data.epoch,
         }
     }
 
