@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::candidates::Form;
+use super::evidence::{self, Joint};
 use crate::fit::problem::{Jacobian, Problem};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
@@ -131,11 +132,7 @@ impl<'a> Linear<'a> {
                 middle: 0.5 * (time[segment.samples.start] + time[segment.samples.end - 1]),
             })
         };
-        Ok(segments
-            .par_iter()
-            .enumerate()
-            .filter_map(one)
-            .collect())
+        Ok(segments.par_iter().enumerate().filter_map(one).collect())
     }
 }
 
@@ -154,8 +151,38 @@ impl Scan {
     /// [`SimError`] if a model makes no sense.
     pub fn new(linear: &Linear<'_>, model: &Model, forms: &[Form]) -> Result<Self, SimError> {
         let effects: Vec<ActiveEffect> = forms.iter().map(|f| f.effect(1.0)).collect();
-        let products = linear.products(model, &effects)?;
-        Ok(Self::gather(linear, &products, forms.len()))
+        Self::of(linear, model, &effects)
+    }
+
+    /// Weighs effects as they are.
+    ///
+    /// # Errors
+    /// [`SimError`] if a model makes no sense.
+    pub fn of(
+        linear: &Linear<'_>,
+        model: &Model,
+        effects: &[ActiveEffect],
+    ) -> Result<Self, SimError> {
+        let products = linear.products(model, effects)?;
+        Ok(Self::gather(linear, &products, effects.len()))
+    }
+
+    /// What some of the directions would bring together, all other unknowns adjusted.
+    pub fn joint(&self, which: &[usize]) -> Option<Joint> {
+        let n = self.unknowns;
+        let base = Base::new(&self.normal, &self.gradient, n)?;
+        let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
+        let columns: Vec<DVector<f64>> = which.iter().map(|&k| column(k)).collect();
+        let m = which.len();
+        let mut normal = DMatrix::zeros(m, m);
+        for i in 0..m {
+            for j in 0..m {
+                let whole = self.normal[(n + which[i], n + which[j])];
+                normal[(i, j)] = whole - base.inner(&columns[i], &columns[j]);
+            }
+        }
+        let slope = |i: usize| base.slope(&columns[i], self.gradient[n + which[i]]);
+        evidence::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))
     }
 
     fn gather(linear: &Linear<'_>, products: &[Products], probes: usize) -> Self {
@@ -205,6 +232,15 @@ impl Scan {
         )
     }
 
+    /// What re-tuning alone would still bring.
+    pub fn own_promise(&self) -> f64 {
+        let n = self.unknowns;
+        Base::new(&self.normal, &self.gradient, n).map_or(0.0, |base| {
+            let g = self.gradient.rows(0, n).into_owned();
+            base.inner(&g, &g)
+        })
+    }
+
     /// Cosine between forms `j` and `k` after all re-tuning: 1 if they cannot be told
     /// apart.
     pub fn cosine(&self, j: usize, k: usize) -> f64 {
@@ -212,12 +248,7 @@ impl Scan {
         let Some(base) = Base::new(&self.normal, &self.gradient, n) else {
             return 0.0;
         };
-        let column = |k: usize| {
-            self.normal
-                .view((0, n + k), (n, 1))
-                .column(0)
-                .into_owned()
-        };
+        let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
         let (a, b) = (column(j), column(k));
         let product = |a: &DVector<f64>, b: &DVector<f64>, whole: f64| whole - base.inner(a, b);
         let aa = product(&a, &a, self.normal[(n + j, n + j)]);
@@ -257,7 +288,8 @@ impl Base {
     /// Part of the product of two directions that lies in the baseline's own.
     pub fn inner(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let scaled = b.component_mul(&self.scale);
-        a.component_mul(&self.scale).dot(&self.factor.solve(&scaled))
+        a.component_mul(&self.scale)
+            .dot(&self.factor.solve(&scaled))
     }
 
     /// Slope along a direction that is left when the baseline adjusts.
@@ -318,7 +350,10 @@ pub fn find_line(
     let Some(base) = Base::new(&whole.normal, &whole.gradient, n) else {
         return Ok(None);
     };
-    let longest = products.iter().fold(0.0f64, |a, p| a.max(p.middle)).max(1e-3);
+    let longest = products
+        .iter()
+        .fold(0.0f64, |a, p| a.max(p.middle))
+        .max(1e-3);
     let fine = 0.2 / longest;
     let half = 0.5 * (high - low) / count as f64;
     let steps = (half / fine).ceil() as i64;
@@ -446,7 +481,11 @@ pub fn find_step(
             let r = segments[p.segment].recording;
             r > k || (r == k && begin(p) >= t0)
         };
-        offer(weigh(&later), epochs.get(k).copied().unwrap_or(0.0) + t0, true);
+        offer(
+            weigh(&later),
+            epochs.get(k).copied().unwrap_or(0.0) + t0,
+            true,
+        );
     }
     Ok(best)
 }
