@@ -77,7 +77,7 @@ pub fn diagnose(
     say("baseline", "re-tuning", 0.05);
     let base = bench.baseline(model, control)?;
     say("baseline", "recordings kept out", 0.25);
-    let base_held = bench.judge(&base.model, control)?;
+    let base_held = bench.judge(&base.model, None, control)?;
     let baseline = Stand {
         train: base,
         held_out: base_held,

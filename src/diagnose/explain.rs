@@ -40,8 +40,8 @@ pub struct Hypothesis {
     pub start: ActiveEffect,
     /// Ids of its parameters that are fitted.
     pub free: Vec<String>,
-    /// Parameters that stay above a bound.
-    pub least: Vec<(String, f64)>,
+    /// Parameters that stay within bounds.
+    pub bounds: Vec<(String, (f64, f64))>,
     /// Fall of chi2 promised by the linearised problem.
     pub promise: f64,
     /// Whether its times go through the series of recordings.
@@ -262,7 +262,7 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
                     values: vec![SHAKE * line.amplitude, line.frequency, line.phase],
                 },
                 free: own_ids(spec, &[0, 1, 2]),
-                least: Vec::new(),
+                bounds: Vec::new(),
                 promise: line.gain,
                 series: false,
             });
@@ -280,7 +280,7 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
                     values: vec![RISE * step.height, step.time],
                 },
                 free: own_ids(spec, &[0]),
-                least: Vec::new(),
+                bounds: Vec::new(),
                 promise: step.gain,
                 series: step.series,
             });
@@ -298,7 +298,14 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
                 values: vec![ring.frequency, 0.01, size * c, size * p, 0.0],
             },
             free: own_ids(spec, &[0, 1, 2, 3, 4]),
-            least: Vec::new(),
+            // A mode that is free to be slow and dead would pass for any other force.
+            bounds: vec![
+                (
+                    "extra_mode.f".to_owned(),
+                    (0.9 * ring.frequency, 1.1 * ring.frequency),
+                ),
+                ("extra_mode.zeta".to_owned(), (1e-4, 0.1)),
+            ],
             promise: ring.gain.max(2.0 * PROMISING),
             series: false,
         });
@@ -321,10 +328,10 @@ fn from_form(form: &Form, theta: f64, gain: f64) -> Hypothesis {
     Hypothesis {
         start: form.effect(theta),
         free: form.free_ids(),
-        least: if form.signed {
+        bounds: if form.signed {
             Vec::new()
         } else {
-            vec![(form.strength_id(), form.least())]
+            vec![(form.strength_id(), (form.least(), f64::INFINITY))]
         },
         promise: gain,
         series: false,
@@ -339,17 +346,17 @@ fn attempt(
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
     let start = with_effect(&stand.train.model, hypothesis.start.clone());
-    let (mut free, mut least) = freedoms(stand);
+    let (mut free, mut bounds) = freedoms(stand);
     free.extend_from_slice(&hypothesis.free);
-    least.extend_from_slice(&hypothesis.least);
+    bounds.extend_from_slice(&hypothesis.bounds);
     let series = hypothesis.series.then(|| bench.in_series());
     let bench = series.as_ref().unwrap_or(bench);
-    let train = match bench.fit(&start, &free, &least, &stand.train, 12, control) {
+    let train = match bench.fit(&start, &free, &bounds, &stand.train, 12, control) {
         Ok(fitted) => fitted,
         Err(DiagnoseError::Sim(_)) => return Ok(None),
         Err(error) => return Err(error),
     };
-    let held_out = bench.judge(&train.model, control)?;
+    let held_out = bench.judge(&train.model, stand.held_out.as_ref(), control)?;
     let held_gain = match (&stand.held_out, &held_out) {
         (Some(before), Some(after)) => before.cost - after.cost,
         _ => 0.0,
@@ -364,11 +371,11 @@ fn attempt(
 }
 
 /// Freedoms and bounds of the effects named so far.
-fn freedoms(stand: &Stand) -> (Vec<String>, Vec<(String, f64)>) {
+fn freedoms(stand: &Stand) -> (Vec<String>, Vec<(String, (f64, f64))>) {
     let all = stand.named.iter().map(|n| &n.hypothesis);
     (
         all.clone().flat_map(|h| h.free.clone()).collect(),
-        all.flat_map(|h| h.least.clone()).collect(),
+        all.flat_map(|h| h.bounds.clone()).collect(),
     )
 }
 
@@ -387,8 +394,8 @@ fn drop_needless(
         let dropped = without.named.remove(k);
         let mut start: Model = stand.train.model.clone();
         start.effects.retain(|e| e.spec != dropped.spec);
-        let (free, least) = freedoms(&without);
-        let train = match bench.fit(&start, &free, &least, &stand.train, 12, control) {
+        let (free, bounds) = freedoms(&without);
+        let train = match bench.fit(&start, &free, &bounds, &stand.train, 12, control) {
             Ok(fitted) => fitted,
             Err(DiagnoseError::Sim(_)) => {
                 k += 1;
@@ -396,7 +403,7 @@ fn drop_needless(
             }
             Err(error) => return Err(error),
         };
-        let held_out = bench.judge(&train.model, control)?;
+        let held_out = bench.judge(&train.model, stand.held_out.as_ref(), control)?;
         let lost = train.cost - stand.train.cost;
         let held_lost = match (&held_out, &stand.held_out) {
             (Some(after), Some(before)) => after.cost - before.cost,

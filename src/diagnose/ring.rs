@@ -12,7 +12,7 @@ use crate::sim::{SimError, Stretcher};
 /// Spacing of the frequencies looked at \[Hz\].
 const SPACING: f64 = 100.0;
 /// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
-const LOWEST: f64 = 1000.0;
+const LOWEST: f64 = 1500.0;
 /// Stretches shorter than this many samples tell no frequency.
 const LEAST: usize = 40;
 

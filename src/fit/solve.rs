@@ -305,7 +305,7 @@ pub fn improve(
                 })
                 .collect();
             let whole = (&point.segments[..], &point.used[..]);
-            let trial = at(problem, &there, whole, starts, huber, 2);
+            let trial = at(problem, &there, whole, starts, huber, 1);
             if let Ok(trial) = trial
                 && trial.cost < point.cost
             {

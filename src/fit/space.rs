@@ -73,14 +73,17 @@ impl Space {
         &self.base
     }
 
-    /// Keeps a parameter that goes by itself or by its logarithm at `least` or above.
-    pub fn keep_above(&mut self, id: &str, least: f64) {
+    /// Keeps a parameter that goes by itself or by its logarithm between two values.
+    pub fn keep_between(&mut self, id: &str, (least, most): (f64, f64)) {
         for e in self.entries.iter_mut().filter(|e| e.id == id) {
-            match e.coordinate {
-                Coordinate::Log if least > 0.0 => e.low = e.low.max(least.ln()),
-                Coordinate::Linear(unit) => e.low = e.low.max(least / unit),
-                _ => {}
-            }
+            let coordinate = |value: f64| match e.coordinate {
+                Coordinate::Log => value.max(f64::MIN_POSITIVE).ln(),
+                Coordinate::Linear(unit) => value / unit,
+                Coordinate::FilmGap | Coordinate::FilmStrength => f64::NAN,
+            };
+            // The comparison with what is no number leaves the bound as it is.
+            e.low = e.low.max(coordinate(least));
+            e.high = e.high.min(coordinate(most));
         }
     }
 
