@@ -123,7 +123,10 @@ pub fn prepare_calm(
 ) -> Result<Calm, FitError> {
     let mut prepared = prepare(model, space, parts, findings, options)?;
     let simulator = StretchSimulator::new(model, &prepared.problem.options)?;
-    let mut known: Vec<f64> = findings.iter().filter_map(|f| f.level.clone().ok()).collect();
+    let mut known: Vec<f64> = findings
+        .iter()
+        .filter_map(|f| f.level.clone().ok())
+        .collect();
     let common = quantile_in_place(&mut known, 0.5);
     let mut segments: Vec<Segment> = Vec::new();
     let mut timelines = Vec::with_capacity(parts.len());

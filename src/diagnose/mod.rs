@@ -3,5 +3,6 @@
 pub mod calm;
 pub mod noise;
 pub mod options;
+pub mod report;
 pub mod result;
 pub mod trial;
