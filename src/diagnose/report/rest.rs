@@ -1,6 +1,6 @@
 //! What the named effects leave unexplained.
 
-use super::words::{listed, plain};
+use super::words::{self, listed};
 use crate::diagnose::result::{Diagnosis, Distance, Regime};
 
 /// A mean square this close to the noise alone is not worth words: the noise itself is
@@ -69,7 +69,7 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
         } else if chi2 > 1.0 + SLACK {
             left.push(format!(
                 "On {name} the mean square of the residuals is {} times that of the noise.",
-                plain(chi2)
+                words::chi2(chi2)
             ));
         }
     }

@@ -2,7 +2,7 @@
 
 use super::rest;
 use super::words::{
-    alike, capitalised, in_noise, metres, plain, probability, share, size, stretch,
+    alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, stretch,
     verdict_sentence, with_error,
 };
 use crate::diagnose::result::{BeforeAfter, Diagnosis, Verdict};
@@ -39,7 +39,7 @@ pub fn text(diagnosis: &Diagnosis) -> String {
         out.item(&format!(
             "drive {}: 0.2 s of it would tell {a} from {b} (chi2 differs by about {})",
             next.drive,
-            plain(next.expected)
+            gain(next.expected)
         ));
     }
     out.text
@@ -71,7 +71,7 @@ fn what(out: &mut Lines, diagnosis: &Diagnosis) {
             columns([
                 c.name.as_str(),
                 &probability(c.probability),
-                &plain(c.held_out_chi2),
+                &chi2(c.held_out_chi2),
             ])
         }));
         out.table(&rows, &[1, 2]);
@@ -113,13 +113,13 @@ fn proof(out: &mut Lines, diagnosis: &Diagnosis) {
             metres(noise),
             metres(both.before.rms),
             in_noise(both.before.rms, noise),
-            plain(both.before.chi2),
+            chi2(both.before.chi2),
         ];
         if changed {
             cells.extend([
                 metres(both.after.rms),
                 in_noise(both.after.rms, noise),
-                plain(both.after.chi2),
+                chi2(both.after.chi2),
             ]);
         }
         cells
@@ -130,8 +130,8 @@ fn proof(out: &mut Lines, diagnosis: &Diagnosis) {
     }
     let mut rows = vec![header];
     for (held_out, title, all) in [
-        (true, "kept out", &diagnosis.held_out),
-        (false, "fitted to", &diagnosis.train),
+        (true, "all kept out", &diagnosis.held_out),
+        (false, "all fitted to", &diagnosis.train),
     ] {
         let each: Vec<_> = diagnosis
             .proof

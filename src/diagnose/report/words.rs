@@ -107,11 +107,6 @@ pub fn metres(value: f64) -> String {
     number_or_dash(value, |v| format_quantity(v, "m", 3))
 }
 
-/// A plain number of three digits, or a dash.
-pub fn plain(value: f64) -> String {
-    number_or_dash(value, |v| format_number(v, 3))
-}
-
 /// A number between -1 and 1 to two digits, or a dash.
 pub fn two_digits(value: f64) -> String {
     number_or_dash(value, |v| format!("{v:.2}"))
@@ -130,9 +125,22 @@ pub fn gain(value: f64) -> String {
 
 /// `length` in units of the noise: `15.6 x noise`.
 pub fn in_noise(length: f64, noise: f64) -> String {
-    number_or_dash(length / noise, |v| {
-        format!("{} x noise", format_number(v, 3))
-    })
+    number_or_dash(length / noise, |v| format!("{} x noise", ratio(v)))
+}
+
+/// A mean square in units of the noise's, or a dash.
+pub fn chi2(value: f64) -> String {
+    number_or_dash(value, ratio)
+}
+
+/// A ratio whose likeness to 1 matters: always two decimals near it.
+fn ratio(value: f64) -> String {
+    match value.abs() {
+        v if v < 10.0 => format!("{value:.2}"),
+        v if v < 100.0 => format!("{value:.1}"),
+        v if v < 1e6 => format!("{value:.0}"),
+        _ => format_number(value, 3),
+    }
 }
 
 fn number_or_dash(value: f64, write: impl Fn(f64) -> String) -> String {

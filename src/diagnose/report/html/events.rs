@@ -146,7 +146,7 @@ fn restitution(d: &Diagnosis, laws: &Laws) -> String {
     let at = grid(bounces.iter().map(|b| b.speed));
     let seen = with_errors(bounces.iter().map(|b| (b.ratio, b.ratio_error.min(0.3))));
     let law = laws.values(&at, ModelLaws::restitution);
-    let range = seen.into_iter().chain(law).chain([0.0]);
+    let range = seen.into_iter().chain(law);
     let mut plot = Plot::new(
         SIZE,
         Axis::linear("speed of approach", "m/s", bounces.iter().map(|b| b.speed)),

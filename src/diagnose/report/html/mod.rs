@@ -10,7 +10,7 @@ mod what;
 use super::rest;
 use super::svg::escape;
 use super::words::{
-    alike, capitalised, in_noise, metres, plain, probability, size, verdict_sentence, with_error,
+    alike, capitalised, gain, in_noise, metres, probability, size, verdict_sentence, with_error,
 };
 use crate::diagnose::result::{Diagnosis, Verdict};
 use crate::model::parameter::PARAMETERS;
@@ -167,7 +167,7 @@ fn next(page: &mut Page, d: &Diagnosis) {
     page.raw("</code>: ");
     page.text(&format!(
         "0.2 s of it would tell {a} from {b}; their chi2 would differ by about {}.",
-        plain(next.expected)
+        gain(next.expected)
     ));
     page.raw("</p>\n");
 }

@@ -1,7 +1,7 @@
 //! "Proof": distances before and after on each recording, those kept out first.
 
 use super::super::svg::{Anchor, Axis, Svg, escape};
-use super::super::words::{in_noise, metres, plain, share, two_digits};
+use super::super::words::{chi2, in_noise, metres, share, two_digits};
 use super::{FULL, Page};
 use crate::diagnose::result::{BeforeAfter, Diagnosis, ProofOf};
 
@@ -10,8 +10,8 @@ const LEFT: f64 = 190.0;
 const RIGHT: f64 = 170.0;
 /// Heights: of a bar, of a recording's pair of bars with its space, above the first and
 /// below the last.
-const BAR: f64 = 12.0;
-const ROW: f64 = 38.0;
+const BAR: f64 = 14.0;
+const ROW: f64 = 42.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 40.0;
 /// Longest name that fits the space.
@@ -108,7 +108,7 @@ fn bars(d: &Diagnosis, these: &[&ProofOf], all: &[&ProofOf]) -> String {
             } else {
                 "not compared".to_owned()
             };
-            svg.text("note", [end + 6.0, y + BAR - 2.0], Anchor::Start, &words);
+            svg.text("note", [end + 6.0, y + BAR - 3.0], Anchor::Start, &words);
         }
         let noise = x(axis.place(p.noise));
         svg.segment("noise", [noise, top + 3.0], [noise, top + ROW - 3.0]);
@@ -155,10 +155,10 @@ fn table(page: &mut Page, d: &Diagnosis, kept: &[&ProofOf], fitted: &[&ProofOf])
             covered,
             metres(both.before.rms),
             in_noise(both.before.rms, noise),
-            plain(both.before.chi2),
+            chi2(both.before.chi2),
             metres(both.after.rms),
             in_noise(both.after.rms, noise),
-            plain(both.after.chi2),
+            chi2(both.after.chi2),
             white,
         ];
         for (_, cell) in cells.iter().enumerate().filter(|(i, _)| shown(*i)) {

@@ -71,7 +71,7 @@ pub fn figure(
         "trace",
         points.map(|(t, v)| [x(*t), y(&scale.motion, MOTION, *v)]),
     );
-    for (value, label) in scale.motion.ticks(2) {
+    for (value, label) in scale.motion.ticks(3) {
         let at = y(&scale.motion, MOTION, value);
         svg.text("tick", [SIDES.0 - 6.0, at + 4.0], Anchor::End, &label);
         svg.segment("axis", [SIDES.0 - 3.0, at], [SIDES.0, at]);

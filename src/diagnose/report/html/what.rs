@@ -1,7 +1,7 @@
 //! "What": every effect that was weighed, and the force that the model lacks.
 
 use super::super::svg::{Axis, Dot, Plot, escape};
-use super::super::words::{gain, listed, plain, probability};
+use super::super::words::{chi2, gain, listed, probability};
 use super::{HALF, Page};
 use crate::diagnose::result::{Diagnosis, ForceCurve};
 
@@ -68,7 +68,7 @@ fn candidates(page: &mut Page, d: &Diagnosis) {
             probability(c.probability),
             fitted,
             gain(c.held_out_gain),
-            plain(c.held_out_chi2),
+            chi2(c.held_out_chi2),
         ] {
             page.raw(&format!("<td class=\"n\">{}</td>", escape(&cell)));
         }
