@@ -125,7 +125,7 @@ fn grid(values: impl Iterator<Item = f64>) -> Vec<f64> {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
             (a.min(v), b.max(v))
         });
-    if !(high > low) {
+    if low >= high {
         return Vec::new();
     }
     let step = (high - low) / (CURVE - 1) as f64;

@@ -40,7 +40,11 @@ fn strips(page: &mut Page, d: &Diagnosis) {
     page.raw("<span><i class=\"dash\"></i>noise</span></div>\n");
     let scale = Scale::of(d);
     for held_out in [false, true] {
-        let these: Vec<_> = d.strips.iter().filter(|s| s.held_out == held_out).collect();
+        let these: Vec<_> = d
+            .strips
+            .iter()
+            .filter(|s| s.held_out == held_out && !s.time.is_empty())
+            .collect();
         if these.is_empty() {
             continue;
         }
