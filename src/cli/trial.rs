@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::watch::watched;
 use super::{Failure, output, wrong_command};
 use crate::diagnose::report;
-use crate::diagnose::trial::score::{Diagnosis, Outcome, aggregate, score};
+use crate::diagnose::trial::score::{Diagnosis, Outcome, aggregate, score, score_shuffled};
 use crate::diagnose::trial::{
     Case, Class, Mix, Settings, StructureKind, TrialError, write_case, write_truth,
 };
@@ -48,6 +48,9 @@ pub struct Arguments {
     /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
     #[arg(long, value_name = "ID|none|one|two|outside")]
     conceal: Option<String>,
+    /// Give each recording the voltage of another: then nothing may be named
+    #[arg(long)]
+    shuffle: bool,
     /// Folder for the recordings, the reports and, when all is said, the truth
     #[arg(long, value_name = "DIR")]
     files: Option<PathBuf>,
@@ -148,7 +151,10 @@ impl Tally {
 
 /// Diagnoses one case from its recordings alone, then opens its envelope and scores.
 fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<(Outcome, Value)> {
-    let (recordings, envelope) = case.into_parts();
+    let (mut recordings, envelope) = case.into_parts();
+    if args.shuffle {
+        recordings = recordings.with_voltages_exchanged()?;
+    }
     let folder = args
         .files
         .as_ref()
@@ -173,7 +179,12 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
     }
     let (truth, text) = envelope.open();
     let may_add: &[&str] = if args.beam { &["extra_mode"] } else { &[] };
-    let outcome = score(&truth, &Diagnosis::from(&answer), may_add);
+    let said = Diagnosis::from(&answer);
+    let outcome = if args.shuffle {
+        score_shuffled(&truth, &said)
+    } else {
+        score(&truth, &said, may_add)
+    };
     let note = json!({
         "seed": seed,
         "sha256": seal,
@@ -200,8 +211,13 @@ fn line(outcome: &Outcome, note: &Value) -> String {
         ids => ids.join(" + "),
     };
     let [before, after] = outcome.rms_over_noise;
+    let exchanged = if outcome.shuffled {
+        " (voltages exchanged)"
+    } else {
+        ""
+    };
     format!(
-        "{}: concealed {concealed}; answer {answer}; kept out {before:.2} to {after:.2} x noise; {:.1} s",
+        "{}{exchanged}: concealed {concealed}; answer {answer}; kept out {before:.2} to {after:.2} x noise; {:.1} s",
         outcome.mark.text(),
         note["seconds"].as_f64().unwrap_or(f64::NAN)
     )

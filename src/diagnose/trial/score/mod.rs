@@ -71,6 +71,9 @@ pub struct Outcome {
     pub seed: u64,
     /// Class of the trial.
     pub class: Class,
+    /// Whether each recording was given the voltage of another: then the right answer
+    /// names nothing.
+    pub shuffled: bool,
     /// What was concealed.
     pub concealed: Vec<String>,
     /// What was named.
@@ -126,6 +129,7 @@ pub fn score(truth: &Truth, said: &Diagnosis, may_add: &[&str]) -> Outcome {
     Outcome {
         seed: truth.seed,
         class: truth.class,
+        shuffled: false,
         concealed,
         named,
         verdict: said.verdict,
@@ -135,6 +139,22 @@ pub fn score(truth: &Truth, said: &Diagnosis, may_add: &[&str]) -> Outcome {
         grew: held.after.rms > held.before.rms,
         coverage,
         located: located(truth, &said.places),
+    }
+}
+
+/// Scores a diagnosis of recordings with exchanged voltages: right if nothing is named.
+#[must_use]
+pub fn score_shuffled(truth: &Truth, said: &Diagnosis) -> Outcome {
+    Outcome {
+        shuffled: true,
+        mark: if said.named.is_empty() {
+            Mark::Right
+        } else {
+            Mark::Wrong
+        },
+        coverage: Coverage::default(),
+        located: None,
+        ..score(truth, said, &[])
     }
 }
 

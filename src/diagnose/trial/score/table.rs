@@ -56,9 +56,11 @@ pub struct Table {
     pub median_rms_over_noise: Option<[f64; 2]>,
 }
 
-/// Gathers outcomes.
+/// Gathers outcomes; those with exchanged voltages count in a row of their own only.
 #[must_use]
 pub fn aggregate(outcomes: &[Outcome]) -> Table {
+    let (shuffled, plain): (Vec<&Outcome>, Vec<&Outcome>) =
+        outcomes.iter().partition(|o| o.shuffled);
     let visible = |o: &&Outcome| o.class == Class::Nothing || o.size >= VISIBLE;
     let classes = [
         (Class::Nothing, "nothing left out"),
@@ -68,11 +70,20 @@ pub fn aggregate(outcomes: &[Outcome]) -> Table {
     ];
     let by_class = classes
         .map(|(class, label)| {
-            let these = outcomes.iter().filter(|o| o.class == class).filter(visible);
-            Row::new(label, these)
+            let these = plain.iter().copied().filter(|o| o.class == class);
+            Row::new(label, these.filter(visible))
         })
-        .into();
-    let single: Vec<&Outcome> = outcomes.iter().filter(|o| o.concealed.len() == 1).collect();
+        .into_iter()
+        .chain(
+            (!shuffled.is_empty())
+                .then(|| Row::new("voltages exchanged", shuffled.iter().copied())),
+        )
+        .collect();
+    let single: Vec<&Outcome> = plain
+        .iter()
+        .copied()
+        .filter(|o| o.concealed.len() == 1)
+        .collect();
     let mut ids: Vec<&str> = single.iter().map(|o| o.concealed[0].as_str()).collect();
     ids.sort_unstable();
     ids.dedup();
@@ -93,7 +104,7 @@ pub fn aggregate(outcomes: &[Outcome]) -> Table {
         })
         .collect();
     let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
-    for o in outcomes.iter().filter(|o| o.concealed.len() <= 1) {
+    for o in plain.iter().copied().filter(|o| o.concealed.len() <= 1) {
         let row = o.concealed.first().map_or("nothing", String::as_str);
         let answer = match (o.named.as_slice(), o.verdict) {
             ([], Verdict::Unexplained) => "unexplained",
@@ -104,7 +115,7 @@ pub fn aggregate(outcomes: &[Outcome]) -> Table {
         let cell = confusion.entry(row.to_owned()).or_default();
         *cell.entry(answer.to_owned()).or_default() += 1;
     }
-    let sum = |f: fn(&Coverage) -> usize| outcomes.iter().map(|o| f(&o.coverage)).sum();
+    let sum = |f: fn(&Coverage) -> usize| plain.iter().copied().map(|o| f(&o.coverage)).sum();
     let compared = sum(|c| c.compared);
     let right: Vec<&Outcome> = outcomes
         .iter()
@@ -119,12 +130,13 @@ pub fn aggregate(outcomes: &[Outcome]) -> Table {
         coverage: Share::new(sum(|c| c.within), compared),
         coverage_with_rig: Share::new(sum(|c| c.within_with_rig), compared),
         median_located: median(
-            outcomes
+            plain
                 .iter()
+                .copied()
                 .filter(|o| visible(o))
                 .filter_map(|o| o.located),
         ),
-        grew: Share::new(outcomes.iter().filter(|o| o.grew).count(), outcomes.len()),
+        grew: Share::new(plain.iter().filter(|o| o.grew).count(), plain.len()),
         median_rms_over_noise: rms(0).zip(rms(1)).map(|(a, b)| [a, b]),
     }
 }
