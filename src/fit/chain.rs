@@ -13,6 +13,8 @@ use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A stay this many samples long is short.
 const SHORT: f64 = 6.0;
+/// A sensor whose memory fades by more than this exponent from sample to sample has none.
+const MEMORY: f64 = 3.0;
 /// By how much less the force at the end of a short stay is trusted.
 const VAGUE: f64 = 30.0;
 
@@ -62,6 +64,7 @@ pub struct Sigmas {
     pub colour: Colour,
 }
 
+
 /// What a row is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Row {
@@ -88,6 +91,9 @@ pub struct Setting<'a> {
     pub sigmas: &'a Sigmas,
     /// The effects' extra states at its start; empty for those of rest.
     pub states: &'a [f64],
+    /// Time from the beginning of the series to that of the recording \[s\], by which the
+    /// ground's level goes.
+    pub epoch: f64,
 }
 
 /// Kinds of the rows that [`residuals`] gives.
@@ -237,20 +243,26 @@ pub fn run(
         },
     };
     if let Some(at) = sim.reading_states() {
-        let begun = |shown: f64, offset: f64, scale: f64, z: &mut f64| {
-            if shown.is_finite() {
-                *z = (shown - offset) / scale;
-            }
+        // A lag longer than a sample goes on from what was read; a shorter one has no
+        // memory, and must not take over the noise.
+        let lasting = sim.state_rates()[at] * segment.interval < MEMORY;
+        let points = if segment.starts_held {
+            sim.held_points(sim.ground_level(start + setting.epoch), &state)
+        } else {
+            sim.flight_points(&state)
         };
-        let i = samples.start;
         let n = nuisances;
-        begun(r.proof_mass[i], n.offset_p, n.scale_p, &mut state.z[at]);
-        if let Some(xc) = &r.cantilever {
-            begun(xc[i], n.offset_c, n.scale_c, &mut state.z[at + 1]);
-        }
+        let i = samples.start;
+        let begun = |x: f64, shown: Option<f64>, offset: f64, scale: f64| match shown {
+            Some(shown) if lasting && shown.is_finite() => (shown - offset) / scale,
+            _ => x,
+        };
+        let xc = r.cantilever.as_ref().map(|xc| xc[i]);
+        state.z[at] = begun(points.xp, Some(r.proof_mass[i]), n.offset_p, n.scale_p);
+        state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
     }
     let mut t = start;
-    let mut level = sim.ground_level(start);
+    let mut level = sim.ground_level(start + setting.epoch);
     let mut held = segment.starts_held.then_some(level);
     let rest = held.map(|_| sim.rest_state(&pieces, start, held));
     let mut since = segment.since.unwrap_or(start) + skew;
@@ -277,7 +289,7 @@ pub fn run(
         };
         match kind {
             Kind::Bounce { .. } | Kind::Touch => {
-                level = sim.ground_level(t);
+                level = sim.ground_level(t + setting.epoch);
                 // A mark in the wrong place may find the mass held already.
                 if held.is_some() {
                     sim.lift(level, &mut state);

@@ -223,6 +223,7 @@ pub fn prepare(
             recording,
             track,
             sigmas,
+            epoch: 0.0,
         });
     }
     let nuisances = vec![0.0; problem.nuisances.len()];

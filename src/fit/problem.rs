@@ -56,6 +56,8 @@ pub struct Data {
     pub track: Track,
     /// Standard deviations.
     pub sigmas: Sigmas,
+    /// Time from the beginning of the series to that of the recording \[s\].
+    pub epoch: f64,
 }
 
 /// Everything that does not change while the fit runs.
@@ -92,6 +94,34 @@ impl Reduced {
         let own = DVector::from_iterator(self.columns.len(), self.columns.iter().map(|&c| d[c]));
         let right = -(&self.local_right + &self.coupling * own);
         self.local.solve_upper_triangular(&right)
+    }
+}
+
+/// A segment's linearised residuals, weighted.
+#[derive(Debug, Clone)]
+pub struct Jacobian {
+    /// Unknowns of the whole problem that bear on the segment.
+    pub columns: Vec<usize>,
+    /// Its own unknowns' columns, those of `columns`, and the residuals.
+    pub matrix: DMatrix<f64>,
+    /// Roots of the rows' weights.
+    pub weights: Vec<f64>,
+    /// Number of its own unknowns.
+    pub locals: usize,
+}
+
+/// Simulators that are a step away in one parameter.
+trait Moved {
+    /// The step, the simulator there, and the effects' states at the segment's start.
+    fn by(&self, parameter: usize) -> (f64, &StretchSimulator, &[f64]);
+}
+
+struct Steps<'a>(&'a [(f64, StretchSimulator, Vec<Vec<f64>>)], usize);
+
+impl Moved for Steps<'_> {
+    fn by(&self, parameter: usize) -> (f64, &StretchSimulator, &[f64]) {
+        let (step, simulator, states) = &self.0[parameter];
+        (*step, simulator, &states[self.1])
     }
 }
 
@@ -143,13 +173,20 @@ impl Problem {
                 .iter()
                 .map(|&i| r.time[segments[i].samples.start])
                 .collect();
+            let half = r.interval();
             let motion = |t: f64| {
                 use crate::recording::Channel;
-                let at = |c| r.value_at(c, t).unwrap_or(0.0);
+                let at = |c, t| r.value_at(c, t);
+                // Slopes over two samples on either side: less noise, and still quick.
+                let slope = |c| {
+                    let (a, b) = (at(c, t - 2.0 * half)?, at(c, t + 2.0 * half)?);
+                    Some((b - a) / (4.0 * half))
+                };
                 Points {
-                    xp: at(Channel::ProofMass),
-                    xc: at(Channel::Cantilever),
-                    ..Points::default()
+                    xp: at(Channel::ProofMass, t).unwrap_or(0.0),
+                    vp: slope(Channel::ProofMass).unwrap_or(0.0),
+                    xc: at(Channel::Cantilever, t).unwrap_or(0.0),
+                    vc: slope(Channel::Cantilever).unwrap_or(0.0),
                 }
             };
             let states = simulator.states_from_drive(&data.track.pieces, &times, &motion);
@@ -167,6 +204,7 @@ impl Problem {
             recording: &data.recording,
             sigmas: &data.sigmas,
             states,
+            epoch: data.epoch,
         }
     }
 
@@ -216,24 +254,36 @@ impl Problem {
         used: &[bool],
         huber: Huber,
     ) -> Result<Vec<Option<Reduced>>, SimError> {
-        self.linearise_with(x, segments, used, huber, &[])
+        self.each(x, segments, used, |segment, base, moved| {
+            self.reduce(x, segment, huber, base, moved)
+        })
     }
 
-    /// As [`Self::linearise`], with a column more for each of `probes`: the change of the
-    /// residuals from the model at `x` to that model. Their columns are numbered from
-    /// [`Self::unknowns`] on. A probe that cannot be simulated in a segment has no bearing
-    /// on it.
+    /// The segments' Jacobians at unknowns `x`, as [`Self::linearise`] uses them.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense at `x`.
-    pub fn linearise_with(
+    pub fn jacobians(
         &self,
         x: &[f64],
         segments: &[Segment],
         used: &[bool],
         huber: Huber,
-        probes: &[StretchSimulator],
-    ) -> Result<Vec<Option<Reduced>>, SimError> {
+    ) -> Result<Vec<Option<Jacobian>>, SimError> {
+        self.each(x, segments, used, |segment, base, moved| {
+            self.jacobian(x, segment, huber, base, moved)
+        })
+    }
+
+    /// Calls `make` for each segment that is used, with the simulator at `x` and those a
+    /// step away in each parameter.
+    fn each<T: Send>(
+        &self,
+        x: &[f64],
+        segments: &[Segment],
+        used: &[bool],
+        make: impl Fn(&Segment, (&StretchSimulator, &[f64]), &dyn Moved) -> Option<T> + Sync,
+    ) -> Result<Vec<Option<T>>, SimError> {
         let base = self.simulator(x)?;
         let mut steps = Vec::with_capacity(self.space.len());
         for (j, entry) in self.space.entries.iter().enumerate() {
@@ -249,33 +299,54 @@ impl Problem {
             steps.push((step, simulator, states));
         }
         let states = self.states(&base, segments);
-        let probes: Vec<(&StretchSimulator, Vec<Vec<f64>>)> = probes
-            .par_iter()
-            .map(|probe| (probe, self.states(probe, segments)))
-            .collect();
-        let reduce = |(i, segment): (usize, &Segment)| {
-            if !used[i] {
-                return None;
-            }
-            let probes: Vec<(&StretchSimulator, &[f64])> =
-                probes.iter().map(|(p, z)| (*p, &z[i][..])).collect();
-            self.reduce(x, segment, huber, (&base, &states[i]), &probes, |j| {
-                let (step, simulator, states) = &steps[j];
-                (*step, simulator, &states[i][..])
-            })
+        let one = |(i, segment): (usize, &Segment)| {
+            used[i]
+                .then(|| make(segment, (&base, &states[i]), &Steps(&steps, i)))
+                .flatten()
         };
-        Ok(segments.par_iter().enumerate().map(reduce).collect())
+        Ok(segments.par_iter().enumerate().map(one).collect())
     }
 
-    fn reduce<'a>(
+    fn reduce(
+        &self,
+        x: &[f64],
+        segment: &Segment,
+        huber: Huber,
+        base: (&StretchSimulator, &[f64]),
+        moved: &dyn Moved,
+    ) -> Option<Reduced> {
+        let Jacobian {
+            columns,
+            mut matrix,
+            weights,
+            locals: l,
+        } = self.jacobian(x, segment, huber, base, moved)?;
+        let (m, g) = (weights.len(), columns.len());
+        let height = (m + l).max(l + g + 1);
+        matrix = matrix.resize_vertically(height, 0.0);
+        for j in 0..l {
+            let norm = matrix.column(j).norm().max(1e-12);
+            matrix[(m.min(height - l) + j, j)] = RIDGE * norm;
+        }
+        let upper = matrix.qr().unpack_r();
+        Some(Reduced {
+            columns,
+            local: upper.view((0, 0), (l, l)).into_owned(),
+            coupling: upper.view((0, l), (l, g)).into_owned(),
+            local_right: upper.view((0, l + g), (l, 1)).column(0).into_owned(),
+            s: upper.view((l, l), (g, g)).into_owned(),
+            c: upper.view((l, l + g), (g, 1)).column(0).into_owned(),
+        })
+    }
+
+    fn jacobian(
         &self,
         x: &[f64],
         segment: &Segment,
         huber: Huber,
         (base, states): (&StretchSimulator, &[f64]),
-        probes: &[(&StretchSimulator, &[f64])],
-        moved: impl Fn(usize) -> (f64, &'a StretchSimulator, &'a [f64]),
-    ) -> Option<Reduced> {
+        moved: &dyn Moved,
+    ) -> Option<Jacobian> {
         let nuisances = self.nuisances_of(x, segment.recording);
         let mut stretcher = Stretcher::new(base);
         let mut r0 = Vec::new();
@@ -289,10 +360,8 @@ impl Problem {
         let parameters = self.space.len();
         let mut columns: Vec<usize> = (0..parameters).collect();
         columns.extend(own.iter().map(|i| parameters + i));
-        columns.extend((0..probes.len()).map(|k| self.unknowns() + k));
         let (l, g, m) = (locals.len(), columns.len(), r0.len());
-        let height = (m + l).max(l + g + 1);
-        let mut a = DMatrix::zeros(height, l + g + 1);
+        let mut a = DMatrix::zeros(m, l + g + 1);
         let weights: Vec<f64> = r0.iter().map(|r| huber.root_weight(*r)).collect();
         let mut r = Vec::with_capacity(m);
         let mut fill = |column: usize, r: &[f64], step: f64| {
@@ -311,7 +380,7 @@ impl Problem {
             there[j] = locals[j];
         }
         for j in 0..parameters {
-            let (step, simulator, states) = moved(j);
+            let (step, simulator, states) = moved.by(j);
             let mut stretcher = Stretcher::new(simulator);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
                 return None;
@@ -328,28 +397,14 @@ impl Problem {
             }
             fill(l + parameters + k, &r, step);
         }
-        let first = l + parameters + own.len();
-        for (k, (simulator, states)) in probes.iter().enumerate() {
-            let mut stretcher = Stretcher::new(simulator);
-            if self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
-                fill(first + k, &r, 1.0);
-            }
-        }
         for i in 0..m {
             a[(i, l + g)] = weights[i] * r0[i];
         }
-        for j in 0..l {
-            let norm = a.column(j).norm().max(1e-12);
-            a[(m.min(height - l) + j, j)] = RIDGE * norm;
-        }
-        let upper = a.qr().unpack_r();
-        Some(Reduced {
+        Some(Jacobian {
             columns,
-            local: upper.view((0, 0), (l, l)).into_owned(),
-            coupling: upper.view((0, l), (l, g)).into_owned(),
-            local_right: upper.view((0, l + g), (l, 1)).column(0).into_owned(),
-            s: upper.view((l, l), (g, g)).into_owned(),
-            c: upper.view((l, l + g), (g, 1)).column(0).into_owned(),
+            matrix: a,
+            weights,
+            locals: l,
         })
     }
 

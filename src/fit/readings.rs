@@ -15,10 +15,10 @@ use super::segment::Segment;
 use super::solve::{Control, Point};
 use super::space::Space;
 use crate::model::Model;
-use crate::sim::Stretcher;
+use crate::sim::{SimError, Stretcher};
 
 /// By how much the laws of the ground are loosened: they have no say.
-const LOOSE: f64 = 1e5;
+pub(crate) const LOOSE: f64 = 1e5;
 /// Step of a segment's unknowns for differences, in their own units.
 const STEP: f64 = 1e-3;
 /// Segments further from the data than this many standard deviations are not read.
@@ -39,6 +39,10 @@ pub struct Bounce {
     pub ratio: f64,
     /// Its standard error.
     pub error: f64,
+    /// How far above the ground's level the approach is when the departure leaves it \[m\].
+    pub miss: f64,
+    /// Its standard error \[m\].
+    pub miss_error: f64,
 }
 
 /// A release.
@@ -86,7 +90,11 @@ pub fn readings(
     Ok(read(&prepared, &point)?)
 }
 
-fn read(prepared: &Prepared, point: &Point) -> Result<Readings, crate::sim::SimError> {
+/// Reads bounces and releases at a point whose segments are fitted with loose laws.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimError> {
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
@@ -117,18 +125,23 @@ fn read(prepared: &Prepared, point: &Point) -> Result<Readings, crate::sim::SimE
     Ok(all)
 }
 
-/// The quantities of interest of a run: ratios of the bounces, forces of the releases.
+/// The quantities of interest of a run: ratios and misses of the bounces, forces of the
+/// releases.
 fn quantities(run: &Run) -> Vec<f64> {
-    let quantity = |encounter: &Encounter| match *encounter {
-        Encounter::Meeting {
-            speed,
-            after: Some(after),
-            ..
-        } => Some(after / speed),
-        Encounter::PullOff(Some(pull)) if pull.telling => Some(pull.force),
-        _ => None,
-    };
-    run.encounters.iter().filter_map(quantity).collect()
+    let mut out = Vec::new();
+    for encounter in &run.encounters {
+        match *encounter {
+            Encounter::Meeting {
+                miss,
+                speed,
+                after: Some(after),
+                ..
+            } => out.extend([after / speed, miss]),
+            Encounter::PullOff(Some(pull)) if pull.telling => out.push(pull.force),
+            _ => {}
+        }
+    }
+    out
 }
 
 /// Readings of one segment; `None` where it is too far from the data to be read.
@@ -185,9 +198,9 @@ fn one(
         match *encounter {
             Encounter::Meeting {
                 time,
+                miss,
                 speed,
                 after: Some(after),
-                ..
             } => readings.bounces.push(Bounce {
                 recording: segment.recording,
                 time: time - skew,
@@ -195,6 +208,8 @@ fn one(
                 departure: after,
                 ratio: after / speed,
                 error: errors.next()?,
+                miss,
+                miss_error: errors.next()?,
             }),
             Encounter::PullOff(Some(pull)) if pull.telling => readings.releases.push(Release {
                 recording: segment.recording,
@@ -208,7 +223,7 @@ fn one(
     }
     readings
         .bounces
-        .retain(|b| b.ratio.is_finite() && b.error.is_finite());
+        .retain(|b| b.ratio.is_finite() && b.error.is_finite() && b.miss_error.is_finite());
     readings
         .releases
         .retain(|r| r.force.is_finite() && r.error.is_finite());

@@ -68,6 +68,22 @@ impl Space {
         })
     }
 
+    /// The model that holds what is not moved.
+    pub fn base(&self) -> &Model {
+        &self.base
+    }
+
+    /// Keeps a parameter that goes by itself or by its logarithm at `least` or above.
+    pub fn keep_above(&mut self, id: &str, least: f64) {
+        for e in self.entries.iter_mut().filter(|e| e.id == id) {
+            match e.coordinate {
+                Coordinate::Log if least > 0.0 => e.low = e.low.max(least.ln()),
+                Coordinate::Linear(unit) => e.low = e.low.max(least / unit),
+                _ => {}
+            }
+        }
+    }
+
     /// Number of parameters that are moved.
     pub fn len(&self) -> usize {
         self.entries.len()

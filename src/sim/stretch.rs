@@ -18,6 +18,8 @@ use super::nodes::S;
 use super::runner::tables;
 use super::step::{LEVELS, Step, Tables};
 
+/// Time constants after which a decaying state is forgotten.
+const FORGOTTEN: f64 = 35.0;
 /// Steps after which one stretch is given up.
 const MOST_STEPS: u64 = 2_000_000;
 
@@ -267,7 +269,17 @@ impl StretchSimulator {
         let mut u = vec![0.0; count];
         let fastest = d.rates.iter().fold(0.0f64, |a, &b| a.max(b));
         let longest = (0.2 / fastest.max(1.0)).min(2e-4);
+        // What decays is forgotten, unless an effect keeps a memory of its own.
+        let slowest = d.rates.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let memory = if slowest > 0.0 {
+            FORGOTTEN / slowest
+        } else {
+            f64::INFINITY
+        };
         for &target in times {
+            if target - t > memory {
+                t = target - memory;
+            }
             while t < target {
                 let segment = d.piece(segment_at(drive, t), t, &z);
                 let end = target.min(segment.end).min(t + longest).max(t + 1e-12);

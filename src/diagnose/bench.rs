@@ -1,0 +1,512 @@
+//! Recordings made ready for a diagnosis, and fits of models to them.
+//!
+//! All fits here are over calm stretches ([`super::calm`]): what happens at the ground is
+//! looked at by itself ([`super::events`]).
+
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use super::calm::{Calm, prepare_calm};
+use super::noise::{self, Noise, Stays};
+use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::fit::prepare::{Findings, look};
+use crate::fit::problem::{Nuisance, Problem};
+use crate::fit::robust::Huber;
+use crate::fit::segment::Segment;
+use crate::fit::solve::{Clock, Plan, Point, improve, settle};
+use crate::fit::space::Space;
+use crate::fit::{Control, FitError, FitOptions, FreeNuisances, Part, Progress};
+use crate::model::Model;
+use crate::model::effects::ActiveEffect;
+use crate::model::parameter::ParameterId;
+use crate::recording::quantile_in_place;
+use crate::sim::SimError;
+
+/// Standard deviation of what is known of the skew between the clocks of voltage and
+/// readings \[s\].
+const SKEW: f64 = 5e-6;
+/// Loss by which fits are compared, in units of the noise.
+pub const LOSS: Huber = Huber(6.0);
+/// Others that are tried where much is left.
+const FILMS: [f64; 3] = [0.5, 0.08, 0.25];
+/// Chi2 per value above which other films are tried.
+const MUCH: f64 = 1.15;
+/// A stretch this many times farther off than nine in ten of the others was misread.
+const OFF: f64 = 2.5;
+/// Thickness of the film at contact at first, as a share of `dp`.
+const FILM: f64 = 0.2;
+
+/// Recordings on one side: fitted, or kept out.
+#[derive(Debug, Clone)]
+pub struct Side {
+    /// The recordings.
+    pub parts: Vec<Part>,
+    findings: Vec<Findings>,
+    /// Cut into calm stretches.
+    pub calm: Calm,
+}
+
+/// Everything that does not change while hypotheses are weighed.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    /// To fit.
+    pub train: Side,
+    /// Kept out; without recordings if there are none.
+    pub held_out: Option<Side>,
+    /// Noise of the readings.
+    pub noise: Noise,
+    /// Ids of the baseline's own freedoms.
+    pub free: Vec<String>,
+    options: FitOptions,
+}
+
+/// A model fitted to one side.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The model at the fit.
+    pub model: Model,
+    /// The problem with its parameters.
+    pub problem: Problem,
+    /// Where it ended.
+    pub point: Point,
+    /// Robust cost by [`LOSS`], corrected for the stretches' own unknowns.
+    pub cost: f64,
+}
+
+impl Fitted {
+    /// Rows minus the stretches' own unknowns.
+    pub fn freedom(&self) -> f64 {
+        let own: usize = self.point.segments.iter().map(|s| s.locals.len()).sum();
+        self.point.rows.saturating_sub(own).max(1) as f64
+    }
+}
+
+/// What re-tuning may move: the baseline's own parameters that calm stretches tell, and
+/// how the readings and the drive share in the modes.
+fn freedoms(model: &Model, lone: bool) -> Vec<String> {
+    use ParameterId as P;
+    let own = [
+        P::Eta,
+        P::Dp,
+        P::Zeta1,
+        P::Zeta2,
+        P::Cs,
+        P::Gp,
+        P::F1,
+        P::F2,
+        P::ShapeC1,
+        P::ShapeC2,
+        P::ShapeP2,
+        P::DriveP,
+    ];
+    // Without the cantilever's reading nothing shows its shares.
+    let seen = |p: &P| !lone || !matches!(p, P::ShapeC1 | P::ShapeC2 | P::ShapeP2);
+    let mut free: Vec<String> = own
+        .into_iter()
+        .filter(|p| model.uses(*p) && seen(p))
+        .filter(|p| *p != P::F1 || model.parameters[P::F1] > 0.0)
+        .map(|p| p.spec().id.to_owned())
+        .collect();
+    for effect in &model.effects {
+        let own = effect.spec.parameters.iter();
+        free.extend(own.map(|p| format!("{}.{}", effect.spec.id, p.id)));
+    }
+    free
+}
+
+impl Bench {
+    /// Makes recordings ready.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a recording or the model cannot be used.
+    pub fn new(
+        model: &Model,
+        train: &[Part],
+        held_out: &[Part],
+        options: &DiagnoseOptions,
+    ) -> Result<Self, DiagnoseError> {
+        if train.is_empty() {
+            return Err(DiagnoseError::NoRecording);
+        }
+        let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
+        let free = freedoms(model, lone);
+        let fit = FitOptions {
+            free: free.clone(),
+            nuisances: FreeNuisances {
+                offsets: true,
+                scales: None,
+                skew: Some(SKEW),
+            },
+            tolerance: options.tolerance,
+            ..FitOptions::for_model(model)
+        };
+        let space = Space::new(model, &free)?;
+        let side = |parts: &[Part]| -> Result<Side, FitError> {
+            let findings = look(model, parts);
+            let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
+            Ok(Side {
+                parts: parts.to_vec(),
+                findings,
+                calm,
+            })
+        };
+        let mut train = side(train)?;
+        let mut held_out = if held_out.is_empty() {
+            None
+        } else {
+            Some(side(held_out)?)
+        };
+        let sides = || std::iter::once(&train).chain(&held_out);
+        let stays: Vec<Stays<'_>> = sides()
+            .flat_map(|s| s.calm.prepared.problem.data.iter().zip(&s.calm.timelines))
+            .map(|(d, timeline)| Stays {
+                recording: &d.recording,
+                timeline,
+                sigma: d.sigmas.xp,
+            })
+            .collect();
+        let noise = noise::estimate(&stays);
+        for side in std::iter::once(&mut train).chain(&mut held_out) {
+            side.colour(&noise);
+        }
+        Ok(Self {
+            train,
+            held_out,
+            noise,
+            free,
+            options: fit,
+        })
+    }
+
+    /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].
+    pub fn epochs(&self) -> Vec<f64> {
+        let mut at = 0.0;
+        let parts = self.train.parts.iter();
+        parts
+            .map(|part| {
+                let (begin, end) = part.recording.span();
+                let epoch = at - begin;
+                at += end - begin;
+                epoch
+            })
+            .collect()
+    }
+
+    /// The same recordings as one series in time: what happens to the ground once, happens
+    /// to all later ones. Those kept out come last.
+    pub fn in_series(&self) -> Self {
+        let mut series = self.clone();
+        let mut epochs = self.epochs();
+        let length = |p: &Part| p.recording.span().1 - p.recording.span().0;
+        let mut at: f64 = self.train.parts.iter().map(length).sum();
+        for (data, epoch) in series.train.calm.prepared.problem.data.iter_mut().zip(&epochs) {
+            data.epoch = *epoch;
+        }
+        epochs.clear();
+        if let Some(held_out) = &mut series.held_out {
+            for (data, part) in held_out.calm.prepared.problem.data.iter_mut().zip(&held_out.parts) {
+                data.epoch = at - part.recording.span().0;
+                at += length(part);
+            }
+        }
+        series
+    }
+
+    /// The baseline, re-tuned to the fitted recordings from `model`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn baseline(
+        &self,
+        model: &Model,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let mut start = model.clone();
+        if model.has_ground {
+            let known = self.train.findings.iter().filter_map(|f| f.level.clone().ok());
+            let mut known: Vec<f64> = known.collect();
+            let level = quantile_in_place(&mut known, 0.5);
+            let p = &mut start.parameters;
+            if level.is_finite() && level < 0.0 {
+                p.set(ParameterId::Dp, -level);
+            }
+            p.set(ParameterId::Gp, (1.0 + FILM) * p[ParameterId::Dp]);
+        }
+        let space = Space::new(&start, &self.free)?;
+        let mut problem = self.train.calm.prepared.problem.clone();
+        problem.space = space;
+        let mut x = problem.space.coordinates(&start);
+        x.resize(problem.unknowns(), 0.0);
+        let segments = &self.train.calm.prepared.segments;
+        let used = vec![true; segments.len()];
+        let mut point = settle(&problem, &x, segments, &used, Huber(1e4), 3)?;
+        let skews: Vec<usize> = skews(&problem);
+        // What acts most comes first: frequencies and dampings of motions that are far off
+        // in size would go astray.
+        let late: [&[&str]; 3] = [
+            &[
+                "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
+            ],
+            &["Cs", "gp", "shape_p2"],
+            &["gp"],
+        ];
+        for ids in late {
+            let mut locked = positions(&problem, ids);
+            if locked.len() == problem.space.len() {
+                continue;
+            }
+            if ids.len() > 2 {
+                locked.extend(&skews);
+            }
+            point = self.improve(&problem, point, &locked, 7, control)?;
+            heal(&problem, &mut point, segments)?;
+        }
+        let before = point.clone();
+        point = self.improve(&problem, point, &[], 20, control)?;
+        if heal(&problem, &mut point, segments)? {
+            point = self.improve(&problem, point, &[], 10, control)?;
+        }
+        let mut best = self.finish(problem, point)?;
+        // Strength and thickness of the film trade against each other along a valley
+        // that may lead astray: other thicknesses are tried where much is left.
+        let thickness = best.problem.space.position("gp");
+        for share in FILMS {
+            let left = best.cost / best.point.rows.max(1) as f64;
+            let Some(at) = thickness.filter(|_| left > MUCH && !control.cancelled()) else {
+                break;
+            };
+            let mut problem = best.problem.clone();
+            let entry = &problem.space.entries[at];
+            let mut x = before.x.clone();
+            let gap = share * best.model.parameters[ParameterId::Dp];
+            x[at] = gap.ln().clamp(entry.low, entry.high);
+            let mut point = settle(&problem, &x, &before.segments, &before.used, LOSS, 2)?;
+            let locked = positions(&problem, &["gp"]);
+            point = self.improve(&problem, point, &locked, 5, control)?;
+            point = self.improve(&problem, point, &[], 20, control)?;
+            if heal(&problem, &mut point, segments)? {
+                point = self.improve(&problem, point, &[], 10, control)?;
+            }
+            problem = best.problem.clone();
+            let other = self.finish(problem, point)?;
+            let per_row = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
+            if per_row(&other) < per_row(&best) {
+                best = other;
+            }
+        }
+        Ok(best)
+    }
+
+    /// A model with effects, fitted to the fitted recordings from `start`, whose values
+    /// for the baseline's freedoms and the ids of `free` are moved; those in `least` stay
+    /// above a bound. `from` is a fit of a model near by.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn fit(
+        &self,
+        start: &Model,
+        free: &[String],
+        least: &[(String, f64)],
+        from: &Fitted,
+        iterations: usize,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let mut ids = self.free.clone();
+        ids.extend_from_slice(free);
+        let mut problem = self.train.calm.prepared.problem.clone();
+        problem.space = Space::new(start, &ids)?;
+        for (id, least) in least {
+            problem.space.keep_above(id, *least);
+        }
+        let mut x = problem.space.coordinates(start);
+        x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
+        let fresh = modes(start) != modes(&from.model);
+        let mut point = if fresh {
+            let side = &self.train;
+            let space = &problem.space;
+            let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
+            let segments = calm.prepared.segments;
+            let used = vec![true; segments.len()];
+            settle(&problem, &x, &segments, &used, Huber(1e4), 3)?
+        } else {
+            let own = &from.point;
+            settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
+        };
+        point = self.improve(&problem, point, &[], iterations, control)?;
+        self.finish(problem, point)
+    }
+
+    /// A model against the recordings kept out, its parameters frozen; `None` if there are
+    /// none.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn judge(
+        &self,
+        model: &Model,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
+        let Some(side) = &self.held_out else {
+            return Ok(None);
+        };
+        let mut problem = side.calm.prepared.problem.clone();
+        problem.space = Space::new(model, &self.free)?;
+        let mut x = problem.space.coordinates(model);
+        x.resize(problem.unknowns(), 0.0);
+        let space = &problem.space;
+        let segments = if modes(model) == modes(problem.space.base()) && model.effects.is_empty() {
+            side.calm.prepared.segments.clone()
+        } else {
+            prepare_calm(model, space, &side.parts, &side.findings, &self.options)?
+                .prepared
+                .segments
+        };
+        let used = vec![true; segments.len()];
+        let point = settle(&problem, &x, &segments, &used, Huber(1e4), 3)?;
+        let locked: Vec<usize> = (0..problem.space.len()).collect();
+        let mut point = self.improve(&problem, point, &locked, 10, control)?;
+        if heal(&problem, &mut point, &segments)? {
+            point = self.improve(&problem, point, &locked, 5, control)?;
+        }
+        Ok(Some(self.finish(problem, point)?))
+    }
+
+    fn improve(
+        &self,
+        problem: &Problem,
+        point: Point,
+        locked: &[usize],
+        iterations: usize,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Point, DiagnoseError> {
+        let quiet = |_: &Progress| {};
+        let control = Control {
+            cancel: control.cancel,
+            progress: &quiet,
+        };
+        let plan = Plan {
+            stage: "calm stretches",
+            iterations,
+            locked,
+        };
+        let mut clock = Clock::new(iterations);
+        Ok(improve(problem, point, &plan, &control, &mut clock)?)
+    }
+
+    fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
+        let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
+        let mut own: usize = point.segments.iter().map(|s| s.locals.len()).sum();
+        let model = problem.space.model(&point.x);
+        if problem.simulator(&point.x)?.reading_states().is_some() {
+            // The first reading of each stretch is taken over, and its noise fades with
+            // the lag.
+            let channels = |s: &Segment| {
+                let data = &problem.data[s.recording].recording;
+                2 * (1 + usize::from(data.cantilever.is_some()))
+            };
+            own += point.segments.iter().map(channels).sum::<usize>();
+        }
+        Ok(Fitted {
+            model,
+            cost: point.cost + own as f64,
+            problem,
+            point,
+        })
+    }
+}
+
+/// Looks after stretches that are far off where the others are not: a new start from the
+/// first guess, or no say, for then an event in them was overlooked. Whether anything
+/// changed.
+fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<bool, SimError> {
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let fit = |i: usize, start: Vec<f64>, huber, rounds| {
+        let segment = &point.segments[i];
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, rounds)
+    };
+    let rows: Vec<usize> = point.segments.iter().map(|s| problem.rows(s).len()).collect();
+    let per_row = |i: usize, cost: f64| (cost / rows[i].max(1) as f64).sqrt();
+    let now: Vec<(Vec<f64>, f64)> = (0..point.segments.len())
+        .into_par_iter()
+        .map(|i| fit(i, point.segments[i].locals.clone(), LOSS, 1))
+        .collect();
+    let mut known: Vec<f64> = (0..now.len())
+        .filter(|&i| point.used[i])
+        .map(|i| per_row(i, now[i].1))
+        .filter(|c| c.is_finite())
+        .collect();
+    let usual = quantile_in_place(&mut known, 0.9).max(1.0);
+    let off: Vec<usize> = (0..now.len())
+        .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * usual)
+        .collect();
+    let fresh: Vec<(Vec<f64>, f64)> = off
+        .par_iter()
+        .map(|&i| {
+            let (loose, _) = fit(i, first[i].locals.clone(), Huber(1e4), 8);
+            fit(i, loose, LOSS, 8)
+        })
+        .collect();
+    for (&i, (locals, cost)) in off.iter().zip(fresh) {
+        let best = cost.min(now[i].1);
+        let left = per_row(i, best);
+        if cost < now[i].1 {
+            point.segments[i].locals = locals;
+        }
+        point.used[i] = left <= OFF * usual;
+    }
+    Ok(!off.is_empty())
+}
+
+impl Side {
+    /// Takes over what was found of the noise.
+    fn colour(&mut self, noise: &Noise) {
+        for data in &mut self.calm.prepared.problem.data {
+            data.sigmas.xp *= noise.factor;
+            data.sigmas.xc *= noise.factor;
+            data.sigmas.colour = noise.colour;
+        }
+    }
+
+    /// The stretches as first guessed.
+    pub fn segments(&self) -> &[Segment] {
+        &self.calm.prepared.segments
+    }
+}
+
+/// `model` with one more effect, in place of one of the same kind.
+pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
+    let mut with = model.clone();
+    with.effects.retain(|e| e.spec != effect.spec);
+    with.effects.push(effect);
+    with
+}
+
+fn modes(model: &Model) -> usize {
+    let further = model.effects.iter().filter(|e| e.spec.id == "extra_mode");
+    model.modes.len() + further.count()
+}
+
+fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
+    ids.iter()
+        .filter_map(|id| problem.space.position(id))
+        .collect()
+}
+
+fn skews(problem: &Problem) -> Vec<usize> {
+    let all = problem.nuisances.iter().enumerate();
+    all.filter(|(_, n)| n.what == Nuisance::Skew)
+        .map(|(i, _)| problem.space.len() + i)
+        .collect()
+}
+
+/// An estimate of the time left from the share done and the time it took.
+pub fn remaining(done: f64, elapsed: Duration) -> Duration {
+    if done <= 0.0 {
+        return Duration::ZERO;
+    }
+    elapsed.mul_f64(((1.0 - done) / done).clamp(0.0, 1e4))
+}

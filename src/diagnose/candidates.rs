@@ -1,0 +1,129 @@
+//! The catalogue as hypotheses: for each effect some forms of it, each a direction in
+//! which the simulation would move, and what is left free when it is fitted.
+
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
+use crate::model::parameter::ParameterId;
+
+/// One effect at one set of its nonlinear constants.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Form {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// Values of its parameters, of a size at which it still acts in proportion.
+    pub values: Vec<f64>,
+    /// Which parameter is its strength.
+    pub strength: usize,
+    /// Whether the strength may be negative.
+    pub signed: bool,
+    /// Which parameters are fitted.
+    pub free: Vec<usize>,
+}
+
+impl Form {
+    /// The effect at `theta` times the form's strength, kept within its limits.
+    pub fn effect(&self, theta: f64) -> ActiveEffect {
+        let mut values = self.values.clone();
+        let (low, high) = self.spec.parameters[self.strength].limits;
+        values[self.strength] = (values[self.strength] * theta).clamp(low, high);
+        ActiveEffect {
+            spec: self.spec,
+            values,
+        }
+    }
+
+    /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
+    /// a lag would only make the simulation stiff.
+    pub fn least(&self) -> f64 {
+        if self.signed {
+            f64::NEG_INFINITY
+        } else {
+            let lag = self.spec.parameters[self.strength].unit == "s";
+            (if lag { 0.1 } else { 1e-4 }) * self.values[self.strength]
+        }
+    }
+
+    /// Id of the strength, as `effect.parameter`.
+    pub fn strength_id(&self) -> String {
+        format!(
+            "{}.{}",
+            self.spec.id, self.spec.parameters[self.strength].id
+        )
+    }
+
+    /// Ids of the parameters that are fitted, as `effect.parameter`.
+    pub fn free_ids(&self) -> Vec<String> {
+        let name = |&i: &usize| format!("{}.{}", self.spec.id, self.spec.parameters[i].id);
+        self.free.iter().map(name).collect()
+    }
+}
+
+/// Forms of all effects that the linear scan can weigh on this device. Further modes,
+/// vibrations and what happens at the ground are looked for in ways of their own.
+pub fn forms(model: &Model) -> Vec<Form> {
+    let mut out = Vec::new();
+    for spec in CATALOGUE.iter().copied() {
+        let mut add = |values: &[f64], strength, signed, free: &[usize]| {
+            out.push(Form {
+                spec,
+                values: values.to_vec(),
+                strength,
+                signed,
+                free: free.to_vec(),
+            });
+        };
+        let dp = model.parameters[ParameterId::Dp];
+        let driven = model.piezo.is_some();
+        let ground = model.has_ground;
+        match spec.id {
+            "amplifier_lag" if driven => {
+                for tau in [1e-5, 5e-5, 2e-4] {
+                    add(&[tau], 0, false, &[0]);
+                }
+            }
+            "piezo_creep" if driven => {
+                for tau in [2e-3, 8e-3, 30e-3, 0.12, 0.5] {
+                    add(&[0.02, tau], 0, false, &[0, 1]);
+                }
+            }
+            "hysteresis_memory" if driven => {
+                for width in [0.5, 1.2] {
+                    add(&[0.2, width, 8.0], 0, false, &[0, 1]);
+                }
+            }
+            "electrostatic" if driven && ground => {
+                for above in [6e-6, 15e-6, 35e-6, 100e-6] {
+                    add(&[9e-9, dp + above], 0, false, &[0, 1]);
+                }
+            }
+            "cubic_stiffness" => add(&[2e3], 0, true, &[0]),
+            "quadratic_drag" => add(&[2e-8], 0, false, &[0]),
+            "dry_friction" => add(&[3e-10], 0, false, &[0]),
+            "film_spring" if ground => {
+                for tau in [8e-6, 4e-5, 2e-4] {
+                    add(&[tau], 0, false, &[0]);
+                }
+            }
+            "long_range_attraction" if ground => {
+                for reach in [0.6e-6, 2e-6, 6e-6] {
+                    add(&[3e-9, reach, 2.0], 0, false, &[0, 1]);
+                }
+            }
+            "zero_drift" => {
+                for tau in [0.02, 0.1] {
+                    add(&[2e-7, tau, 0.0], 0, true, &[0, 1]);
+                }
+                add(&[0.0, 0.1, 1e-6], 2, true, &[2]);
+            }
+            "sensor_lag" => {
+                add(&[1e-5, 0.0], 0, false, &[0]);
+                add(&[0.0, 5e-6], 1, false, &[1]);
+            }
+            "gravity" if model.parameters[ParameterId::F1] <= 0.0 => {
+                add(&[1.0], 0, true, &[0]);
+            }
+            _ => {}
+        }
+    }
+    out
+}

@@ -1,0 +1,406 @@
+//! Naming: hypotheses are promised by the scan, refitted, judged on the recordings kept
+//! out, and added one by one as long as both sides improve beyond chance.
+
+use super::bench::{Bench, Fitted, with_effect};
+use super::candidates::{Form, forms};
+use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use super::ring;
+use super::scan::{Linear, Scan, find_line, find_step};
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, EffectSpec, find};
+
+/// A hypothesis is refitted from this promised fall of chi2 on.
+const PROMISING: f64 = 15.0;
+/// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
+/// directions and some thousand frequencies falls by up to 20 by chance alone.
+pub const TRAIN_GAIN: f64 = 30.0;
+/// Least fall on the recordings kept out.
+pub const HELD_GAIN: f64 = 10.0;
+/// A further name must explain this share of what the first ones explained.
+const SHARE: f64 = 0.004;
+/// Two hypotheses whose gains differ by less than this share cannot be told apart.
+const ALIKE: f64 = 0.03;
+/// Nor if they differ by less than this.
+const ALIKE_LEAST: f64 = 8.0;
+/// Most hypotheses refitted in a round.
+const MOST: usize = 4;
+/// Frequencies of a vibration of the base that are looked at \[Hz\].
+const LINES: (f64, f64) = (8.0, 2100.0);
+/// Amplitude with which they are \[m/s^2\].
+const SHAKE: f64 = 0.05;
+/// Height with which a step of the ground is looked for \[m\].
+const RISE: f64 = 1e-7;
+/// Significance of a hump in the spectrum from which a further mode is tried.
+const HUMP: f64 = 6.0;
+
+/// A hypothesis about what was left out.
+#[derive(Debug, Clone)]
+pub struct Hypothesis {
+    /// The effect to begin with.
+    pub start: ActiveEffect,
+    /// Ids of its parameters that are fitted.
+    pub free: Vec<String>,
+    /// Parameters that stay above a bound.
+    pub least: Vec<(String, f64)>,
+    /// Fall of chi2 promised by the linearised problem.
+    pub promise: f64,
+    /// Whether its times go through the series of recordings.
+    pub series: bool,
+}
+
+/// A hypothesis after a fit with it.
+#[derive(Debug, Clone)]
+pub struct Weighed {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// Fall of chi2 promised.
+    pub promise: f64,
+    /// The fit, if it was worth one.
+    pub trial: Option<Trial>,
+}
+
+/// A fit with one more effect, judged.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Of the fitted recordings.
+    pub train: Fitted,
+    /// Of those kept out.
+    pub held_out: Option<Fitted>,
+    /// Fall of chi2 on the fitted recordings.
+    pub gain: f64,
+    /// Fall on those kept out; 0 if there are none.
+    pub held_gain: f64,
+    /// The hypothesis.
+    pub hypothesis: Hypothesis,
+}
+
+impl Trial {
+    /// Both gains.
+    pub fn worth(&self) -> f64 {
+        self.gain + self.held_gain
+    }
+}
+
+/// Where the search stands: a model with the effects named so far.
+#[derive(Debug, Clone)]
+pub struct Stand {
+    /// Fit to the recordings to be fitted.
+    pub train: Fitted,
+    /// Those kept out, judged.
+    pub held_out: Option<Fitted>,
+    /// The effects named, in the order found.
+    pub named: Vec<Named>,
+}
+
+/// An effect that was named.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// Its freedoms.
+    pub hypothesis: Hypothesis,
+    /// Fall of chi2 that it brought on either side.
+    pub gain: (f64, f64),
+    /// Others that did as well.
+    pub alike: Vec<&'static str>,
+}
+
+/// What the search found.
+#[derive(Debug, Clone)]
+pub struct Explanation {
+    /// The re-tuned baseline.
+    pub baseline: Stand,
+    /// With the effects named.
+    pub stand: Stand,
+    /// Everything weighed against the baseline.
+    pub weighed: Vec<Weighed>,
+}
+
+/// Looks for what `baseline` lacks.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn explain(
+    bench: &Bench,
+    baseline: Stand,
+    options: &DiagnoseOptions,
+    control: &DiagnoseControl<'_>,
+    report: &dyn Fn(&str, f64),
+) -> Result<Explanation, DiagnoseError> {
+    let mut stand = baseline.clone();
+    let mut bench = bench.clone();
+    let mut weighed: Vec<Weighed> = Vec::new();
+    let mut explained = 0.0;
+    for round in 0..options.most {
+        if control.cancelled() {
+            break;
+        }
+        let about = |detail: &str, share: f64| {
+            report(detail, (round as f64 + share) / options.most as f64);
+        };
+        let round_weighed = weigh(&bench, &stand, options, control, &about)?;
+        let best = round_weighed
+            .iter()
+            .filter_map(|w| w.trial.as_ref().map(|t| (w.spec, t)))
+            .max_by(|a, b| a.1.worth().total_cmp(&b.1.worth()))
+            .map(|(spec, t)| (spec, t.clone()));
+        let alike: Vec<&'static str> = best.as_ref().map_or(Vec::new(), |(spec, best)| {
+            let slack = (ALIKE * best.worth()).max(ALIKE_LEAST);
+            let near = |w: &&Weighed| {
+                w.spec != *spec
+                    && w.trial
+                        .as_ref()
+                        .is_some_and(|t| t.worth() > best.worth() - slack)
+            };
+            round_weighed.iter().filter(near).map(|w| w.spec.id).collect()
+        });
+        if round == 0 {
+            weighed = round_weighed;
+        }
+        let Some((spec, trial)) = best else { break };
+        let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
+        if trial.gain < TRAIN_GAIN || !held || trial.worth() < SHARE * explained {
+            break;
+        }
+        explained += trial.worth();
+        if trial.hypothesis.series {
+            bench = bench.in_series();
+        }
+        stand.named.push(Named {
+            spec,
+            hypothesis: trial.hypothesis,
+            gain: (trial.gain, trial.held_gain),
+            alike,
+        });
+        stand.train = trial.train;
+        stand.held_out = trial.held_out;
+        drop_needless(&bench, &mut stand, control)?;
+    }
+    Ok(Explanation {
+        baseline,
+        stand,
+        weighed,
+    })
+}
+
+/// Weighs all hypotheses that `stand` does not have yet.
+fn weigh(
+    bench: &Bench,
+    stand: &Stand,
+    options: &DiagnoseOptions,
+    control: &DiagnoseControl<'_>,
+    about: &dyn Fn(&str, f64),
+) -> Result<Vec<Weighed>, DiagnoseError> {
+    about("scan of the catalogue", 0.0);
+    let mut hypotheses = promises(bench, stand)?;
+    let wanted = |id: &str| options.candidates.is_empty() || options.candidates.iter().any(|c| c == id);
+    let has = |spec: &EffectSpec| stand.named.iter().any(|n| n.spec == spec);
+    hypotheses.retain(|h| wanted(h.start.spec.id) && !has(h.start.spec));
+    hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+    let mut out: Vec<Weighed> = Vec::new();
+    let mut best = 0.0f64;
+    let count = hypotheses.len().min(MOST).max(1);
+    for (k, hypothesis) in hypotheses.into_iter().enumerate() {
+        // Where the promise is far below what a refit has reached, a refit is in vain:
+        // promises are right where the baseline is near the data.
+        let worth = hypothesis.promise > PROMISING && hypothesis.promise > 0.05 * best;
+        let mut trial = None;
+        if k < MOST && worth && !control.cancelled() {
+            about(hypothesis.start.spec.name, (k + 1) as f64 / (count + 1) as f64);
+            trial = attempt(bench, stand, &hypothesis, control)?;
+            best = trial.as_ref().map_or(best, |t| best.max(t.gain));
+        }
+        out.push(Weighed {
+            spec: hypothesis.start.spec,
+            promise: hypothesis.promise,
+            trial,
+        });
+    }
+    Ok(out)
+}
+
+/// The best form of each effect, with what the linearised problem promises.
+fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseError> {
+    let model = &stand.train.model;
+    let linear = Linear::new(&stand.train.problem, &stand.train.point, super::bench::LOSS)?;
+    let all = forms(model);
+    let scan = Scan::new(&linear, model, &all)?;
+    let mut out: Vec<Hypothesis> = Vec::new();
+    for (k, form) in all.iter().enumerate() {
+        let Some(promise) = scan.promise(k) else {
+            continue;
+        };
+        let gain = if promise.theta < 0.0 && !form.signed {
+            0.0
+        } else {
+            promise.gain
+        };
+        let hypothesis = from_form(form, promise.theta, gain);
+        match out.iter_mut().find(|h| h.start.spec == form.spec) {
+            Some(known) if known.promise >= gain => {}
+            Some(known) => *known = hypothesis,
+            None => out.push(hypothesis),
+        }
+    }
+    if let Some(spec) = find("base_vibration") {
+        let vibration = |f: f64, phase: f64| ActiveEffect {
+            spec,
+            values: vec![SHAKE, f, phase],
+        };
+        if let Some(line) = find_line(&linear, model, &vibration, LINES, 100.0)? {
+            out.push(Hypothesis {
+                start: ActiveEffect {
+                    spec,
+                    values: vec![SHAKE * line.amplitude, line.frequency, line.phase],
+                },
+                free: own_ids(spec, &[0, 1, 2]),
+                least: Vec::new(),
+                promise: line.gain,
+                series: false,
+            });
+        }
+    }
+    if let Some(spec) = find("gap_step").filter(|_| model.has_ground) {
+        let always = ActiveEffect {
+            spec,
+            values: vec![RISE, -1e9],
+        };
+        if let Some(step) = find_step(&linear, model, &always, &bench.epochs())? {
+            out.push(Hypothesis {
+                start: ActiveEffect {
+                    spec,
+                    values: vec![RISE * step.height, step.time],
+                },
+                free: own_ids(spec, &[0]),
+                least: Vec::new(),
+                promise: step.gain,
+                series: step.series,
+            });
+        }
+    }
+    if let Some(spec) = find("extra_mode")
+        && let Some(ring) = ring::find(&stand.train)?
+        && ring.significance > HUMP
+    {
+        let size = 0.06 * model.structure().mobility().sqrt();
+        let (p, c) = ring.shape;
+        out.push(Hypothesis {
+            start: ActiveEffect {
+                spec,
+                values: vec![ring.frequency, 0.01, size * c, size * p, 0.0],
+            },
+            free: own_ids(spec, &[0, 1, 2, 3, 4]),
+            least: Vec::new(),
+            promise: ring.gain.max(2.0 * PROMISING),
+            series: false,
+        });
+    }
+    Ok(out)
+}
+
+fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
+    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
+    which.iter().map(name).collect()
+}
+
+fn from_form(form: &Form, theta: f64, gain: f64) -> Hypothesis {
+    // The linearised problem knows direction and rough size only.
+    let theta = if form.signed {
+        theta.clamp(-30.0, 30.0)
+    } else {
+        theta.clamp(form.least() / form.values[form.strength], 30.0)
+    };
+    Hypothesis {
+        start: form.effect(theta),
+        free: form.free_ids(),
+        least: if form.signed {
+            Vec::new()
+        } else {
+            vec![(form.strength_id(), form.least())]
+        },
+        promise: gain,
+        series: false,
+    }
+}
+
+/// A fit with one more effect, or `None` if it cannot be simulated.
+fn attempt(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let start = with_effect(&stand.train.model, hypothesis.start.clone());
+    let (mut free, mut least) = freedoms(stand);
+    free.extend_from_slice(&hypothesis.free);
+    least.extend_from_slice(&hypothesis.least);
+    let series = hypothesis.series.then(|| bench.in_series());
+    let bench = series.as_ref().unwrap_or(bench);
+    let train = match bench.fit(&start, &free, &least, &stand.train, 12, control) {
+        Ok(fitted) => fitted,
+        Err(DiagnoseError::Sim(_)) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let held_out = bench.judge(&train.model, control)?;
+    let held_gain = match (&stand.held_out, &held_out) {
+        (Some(before), Some(after)) => before.cost - after.cost,
+        _ => 0.0,
+    };
+    Ok(Some(Trial {
+        gain: stand.train.cost - train.cost,
+        held_gain,
+        train,
+        held_out,
+        hypothesis: hypothesis.clone(),
+    }))
+}
+
+/// Freedoms and bounds of the effects named so far.
+fn freedoms(stand: &Stand) -> (Vec<String>, Vec<(String, f64)>) {
+    let all = stand.named.iter().map(|n| &n.hypothesis);
+    (
+        all.clone().flat_map(|h| h.free.clone()).collect(),
+        all.flat_map(|h| h.least.clone()).collect(),
+    )
+}
+
+/// Drops effects that a later one has made needless.
+fn drop_needless(
+    bench: &Bench,
+    stand: &mut Stand,
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    let mut k = 0;
+    while stand.named.len() > 1 && k + 1 < stand.named.len() {
+        if control.cancelled() {
+            break;
+        }
+        let mut without = stand.clone();
+        let dropped = without.named.remove(k);
+        let mut start: Model = stand.train.model.clone();
+        start.effects.retain(|e| e.spec != dropped.spec);
+        let (free, least) = freedoms(&without);
+        let train = match bench.fit(&start, &free, &least, &stand.train, 12, control) {
+            Ok(fitted) => fitted,
+            Err(DiagnoseError::Sim(_)) => {
+                k += 1;
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let held_out = bench.judge(&train.model, control)?;
+        let lost = train.cost - stand.train.cost;
+        let held_lost = match (&held_out, &stand.held_out) {
+            (Some(after), Some(before)) => after.cost - before.cost,
+            _ => HELD_GAIN,
+        };
+        if lost < TRAIN_GAIN || held_lost < 0.5 * HELD_GAIN {
+            without.train = train;
+            without.held_out = held_out;
+            *stand = without;
+        } else {
+            k += 1;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,452 @@
+//! The first look at all hypotheses at once: by how much the misfit would fall along each
+//! direction, all that re-tuning and the rig can explain taken out.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::candidates::Form;
+use crate::fit::problem::{Jacobian, Problem};
+use crate::fit::robust::Huber;
+use crate::fit::segment::Segment;
+use crate::fit::solve::Point;
+use crate::model::Model;
+use crate::model::effects::ActiveEffect;
+use crate::sim::{SimError, StretchSimulator, Stretcher};
+
+/// A direction of which re-tuning explains all but this share cannot be told.
+const UNTOLD: f64 = 1e-7;
+/// Ridge of the baseline's own directions, as a share of each.
+const RIDGE: f64 = 1e-10;
+
+/// What a direction would bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Promise {
+    /// Fall of chi2.
+    pub gain: f64,
+    /// How far to go, in units of the form's strength.
+    pub theta: f64,
+}
+
+/// Products of a stretch's directions, its own unknowns taken out.
+#[derive(Debug, Clone)]
+pub struct Products {
+    /// Unknowns of the whole problem that bear on it.
+    pub columns: Vec<usize>,
+    /// Of those with each other.
+    pub base: DMatrix<f64>,
+    /// Of those with the residuals.
+    pub base_slope: DVector<f64>,
+    /// Of those (rows) with the probes.
+    pub cross: DMatrix<f64>,
+    /// Of the probes with each other.
+    pub gram: DMatrix<f64>,
+    /// Of the probes with the residuals.
+    pub slope: DVector<f64>,
+    /// Index of the stretch.
+    pub segment: usize,
+    /// Middle of the stretch \[s\].
+    pub middle: f64,
+}
+
+/// A problem linearised at a point, on which directions are tried.
+#[derive(Debug)]
+pub struct Linear<'a> {
+    problem: &'a Problem,
+    point: &'a Point,
+    jacobians: Vec<Option<Jacobian>>,
+}
+
+impl<'a> Linear<'a> {
+    /// Linearises `problem` at `point`.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense at the point.
+    pub fn new(problem: &'a Problem, point: &'a Point, huber: Huber) -> Result<Self, SimError> {
+        let (segments, used) = (&point.segments, &point.used);
+        Ok(Self {
+            problem,
+            point,
+            jacobians: problem.jacobians(&point.x, segments, used, huber)?,
+        })
+    }
+
+    /// Products of the directions from `model`, which is the model at the point, to it
+    /// with each of `effects`.
+    ///
+    /// # Errors
+    /// [`SimError`] if a model makes no sense.
+    pub fn products(
+        &self,
+        model: &Model,
+        effects: &[ActiveEffect],
+    ) -> Result<Vec<Products>, SimError> {
+        let problem = self.problem;
+        let segments = &self.point.segments;
+        let probes = effects
+            .iter()
+            .map(|effect| {
+                let with = super::bench::with_effect(model, effect.clone());
+                let simulator = StretchSimulator::new(&with, &problem.options)?;
+                let states = problem.states(&simulator, segments);
+                Ok((simulator, states))
+            })
+            .collect::<Result<Vec<_>, SimError>>()?;
+        let one = |(i, segment): (usize, &Segment)| {
+            let jacobian = self.jacobians[i].as_ref()?;
+            let nuisances = problem.nuisances_of(&self.point.x, segment.recording);
+            let (l, g) = (jacobian.locals, jacobian.columns.len());
+            let m = jacobian.weights.len();
+            let mut all = DMatrix::zeros(m, g + 1 + probes.len());
+            all.view_mut((0, 0), (m, g + 1))
+                .copy_from(&jacobian.matrix.view((0, l), (m, g + 1)));
+            // The residuals come last in the Jacobian, and have the weights in them.
+            let mut r0 = Vec::with_capacity(m);
+            r0.extend((0..m).map(|k| jacobian.matrix[(k, l + g)] / jacobian.weights[k]));
+            let mut r = Vec::with_capacity(m);
+            for (k, (simulator, states)) in probes.iter().enumerate() {
+                let mut stretcher = Stretcher::new(simulator);
+                let z = &states[i];
+                let locals = &segment.locals;
+                if problem.evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r) {
+                    for row in 0..m {
+                        all[(row, g + 1 + k)] = jacobian.weights[row] * (r[row] - r0[row]);
+                    }
+                }
+            }
+            let own = jacobian.matrix.columns(0, l).into_owned();
+            let q = own.qr().q();
+            let inside = q.tr_mul(&all);
+            all -= &q * inside;
+            let whole = all.tr_mul(&all);
+            let p = probes.len();
+            let time = &problem.data[segment.recording].recording.time;
+            Some(Products {
+                columns: jacobian.columns.clone(),
+                base: whole.view((0, 0), (g, g)).into_owned(),
+                base_slope: whole.view((0, g), (g, 1)).column(0).into_owned(),
+                cross: whole.view((0, g + 1), (g, p)).into_owned(),
+                gram: whole.view((g + 1, g + 1), (p, p)).into_owned(),
+                slope: whole.view((g + 1, g), (p, 1)).column(0).into_owned(),
+                segment: i,
+                middle: 0.5 * (time[segment.samples.start] + time[segment.samples.end - 1]),
+            })
+        };
+        Ok(segments
+            .par_iter()
+            .enumerate()
+            .filter_map(one)
+            .collect())
+    }
+}
+
+/// Normal equations with the directions of some forms.
+#[derive(Debug, Clone)]
+pub struct Scan {
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+    unknowns: usize,
+}
+
+impl Scan {
+    /// Weighs `forms` at `point`, where the model is `model`.
+    ///
+    /// # Errors
+    /// [`SimError`] if a model makes no sense.
+    pub fn new(linear: &Linear<'_>, model: &Model, forms: &[Form]) -> Result<Self, SimError> {
+        let effects: Vec<ActiveEffect> = forms.iter().map(|f| f.effect(1.0)).collect();
+        let products = linear.products(model, &effects)?;
+        Ok(Self::gather(linear, &products, forms.len()))
+    }
+
+    fn gather(linear: &Linear<'_>, products: &[Products], probes: usize) -> Self {
+        let (problem, point) = (linear.problem, linear.point);
+        let n = problem.unknowns();
+        let mut normal = DMatrix::zeros(n + probes, n + probes);
+        let mut gradient = DVector::zeros(n + probes);
+        // One after the other, so that rounding is the same on any number of cores.
+        for p in products {
+            for (i, &ci) in p.columns.iter().enumerate() {
+                gradient[ci] += p.base_slope[i];
+                for (j, &cj) in p.columns.iter().enumerate() {
+                    normal[(ci, cj)] += p.base[(i, j)];
+                }
+                for k in 0..probes {
+                    normal[(ci, n + k)] += p.cross[(i, k)];
+                    normal[(n + k, ci)] += p.cross[(i, k)];
+                }
+            }
+            for k in 0..probes {
+                gradient[n + k] += p.slope[k];
+                for j in 0..probes {
+                    normal[(n + k, n + j)] += p.gram[(k, j)];
+                }
+            }
+        }
+        for (i, slope, value) in problem.priors(&point.x) {
+            normal[(i, i)] += slope * slope;
+            gradient[i] += slope * value;
+        }
+        Self {
+            normal,
+            gradient,
+            unknowns: n,
+        }
+    }
+
+    /// What form `k` would bring, all other unknowns adjusted.
+    pub fn promise(&self, k: usize) -> Option<Promise> {
+        let at = self.unknowns + k;
+        let base = Base::new(&self.normal, &self.gradient, self.unknowns)?;
+        let cross = self.normal.view((0, at), (self.unknowns, 1)).into_owned();
+        base.promise(
+            &cross.column(0).into_owned(),
+            self.normal[(at, at)],
+            self.gradient[at],
+        )
+    }
+
+    /// Cosine between forms `j` and `k` after all re-tuning: 1 if they cannot be told
+    /// apart.
+    pub fn cosine(&self, j: usize, k: usize) -> f64 {
+        let n = self.unknowns;
+        let Some(base) = Base::new(&self.normal, &self.gradient, n) else {
+            return 0.0;
+        };
+        let column = |k: usize| {
+            self.normal
+                .view((0, n + k), (n, 1))
+                .column(0)
+                .into_owned()
+        };
+        let (a, b) = (column(j), column(k));
+        let product = |a: &DVector<f64>, b: &DVector<f64>, whole: f64| whole - base.inner(a, b);
+        let aa = product(&a, &a, self.normal[(n + j, n + j)]);
+        let bb = product(&b, &b, self.normal[(n + k, n + k)]);
+        let ab = product(&a, &b, self.normal[(n + j, n + k)]);
+        if aa > 0.0 && bb > 0.0 {
+            (ab / (aa * bb).sqrt()).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The baseline's own directions, ready to be taken out of others.
+pub struct Base {
+    factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+    scale: DVector<f64>,
+    right: DVector<f64>,
+}
+
+impl Base {
+    /// From the first `n` unknowns of normal equations; `None` if they are singular.
+    pub fn new(normal: &DMatrix<f64>, gradient: &DVector<f64>, n: usize) -> Option<Self> {
+        let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
+        let base = DMatrix::from_fn(n, n, |i, j| {
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+        });
+        let factor = base.cholesky()?;
+        let right = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);
+        Some(Self {
+            right: factor.solve(&right),
+            factor,
+            scale,
+        })
+    }
+
+    /// Part of the product of two directions that lies in the baseline's own.
+    pub fn inner(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+        let scaled = b.component_mul(&self.scale);
+        a.component_mul(&self.scale).dot(&self.factor.solve(&scaled))
+    }
+
+    /// Slope along a direction that is left when the baseline adjusts.
+    pub fn slope(&self, cross: &DVector<f64>, slope: f64) -> f64 {
+        slope - cross.component_mul(&self.scale).dot(&self.right)
+    }
+
+    fn promise(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<Promise> {
+        let left = own - self.inner(cross, cross);
+        if left.is_nan() || left <= UNTOLD * own || own <= 0.0 {
+            return None;
+        }
+        let slope = self.slope(cross, slope);
+        Some(Promise {
+            gain: slope * slope / left,
+            theta: -slope / left,
+        })
+    }
+}
+
+/// The frequency of a vibration of the base, and what it would bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Amplitude \[m/s^2\].
+    pub amplitude: f64,
+    /// Phase at t = 0 \[rad\].
+    pub phase: f64,
+    /// Fall of chi2.
+    pub gain: f64,
+}
+
+/// Looks for a vibration of the base between `low` and `high` \[Hz\]: coarse frequencies
+/// are simulated, and between them the phase is turned stretch by stretch.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn find_line(
+    linear: &Linear<'_>,
+    model: &Model,
+    vibration: &dyn Fn(f64, f64) -> ActiveEffect,
+    (low, high): (f64, f64),
+    spacing: f64,
+) -> Result<Option<Line>, SimError> {
+    let count = ((high - low) / spacing).ceil().max(1.0) as usize;
+    let coarse: Vec<f64> = (0..count)
+        .map(|i| low + (i as f64 + 0.5) * (high - low) / count as f64)
+        .collect();
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let effects: Vec<ActiveEffect> = coarse
+        .iter()
+        .flat_map(|&f| [vibration(f, 0.0), vibration(f, quarter)])
+        .collect();
+    let products = linear.products(model, &effects)?;
+    let whole = Scan::gather(linear, &products, effects.len());
+    let n = whole.unknowns;
+    let Some(base) = Base::new(&whole.normal, &whole.gradient, n) else {
+        return Ok(None);
+    };
+    let longest = products.iter().fold(0.0f64, |a, p| a.max(p.middle)).max(1e-3);
+    let fine = 0.2 / longest;
+    let half = 0.5 * (high - low) / count as f64;
+    let steps = (half / fine).ceil() as i64;
+    let weigh = |(c, d): (usize, i64)| {
+        let shift = half * d as f64 / steps as f64;
+        let mut cross = [DVector::zeros(n), DVector::zeros(n)];
+        let mut gram = nalgebra::Matrix2::zeros();
+        let mut slope = nalgebra::Vector2::zeros();
+        for p in &products {
+            let (sin, cos) = (std::f64::consts::TAU * shift * p.middle).sin_cos();
+            // sin(w t + turn) and cos(w t + turn) from sin and cos.
+            let turn = nalgebra::Matrix2::new(cos, sin, -sin, cos);
+            let k = 2 * c;
+            gram += turn * p.gram.fixed_view::<2, 2>(k, k) * turn.transpose();
+            slope += turn * p.slope.fixed_view::<2, 1>(k, 0);
+            for (i, &ci) in p.columns.iter().enumerate() {
+                let own = nalgebra::Vector2::new(p.cross[(i, k)], p.cross[(i, k + 1)]);
+                let turned = turn * own;
+                cross[0][ci] += turned[0];
+                cross[1][ci] += turned[1];
+            }
+        }
+        let mut left = gram;
+        for i in 0..2 {
+            for j in 0..2 {
+                left[(i, j)] -= base.inner(&cross[i], &cross[j]);
+            }
+        }
+        let reduced = nalgebra::Vector2::new(
+            base.slope(&cross[0], slope[0]),
+            base.slope(&cross[1], slope[1]),
+        );
+        // A line that re-tuning imitates must not divide by next to nothing.
+        let floor = UNTOLD * gram.trace();
+        let solved = (left + nalgebra::Matrix2::identity() * floor).try_inverse()? * reduced;
+        let gain = reduced.dot(&solved);
+        let (s, c0) = (-solved[0], -solved[1]);
+        Some(Line {
+            frequency: coarse[c] + shift,
+            amplitude: s.hypot(c0),
+            phase: c0.atan2(s),
+            gain,
+        })
+    };
+    let all: Vec<(usize, i64)> = (0..count)
+        .flat_map(|c| (-steps..=steps).map(move |d| (c, d)))
+        .collect();
+    let lines: Vec<Line> = all.into_par_iter().filter_map(weigh).collect();
+    Ok(lines
+        .into_iter()
+        .filter(|l| l.gain.is_finite())
+        .max_by(|a, b| a.gain.total_cmp(&b.gain)))
+}
+
+/// A step of the ground's level, and what it would bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// By how much \[m\].
+    pub height: f64,
+    /// When \[s\]: in each recording, or through the series.
+    pub time: f64,
+    /// Whether it happens once in the series of recordings.
+    pub series: bool,
+    /// Fall of chi2.
+    pub gain: f64,
+}
+
+/// Looks for a step of the ground's level, at the same time in each recording or once in
+/// the series, where `epochs` are the recordings' beginnings in it. `step` is a step that
+/// was always there, of 1 in the unit of its height.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn find_step(
+    linear: &Linear<'_>,
+    model: &Model,
+    step: &ActiveEffect,
+    epochs: &[f64],
+) -> Result<Option<Step>, SimError> {
+    let products = linear.products(model, std::slice::from_ref(step))?;
+    let whole = Scan::gather(linear, &products, 1);
+    let n = whole.unknowns;
+    let Some(base) = Base::new(&whole.normal, &whole.gradient, n) else {
+        return Ok(None);
+    };
+    let segments = &linear.point.segments;
+    let begin = |p: &Products| {
+        let s = &segments[p.segment];
+        let time = &linear.problem.data[s.recording].recording.time;
+        time[s.samples.start] - 0.5 * s.interval
+    };
+    let held: Vec<&Products> = products
+        .iter()
+        .filter(|p| segments[p.segment].starts_held)
+        .collect();
+    let weigh = |on: &dyn Fn(&Products) -> bool| {
+        let (mut cross, mut own, mut slope) = (DVector::zeros(n), 0.0, 0.0);
+        for p in held.iter().filter(|p| on(p)) {
+            for (i, &c) in p.columns.iter().enumerate() {
+                cross[c] += p.cross[(i, 0)];
+            }
+            own += p.gram[(0, 0)];
+            slope += p.slope[0];
+        }
+        base.promise(&cross, own, slope)
+    };
+    let mut best: Option<Step> = None;
+    let mut offer = |promise: Option<Promise>, time: f64, series: bool| {
+        if let Some(p) = promise
+            && best.is_none_or(|b| p.gain > b.gain)
+        {
+            best = Some(Step {
+                height: p.theta,
+                time,
+                series,
+                gain: p.gain,
+            });
+        }
+    };
+    for at in &held {
+        let t0 = begin(at);
+        let k = segments[at.segment].recording;
+        offer(weigh(&|p| begin(p) >= t0), t0, false);
+        let later = |p: &Products| {
+            let r = segments[p.segment].recording;
+            r > k || (r == k && begin(p) >= t0)
+        };
+        offer(weigh(&later), epochs.get(k).copied().unwrap_or(0.0) + t0, true);
+    }
+    Ok(best)
+}
