@@ -200,12 +200,27 @@ impl Bench {
         let mut epochs = self.epochs();
         let length = |p: &Part| p.recording.span().1 - p.recording.span().0;
         let mut at: f64 = self.train.parts.iter().map(length).sum();
-        for (data, epoch) in series.train.calm.prepared.problem.data.iter_mut().zip(&epochs) {
+        for (data, epoch) in series
+            .train
+            .calm
+            .prepared
+            .problem
+            .data
+            .iter_mut()
+            .zip(&epochs)
+        {
             data.epoch = *epoch;
         }
         epochs.clear();
         if let Some(held_out) = &mut series.held_out {
-            for (data, part) in held_out.calm.prepared.problem.data.iter_mut().zip(&held_out.parts) {
+            for (data, part) in held_out
+                .calm
+                .prepared
+                .problem
+                .data
+                .iter_mut()
+                .zip(&held_out.parts)
+            {
                 data.epoch = at - part.recording.span().0;
                 at += length(part);
             }
@@ -224,7 +239,11 @@ impl Bench {
     ) -> Result<Fitted, DiagnoseError> {
         let mut start = model.clone();
         if model.has_ground {
-            let known = self.train.findings.iter().filter_map(|f| f.level.clone().ok());
+            let known = self
+                .train
+                .findings
+                .iter()
+                .filter_map(|f| f.level.clone().ok());
             let mut known: Vec<f64> = known.collect();
             let level = quantile_in_place(&mut known, 0.5);
             let p = &mut start.parameters;
@@ -426,9 +445,15 @@ fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<bool,
     let fit = |i: usize, start: Vec<f64>, huber, rounds| {
         let segment = &point.segments[i];
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
-        problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, rounds)
+        problem.refine(
+            segment, &states[i], &simulator, &nuisances, start, huber, rounds,
+        )
     };
-    let rows: Vec<usize> = point.segments.iter().map(|s| problem.rows(s).len()).collect();
+    let rows: Vec<usize> = point
+        .segments
+        .iter()
+        .map(|s| problem.rows(s).len())
+        .collect();
     let per_row = |i: usize, cost: f64| (cost / rows[i].max(1) as f64).sqrt();
     let now: Vec<(Vec<f64>, f64)> = (0..point.segments.len())
         .into_par_iter()

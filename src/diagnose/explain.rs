@@ -152,7 +152,11 @@ pub fn explain(
                         .as_ref()
                         .is_some_and(|t| t.worth() > best.worth() - slack)
             };
-            round_weighed.iter().filter(near).map(|w| w.spec.id).collect()
+            round_weighed
+                .iter()
+                .filter(near)
+                .map(|w| w.spec.id)
+                .collect()
         });
         if round == 0 {
             weighed = round_weighed;
@@ -193,7 +197,8 @@ fn weigh(
 ) -> Result<Vec<Weighed>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
     let mut hypotheses = promises(bench, stand)?;
-    let wanted = |id: &str| options.candidates.is_empty() || options.candidates.iter().any(|c| c == id);
+    let wanted =
+        |id: &str| options.candidates.is_empty() || options.candidates.iter().any(|c| c == id);
     let has = |spec: &EffectSpec| stand.named.iter().any(|n| n.spec == spec);
     hypotheses.retain(|h| wanted(h.start.spec.id) && !has(h.start.spec));
     hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
@@ -206,7 +211,10 @@ fn weigh(
         let worth = hypothesis.promise > PROMISING && hypothesis.promise > 0.05 * best;
         let mut trial = None;
         if k < MOST && worth && !control.cancelled() {
-            about(hypothesis.start.spec.name, (k + 1) as f64 / (count + 1) as f64);
+            about(
+                hypothesis.start.spec.name,
+                (k + 1) as f64 / (count + 1) as f64,
+            );
             trial = attempt(bench, stand, &hypothesis, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }

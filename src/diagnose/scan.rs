@@ -131,11 +131,7 @@ impl<'a> Linear<'a> {
                 middle: 0.5 * (time[segment.samples.start] + time[segment.samples.end - 1]),
             })
         };
-        Ok(segments
-            .par_iter()
-            .enumerate()
-            .filter_map(one)
-            .collect())
+        Ok(segments.par_iter().enumerate().filter_map(one).collect())
     }
 }
 
@@ -212,12 +208,7 @@ impl Scan {
         let Some(base) = Base::new(&self.normal, &self.gradient, n) else {
             return 0.0;
         };
-        let column = |k: usize| {
-            self.normal
-                .view((0, n + k), (n, 1))
-                .column(0)
-                .into_owned()
-        };
+        let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
         let (a, b) = (column(j), column(k));
         let product = |a: &DVector<f64>, b: &DVector<f64>, whole: f64| whole - base.inner(a, b);
         let aa = product(&a, &a, self.normal[(n + j, n + j)]);
@@ -257,7 +248,8 @@ impl Base {
     /// Part of the product of two directions that lies in the baseline's own.
     pub fn inner(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let scaled = b.component_mul(&self.scale);
-        a.component_mul(&self.scale).dot(&self.factor.solve(&scaled))
+        a.component_mul(&self.scale)
+            .dot(&self.factor.solve(&scaled))
     }
 
     /// Slope along a direction that is left when the baseline adjusts.
@@ -318,7 +310,10 @@ pub fn find_line(
     let Some(base) = Base::new(&whole.normal, &whole.gradient, n) else {
         return Ok(None);
     };
-    let longest = products.iter().fold(0.0f64, |a, p| a.max(p.middle)).max(1e-3);
+    let longest = products
+        .iter()
+        .fold(0.0f64, |a, p| a.max(p.middle))
+        .max(1e-3);
     let fine = 0.2 / longest;
     let half = 0.5 * (high - low) / count as f64;
     let steps = (half / fine).ceil() as i64;
@@ -446,7 +441,11 @@ pub fn find_step(
             let r = segments[p.segment].recording;
             r > k || (r == k && begin(p) >= t0)
         };
-        offer(weigh(&later), epochs.get(k).copied().unwrap_or(0.0) + t0, true);
+        offer(
+            weigh(&later),
+            epochs.get(k).copied().unwrap_or(0.0) + t0,
+            true,
+        );
     }
     Ok(best)
 }

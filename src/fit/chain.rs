@@ -64,7 +64,6 @@ pub struct Sigmas {
     pub colour: Colour,
 }
 
-
 /// What a row is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Row {

@@ -129,7 +129,7 @@ pub fn unexplained() -> Diagnosis {
     d.forces[0].std_error[2] = f64::NAN;
     d.forces[1].force[2] = f64::NAN;
     d.forces[1].law.clear();
-    d.events.bounces[0].ratio_error = f64::INFINITY;
+    d.events.bounces[0].ratio_error = f64::NAN;
     d.events.releases.truncate(1);
     d.events.levels[0].miss = f64::NAN;
     d.strips[2].time.clear();

@@ -109,14 +109,22 @@ pub fn metres(value: f64) -> String {
 
 /// A number between -1 and 1 to two digits, or a dash.
 pub fn two_digits(value: f64) -> String {
-    number_or_dash(value, |v| format!("{v:.2}"))
+    number_or_dash(value, |v| unsigned_zero(format!("{v:.2}")))
+}
+
+/// The text without the sign of a number that was rounded to zero.
+fn unsigned_zero(text: String) -> String {
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
+        _ => text,
+    }
 }
 
 /// A fall of chi2: whole numbers, for fractions of it mean nothing.
 pub fn gain(value: f64) -> String {
     number_or_dash(value, |v| {
         if v.abs() < 1e5 {
-            format!("{v:.0}")
+            unsigned_zero(format!("{v:.0}"))
         } else {
             format_number(v, 3)
         }
@@ -216,6 +224,14 @@ mod tests {
         ] {
             assert_eq!(probability(p), text);
         }
+    }
+
+    #[test]
+    fn nothing_has_no_sign() {
+        assert_eq!(gain(-0.3), "0");
+        assert_eq!(gain(-7.6), "-8");
+        assert_eq!(two_digits(-0.001), "0.00");
+        assert_eq!(two_digits(-0.012), "-0.01");
     }
 
     #[test]

@@ -2,13 +2,15 @@
 
 use super::super::svg::{Axis, Dot, Plot};
 use super::{HALF, Page};
-use crate::diagnose::result::{Diagnosis, EventsSeen};
+use crate::diagnose::result::{BounceSeen, Diagnosis, EventsSeen};
 use crate::model::Model;
 use crate::model::effects::{Action, Surroundings};
 use crate::model::ground::Ground;
 
 /// Points of a law's curve.
 const CURVE: usize = 80;
+/// Errors above this many times the usual one are large.
+const LARGE: f64 = 8.0;
 const SIZE: [f64; 2] = [HALF, 220.0];
 
 /// Writes the figures for which there are events.
@@ -30,29 +32,116 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     }
     page.raw("</div>\n<div class=\"grid2\">\n");
     let laws = Laws::of(d);
-    if !bounces.is_empty() {
-        page.figure(
-            &restitution(d, &laws),
-            "Bounces: speed kept against speed of approach.",
-        );
-        page.figure(
-            &dwell(d),
-            "Bounces: time below the ground's level; 0 for a rigid ground.",
-        );
-    }
-    if !releases.is_empty() {
-        page.figure(
-            &pull_off(d, &laws),
-            "Releases: pull-off force against time on the ground.",
-        );
-    }
-    if !levels.is_empty() {
-        page.figure(
-            &level(d),
-            "Stays: reading minus the ground's level in the model.",
-        );
+    let of_bounces =
+        |value: fn(&BounceSeen) -> (f64, f64)| told(bounces.iter().map(|b| (b.speed, value(b))));
+    let all = [
+        Scatter {
+            dots: of_bounces(|b| (b.ratio, b.ratio_error)),
+            x: ("speed of approach", "m/s"),
+            y: ("restitution", ""),
+            from_zero: false,
+            law: Some(ModelLaws::restitution),
+            caption: "Bounces: speed kept against speed of approach.",
+        },
+        Scatter {
+            dots: of_bounces(|b| (b.dwell, b.dwell_error)),
+            x: ("speed of approach", "m/s"),
+            y: ("time below the level", "s"),
+            from_zero: true,
+            law: None,
+            caption: "Bounces: time below the ground's level; 0 for a rigid ground.",
+        },
+        Scatter {
+            dots: told(
+                releases
+                    .iter()
+                    .map(|r| (r.contact, (r.force, r.force_error))),
+            ),
+            x: ("time on the ground", "s"),
+            y: ("pull-off force", "N"),
+            from_zero: true,
+            law: Some(ModelLaws::adhesion),
+            caption: "Releases: pull-off force against time on the ground.",
+        },
+        Scatter {
+            dots: told(levels.iter().map(|l| (l.time, (l.miss, l.error)))),
+            x: ("time", "s"),
+            y: ("height above the model's ground", "m"),
+            from_zero: true,
+            law: None,
+            caption: "Stays: reading minus the ground's level in the model.",
+        },
+    ];
+    for scatter in all.iter().filter(|s| !s.dots.0.is_empty()) {
+        let (figure, caption) = scatter.draw(&laws);
+        page.figure(&figure, &caption);
     }
     page.raw("</div>\n");
+}
+
+/// Measured points without those that tell next to nothing, and how many these are:
+/// their errors would shrink all others to a line.
+fn told(points: impl Iterator<Item = (f64, (f64, f64))>) -> (Vec<Dot>, usize) {
+    let all: Vec<Dot> = points.map(|(x, (y, error))| Dot { x, y, error }).collect();
+    let mut errors: Vec<f64> = all.iter().map(|d| d.error).collect();
+    errors.retain(|e| e.is_finite());
+    errors.sort_by(f64::total_cmp);
+    let most = errors
+        .get(errors.len() / 2)
+        .map_or(f64::INFINITY, |median| LARGE * median);
+    let keep = |d: &Dot| d.y.is_finite() && (d.error.is_nan() || d.error <= most);
+    let dots: Vec<Dot> = all.iter().copied().filter(keep).collect();
+    let left = all.len() - dots.len();
+    (dots, left)
+}
+
+/// Points of one kind of event with the law that they should follow.
+struct Scatter {
+    dots: (Vec<Dot>, usize),
+    x: (&'static str, &'static str),
+    y: (&'static str, &'static str),
+    /// Whether the vertical axis holds zero.
+    from_zero: bool,
+    law: Option<fn(&ModelLaws, f64) -> f64>,
+    caption: &'static str,
+}
+
+impl Scatter {
+    /// The figure and its caption.
+    fn draw(&self, laws: &Laws) -> (String, String) {
+        let (dots, left) = &self.dots;
+        let at = grid(dots.iter().map(|d| d.x));
+        let mut range: Vec<f64> = dots
+            .iter()
+            .flat_map(|d| {
+                let error = if d.error.is_finite() { d.error } else { 0.0 };
+                [d.y - error, d.y + error]
+            })
+            .collect();
+        if let Some(law) = self.law {
+            range.extend(laws.values(&at, law));
+        }
+        if self.from_zero {
+            range.push(0.0);
+        }
+        let mut plot = Plot::new(
+            SIZE,
+            Axis::linear(self.x.0, self.x.1, dots.iter().map(|d| d.x)),
+            Axis::linear(self.y.0, self.y.1, range),
+        );
+        if self.from_zero {
+            plot.level("axis", 0.0);
+        }
+        plot.dots("seen", 2.2, dots.iter().copied());
+        if let Some(law) = self.law {
+            laws.draw(&mut plot, &at, law);
+        }
+        let caption = match left {
+            0 => self.caption.to_owned(),
+            n => format!("{} Not drawn: {n} of large error.", self.caption),
+        };
+        (plot.finish(), caption)
+    }
 }
 
 /// The laws of the ground, before and after.
@@ -70,7 +159,7 @@ impl Laws {
     }
 
     /// Draws a law as the re-tuned model has it and, if anything is named, as it then is.
-    fn draw(&self, plot: &mut Plot, at: &[f64], law: impl Fn(&ModelLaws, f64) -> f64) {
+    fn draw(&self, plot: &mut Plot, at: &[f64], law: fn(&ModelLaws, f64) -> f64) {
         let points = |laws: &ModelLaws| at.iter().map(|x| (*x, law(laws, *x))).collect::<Vec<_>>();
         plot.line("was", points(&self.before));
         if let Some(after) = &self.after {
@@ -78,7 +167,7 @@ impl Laws {
         }
     }
 
-    fn values(&self, at: &[f64], law: impl Fn(&ModelLaws, f64) -> f64) -> Vec<f64> {
+    fn values(&self, at: &[f64], law: fn(&ModelLaws, f64) -> f64) -> Vec<f64> {
         let all = std::iter::once(&self.before).chain(&self.after);
         all.flat_map(|laws| at.iter().map(|x| law(laws, *x)).collect::<Vec<_>>())
             .collect()
@@ -130,99 +219,4 @@ fn grid(values: impl Iterator<Item = f64>) -> Vec<f64> {
     }
     let step = (high - low) / (CURVE - 1) as f64;
     (0..CURVE).map(|i| low + i as f64 * step).collect()
-}
-
-fn with_errors(values: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
-    values
-        .flat_map(|(v, e)| {
-            let e = if e.is_finite() { e } else { 0.0 };
-            [v - e, v + e]
-        })
-        .collect()
-}
-
-fn restitution(d: &Diagnosis, laws: &Laws) -> String {
-    let bounces = &d.events.bounces;
-    let at = grid(bounces.iter().map(|b| b.speed));
-    let seen = with_errors(bounces.iter().map(|b| (b.ratio, b.ratio_error.min(0.3))));
-    let law = laws.values(&at, ModelLaws::restitution);
-    let range = seen.into_iter().chain(law);
-    let mut plot = Plot::new(
-        SIZE,
-        Axis::linear("speed of approach", "m/s", bounces.iter().map(|b| b.speed)),
-        Axis::linear("restitution", "", range),
-    );
-    let dots = bounces.iter().map(|b| Dot {
-        x: b.speed,
-        y: b.ratio,
-        error: b.ratio_error,
-    });
-    plot.dots("seen", 2.2, dots);
-    laws.draw(&mut plot, &at, ModelLaws::restitution);
-    plot.finish()
-}
-
-fn dwell(d: &Diagnosis) -> String {
-    let bounces = &d.events.bounces;
-    let range = with_errors(bounces.iter().map(|b| (b.dwell, b.dwell_error)));
-    let mut plot = Plot::new(
-        SIZE,
-        Axis::linear("speed of approach", "m/s", bounces.iter().map(|b| b.speed)),
-        Axis::linear("time below the level", "s", range.into_iter().chain([0.0])),
-    );
-    plot.level("axis", 0.0, "");
-    let dots = bounces.iter().map(|b| Dot {
-        x: b.speed,
-        y: b.dwell,
-        error: b.dwell_error,
-    });
-    plot.dots("seen", 2.2, dots);
-    plot.finish()
-}
-
-fn pull_off(d: &Diagnosis, laws: &Laws) -> String {
-    let releases = &d.events.releases;
-    let at = grid(releases.iter().map(|r| r.contact));
-    let seen = with_errors(releases.iter().map(|r| (r.force, r.force_error)));
-    let law = laws.values(&at, ModelLaws::adhesion);
-    let range = seen.into_iter().chain(law).chain([0.0]);
-    let mut plot = Plot::new(
-        SIZE,
-        Axis::linear(
-            "time on the ground",
-            "s",
-            releases.iter().map(|r| r.contact),
-        ),
-        Axis::linear("pull-off force", "N", range),
-    );
-    let dots = releases.iter().map(|r| Dot {
-        x: r.contact,
-        y: r.force,
-        error: r.force_error,
-    });
-    plot.dots("seen", 2.2, dots);
-    laws.draw(&mut plot, &at, ModelLaws::adhesion);
-    plot.finish()
-}
-
-fn level(d: &Diagnosis) -> String {
-    let levels = &d.events.levels;
-    let range = with_errors(levels.iter().map(|l| (l.miss, l.error)));
-    let mut plot = Plot::new(
-        SIZE,
-        Axis::linear("time", "s", levels.iter().map(|l| l.time)),
-        Axis::linear(
-            "height above the model's ground",
-            "m",
-            range.into_iter().chain([0.0]),
-        ),
-    );
-    plot.level("axis", 0.0, "");
-    let dots = levels.iter().map(|l| Dot {
-        x: l.time,
-        y: l.miss,
-        error: l.error,
-    });
-    plot.dots("seen", 2.2, dots);
-    plot.finish()
 }

@@ -131,7 +131,7 @@ fn against(m: &Marginal, all: &[f64], named: bool) -> String {
         Axis::linear(m.against, m.unit, m.at.iter().copied()),
         Axis::log("mean square / noise\u{b2}", "", all.iter().copied()),
     );
-    plot.level("noise", 1.0, "");
+    plot.level("noise", 1.0);
     let mut draw = |class: &str, values: &[f64]| {
         let points = || m.at.iter().copied().zip(values.iter().copied());
         plot.line(class, points());

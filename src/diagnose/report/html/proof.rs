@@ -14,6 +14,8 @@ const BAR: f64 = 14.0;
 const ROW: f64 = 42.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 40.0;
+/// Room that the numbers behind a bar take.
+const NUMBERS: f64 = 130.0;
 /// Longest name that fits the space.
 const NAME: usize = 26;
 
@@ -89,6 +91,7 @@ fn bars(d: &Diagnosis, these: &[&ProofOf], all: &[&ProofOf]) -> String {
             Anchor::End,
             &short(&p.recording),
         );
+        let noise = x(axis.place(p.noise));
         let pairs = [
             ("before", p.distance.before.rms),
             ("after", p.distance.after.rms),
@@ -108,9 +111,11 @@ fn bars(d: &Diagnosis, these: &[&ProofOf], all: &[&ProofOf]) -> String {
             } else {
                 "not compared".to_owned()
             };
-            svg.text("note", [end + 6.0, y + BAR - 3.0], Anchor::Start, &words);
+            // Numbers stand clear of the mark of the noise.
+            let clear = (end..end + NUMBERS).contains(&noise);
+            let from = if clear { noise } else { end };
+            svg.text("note", [from + 6.0, y + BAR - 3.0], Anchor::Start, &words);
         }
-        let noise = x(axis.place(p.noise));
         svg.segment("noise", [noise, top + 3.0], [noise, top + ROW - 3.0]);
     }
     svg.finish()

@@ -96,7 +96,7 @@ fn force(curve: &ForceCurve) -> String {
         Axis::linear(curve.against, curve.unit, curve.at.iter().copied()),
         Axis::linear("force", "N", ends),
     );
-    plot.level("axis", 0.0, "");
+    plot.level("axis", 0.0);
     plot.dots(
         "seen",
         2.4,

@@ -101,17 +101,12 @@ impl Plot {
         }
     }
 
-    /// A level across the figure with a word at its right end.
-    pub fn level(&mut self, class: &str, y: f64, word: &str) {
-        if !(self.y.from()..=self.y.to()).contains(&y) {
-            return;
-        }
-        let at = self.y_of(y);
-        self.svg
-            .segment(class, [self.from[0], at], [self.to[0], at]);
-        if !word.is_empty() {
+    /// A level across the figure, if it lies within.
+    pub fn level(&mut self, class: &str, y: f64) {
+        if (self.y.from()..=self.y.to()).contains(&y) {
+            let at = self.y_of(y);
             self.svg
-                .text("note", [self.to[0] - 2.0, at - 4.0], Anchor::End, word);
+                .segment(class, [self.from[0], at], [self.to[0], at]);
         }
     }
 
