@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::prepare::{Findings, look};
+use crate::fit::prepare::{Findings, Prepared, look, prepare};
 use crate::fit::problem::{Nuisance, Problem};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
@@ -390,6 +390,31 @@ impl Bench {
             point = self.improve(&problem, point, &locked, 5, control)?;
         }
         Ok(Some(self.finish(problem, point)?))
+    }
+
+    /// Recordings of a side cut with their events, into stretches of at most `longest`
+    /// \[s\], for `model`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn with_events(
+        &self,
+        side: &Side,
+        model: &Model,
+        longest: f64,
+    ) -> Result<Prepared, DiagnoseError> {
+        let space = Space::new(model, &self.free)?;
+        let options = FitOptions {
+            longest: Some(longest),
+            ..self.options.clone()
+        };
+        Ok(prepare(
+            model,
+            &space,
+            &side.parts,
+            &side.findings,
+            &options,
+        )?)
     }
 
     fn improve(

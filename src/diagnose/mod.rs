@@ -1,14 +1,33 @@
 //! What was left out: where simulation and recordings differ, why, and the proof.
+//!
+//! Recordings are cut at the events that they show ([`calm`]), and the baseline is
+//! re-tuned to the stretches between ([`bench`]). All hypotheses are then weighed at once
+//! in the linearised problem ([`scan`]), the promising ones fitted, judged on recordings
+//! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
+//! ([`events`], [`laws`]). [`locate`] says where the misfit lies, [`evidence`] what force
+//! is missing whatever its name; [`engine`] puts it all together.
 
 pub mod bench;
 pub mod calm;
 pub mod candidates;
+pub mod condition;
+pub mod engine;
+pub mod events;
+pub mod evidence;
 pub mod explain;
 pub mod generic;
+pub mod laws;
+pub mod locate;
+pub mod next;
 pub mod noise;
 pub mod options;
 pub mod report;
 pub mod result;
 pub mod ring;
 pub mod scan;
+mod size;
 pub mod trial;
+
+pub use engine::diagnose;
+pub use options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+pub use result::{Diagnosis, Verdict};

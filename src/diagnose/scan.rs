@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::candidates::Form;
+use super::evidence::{self, Joint};
 use crate::fit::problem::{Jacobian, Problem};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
@@ -150,8 +151,38 @@ impl Scan {
     /// [`SimError`] if a model makes no sense.
     pub fn new(linear: &Linear<'_>, model: &Model, forms: &[Form]) -> Result<Self, SimError> {
         let effects: Vec<ActiveEffect> = forms.iter().map(|f| f.effect(1.0)).collect();
-        let products = linear.products(model, &effects)?;
-        Ok(Self::gather(linear, &products, forms.len()))
+        Self::of(linear, model, &effects)
+    }
+
+    /// Weighs effects as they are.
+    ///
+    /// # Errors
+    /// [`SimError`] if a model makes no sense.
+    pub fn of(
+        linear: &Linear<'_>,
+        model: &Model,
+        effects: &[ActiveEffect],
+    ) -> Result<Self, SimError> {
+        let products = linear.products(model, effects)?;
+        Ok(Self::gather(linear, &products, effects.len()))
+    }
+
+    /// What some of the directions would bring together, all other unknowns adjusted.
+    pub fn joint(&self, which: &[usize]) -> Option<Joint> {
+        let n = self.unknowns;
+        let base = Base::new(&self.normal, &self.gradient, n)?;
+        let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
+        let columns: Vec<DVector<f64>> = which.iter().map(|&k| column(k)).collect();
+        let m = which.len();
+        let mut normal = DMatrix::zeros(m, m);
+        for i in 0..m {
+            for j in 0..m {
+                let whole = self.normal[(n + which[i], n + which[j])];
+                normal[(i, j)] = whole - base.inner(&columns[i], &columns[j]);
+            }
+        }
+        let slope = |i: usize| base.slope(&columns[i], self.gradient[n + which[i]]);
+        evidence::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))
     }
 
     fn gather(linear: &Linear<'_>, products: &[Products], probes: usize) -> Self {
@@ -199,6 +230,15 @@ impl Scan {
             self.normal[(at, at)],
             self.gradient[at],
         )
+    }
+
+    /// What re-tuning alone would still bring.
+    pub fn own_promise(&self) -> f64 {
+        let n = self.unknowns;
+        Base::new(&self.normal, &self.gradient, n).map_or(0.0, |base| {
+            let g = self.gradient.rows(0, n).into_owned();
+            base.inner(&g, &g)
+        })
     }
 
     /// Cosine between forms `j` and `k` after all re-tuning: 1 if they cannot be told

@@ -10,7 +10,7 @@
 //! starts ([`global`]).
 
 pub mod chain;
-mod check;
+pub(crate) mod check;
 pub mod cma;
 pub mod colour;
 mod engine;
@@ -21,7 +21,7 @@ pub mod prepare;
 pub mod problem;
 pub mod profile;
 pub mod readings;
-mod result;
+pub(crate) mod result;
 pub mod revise;
 pub mod robust;
 pub mod segment;

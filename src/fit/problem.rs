@@ -89,11 +89,16 @@ pub struct Reduced {
 }
 
 impl Reduced {
-    /// Best change of the segment's own unknowns for a change `d` of all others.
-    pub fn local_change(&self, d: &[f64]) -> Option<DVector<f64>> {
+    /// Best change of the segment's own unknowns for a change `d` of all others. First the
+    /// whole of it, then only what follows from `d`: where the segment is not quadratic
+    /// the former may lead astray, however small `d` is.
+    pub fn local_changes(&self, d: &[f64]) -> Option<[DVector<f64>; 2]> {
         let own = DVector::from_iterator(self.columns.len(), self.columns.iter().map(|&c| d[c]));
-        let right = -(&self.local_right + &self.coupling * own);
-        self.local.solve_upper_triangular(&right)
+        let follows = -(&self.coupling * own);
+        let whole = self
+            .local
+            .solve_upper_triangular(&(&follows - &self.local_right))?;
+        Some([whole, self.local.solve_upper_triangular(&follows)?])
     }
 }
 
@@ -406,6 +411,27 @@ impl Problem {
             weights,
             locals: l,
         })
+    }
+
+    /// Robust cost of a segment; infinite if it cannot be simulated.
+    pub fn cost(
+        &self,
+        segment: &Segment,
+        states: &[f64],
+        simulator: &StretchSimulator,
+        nuisances: &Nuisances,
+        locals: &[f64],
+        huber: Huber,
+    ) -> f64 {
+        let mut stretcher = Stretcher::new(simulator);
+        let mut r = Vec::new();
+        let mut kept = locals.to_vec();
+        segment.keep_within(&mut kept);
+        if self.evaluate(segment, states, &mut stretcher, nuisances, &kept, &mut r) {
+            huber.total(&r)
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Improves a segment's own unknowns, all else fixed, in at most `rounds` rounds of

@@ -81,7 +81,7 @@ pub struct FitResult {
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense at the point.
-pub(super) fn uncertainty(
+pub(crate) fn uncertainty(
     start: &Model,
     prepared: &Prepared,
     point: &Point,

@@ -113,7 +113,7 @@ pub fn settle(
     huber: Huber,
     rounds: usize,
 ) -> Result<Point, SimError> {
-    let starts = segments.iter().map(|s| s.locals.clone()).collect();
+    let starts = segments.iter().map(|s| vec![s.locals.clone()]).collect();
     at(problem, x, (segments, used), starts, huber, rounds)
 }
 
@@ -121,7 +121,7 @@ fn at(
     problem: &Problem,
     x: &[f64],
     (segments, used): (&[Segment], &[bool]),
-    starts: Vec<Vec<f64>>,
+    starts: Vec<Vec<Vec<f64>>>,
     huber: Huber,
     rounds: usize,
 ) -> Result<Point, SimError> {
@@ -131,11 +131,21 @@ fn at(
         .par_iter()
         .zip(starts)
         .enumerate()
-        .map(|(i, (segment, start))| {
+        .map(|(i, (segment, starts))| {
             if !used[i] {
                 return (segment.locals.clone(), 0.0);
             }
             let nuisances = problem.nuisances_of(x, segment.recording);
+            let cost = |locals: &[f64]| {
+                problem.cost(segment, &states[i], &simulator, &nuisances, locals, huber)
+            };
+            let start = if starts.len() < 2 {
+                starts.into_iter().next()
+            } else {
+                let weighed = starts.into_iter().map(|s| (cost(&s), s));
+                weighed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1)
+            };
+            let start = start.unwrap_or_else(|| segment.locals.clone());
             problem.refine(
                 segment, &states[i], &simulator, &nuisances, start, huber, rounds,
             )
@@ -284,11 +294,14 @@ pub fn improve(
                 .iter()
                 .zip(&reduced)
                 .map(|(segment, r)| {
-                    let change = r.as_ref().and_then(|r| r.local_change(&step));
-                    let locals = segment.locals.iter().enumerate();
-                    locals
-                        .map(|(i, x)| x + change.as_ref().map_or(0.0, |c| c[i]))
-                        .collect()
+                    let Some(changes) = r.as_ref().and_then(|r| r.local_changes(&step)) else {
+                        return vec![segment.locals.clone()];
+                    };
+                    let moved = |change: &DVector<f64>| {
+                        let all = segment.locals.iter().zip(change.iter());
+                        all.map(|(x, d)| x + d).collect()
+                    };
+                    changes.iter().map(moved).collect()
                 })
                 .collect();
             let whole = (&point.segments[..], &point.used[..]);

@@ -1,0 +1,385 @@
+//! Laws of the ground fitted to the events as read: restitution against speed, pull-off
+//! force against contact time, time between touch and rebound.
+
+use super::events::Ground;
+use crate::fit::readings::{Bounce, Readings, Release};
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, find};
+use crate::model::parameter::ParameterId;
+
+/// Residuals beyond this many standard deviations count no more than this.
+const CLIP: f64 = 4.0;
+/// Fewest events for a law.
+const LEAST: usize = 6;
+/// Bounces slower than this share of the fastest tell little of the law: adhesion has a
+/// say in them.
+const SLOW: f64 = 0.03;
+
+/// A law of the ground, fitted with and without an effect.
+#[derive(Debug, Clone)]
+pub struct LawTest {
+    /// Id of the effect.
+    pub id: &'static str,
+    /// Fall of chi2 on the fitted recordings, in units of the scatter that is left.
+    pub gain: f64,
+    /// Fall on those kept out.
+    pub held_gain: f64,
+    /// Chi2 per event on those kept out, with the effect.
+    pub held_chi2: f64,
+    /// The effect as fitted.
+    pub effect: ActiveEffect,
+    /// Standard errors of its parameters, in the order of the catalogue; infinite where not
+    /// fitted.
+    pub errors: Vec<f64>,
+    /// Values of the baseline's own parameters that go with it.
+    pub sets: Vec<(ParameterId, f64)>,
+    /// Why, in one sentence.
+    pub evidence: String,
+}
+
+/// A weighted curve fit: values, their covariance's diagonal, robust cost.
+struct Curve {
+    values: Vec<f64>,
+    errors: Vec<f64>,
+    cost: f64,
+}
+
+/// Gauss-Newton with clipped residuals; `f` gives the curve at a point for parameters.
+fn curve(points: &[(f64, f64, f64)], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f64) -> Curve {
+    let cost_of = |p: &[f64]| cost(points, &|x| f(x, p));
+    let mut values = start.to_vec();
+    let mut best = cost_of(&values);
+    let n = values.len();
+    let mut damping = 1e-3f64;
+    let mut errors = vec![f64::INFINITY; n];
+    for _ in 0..60 {
+        let mut normal = nalgebra::DMatrix::<f64>::zeros(n, n);
+        let mut right = nalgebra::DVector::zeros(n);
+        for &(x, y, sigma) in points {
+            let now = f(x, &values);
+            let r = (y - now) / sigma;
+            let w = if r.abs() > CLIP { CLIP / r.abs() } else { 1.0 };
+            let slopes: Vec<f64> = (0..n)
+                .map(|k| {
+                    let mut there = values.clone();
+                    let h = 1e-5 * there[k].abs().max(1e-12);
+                    there[k] += h;
+                    (f(x, &there) - now) / h / sigma
+                })
+                .collect();
+            for i in 0..n {
+                right[i] += w * slopes[i] * r;
+                for j in 0..n {
+                    normal[(i, j)] += w * slopes[i] * slopes[j];
+                }
+            }
+        }
+        if let Some(inverse) = normal.clone().try_inverse() {
+            errors = (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt()).collect();
+        }
+        let mut damped = normal.clone();
+        for i in 0..n {
+            damped[(i, i)] *= 1.0 + damping;
+            damped[(i, i)] += 1e-300;
+        }
+        let Some(step) = damped.lu().solve(&right) else {
+            break;
+        };
+        let there: Vec<f64> = values.iter().zip(step.iter()).map(|(v, d)| v + d).collect();
+        let now = cost_of(&there);
+        if now < best {
+            let settled = best - now < 1e-9 * best;
+            values = there;
+            best = now;
+            damping = (0.1 * damping).max(1e-9);
+            if settled {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e9 {
+                break;
+            }
+        }
+    }
+    Curve {
+        values,
+        errors,
+        cost: best,
+    }
+}
+
+fn cost(points: &[(f64, f64, f64)], f: &dyn Fn(f64) -> f64) -> f64 {
+    let one = |&(x, y, sigma): &(f64, f64, f64)| {
+        let r = ((y - f(x)) / sigma).abs();
+        if r.is_nan() {
+            f64::INFINITY
+        } else if r > CLIP {
+            CLIP * (2.0 * r - CLIP)
+        } else {
+            r * r
+        }
+    };
+    points.iter().map(one).sum()
+}
+
+/// Readings scatter more than their errors say where neighbouring events share what is
+/// left of the model's error: the scatter about the best law is the measure.
+fn scatter(best: f64, points: usize, unknowns: usize) -> f64 {
+    (best / points.saturating_sub(unknowns).max(1) as f64).max(1.0)
+}
+
+/// (speed, ratio, error) of the bounces that tell the law.
+fn ratios(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
+    let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
+    let telling = bounces
+        .iter()
+        .filter(|b| b.approach > SLOW * fastest && b.error < 0.2 && b.ratio > 0.0 && b.ratio < 1.5);
+    telling.map(|b| (b.approach, b.ratio, b.error)).collect()
+}
+
+fn pulls(releases: &[Release]) -> Vec<(f64, f64, f64)> {
+    let telling = releases
+        .iter()
+        .filter(|r| r.contact > 0.0 && r.error.is_finite());
+    telling.map(|r| (r.contact, r.force, r.error)).collect()
+}
+
+/// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,
+/// `Ca0`, each where told.
+pub fn baseline(model: &Model, readings: &Readings) -> Model {
+    let mut model = model.clone();
+    let bounces = ratios(&readings.bounces);
+    if bounces.len() >= LEAST {
+        let fit = curve(&bounces, &[0.4], &|_, p| p[0]);
+        let p = &mut model.parameters;
+        p.set(ParameterId::Alpha, fit.values[0].clamp(0.0, 1.0));
+    }
+    let pulls = pulls(&readings.releases);
+    if pulls.len() >= LEAST {
+        let fit = line(&pulls);
+        let p = &mut model.parameters;
+        p.set(ParameterId::Ca0, fit.values[0].max(0.0));
+        p.set(ParameterId::Ca, fit.values[1].max(0.0));
+    }
+    model
+}
+
+fn line(points: &[(f64, f64, f64)]) -> Curve {
+    curve(points, &[2e-8, 1e-6], &|t, p| p[0] + p[1] * t)
+}
+
+/// All laws of the ground that the model may lack.
+pub fn tests(ground: &Ground) -> Vec<LawTest> {
+    [restitution(ground), adhesion(ground), compliance(ground)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// Restitution that falls or grows with speed, against a constant one.
+fn restitution(ground: &Ground) -> Option<LawTest> {
+    let (train, held) = (
+        ratios(&ground.train.bounces),
+        ratios(&ground.held_out.bounces),
+    );
+    let spec = find("velocity_restitution")?;
+    if train.len() < LEAST {
+        return None;
+    }
+    let constant = curve(&train, &[0.4], &|_, p| p[0]);
+    let v0 = 0.1;
+    let law = |v: f64, p: &[f64]| (p[0] * (v / v0).powf(-p[1])).min(1.0);
+    let power = curve(&train, &[constant.values[0], 0.05], &law);
+    let scale = scatter(power.cost, train.len(), 2);
+    let held_scale = scale.max(scatter(
+        cost(&held, &|v| law(v, &power.values)),
+        held.len(),
+        0,
+    ));
+    let before = cost(&held, &|_| constant.values[0]);
+    let after = cost(&held, &|v| law(v, &power.values));
+    let root = scale.sqrt();
+    Some(LawTest {
+        id: spec.id,
+        gain: (constant.cost - power.cost) / scale,
+        held_gain: (before - after) / held_scale,
+        held_chi2: after / held.len().max(1) as f64,
+        effect: ActiveEffect {
+            spec,
+            values: vec![power.values[1], v0],
+        },
+        errors: vec![power.errors[1] * root, f64::INFINITY],
+        sets: vec![(ParameterId::Alpha, power.values[0].clamp(0.0, 1.0))],
+        evidence: format!(
+            "{} bounces: restitution goes as speed to the power {:.3} +- {:.3}",
+            train.len(),
+            -power.values[1],
+            power.errors[1] * root
+        ),
+    })
+}
+
+/// Adhesion that saturates, against one that grows in proportion to contact time.
+fn adhesion(ground: &Ground) -> Option<LawTest> {
+    let (train, held) = (
+        pulls(&ground.train.releases),
+        pulls(&ground.held_out.releases),
+    );
+    let spec = find("adhesion_saturation")?;
+    if train.len() < LEAST {
+        return None;
+    }
+    let straight = line(&train);
+    let exponential = |t: f64, p: &[f64]| p[0] + p[1] * -(-t / p[2].abs().max(1e-7)).exp_m1();
+    let logarithm = |t: f64, p: &[f64]| p[0] + p[1] * (t / p[2].abs().max(1e-7)).ln_1p();
+    let mut best: Option<(Curve, f64)> = None;
+    for share in [0.0, 1.0] {
+        for tau in [3e-4, 1e-3, 4e-3, 15e-3] {
+            let start = [straight.values[0].max(1e-9), 30e-9, tau];
+            let fit = if share == 0.0 {
+                curve(&train, &start, &exponential)
+            } else {
+                curve(&train, &start, &logarithm)
+            };
+            let sound = fit.values[1] > 0.0 && fit.values[2].abs() < 0.2;
+            if sound && best.as_ref().is_none_or(|b| fit.cost < b.0.cost) {
+                best = Some((fit, share));
+            }
+        }
+    }
+    let (fit, share) = best?;
+    let law = |t: f64| {
+        if share == 0.0 {
+            exponential(t, &fit.values)
+        } else {
+            logarithm(t, &fit.values)
+        }
+    };
+    let scale = scatter(fit.cost, train.len(), 3);
+    let (before, after) = (
+        cost(&held, &|t| straight.values[0] + straight.values[1] * t),
+        cost(&held, &law),
+    );
+    let held_scale = scale.max(scatter(after, held.len(), 0));
+    let root = scale.sqrt();
+    Some(LawTest {
+        id: spec.id,
+        gain: (straight.cost - fit.cost) / scale,
+        held_gain: (before - after) / held_scale,
+        held_chi2: after / held.len().max(1) as f64,
+        effect: ActiveEffect {
+            spec,
+            values: vec![fit.values[1], fit.values[2].abs(), share],
+        },
+        errors: vec![fit.errors[1] * root, fit.errors[2] * root, f64::INFINITY],
+        sets: vec![(ParameterId::Ca0, fit.values[0].max(0.0))],
+        evidence: format!(
+            "{} releases: the pull-off force bends over contact times of {:.2} to {:.1} ms",
+            train.len(),
+            1e3 * train.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
+            1e3 * train.iter().fold(0.0f64, |a, p| a.max(p.0)),
+        ),
+    })
+}
+
+/// Time between touch and rebound, against none.
+fn compliance(ground: &Ground) -> Option<LawTest> {
+    let spec = find("compliant_ground")?;
+    let misses = |readings: &Readings| -> Vec<(f64, f64, f64)> {
+        let fast = readings
+            .bounces
+            .iter()
+            .fold(0.0f64, |a, b| a.max(b.approach));
+        let telling = readings
+            .bounces
+            .iter()
+            .filter(|b| b.approach > SLOW * fast && b.miss_error.is_finite());
+        telling
+            .map(|b| (b.approach, b.miss, b.miss_error.hypot(2e-9)))
+            .collect()
+    };
+    let (train, held) = (misses(&ground.train), misses(&ground.held_out));
+    if train.len() < LEAST {
+        return None;
+    }
+    let level = curve(&train, &[1e-10], &|_, p| p[0]);
+    let law = |v: f64, p: &[f64]| p[0] - p[1] * v;
+    let fit = curve(&train, &[level.values[0], 1e-7], &law);
+    let dwell = fit.values[1];
+    let scale = scatter(fit.cost, train.len(), 2);
+    let root = scale.sqrt();
+    let (before, after) = (
+        cost(&held, &|_| level.values[0]),
+        cost(&held, &|v| law(v, &fit.values)),
+    );
+    let held_scale = scale.max(scatter(after, held.len(), 0));
+    let gain = if dwell > 0.0 {
+        (level.cost - fit.cost) / scale
+    } else {
+        0.0
+    };
+    // A mass on a spring of k d^1.5 turns within 3.2 (m^2 / (k^2 v))^(1/5).
+    let speed = train.iter().map(|p| p.0).sum::<f64>() / train.len() as f64;
+    let mass = ground.mass;
+    let stiffness = mass / (dwell / 3.2).max(1e-9).powf(2.5) / speed.max(1e-6).sqrt();
+    Some(LawTest {
+        id: spec.id,
+        gain,
+        held_gain: (before - after) / held_scale,
+        held_chi2: after / held.len().max(1) as f64,
+        effect: ActiveEffect {
+            spec,
+            values: vec![stiffness.clamp(1e-9, 1e15), spec.parameters[1].default],
+        },
+        errors: vec![
+            2.5 * stiffness * fit.errors[1] * root / dwell.abs().max(1e-12),
+            f64::INFINITY,
+        ],
+        sets: Vec::new(),
+        evidence: format!(
+            "{} bounces: the mass stays below the ground's level for {:.2} +- {:.2} us",
+            train.len(),
+            1e6 * dwell,
+            1e6 * fit.errors[1] * root
+        ),
+    })
+}
+
+/// Where the events say that a named law of the ground is missed.
+pub fn mismatches(
+    named: &[LawTest],
+    ground: &Ground,
+    baseline: &super::explain::Stand,
+) -> Vec<super::result::Mismatch> {
+    use super::result::{Mismatch, Regime};
+    /// An event's surroundings \[s\].
+    const AROUND: f64 = 1e-4;
+    let data = &baseline.train.problem.data;
+    let mut out = Vec::new();
+    for test in named {
+        let at: Vec<(usize, f64, Regime)> = if test.id == "adhesion_saturation" {
+            let releases = ground.train.releases.iter();
+            releases
+                .map(|r| (r.recording, r.time, Regime::Release))
+                .collect()
+        } else {
+            let bounces = ground.train.bounces.iter();
+            bounces
+                .map(|b| (b.recording, b.time, Regime::Impact))
+                .collect()
+        };
+        let share = 1.0 / at.len().max(1) as f64;
+        for (recording, time, regime) in at.into_iter().take(20) {
+            out.push(Mismatch {
+                recording: data[recording].recording.name.clone(),
+                start: time - AROUND,
+                end: time + AROUND,
+                channel: "xp",
+                regime,
+                share,
+            });
+        }
+    }
+    out
+}
