@@ -6,6 +6,7 @@
 //! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
 //! ([`events`], [`laws`]). [`locate`] says where the misfit lies, [`evidence`] what force
 //! is missing whatever its name; [`engine`] puts it all together.
+//! [`report`] writes it down for people and programs.
 
 pub mod bench;
 pub mod calm;
