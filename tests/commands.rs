@@ -74,6 +74,16 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
             2,
             "no ground or no drive",
         ),
+        (&["diagnose"], 2, "RECORDINGS"),
+        (&["diagnose", "/no/such.csv"], 1, "/no/such.csv"),
+        (&["trial"], 2, "--seed"),
+        (
+            &["trial", "--seed", "1", "--conceal", "magic"],
+            2,
+            "cannot be concealed",
+        ),
+        (&["trial", "--seed", "1", "--noise", "3 V"], 2, "--noise"),
+        (&["demo", "--out", "/dev/null/x"], 1, "/dev/null/x"),
         (&["nonsense"], 1, "display"),
     ] {
         let output = run(arguments);

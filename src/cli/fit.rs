@@ -128,7 +128,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
+/// Reads recordings as their headers say.
+pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
     let read_one = |path: &PathBuf| {
         let recording = import_auto(path, None)?;
         for warning in &recording.warnings {

@@ -1,12 +1,16 @@
 //! The command line. Progress goes to stderr, results to stdout or files; the exit
 //! code is 0 when done, 1 when the work failed, 2 when the command was wrong.
 
+mod demo;
 mod device;
+mod diagnose;
 mod fit;
 mod output;
 mod simulate;
 mod steps;
+mod trial;
 mod validate;
+mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -48,6 +52,12 @@ enum Command {
     Fit(fit::Arguments),
     /// The 16 cases of the paper's Table A.1 and Table 3's statistics, against both columns
     Validate(validate::Arguments),
+    /// Find the physics that the model leaves out: where, what, how much, and the proof
+    Diagnose(diagnose::Arguments),
+    /// Conceal an effect in made-up recordings, diagnose them, open the envelope and score
+    Trial(trial::Arguments),
+    /// A diagnosis of recordings that come with the program, with a report
+    Demo(demo::Arguments),
 }
 
 /// Runs the program.
@@ -58,6 +68,9 @@ pub fn main() -> ExitCode {
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Fit(arguments)) => fit::run(&arguments),
         Some(Command::Validate(arguments)) => validate::run(&arguments),
+        Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
+        Some(Command::Trial(arguments)) => trial::run(&arguments),
+        Some(Command::Demo(arguments)) => demo::run(&arguments),
         None => app::run(app::WindowOptions {
             files: cli.window.files,
             preset: cli.window.preset,

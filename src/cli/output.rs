@@ -27,6 +27,14 @@ pub fn json(path: &Path, value: &impl serde::Serialize) -> anyhow::Result<()> {
     if path == Path::new("-") {
         return to_stdout(|out| Ok(out.write_all(text.as_bytes())?));
     }
+    self::text(path, &text)
+}
+
+/// Writes a text to a file.
+///
+/// # Errors
+/// The file's, with its path.
+pub fn text(path: &Path, text: &str) -> anyhow::Result<()> {
     std::fs::write(path, text)
         .with_context(|| format!("cannot write {}; choose another folder", path.display()))
 }

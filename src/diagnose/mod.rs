@@ -6,6 +6,7 @@
 //! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
 //! ([`events`], [`laws`]). [`locate`] says where the misfit lies, [`evidence`] what force
 //! is missing whatever its name; [`engine`] puts it all together.
+//! [`report`] writes it down for people and programs.
 
 pub mod bench;
 pub mod calm;
@@ -21,6 +22,7 @@ pub mod locate;
 pub mod next;
 pub mod noise;
 pub mod options;
+pub mod report;
 pub mod result;
 pub mod ring;
 pub mod scan;

@@ -44,6 +44,14 @@ pub enum TrialError {
         /// What would be right.
         remedy: &'static str,
     },
+    /// The voltages of recordings could not be exchanged.
+    #[error("the voltage of {recording} cannot be given to another recording: {reason}")]
+    Shuffle {
+        /// The recording whose voltage it is.
+        recording: String,
+        /// Why not.
+        reason: String,
+    },
     /// The truth could not be written.
     #[error("the truth cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),

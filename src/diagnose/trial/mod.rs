@@ -30,6 +30,7 @@ pub mod menu;
 pub mod preisach;
 pub mod rig;
 pub mod score;
+mod shuffle;
 pub mod structure;
 pub mod terms;
 mod truth;

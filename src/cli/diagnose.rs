@@ -1,0 +1,91 @@
+//! `diagnose`: what the model leaves out, from recordings.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::watch::watched;
+use super::{Failure, fit, output};
+use crate::diagnose::report;
+use crate::fit::Part;
+use crate::model::preset::Preset;
+
+/// What is said where no recordings were kept out.
+const SPLIT: &str = "No recordings were kept out: the last third of each took their place. Other \
+     excitations would be a harder test.";
+
+/// Arguments of the command.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Recordings to diagnose (CSV); without --held-out the last third of each is kept out
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// Device: paper, paper-as-printed, oscillator, faller, or a preset file
+    #[arg(long, default_value = "paper")]
+    preset: String,
+    /// Recording to keep out and to prove the answer on; repeatable
+    #[arg(long, value_name = "FILE")]
+    held_out: Vec<PathBuf>,
+    /// File for the answer as JSON; - for standard output, then without the summary
+    #[arg(long, value_name = "F")]
+    json: Option<PathBuf>,
+    /// File for a report with figures (HTML, one file)
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`Failure`] with the exit code.
+pub fn run(args: &Arguments) -> Result<(), Failure> {
+    let preset = Preset::load(&args.preset)?;
+    let recordings = fit::read(&args.recordings)?;
+    let split = args.held_out.is_empty();
+    let (train, held_out): (Vec<Part>, Vec<Part>) = if split {
+        recordings.into_iter().map(Part::split).unzip()
+    } else {
+        let kept = fit::read(&args.held_out)?;
+        (
+            recordings.into_iter().map(Part::whole).collect(),
+            kept.into_iter().map(Part::whole).collect(),
+        )
+    };
+    let mut answer = watched(&preset.model, &train, &held_out)?;
+    if split {
+        answer.remarks.insert(0, SPLIT.to_owned());
+    }
+    if let Some(path) = &args.report {
+        output::text(path, &report::html(&answer))?;
+    }
+    if args.json.as_deref() != Some(Path::new("-")) {
+        output::to_stdout(|out| Ok(out.write_all(report::text(&answer).as_bytes())?))?;
+    }
+    if let Some(path) = &args.json {
+        output::json(path, &report::json(&answer))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Debug, Parser)]
+    struct Only {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    #[test]
+    fn files_are_told_apart() {
+        let line = "diagnose a.csv b.csv --held-out c.csv --held-out d.csv --report r.html";
+        let args = Only::try_parse_from(line.split(' ')).unwrap().arguments;
+        assert_eq!(args.recordings.len(), 2);
+        assert_eq!(args.held_out.len(), 2);
+        assert_eq!(args.preset, "paper");
+        assert_eq!(args.report.as_deref(), Some(Path::new("r.html")));
+        assert!(Only::try_parse_from(["diagnose"]).is_err());
+    }
+}

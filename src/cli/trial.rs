@@ -1,0 +1,295 @@
+//! `trial`: concealed effects, diagnosed from their recordings alone, then scored.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::watch::watched;
+use super::{Failure, output, wrong_command};
+use crate::diagnose::report;
+use crate::diagnose::trial::score::{Diagnosis, Outcome, aggregate, score, score_shuffled};
+use crate::diagnose::trial::{
+    Case, Class, Mix, Settings, StructureKind, TrialError, write_case, write_truth,
+};
+use crate::fit::Part;
+use crate::model::Model;
+use crate::model::preset::Preset;
+use crate::model::unit::parse_quantity;
+use crate::recording::Recording;
+
+/// Arguments of the command.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Seed of the first trial; the others have those that follow
+    #[arg(long)]
+    seed: u64,
+    /// How many trials
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    count: u64,
+    /// Device that the diagnosis begins with
+    #[arg(long, default_value = "paper")]
+    preset: String,
+    /// Rms of the noise
+    #[arg(long, default_value = "20 nm")]
+    noise: String,
+    /// Samples per second
+    #[arg(long, default_value = "50 kHz")]
+    rate: String,
+    /// Record the proof mass alone
+    #[arg(long)]
+    xp_only: bool,
+    /// A distributed beam of four modes; a further mode may then be named beside the effect
+    #[arg(long)]
+    beam: bool,
+    /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
+    #[arg(long, value_name = "ID|none|one|two|outside")]
+    conceal: Option<String>,
+    /// Give each recording the voltage of another: then nothing may be named
+    #[arg(long)]
+    shuffle: bool,
+    /// Folder for the recordings, the reports and, when all is said, the truth
+    #[arg(long, value_name = "DIR")]
+    files: Option<PathBuf>,
+    /// File for all outcomes as JSON; - for standard output, then without the table
+    #[arg(long, value_name = "F")]
+    json: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`Failure`] with the exit code; also if a trial could not be made or diagnosed.
+pub fn run(args: &Arguments) -> Result<(), Failure> {
+    let settings = settings(args).map_err(wrong_command)?;
+    let model = Preset::load(&args.preset)?.model;
+    let aloud = args.json.as_deref() != Some(Path::new("-"));
+    let say = |line: String| -> anyhow::Result<()> {
+        if aloud {
+            return output::to_stdout(|out| Ok(writeln!(out, "{line}")?));
+        }
+        eprintln!("{line}");
+        Ok(())
+    };
+    let end = args
+        .seed
+        .checked_add(args.count)
+        .ok_or_else(|| wrong_command(anyhow::anyhow!("--seed {} is too large", args.seed)))?;
+    let mut tally = Tally::default();
+    for seed in args.seed..end {
+        match Case::draw(seed, &settings) {
+            Ok(case) => {
+                say(format!("seed {seed}: sealed, SHA-256 {}", case.seal()))?;
+                match one(case, &model, args, seed) {
+                    Ok((outcome, note)) => {
+                        say(format!("seed {seed}: {}", line(&outcome, &note)))?;
+                        tally.outcomes.push(outcome);
+                        tally.cases.push(note);
+                    }
+                    Err(error) => tally.fail(seed, format!("{error:#}")),
+                }
+            }
+            Err(error @ (TrialError::UnknownEffect(_) | TrialError::Setting { .. })) => {
+                return Err(wrong_command(error.into()));
+            }
+            Err(error) => tally.fail(seed, error.to_string()),
+        }
+        // Many trials take hours: what is known is kept.
+        if let Some(path) = args.json.as_deref().filter(|_| aloud) {
+            output::json(path, &tally.json(&settings))?;
+        }
+    }
+    if args.count > 1 {
+        say(format!(
+            "\n{}",
+            aggregate(&tally.outcomes).text().trim_end()
+        ))?;
+    }
+    if !aloud {
+        output::json(Path::new("-"), &tally.json(&settings))?;
+    }
+    if tally.failed.is_empty() {
+        Ok(())
+    } else {
+        let failed = tally.failed.len();
+        Err(anyhow::anyhow!("{failed} of {} trials failed", args.count).into())
+    }
+}
+
+/// Trials so far.
+#[derive(Default)]
+struct Tally {
+    outcomes: Vec<Outcome>,
+    cases: Vec<Value>,
+    failed: Vec<Value>,
+}
+
+impl Tally {
+    fn fail(&mut self, seed: u64, error: String) {
+        eprintln!("seed {seed}: {error}");
+        self.failed.push(json!({ "seed": seed, "error": error }));
+    }
+
+    fn json(&self, settings: &Settings) -> Value {
+        json!({
+            "settings": {
+                "structure": settings.structure,
+                "cantilever": settings.cantilever,
+                "noise": settings.noise,
+                "rate": settings.rate,
+                "mix": settings.mix,
+            },
+            "cases": self.cases,
+            "failed": self.failed,
+            "table": aggregate(&self.outcomes),
+        })
+    }
+}
+
+/// Diagnoses one case from its recordings alone, then opens its envelope and scores.
+fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<(Outcome, Value)> {
+    let (mut recordings, envelope) = case.into_parts();
+    if args.shuffle {
+        recordings = recordings.with_voltages_exchanged()?;
+    }
+    let folder = args
+        .files
+        .as_ref()
+        .map(|folder| folder.join(format!("seed-{seed}")));
+    if let Some(folder) = &folder {
+        write_case(folder, &recordings)?;
+    }
+    let whole = |list: &[Arc<Recording>]| -> Vec<Part> {
+        list.iter().map(|r| Part::whole(Arc::clone(r))).collect()
+    };
+    let started = Instant::now();
+    let answer = watched(
+        model,
+        &whole(&recordings.train),
+        &whole(&recordings.held_out),
+    )?;
+    let seconds = started.elapsed().as_secs_f64();
+    let seal = envelope.seal().to_owned();
+    if let Some(folder) = &folder {
+        output::text(&folder.join("report.html"), &report::html(&answer))?;
+        write_truth(&folder.join("truth.json"), envelope.clone())?;
+    }
+    let (truth, text) = envelope.open();
+    let may_add: &[&str] = if args.beam { &["extra_mode"] } else { &[] };
+    let said = Diagnosis::from(&answer);
+    let outcome = if args.shuffle {
+        score_shuffled(&truth, &said)
+    } else {
+        score(&truth, &said, may_add)
+    };
+    let note = json!({
+        "seed": seed,
+        "sha256": seal,
+        "truth": text,
+        "diagnosis": report::json(&answer),
+        "outcome": outcome,
+        "seconds": seconds,
+    });
+    Ok((outcome, note))
+}
+
+/// One trial in a line.
+fn line(outcome: &Outcome, note: &Value) -> String {
+    let concealed = match outcome.concealed.as_slice() {
+        [] => "nothing".to_owned(),
+        ids => format!(
+            "{} ({:.1} x smallest visible)",
+            ids.join(" + "),
+            outcome.size
+        ),
+    };
+    let answer = match outcome.named.as_slice() {
+        [] => outcome.verdict.text().to_owned(),
+        ids => ids.join(" + "),
+    };
+    let [before, after] = outcome.rms_over_noise;
+    let exchanged = if outcome.shuffled {
+        " (voltages exchanged)"
+    } else {
+        ""
+    };
+    format!(
+        "{}{exchanged}: concealed {concealed}; answer {answer}; kept out {before:.2} to {after:.2} x noise; {:.1} s",
+        outcome.mark.text(),
+        note["seconds"].as_f64().unwrap_or(f64::NAN)
+    )
+}
+
+fn settings(args: &Arguments) -> anyhow::Result<Settings> {
+    let quantity = |option: &str, text: &str, unit: &str| {
+        parse_quantity(text, unit).with_context(|| format!("{option} {text}"))
+    };
+    let kind = if args.beam {
+        StructureKind::Beam
+    } else {
+        StructureKind::Lumped
+    };
+    Ok(Settings {
+        structure: Some(kind),
+        cantilever: !args.xp_only,
+        noise: quantity("--noise", &args.noise, "m")?,
+        rate: quantity("--rate", &args.rate, "Hz")?,
+        mix: match args.conceal.as_deref() {
+            None => Mix::Standard,
+            Some("none") => Mix::Only(Class::Nothing),
+            Some("one") => Mix::Only(Class::One),
+            Some("two") => Mix::Only(Class::Two),
+            Some("outside") => Mix::Only(Class::Outside),
+            Some("") => bail!("--conceal: name an effect, none, one, two or outside"),
+            Some(id) => Mix::Effect(id.to_owned()),
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Debug, Parser)]
+    struct Only {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    fn parse(line: &str) -> Result<Arguments, clap::Error> {
+        Only::try_parse_from(line.split(' ')).map(|only| only.arguments)
+    }
+
+    #[test]
+    fn settings_are_read_as_typed() {
+        let plain = settings(&parse("trial --seed 7").unwrap()).unwrap();
+        assert_eq!(plain, Settings::default());
+        let all = "trial --seed 7 --noise 150nm --rate 25kHz --xp-only --beam --conceal gap_step";
+        let all = settings(&parse(all).unwrap()).unwrap();
+        assert!((all.noise - 150e-9).abs() < 1e-18);
+        assert!((all.rate - 25e3).abs() < 1e-9);
+        assert!(!all.cantilever);
+        assert_eq!(all.structure, Some(StructureKind::Beam));
+        assert_eq!(all.mix, Mix::Effect("gap_step".into()));
+        let none = parse("trial --seed 7 --conceal none").unwrap();
+        assert_eq!(settings(&none).unwrap().mix, Mix::Only(Class::Nothing));
+    }
+
+    #[test]
+    fn wrong_ones_are_refused() {
+        assert!(parse("trial").is_err());
+        assert!(parse("trial --seed 7 --count 0").is_err());
+        assert!(parse("trial --seed -1").is_err());
+        let metres = parse("trial --seed 7 --noise 3V").unwrap();
+        assert!(
+            settings(&metres)
+                .unwrap_err()
+                .to_string()
+                .contains("--noise 3V")
+        );
+    }
+}

@@ -1,0 +1,85 @@
+//! A diagnosis with its progress on standard error.
+
+use std::io::IsTerminal;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
+
+use crate::diagnose::diagnose;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+use crate::diagnose::result::Diagnosis;
+use crate::fit::Part;
+use crate::model::Model;
+
+/// Runs a diagnosis and shows how far it is: on a terminal in one line that changes,
+/// else in a line for each stage.
+///
+/// # Errors
+/// Those of the diagnosis.
+pub fn watched(
+    model: &Model,
+    train: &[Part],
+    held_out: &[Part],
+) -> Result<Diagnosis, DiagnoseError> {
+    let live = std::io::stderr().is_terminal();
+    let last = Mutex::new("");
+    let progress = |p: &DiagnoseProgress| {
+        // A thread that panicked while it wrote a line has spoilt nothing.
+        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+        if live {
+            eprint!("\r\x1b[K{}", line(p));
+        } else if *last != p.stage {
+            eprintln!("{}", line(p));
+        }
+        *last = p.stage;
+    };
+    let cancel = AtomicBool::new(false);
+    let control = DiagnoseControl {
+        cancel: &cancel,
+        progress: &progress,
+    };
+    let answer = diagnose(
+        model,
+        train,
+        held_out,
+        &DiagnoseOptions::default(),
+        &control,
+    );
+    if live {
+        eprint!("\r\x1b[K");
+    }
+    answer
+}
+
+fn line(p: &DiagnoseProgress) -> String {
+    let detail = if p.detail.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", p.detail)
+    };
+    format!(
+        "{:3.0} % {}{detail}, about {:.0} s left",
+        100.0 * p.done,
+        p.stage,
+        p.remaining.as_secs_f64().ceil()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn progress_is_one_line() {
+        let p = DiagnoseProgress {
+            stage: "weighing effects",
+            detail: "quadratic_drag".into(),
+            done: 0.421,
+            remaining: Duration::from_millis(6300),
+        };
+        assert_eq!(
+            line(&p),
+            " 42 % weighing effects (quadratic_drag), about 7 s left"
+        );
+    }
+}

@@ -1,0 +1,222 @@
+//! What the events at the ground say: bounces, releases, the height of the ground.
+
+use super::super::svg::{Axis, Dot, Plot};
+use super::{HALF, Page};
+use crate::diagnose::result::{BounceSeen, Diagnosis, EventsSeen};
+use crate::model::Model;
+use crate::model::effects::{Action, Surroundings};
+use crate::model::ground::Ground;
+
+/// Points of a law's curve.
+const CURVE: usize = 80;
+/// Errors above this many times the usual one are large.
+const LARGE: f64 = 8.0;
+const SIZE: [f64; 2] = [HALF, 220.0];
+
+/// Writes the figures for which there are events.
+pub fn write(page: &mut Page, d: &Diagnosis) {
+    let EventsSeen {
+        bounces,
+        releases,
+        levels,
+    } = &d.events;
+    if bounces.is_empty() && releases.is_empty() && levels.is_empty() {
+        return;
+    }
+    page.heading("The events at the ground");
+    page.raw("<div class=\"legend\"><span><i class=\"dash\" style=\"color:var(--before)\"></i>law of the re-tuned model</span>");
+    if !d.named.is_empty() {
+        page.raw(
+            "<span><i class=\"rule\" style=\"color:var(--law)\"></i>with what was left out</span>",
+        );
+    }
+    page.raw("</div>\n<div class=\"grid2\">\n");
+    let laws = Laws::of(d);
+    let of_bounces =
+        |value: fn(&BounceSeen) -> (f64, f64)| told(bounces.iter().map(|b| (b.speed, value(b))));
+    let all = [
+        Scatter {
+            dots: of_bounces(|b| (b.ratio, b.ratio_error)),
+            x: ("speed of approach", "m/s"),
+            y: ("restitution", ""),
+            from_zero: false,
+            law: Some(ModelLaws::restitution),
+            caption: "Bounces: speed kept against speed of approach.",
+        },
+        Scatter {
+            dots: of_bounces(|b| (b.dwell, b.dwell_error)),
+            x: ("speed of approach", "m/s"),
+            y: ("time below the level", "s"),
+            from_zero: true,
+            law: None,
+            caption: "Bounces: time below the ground's level; 0 for a rigid ground.",
+        },
+        Scatter {
+            dots: told(
+                releases
+                    .iter()
+                    .map(|r| (r.contact, (r.force, r.force_error))),
+            ),
+            x: ("time on the ground", "s"),
+            y: ("pull-off force", "N"),
+            from_zero: true,
+            law: Some(ModelLaws::adhesion),
+            caption: "Releases: pull-off force against time on the ground.",
+        },
+        Scatter {
+            dots: told(levels.iter().map(|l| (l.time, (l.miss, l.error)))),
+            x: ("time", "s"),
+            y: ("height above the model's ground", "m"),
+            from_zero: true,
+            law: None,
+            caption: "Stays: reading minus the ground's level in the model.",
+        },
+    ];
+    for scatter in all.iter().filter(|s| !s.dots.0.is_empty()) {
+        let (figure, caption) = scatter.draw(&laws);
+        page.figure(&figure, &caption);
+    }
+    page.raw("</div>\n");
+}
+
+/// Measured points without those that tell next to nothing, and how many these are:
+/// their errors would shrink all others to a line.
+fn told(points: impl Iterator<Item = (f64, (f64, f64))>) -> (Vec<Dot>, usize) {
+    let all: Vec<Dot> = points.map(|(x, (y, error))| Dot { x, y, error }).collect();
+    let mut errors: Vec<f64> = all.iter().map(|d| d.error).collect();
+    errors.retain(|e| e.is_finite());
+    errors.sort_by(f64::total_cmp);
+    let most = errors
+        .get(errors.len() / 2)
+        .map_or(f64::INFINITY, |median| LARGE * median);
+    let keep = |d: &Dot| d.y.is_finite() && (d.error.is_nan() || d.error <= most);
+    let dots: Vec<Dot> = all.iter().copied().filter(keep).collect();
+    let left = all.len() - dots.len();
+    (dots, left)
+}
+
+/// Points of one kind of event with the law that they should follow.
+struct Scatter {
+    dots: (Vec<Dot>, usize),
+    x: (&'static str, &'static str),
+    y: (&'static str, &'static str),
+    /// Whether the vertical axis holds zero.
+    from_zero: bool,
+    law: Option<fn(&ModelLaws, f64) -> f64>,
+    caption: &'static str,
+}
+
+impl Scatter {
+    /// The figure and its caption.
+    fn draw(&self, laws: &Laws) -> (String, String) {
+        let (dots, left) = &self.dots;
+        let at = grid(dots.iter().map(|d| d.x));
+        let mut range: Vec<f64> = dots
+            .iter()
+            .flat_map(|d| {
+                let error = if d.error.is_finite() { d.error } else { 0.0 };
+                [d.y - error, d.y + error]
+            })
+            .collect();
+        if let Some(law) = self.law {
+            range.extend(laws.values(&at, law));
+        }
+        if self.from_zero {
+            range.push(0.0);
+        }
+        let mut plot = Plot::new(
+            SIZE,
+            Axis::linear(self.x.0, self.x.1, dots.iter().map(|d| d.x)),
+            Axis::linear(self.y.0, self.y.1, range),
+        );
+        if self.from_zero {
+            plot.level("axis", 0.0);
+        }
+        plot.dots("seen", 2.2, dots.iter().copied());
+        if let Some(law) = self.law {
+            laws.draw(&mut plot, &at, law);
+        }
+        let caption = match left {
+            0 => self.caption.to_owned(),
+            n => format!("{} Not drawn: {n} of large error.", self.caption),
+        };
+        (plot.finish(), caption)
+    }
+}
+
+/// The laws of the ground, before and after.
+struct Laws {
+    before: ModelLaws,
+    after: Option<ModelLaws>,
+}
+
+impl Laws {
+    fn of(d: &Diagnosis) -> Self {
+        Self {
+            before: ModelLaws::of(&d.baseline),
+            after: (!d.named.is_empty()).then(|| ModelLaws::of(&d.model)),
+        }
+    }
+
+    /// Draws a law as the re-tuned model has it and, if anything is named, as it then is.
+    fn draw(&self, plot: &mut Plot, at: &[f64], law: fn(&ModelLaws, f64) -> f64) {
+        let points = |laws: &ModelLaws| at.iter().map(|x| (*x, law(laws, *x))).collect::<Vec<_>>();
+        plot.line("was", points(&self.before));
+        if let Some(after) = &self.after {
+            plot.line("law", points(after));
+        }
+    }
+
+    fn values(&self, at: &[f64], law: fn(&ModelLaws, f64) -> f64) -> Vec<f64> {
+        let all = std::iter::once(&self.before).chain(&self.after);
+        all.flat_map(|laws| at.iter().map(|x| law(laws, *x)).collect::<Vec<_>>())
+            .collect()
+    }
+}
+
+/// The laws of one model's ground.
+struct ModelLaws {
+    ground: Ground,
+    actions: Vec<Box<dyn Action>>,
+}
+
+impl ModelLaws {
+    fn of(model: &Model) -> Self {
+        let structure = model.structure();
+        let around = Surroundings {
+            structure: &structure,
+            parameters: &model.parameters,
+            piezo: model.piezo,
+        };
+        let build = |e: &crate::model::effects::ActiveEffect| (e.spec.build)(&e.values, &around);
+        Self {
+            ground: Ground::new(&model.parameters),
+            actions: model.effects.iter().map(build).collect(),
+        }
+    }
+
+    fn restitution(&self, speed: f64) -> f64 {
+        let all = self.actions.iter();
+        all.fold(self.ground.alpha, |alpha, a| a.restitution(alpha, speed))
+    }
+
+    fn adhesion(&self, contact: f64) -> f64 {
+        let start = self.ground.adhesion_start;
+        let line = self.ground.adhesion(contact);
+        let all = self.actions.iter();
+        all.fold(line, |f, a| a.adhesion(f, start, contact))
+    }
+}
+
+fn grid(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+            (a.min(v), b.max(v))
+        });
+    if low >= high {
+        return Vec::new();
+    }
+    let step = (high - low) / (CURVE - 1) as f64;
+    (0..CURVE).map(|i| low + i as f64 * step).collect()
+}

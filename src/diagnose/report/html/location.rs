@@ -1,0 +1,150 @@
+//! "Where": strips of residuals over each recording, the worst stretches, and what the
+//! residuals go with.
+
+use super::super::svg::{Axis, Dot, Plot, escape};
+use super::super::words::{share, stretch};
+use super::strip::{Scale, figure};
+use super::{HALF, Page};
+use crate::diagnose::result::{Diagnosis, Marginal, Regime};
+
+/// Stretches that get a number, in the table and in the strips.
+const NUMBERED: usize = 12;
+
+/// Writes the section's inside.
+pub fn write(page: &mut Page, d: &Diagnosis) {
+    if d.strips.is_empty() {
+        page.paragraph("No residuals over time were kept.");
+    } else {
+        strips(page, d);
+    }
+    worst(page, d);
+    marginals(page, d);
+}
+
+fn strips(page: &mut Page, d: &Diagnosis) {
+    page.paragraph(
+        "Root mean square of simulation minus recording along each recording, all on one \
+         logarithmic scale: filled for the re-tuned model, coloured by what the mass is \
+         doing. The numbers are those of the table below.",
+    );
+    page.raw("<div class=\"legend\">");
+    for (i, regime) in Regime::ALL.iter().enumerate() {
+        page.raw(&format!(
+            "<span><i class=\"r{i}\"></i>{}</span>",
+            escape(regime.text())
+        ));
+    }
+    if !d.named.is_empty() {
+        page.raw("<span><i class=\"rule\"></i>with what was left out</span>");
+    }
+    page.raw("<span><i class=\"dash\"></i>noise</span></div>\n");
+    let scale = Scale::of(d);
+    for held_out in [false, true] {
+        let these: Vec<_> = d
+            .strips
+            .iter()
+            .filter(|s| s.held_out == held_out && !s.time.is_empty())
+            .collect();
+        if these.is_empty() {
+            continue;
+        }
+        page.heading(if held_out { "Kept out" } else { "Fitted to" });
+        for strip in these {
+            let marked: Vec<_> = d
+                .mismatch
+                .iter()
+                .take(NUMBERED)
+                .enumerate()
+                .filter(|(_, m)| m.recording == strip.recording)
+                .collect();
+            page.figure(&figure(d, strip, &scale, &marked), "");
+        }
+    }
+}
+
+fn worst(page: &mut Page, d: &Diagnosis) {
+    page.heading("The stretches with the largest excess");
+    if d.mismatch.is_empty() {
+        page.paragraph(
+            "There is no stretch where the re-tuned model differs by more than the noise.",
+        );
+        return;
+    }
+    let rows: Vec<Vec<String>> = d
+        .mismatch
+        .iter()
+        .take(NUMBERED)
+        .enumerate()
+        .map(|(i, m)| {
+            vec![
+                (i + 1).to_string(),
+                share(m.share),
+                m.recording.clone(),
+                stretch(m),
+                m.channel.to_owned(),
+                m.regime.text().to_owned(),
+            ]
+        })
+        .collect();
+    let heads = [
+        "",
+        "share of the excess",
+        "recording",
+        "time",
+        "channel",
+        "regime",
+    ];
+    page.table(&heads, &rows, &[1]);
+    let more = d.mismatch.len().saturating_sub(NUMBERED);
+    if more > 0 {
+        page.paragraph(&format!("{more} further stretches are shorter or weaker."));
+    }
+}
+
+fn marginals(page: &mut Page, d: &Diagnosis) {
+    if d.marginals.is_empty() {
+        return;
+    }
+    page.heading("What the residuals go with");
+    page.paragraph("Mean square of the residuals in units of the noise; 1 is the noise alone.");
+    page.raw("<div class=\"legend\"><span><i class=\"rule\" style=\"color:var(--before)\"></i>re-tuned model</span>");
+    if !d.named.is_empty() {
+        page.raw("<span><i class=\"rule\" style=\"color:var(--after)\"></i>with what was left out</span>");
+    }
+    page.raw("</div>\n<div class=\"grid2\">\n");
+    let all: Vec<f64> = d
+        .marginals
+        .iter()
+        .flat_map(|m| m.before.iter().chain(&m.after).copied())
+        .chain([1.0])
+        .collect();
+    for marginal in &d.marginals {
+        page.figure(&against(marginal, &all, !d.named.is_empty()), "");
+    }
+    page.raw("</div>\n");
+}
+
+/// One marginal; all of them have the same vertical scale.
+fn against(m: &Marginal, all: &[f64], named: bool) -> String {
+    let mut plot = Plot::new(
+        [HALF, 190.0],
+        Axis::linear(m.against, m.unit, m.at.iter().copied()),
+        Axis::log("mean square / noise\u{b2}", "", all.iter().copied()),
+    );
+    plot.level("noise", 1.0);
+    let mut draw = |class: &str, values: &[f64]| {
+        let points = || m.at.iter().copied().zip(values.iter().copied());
+        plot.line(class, points());
+        let dots = points().map(|(x, y)| Dot {
+            x,
+            y,
+            error: f64::NAN,
+        });
+        plot.dots(class, 2.0, dots);
+    };
+    draw("before", &m.before);
+    if named {
+        draw("after", &m.after);
+    }
+    plot.finish()
+}

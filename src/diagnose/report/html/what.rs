@@ -1,0 +1,112 @@
+//! "What": every effect that was weighed, and the force that the model lacks.
+
+use super::super::svg::{Axis, Dot, Plot, escape};
+use super::super::words::{chi2, gain, listed, probability};
+use super::{HALF, Page};
+use crate::diagnose::result::{Diagnosis, ForceCurve};
+
+/// Writes the candidates and the force curves.
+pub fn write(page: &mut Page, d: &Diagnosis) {
+    candidates(page, d);
+    if d.forces.is_empty() {
+        return;
+    }
+    page.heading("The force that the re-tuned model lacks");
+    let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
+    let law = if d.forces.iter().any(|f| !f.law.is_empty()) {
+        format!(" The line is {} as fitted.", listed(&names))
+    } else {
+        String::new()
+    };
+    page.paragraph(&format!(
+        "Mean force on the proof mass as measured, with standard errors.{law}"
+    ));
+    page.raw("<div class=\"grid2\">\n");
+    for curve in &d.forces {
+        page.figure(&force(curve), "");
+    }
+    page.raw("</div>\n");
+}
+
+fn candidates(page: &mut Page, d: &Diagnosis) {
+    if d.candidates.is_empty() {
+        page.paragraph("No effect was weighed.");
+        return;
+    }
+    page.paragraph(
+        "Every effect that was weighed. A gain is the fall of chi2 when the effect is \
+         added; what counts is the gain on recordings kept out.",
+    );
+    page.raw("<div class=\"wide\"><table>\n<thead><tr><th>effect</th>");
+    for head in [
+        "probability",
+        "gain fitted",
+        "gain kept out",
+        "chi2 kept out",
+    ] {
+        page.raw(&format!("<th class=\"n\">{head}</th>"));
+    }
+    page.raw("<th>for and against</th></tr></thead>\n<tbody>\n");
+    for c in &d.candidates {
+        let named = d.named.iter().find(|n| n.id == c.id);
+        page.raw(if named.is_some() {
+            "<tr class=\"named\"><td>"
+        } else {
+            "<tr><td>"
+        });
+        page.text(&c.name);
+        page.raw("</td>");
+        // One that was not worth a fit has only its first estimate.
+        let fitted = if c.gain.is_finite() {
+            gain(c.gain)
+        } else if c.score.is_finite() {
+            format!("about {}", gain(c.score))
+        } else {
+            "-".to_owned()
+        };
+        for cell in [
+            probability(c.probability),
+            fitted,
+            gain(c.held_out_gain),
+            chi2(c.held_out_chi2),
+        ] {
+            page.raw(&format!("<td class=\"n\">{}</td>", escape(&cell)));
+        }
+        page.raw("<td class=\"why\">");
+        for remark in named.iter().flat_map(|n| &n.evidence).chain(&c.remarks) {
+            page.paragraph(remark);
+        }
+        page.raw("</td></tr>\n");
+    }
+    page.raw("</tbody></table></div>\n");
+}
+
+fn force(curve: &ForceCurve) -> String {
+    let measured = curve.force.iter().zip(&curve.std_error);
+    let ends = measured
+        .filter(|(f, _)| f.is_finite())
+        .flat_map(|(f, e)| {
+            let e = if e.is_finite() { *e } else { 0.0 };
+            [f - e, f + e]
+        })
+        .chain(curve.law.iter().copied())
+        .chain([0.0]);
+    let mut plot = Plot::new(
+        [HALF, 230.0],
+        Axis::linear(curve.against, curve.unit, curve.at.iter().copied()),
+        Axis::linear("force", "N", ends),
+    );
+    plot.level("axis", 0.0);
+    plot.dots(
+        "seen",
+        2.4,
+        (0..curve.at.len().min(curve.force.len())).map(|i| Dot {
+            x: curve.at[i],
+            y: curve.force[i],
+            error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
+        }),
+    );
+    let law = curve.at.iter().copied().zip(curve.law.iter().copied());
+    plot.line("law", law);
+    plot.finish()
+}

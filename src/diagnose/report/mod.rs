@@ -1,0 +1,22 @@
+//! What a diagnosis says, for people and programs: a summary for the terminal
+//! ([`text()`]), a value for programs ([`json()`]) and a page with figures ([`html()`]).
+//!
+//! All three say what [`Diagnosis`](super::result::Diagnosis) holds and judge nothing
+//! themselves.
+
+mod html;
+mod json;
+mod rest;
+mod svg;
+mod text;
+mod words;
+
+pub use html::html;
+pub use json::json;
+pub use text::text;
+pub use words::{probability, verdict_sentence};
+
+#[cfg(test)]
+mod fixture;
+#[cfg(test)]
+mod tests;
