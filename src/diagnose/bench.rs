@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::prepare::{Findings, Prepared, look, prepare};
+use crate::fit::chain::Sigmas;
+use crate::fit::prepare::{Findings, Prepared, default_length, look, prepare};
 use crate::fit::problem::{Nuisance, Problem};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
@@ -21,11 +22,13 @@ use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
-use crate::sim::SimError;
+use crate::sim::{SimError, StretchSimulator, StretchState};
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
 const SKEW: f64 = 5e-6;
+/// How much noisier than the quietest a recording may be.
+const ONE_NOISE: f64 = 1.3;
 /// Loss by which fits are compared, in units of the noise.
 pub const LOSS: Huber = Huber(6.0);
 /// Others that are tried where much is left.
@@ -133,8 +136,15 @@ impl Bench {
         }
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
         let free = freedoms(model, lone);
+        // One length for all models, so that all are judged by the same stretches.
+        let simulation = crate::sim::Options {
+            tolerance: options.tolerance,
+            ..crate::sim::Options::default()
+        };
+        let longest = default_length(&StretchSimulator::new(model, &simulation)?, lone);
         let fit = FitOptions {
             free: free.clone(),
+            longest: Some(longest),
             nuisances: FreeNuisances {
                 offsets: true,
                 scales: None,
@@ -159,6 +169,23 @@ impl Bench {
         } else {
             Some(side(held_out)?)
         };
+        let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
+        for pick in picks {
+            let mut all: Vec<&mut f64> = std::iter::once(&mut train)
+                .chain(&mut held_out)
+                .flat_map(|s| &mut s.calm.prepared.problem.data)
+                .map(|d| pick(&mut d.sigmas))
+                .collect();
+            // Where the motion itself is quick, it passes for noise of neighbouring
+            // samples; one instrument has one noise.
+            let least = all.iter().fold(f64::INFINITY, |a, s| a.min(**s));
+            let alike = all.iter().map(|s| **s).filter(|s| *s <= ONE_NOISE * least);
+            let mut alike: Vec<f64> = alike.collect();
+            let usual = quantile_in_place(&mut alike, 0.5);
+            for sigma in all.iter_mut().filter(|s| ***s > ONE_NOISE * least) {
+                **sigma = usual;
+            }
+        }
         let sides = || std::iter::once(&train).chain(&held_out);
         let stays: Vec<Stays<'_>> = sides()
             .flat_map(|s| s.calm.prepared.problem.data.iter().zip(&s.calm.timelines))
@@ -354,8 +381,21 @@ impl Bench {
             let space = &problem.space;
             let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
             let segments = calm.prepared.segments;
-            let used = vec![true; segments.len()];
-            settle(&problem, &x, &segments, &used, Huber(1e4), 3)?
+            // The same stretches, with more unknowns each: what was misread stays aside.
+            let used = if segments.len() == from.point.used.len() {
+                from.point.used.clone()
+            } else {
+                vec![true; segments.len()]
+            };
+            let (old, new) = (
+                from.problem.simulator(&from.point.x)?,
+                StretchSimulator::new(start, &problem.options)?,
+            );
+            let segments = adopt(&from.point.segments, segments, (&old, &new), &problem);
+            let start = settle(&problem, &x, &segments, &used, LOSS, 3)?;
+            // What is new finds its place first.
+            let known: Vec<usize> = (0..self.free.len()).collect();
+            self.improve(&problem, start, &known, 8, control)?
         } else {
             let own = &from.point;
             settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
@@ -390,20 +430,37 @@ impl Bench {
                 (side.calm.prepared.segments.clone(), point)
             }
             None => {
-                x.resize(problem.unknowns(), 0.0);
+                match from {
+                    Some(from) => x.extend_from_slice(&from.point.x[from.problem.space.len()..]),
+                    None => x.resize(problem.unknowns(), 0.0),
+                }
                 let space = &problem.space;
                 let (parts, findings) = (&side.parts, &side.findings);
                 let segments = prepare_calm(model, space, parts, findings, &self.options)?
                     .prepared
                     .segments;
-                let used = vec![true; segments.len()];
-                let point = settle(&problem, &x, &segments, &used, Huber(1e4), 3)?;
+                let used = match from {
+                    Some(from) if from.point.used.len() == segments.len() => {
+                        from.point.used.clone()
+                    }
+                    _ => vec![true; segments.len()],
+                };
+                let (segments, loss) = match from {
+                    Some(from) => {
+                        let old = from.problem.simulator(&from.point.x)?;
+                        let new = StretchSimulator::new(model, &problem.options)?;
+                        let own = &from.point.segments;
+                        (adopt(own, segments, (&old, &new), &problem), LOSS)
+                    }
+                    None => (segments, Huber(1e4)),
+                };
+                let point = settle(&problem, &x, &segments, &used, loss, 3)?;
                 (segments, point)
             }
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
         let mut point = self.improve(&problem, point, &locked, 10, control)?;
-        if near.is_none() && heal(&problem, &mut point, &segments)? {
+        if from.is_none() && heal(&problem, &mut point, &segments)? {
             point = self.improve(&problem, point, &locked, 5, control)?;
         }
         Ok(Some(self.finish(problem, point)?))
@@ -542,6 +599,48 @@ impl Side {
     pub fn segments(&self) -> &[Segment] {
         &self.calm.prepared.segments
     }
+}
+
+/// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
+/// other modes, of which those that both have come first. A new mode begins at rest.
+fn adopt(
+    known: &[Segment],
+    fresh: Vec<Segment>,
+    (old, new): (&StretchSimulator, &StretchSimulator),
+    problem: &Problem,
+) -> Vec<Segment> {
+    if known.len() != fresh.len() {
+        return fresh;
+    }
+    let one = |(k, mut f): (&Segment, Segment)| {
+        let joints: usize = k.joints.iter().map(|j| j.unknowns()).sum();
+        let states = k.locals.len() - joints;
+        if k.samples != f.samples || k.joints.len() != f.joints.len() {
+            return f;
+        }
+        let value = |i: usize| k.value(&k.locals, i);
+        let mut state = StretchState {
+            q: (0..states / 2).map(value).collect(),
+            v: (states / 2..states).map(value).collect(),
+            z: Vec::new(),
+        };
+        let data = &problem.data[k.recording];
+        let level = old.ground_level(data.recording.time[k.samples.start] + data.epoch);
+        if k.starts_held {
+            old.lift(level, &mut state);
+        }
+        state.q.resize(new.modes(), 0.0);
+        state.v.resize(new.modes(), 0.0);
+        if f.starts_held {
+            new.land(level, &mut state);
+        }
+        let own = state.q.iter().chain(&state.v);
+        f.locals = own.zip(&f.units).map(|(x, unit)| x / unit).collect();
+        f.locals.extend_from_slice(&k.locals[states..]);
+        f.joints.clone_from(&k.joints);
+        f
+    };
+    known.iter().zip(fresh).map(one).collect()
 }
 
 /// `model` with one more effect, in place of one of the same kind.
