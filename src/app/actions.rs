@@ -120,6 +120,10 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             shell.hint = true;
         }
         Command::SetMode(mode) => {
+            if mode == Mode::Live && state.view.mode != mode {
+                // Whoever asks for it wants to see it run, also after a pause long ago.
+                state.paused = false;
+            }
             state.view.mode = mode;
             state.scrub = None;
             state.cursors = Cursors::default();
@@ -151,6 +155,7 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
         }
+        Command::SidePanel => state.view.side_panel = !state.view.side_panel,
         Command::Help => shell.dialogs.toggle_help(),
         Command::Identification => state.identification.open = !state.identification.open,
         Command::FitPanel => state.fitting.open = !state.fitting.open,
@@ -190,6 +195,7 @@ fn align(shell: &mut Shell) {
         let (id, recording) = (overlay.id, Arc::clone(&overlay.recording));
         let trace = Arc::clone(&snapshot.trace);
         let name = recording.name.clone();
+        let scale = overlay.alignment.xp_scale;
         shell.files.work("aligning", name.into(), move |_| {
             let grid = Grid {
                 t0: trace.t0,
@@ -198,13 +204,10 @@ fn align(shell: &mut Shell) {
                 slopes: Some(&trace.proof_mass_velocity),
             };
             Some(
-                match auto_align(&recording, Channel::ProofMass, grid, None) {
-                    Ok(found) => FileEvent::Aligned {
-                        id,
-                        time_shift: found.time_shift,
-                    },
+                match auto_align(&recording, Channel::ProofMass, scale, grid, None) {
+                    Ok(found) => FileEvent::Aligned { id, found },
                     Err(error) => FileEvent::Failed {
-                        message: format!("{}: {error}", recording.name),
+                        message: format!("{} was not shifted: {error}", recording.name),
                     },
                 },
             )
@@ -248,6 +251,7 @@ mod tests {
         let cases = [
             (Key::Z, Modifiers::COMMAND, Some(Command::Undo)),
             (Key::Z, with_shift, Some(Command::Redo)),
+            (Key::Y, Modifiers::COMMAND, Some(Command::Redo)),
             (Key::Z, Modifiers::NONE, None),
             (Key::Questionmark, Modifiers::SHIFT, Some(Command::Help)),
             (Key::G, Modifiers::NONE, Some(Command::ToggleGhost)),
@@ -259,7 +263,7 @@ mod tests {
             let mut input = press(key, modifiers);
             let asked: Vec<Command> = Command::all()
                 .into_iter()
-                .filter(|c| c.shortcut().is_some_and(|s| pressed(&mut input, &s)))
+                .filter(|c| c.shortcuts().any(|s| pressed(&mut input, &s)))
                 .collect();
             assert_eq!(asked, Vec::from_iter(expected), "{key:?} {modifiers:?}");
         }

@@ -9,8 +9,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use crate::model::preset::Preset;
+use crate::recording::align::Aligned;
 use crate::recording::csv::{ImportSettings, Preview, import, preview};
-use crate::recording::{ImportError, Recording};
+use crate::recording::{ImportError, ImportWarning, Recording};
 
 use super::file_jobs::{Context, Jobs, Repaint};
 use super::session::{self, Loaded, RecordingEntry};
@@ -41,7 +42,7 @@ pub enum FileEvent {
     /// It was saved.
     Saved { purpose: Purpose, path: PathBuf },
     /// A recording's shift onto the simulation was found.
-    Aligned { id: OverlayId, time_shift: f64 },
+    Aligned { id: OverlayId, found: Aligned },
     /// A place to save to was chosen.
     SaveTo { purpose: Purpose, path: PathBuf },
 }
@@ -171,7 +172,7 @@ impl Files {
     pub fn import(&self, path: PathBuf, settings: ImportSettings, entry: Option<RecordingEntry>) {
         let path = absolute(path);
         self.spawn(path.clone(), move |context| {
-            import_with(path, settings, entry, context)
+            import_with(path, settings, Vec::new(), entry, context)
         });
     }
 
@@ -290,17 +291,27 @@ fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
     };
     match session::import_settings_for(&path) {
         // A file that was written anew may need other settings than it did.
-        Some(settings) => match import_with(path.clone(), settings, None, context) {
-            Some(FileEvent::Failed { message }) => {
-                preview.ambiguities.push(format!(
-                    "It can no longer be read as it was last time: {message}"
-                ));
-                Some(FileEvent::Ask { path, preview })
+        Some(settings) => {
+            // What nobody was asked about is said again.
+            let as_guessed = settings == preview.settings && !preview.needs_dialog();
+            let said = if as_guessed {
+                preview.warnings.clone()
+            } else {
+                Vec::new()
+            };
+            match import_with(path.clone(), settings, said, None, context) {
+                Some(FileEvent::Failed { message }) => {
+                    preview.ambiguities.push(format!(
+                        "It can no longer be read as it was last time: {message}"
+                    ));
+                    Some(FileEvent::Ask { path, preview })
+                }
+                event => event,
             }
-            event => event,
-        },
+        }
         None if preview.needs_dialog() => Some(FileEvent::Ask { path, preview }),
-        None => import_with(path, preview.settings, None, context),
+        // What the header left open was settled without asking: it is said.
+        None => import_with(path, preview.settings, preview.warnings, None, context),
     }
 }
 
@@ -318,7 +329,9 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
                     loaded: Box::new(loaded),
                 }
             }
-            Err(error) => failed(&error),
+            Err(error) => FileEvent::Failed {
+                message: format!("{error}; the file is left as it is"),
+            },
         };
     }
     match Preset::load(&path.to_string_lossy()) {
@@ -332,16 +345,20 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
     }
 }
 
-/// Imports a recording; nothing comes of it if it was cancelled.
+/// Imports a recording; nothing comes of it if it was cancelled. `said` of its header is
+/// put before the warnings of its rows.
 fn import_with(
     path: PathBuf,
     settings: ImportSettings,
+    mut said: Vec<ImportWarning>,
     entry: Option<RecordingEntry>,
     context: &Context,
 ) -> Option<FileEvent> {
     let progress = |share: f32| context.progress(share);
     Some(match import(&path, &settings, Some(&progress)) {
-        Ok(recording) => {
+        Ok(mut recording) => {
+            said.append(&mut recording.warnings);
+            recording.warnings = said;
             let expected = entry.as_ref().and_then(|entry| entry.sha256.as_ref());
             if expected.is_some() && expected != recording.sha256.as_ref() {
                 changed(&path)

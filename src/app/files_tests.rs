@@ -50,6 +50,34 @@ fn a_clear_recording_is_imported_at_once() {
 }
 
 #[test]
+fn two_columns_of_one_quantity_are_said_each_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t [s], xp [um], xp [nm]\n0, 1, 900\n1e-5, 2, 1900\n2e-5, 3, 2900\n";
+    let path = write(folder.path(), "a.csv", text);
+    // The second time it is read as remembered.
+    for time in ["first", "second"] {
+        let found = events(|files| files.open(path.clone()));
+        let [FileEvent::Recording { recording, .. }] = &found[..] else {
+            panic!("{found:?}");
+        };
+        let [warning] = &recording.warnings[..] else {
+            panic!("{time}: {:?}", recording.warnings);
+        };
+        for part in [
+            "column 2 (\"xp [um]\") is used",
+            "column 3 (\"xp [nm]\")",
+            "import settings",
+        ] {
+            assert!(
+                warning.message.contains(part),
+                "{time}: {}",
+                warning.message
+            );
+        }
+    }
+}
+
+#[test]
 fn an_unclear_one_asks_and_is_remembered() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(folder.path(), "a.csv", UNCLEAR);
@@ -160,7 +188,7 @@ fn a_panic_becomes_text_and_a_cancelled_import_nothing() {
     let found = events(|files| {
         files.spawn(path.clone(), move |context| {
             context.job.cancel();
-            import_with(path, settings, None, context)
+            import_with(path, settings, Vec::new(), None, context)
         });
     });
     assert!(found.is_empty(), "{found:?}");

@@ -4,6 +4,7 @@
 mod bars;
 mod keep;
 mod picture;
+mod toasts;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -41,6 +42,8 @@ pub struct Shell {
     /// Recordings of the session that could not be loaded: kept in it, for when their
     /// files are back.
     pub(super) absent: Vec<session::RecordingEntry>,
+    /// Device whose usual live speed is set.
+    pub(super) speed_of: String,
     workspace: String,
     worker: Worker,
     sent: Option<Wish>,
@@ -81,18 +84,16 @@ impl Shell {
         } else {
             None
         };
-        let hint = plain && restored.is_none();
+        let is_restored = restored.is_some();
+        let hint = plain && !is_restored;
         let (mut last_id, mut absent) = (0, Vec::new());
         let (setup, view) = match restored {
             Some(loaded) => {
                 for entry in &loaded.recordings {
                     import_entry(&files, entry);
                 }
-                notices.extend(loaded.missing.iter().map(|text| Notice {
-                    is_error: true,
-                    text: text.clone(),
-                    recording: None,
-                }));
+                let missing = loaded.missing.iter();
+                notices.extend(missing.map(|text| Notice::new(true, text.as_str())));
                 last_id = loaded.last_id();
                 absent = loaded.recordings;
                 (loaded.setup, loaded.view)
@@ -115,6 +116,11 @@ impl Shell {
         state.notices = notices;
         Ok(Self {
             history: History::new(&state.setup),
+            speed_of: if is_restored {
+                state.setup.preset.model.name.clone()
+            } else {
+                String::new()
+            },
             saved: (state.setup.clone(), state.view.clone()),
             themed: Some(state.view.dark),
             state,
@@ -141,7 +147,7 @@ impl Shell {
         })
     }
 
-    /// Adds a line at the top of the window, once.
+    /// Says something over the window, once.
     pub(super) fn notice(&mut self, is_error: bool, text: impl Into<String>) {
         self.notice_of(None, is_error, text);
     }
@@ -154,13 +160,12 @@ impl Shell {
         text: impl Into<String>,
     ) {
         let notice = Notice {
-            is_error,
-            text: text.into(),
             recording,
+            ..Notice::new(is_error, text)
         };
-        if !self.state.notices.contains(&notice) {
-            self.state.notices.push(notice);
-        }
+        // Said again, it is the newest.
+        self.state.notices.retain(|known| !known.says(&notice));
+        self.state.notices.push(notice);
     }
 
     fn take_news(&mut self) {
@@ -184,6 +189,15 @@ impl Shell {
                     );
                 }
             }
+        }
+    }
+
+    /// Another device is watched at its own speed.
+    fn set_speed(&mut self) {
+        let setup = &self.state.setup;
+        if self.speed_of != setup.preset.model.name {
+            self.speed_of.clone_from(&setup.preset.model.name);
+            self.state.view.slow_down = workspaces::tune::usual_speed(setup);
         }
     }
 
@@ -285,15 +299,14 @@ impl Shell {
             return;
         }
         for command in Command::all() {
-            let Some(shortcut) = command.shortcut() else {
-                continue;
-            };
             // The key of a command that would do nothing is left to the widgets.
             if !super::actions::is_possible(self, command) {
                 continue;
             }
-            if ui.input_mut(|input| super::actions::pressed(input, &shortcut)) {
-                self.state.ask(command);
+            for shortcut in command.shortcuts() {
+                if ui.input_mut(|input| super::actions::pressed(input, &shortcut)) {
+                    self.state.ask(command);
+                }
             }
         }
     }
@@ -325,8 +338,10 @@ impl Shell {
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             workspaces::show(&self.workspace, ui, &mut self.state);
         });
+        self.toasts(ui);
         super::actions::dialogs(self, ui);
         super::actions::run(self, ui);
+        self.set_speed();
         self.ask_worker();
         self.keep(ui);
         self.layout.update(ui.ctx(), &self.state);
@@ -352,14 +367,12 @@ fn restore(notices: &mut Vec<Notice>) -> Option<session::Loaded> {
         Ok(loaded) => Some(loaded),
         Err(error) => {
             let kept = match session::keep_unreadable(&path) {
-                Ok(kept) => format!("it was kept as {}", kept.display()),
-                Err(error) => error.to_string(),
+                Ok(kept) => format!("a copy was kept as {}", kept.display()),
+                Err(error) => format!("no copy could be kept: {error}"),
             };
-            notices.push(Notice {
-                is_error: true,
-                recording: None,
-                text: format!("The last session could not be opened: {error}; {kept}"),
-            });
+            let text =
+                format!("The last session could not be opened, a new one begins; {kept}. {error}");
+            notices.push(Notice::new(true, text));
             None
         }
     }

@@ -30,15 +30,47 @@ pub struct Refusal {
     pub message: String,
 }
 
-/// A line at the top of the window until it is dismissed.
-#[derive(Debug, Clone, PartialEq)]
+/// Something said over the window.
+#[derive(Debug, Clone)]
 pub struct Notice {
-    /// Errors are drawn in the warning colour.
+    /// Errors are drawn in their colour and stay until they are dismissed.
     pub is_error: bool,
     /// What, where, what to do.
     pub text: String,
-    /// The recording it is about: its import can then be looked at again.
+    /// The recording it is about: its import can then be looked at again. Such a notice
+    /// stays too.
     pub recording: Option<OverlayId>,
+    /// Since when it has been shown, on the window's clock [s].
+    pub since: Option<f64>,
+}
+
+impl Notice {
+    /// Says it once it is drawn.
+    pub fn new(is_error: bool, text: impl Into<String>) -> Self {
+        Self {
+            is_error,
+            text: text.into(),
+            recording: None,
+            since: None,
+        }
+    }
+
+    /// Whether it goes by itself.
+    pub fn is_timed(&self) -> bool {
+        !self.is_error && self.recording.is_none()
+    }
+
+    /// How long it stays [s], if it goes by itself: long enough to be read twice.
+    pub fn seconds(&self) -> Option<f64> {
+        self.is_timed()
+            .then(|| 4.0 + 0.08 * self.text.chars().count() as f64)
+    }
+
+    /// Whether it says the same.
+    pub fn says(&self, other: &Self) -> bool {
+        (self.is_error, self.recording, &self.text)
+            == (other.is_error, other.recording, &other.text)
+    }
 }
 
 /// Everything the panels of a workspace draw and change.
@@ -64,7 +96,7 @@ pub struct State {
     pub selected: Option<OverlayId>,
     /// Commands for the shell, run after the frame is drawn.
     pub commands: Vec<Command>,
-    /// Lines at the top of the window.
+    /// What is said over the window, the newest last.
     pub notices: Vec<Notice>,
     /// Whether the drive editor is open.
     pub drive_editor_open: bool,

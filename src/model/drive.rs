@@ -523,6 +523,19 @@ impl Waveform {
         }
     }
 
+    /// Largest voltage by magnitude [V].
+    pub fn amplitude(&self) -> f64 {
+        match self {
+            Waveform::Rest => 0.0,
+            Waveform::Sine { amplitude, .. }
+            | Waveform::Square { amplitude, .. }
+            | Waveform::Triangle { amplitude, .. }
+            | Waveform::Ramped { amplitude, .. }
+            | Waveform::Chirp { amplitude, .. } => amplitude.abs(),
+            Waveform::Table(table) => table.amplitude(),
+        }
+    }
+
     /// Reads the forms of the command line but for files: `square:15Hz:8V`. A chirp
     /// sweeps over `duration` [s].
     ///

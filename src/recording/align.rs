@@ -1,7 +1,7 @@
 //! Laying a recording over a simulation: shift, scale, offset, and the shift found
 //! by correlation.
 //!
-//! The correlation is Pearson's over the samples that both have at a shift, for all
+//! The agreement is taken over the samples that both have at a shift, for all
 //! shifts at once by FFT with masks (D. Padfield, "Masked object registration in the
 //! Fourier domain", IEEE Trans. Image Process. 21, 2012), so that gaps, missing
 //! samples and different lengths need no filling. The best shift is then refined
@@ -15,11 +15,18 @@ use thiserror::Error;
 
 /// Longest grid that is correlated; longer ones are taken more coarsely.
 const LONGEST: usize = 1 << 20;
-/// Least overlap, as a share of the shorter of the two.
-const LEAST_OVERLAP: f64 = 0.5;
-/// Of peaks this close to the best correlation the smallest shift wins: a periodic
+/// Least overlap, as a share of the shorter of the two: over a short stretch anything
+/// periodic can be made to agree with anything of about the same frequency.
+const LEAST_OVERLAP: f64 = 0.7;
+/// Of peaks this close to the best agreement the smallest shift wins: a periodic
 /// motion fits at every period.
 const AS_GOOD: f64 = 0.005;
+/// Least correlation of a clear match: half of what moves is then explained.
+const CLEAR: f64 = 0.7;
+/// Up to this ratio amplitudes say nothing about the shift: they are still to be tuned.
+const TWICE: f64 = 2.0;
+/// Most by which the amplitudes may differ, either way.
+const MOST_RATIO: f64 = 10.0;
 /// Samples used to refine the shift.
 const REFINE_SAMPLES: usize = 100_000;
 
@@ -88,9 +95,27 @@ pub enum AlignError {
     },
     /// Too few samples at every shift.
     #[error(
-        "recording and simulation have too few samples in common at any shift; simulate at least half as long as the recording, or record longer"
+        "recording and simulation have too few samples in common at any shift; simulate as long as the recording, or record longer"
     )]
     NoOverlap,
+    /// Nowhere do the two move alike.
+    #[error(
+        "no clear match: the best correlation at any shift is {correlation:.2} (at {shift:.4} s), {CLEAR} is needed; the motions differ too much, often in frequency. Tune the model first, or shift by hand"
+    )]
+    NoMatch {
+        /// Best correlation found.
+        correlation: f64,
+        /// Where it is \[s\].
+        shift: f64,
+    },
+    /// The amplitudes have nothing to do with each other.
+    #[error(
+        "no clear match: the recording moves {ratio:.3} times as much as the simulation; set its scale or its unit first, then align again"
+    )]
+    Amplitude {
+        /// Spread of the recording over that of the simulation.
+        ratio: f64,
+    },
     /// The grid is empty or its interval is not positive.
     #[error("the simulated trace is empty or has no positive interval; simulate first")]
     BadGrid,
@@ -110,16 +135,21 @@ pub struct Aligned {
     pub offset: f64,
     /// Samples of the recording that overlap.
     pub samples: usize,
+    /// They as a share of all.
+    pub share: f64,
 }
 
-/// Finds the shift of a recording against a simulated trace of the same channel.
-/// `max_shift` \[s\] bounds the search, if given.
+/// Finds the shift of a recording against a simulated trace of the same channel. The
+/// means are taken out, so an offset does not matter; `scale` is the factor that the
+/// recording is drawn with, and amplitudes count: a decaying motion would otherwise fit
+/// anywhere along its decay. `max_shift` \[s\] bounds the search, if given.
 ///
 /// # Errors
-/// [`AlignError`] if there is nothing to correlate.
+/// [`AlignError`] if there is nothing to correlate, or no clear match.
 pub fn auto_align(
     recording: &Recording,
     channel: Channel,
+    scale: f64,
     simulated: Grid,
     max_shift: Option<f64>,
 ) -> Result<Aligned, AlignError> {
@@ -152,7 +182,8 @@ pub fn auto_align(
     let measured = Masked::new(&measured, "recording")?;
     let modelled = Masked::new(&modelled, "simulation")?;
 
-    let lags = correlate(&modelled, &measured);
+    let ratio = measured.spread * scale.abs() / modelled.spread;
+    let lags = correlate(&modelled, &measured, ratio.copysign(scale));
     let shift_of = |lag: i64| simulated.t0 - first + lag as f64 * dt;
     let allowed = |lag: i64| max_shift.is_none_or(|most| shift_of(lag).abs() <= most + 0.5 * dt);
     let best = lags
@@ -162,6 +193,9 @@ pub fn auto_align(
         .fold(f64::NEG_INFINITY, f64::max);
     if !best.is_finite() {
         return Err(AlignError::NoOverlap);
+    }
+    if !(1.0 / MOST_RATIO..=MOST_RATIO).contains(&ratio) {
+        return Err(AlignError::Amplitude { ratio });
     }
     let is_peak = |i: usize| {
         let c = lags[i].1;
@@ -177,7 +211,17 @@ pub fn auto_align(
         .min_by(|a, b| shift_of(a.0).abs().total_cmp(&shift_of(b.0).abs()))
         .or_else(|| lags.iter().copied().find(|l| allowed(l.0) && l.1 == best))
         .ok_or(AlignError::NoOverlap)?;
-    refine(&recording.time, values, simulated, shift_of(lag), dt)
+    let start = (shift_of(lag), dt);
+    let found = refine(&recording.time, values, scale.signum(), simulated, start)?;
+    // A recording that is drawn turned over must match so.
+    let correlation = found.correlation * scale.signum();
+    if correlation < CLEAR {
+        return Err(AlignError::NoMatch {
+            correlation,
+            shift: found.time_shift,
+        });
+    }
+    Ok(found)
 }
 
 /// A signal with its mean taken out, zero where it is missing, and where it is not.
@@ -185,6 +229,8 @@ struct Masked {
     values: Vec<f64>,
     mask: Vec<f64>,
     count: usize,
+    /// Standard deviation of what was there.
+    spread: f64,
 }
 
 impl Masked {
@@ -213,13 +259,16 @@ impl Masked {
                 .map(|v| f64::from(u8::from(v.is_finite())))
                 .collect(),
             count,
+            spread: scale,
         })
     }
 }
 
-/// Pearson's correlation for each lag of `b` against `a` (`b[i]` on `a[i + lag]`),
-/// lags in increasing order, those with enough overlap only.
-fn correlate(a: &Masked, b: &Masked) -> Vec<(i64, f64)> {
+/// Agreement for each lag of `b` against `a` (`b[i]` on `a[i + lag]`), lags in increasing
+/// order, those with enough overlap only: Pearson's correlation, taken down where one
+/// moves more than twice as much as the other. `ratio` is the size of `b` against `a`,
+/// negative if `b` is to be turned over.
+fn correlate(a: &Masked, b: &Masked, ratio: f64) -> Vec<(i64, f64)> {
     let (na, nb) = (a.values.len(), b.values.len());
     let n = (na + nb).next_power_of_two();
     let mut planner = RealFftPlanner::<f64>::new();
@@ -279,7 +328,12 @@ fn correlate(a: &Masked, b: &Masked) -> Vec<(i64, f64)> {
             let variance_b = squares_b[i] - sum_b[i] * sum_b[i] / m;
             // Where one of them stands still there is nothing to correlate.
             let flat = variance_a <= 1e-6 * m || variance_b <= 1e-6 * m;
-            (!flat).then(|| (lag, covariance / (variance_a * variance_b).sqrt()))
+            (!flat).then(|| {
+                let size = ratio.abs() * (variance_b / variance_a).sqrt();
+                let alike = (TWICE / size.max(1.0 / size)).min(1.0);
+                let correlation = covariance / (variance_a * variance_b).sqrt();
+                (lag, ratio.signum() * correlation * alike)
+            })
         })
         .collect()
 }
@@ -321,19 +375,21 @@ fn regression(time: &[f64], values: &[f64], simulated: Grid, shift: f64) -> Opti
         scale,
         offset: my - scale * mx,
         samples: n * stride,
+        share: (n * stride) as f64 / time.len() as f64,
     })
 }
 
-/// Golden-section search for the best correlation within one sample of `start`.
+/// Golden-section search for the best correlation of `sign` times the recording within
+/// one interval `dt` of `start` \[s\].
 fn refine(
     time: &[f64],
     values: &[f64],
+    sign: f64,
     simulated: Grid,
-    start: f64,
-    dt: f64,
+    (start, dt): (f64, f64),
 ) -> Result<Aligned, AlignError> {
     let at = |shift: f64| regression(time, values, simulated, shift);
-    let score = |shift: f64| at(shift).map_or(f64::NEG_INFINITY, |a| a.correlation);
+    let score = |shift: f64| at(shift).map_or(f64::NEG_INFINITY, |a| sign * a.correlation);
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (mut low, mut high) = (start - dt, start + dt);
     let mut a = high - golden * (high - low);
@@ -357,7 +413,7 @@ fn refine(
     [found, at(start)]
         .into_iter()
         .flatten()
-        .max_by(|a, b| a.correlation.total_cmp(&b.correlation))
+        .max_by(|a, b| (sign * a.correlation).total_cmp(&(sign * b.correlation)))
         .ok_or(AlignError::NoOverlap)
 }
 

@@ -54,7 +54,10 @@ pub enum Missing {
         spread_percent: f64,
     },
     /// Too few whole periods.
-    #[error("{found} whole periods were recorded; at least 2 are needed")]
+    #[error(
+        "{} of the drive in this span; at least 2 are needed: make it longer",
+        match found { 0 => "no whole period".to_owned(), 1 => "one whole period".to_owned(), n => format!("{n} whole periods") }
+    )]
     TooFewPeriods {
         /// Whole periods.
         found: usize,

@@ -10,6 +10,7 @@ use crate::app::setup::{DriveChoice, Overlay, OverlayId};
 use crate::app::shell::{Shell, import_entry};
 use crate::app::state::Cursors;
 use crate::app::workspaces::tune;
+use crate::model::unit::format_quantity;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
@@ -49,10 +50,18 @@ pub fn take(shell: &mut Shell) {
                     shell.session_path = Some(path);
                 }
             }
-            FileEvent::Aligned { id, time_shift } => {
+            FileEvent::Aligned { id, found } => {
                 let overlays = &mut shell.state.setup.overlays;
                 if let Some(overlay) = overlays.iter_mut().find(|overlay| overlay.id == id) {
-                    overlay.alignment.time_shift = time_shift;
+                    overlay.alignment.time_shift = found.time_shift;
+                    let text = format!(
+                        "{}: shifted by {}; correlation {:.3} over {:.0} % of it",
+                        overlay.recording.name,
+                        format_quantity(found.time_shift, "s", 4),
+                        found.correlation.abs(),
+                        100.0 * found.share
+                    );
+                    shell.notice(false, text);
                 }
             }
             FileEvent::Failed { message } => shell.notice(true, message),
@@ -77,6 +86,7 @@ fn adopt_session(shell: &mut Shell, path: PathBuf, loaded: Loaded) {
     state.paused = false;
     state.cursors = Cursors::default();
     state.selected = loaded.setup.overlays.first().map(|overlay| overlay.id);
+    shell.speed_of.clone_from(&loaded.setup.preset.model.name);
     state.setup = loaded.setup;
     state.view = loaded.view;
     for entry in &loaded.recordings {

@@ -118,7 +118,7 @@ impl Layout {
 
     /// Most that an arrow can be long.
     fn arrow(&self) -> f32 {
-        (0.2 * self.area.height()).clamp(18.0, 42.0)
+        (0.3 * self.area.height()).clamp(26.0, 70.0)
     }
 }
 

@@ -145,3 +145,46 @@ fn a_wrong_value_is_said_and_the_last_curve_stays() {
     let shown = state.snapshot.as_ref().unwrap();
     assert_eq!(shown.model.parameters[ParameterId::Gp], 70e-6);
 }
+
+#[test]
+fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
+    let mut harness = harness(preset("paper"));
+    wait(&mut harness, |_| true);
+    let place = |harness: &Harness<'_, Shell>| {
+        let slider = harness
+            .query_all_by_role(Role::Slider)
+            .find(|n| {
+                n.accesskit_node()
+                    .label()
+                    .is_some_and(|l| l.starts_with("alpha, "))
+            })
+            .unwrap();
+        slider.rect()
+    };
+    let before = place(&harness);
+    harness.state_mut().notice(false, "Saved a file");
+    harness.state_mut().notice(true, "something failed");
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Saved a file").is_some());
+    assert_eq!(place(&harness), before);
+    // 120 frames a second for ten seconds.
+    harness.run_steps(1200);
+    assert!(harness.query_by_label("Saved a file").is_none());
+    assert!(harness.query_by_label("something failed").is_some());
+    harness
+        .get_by_role_and_label(Role::Button, "Dismiss")
+        .click();
+    harness.run_steps(3);
+    assert!(harness.state().state.notices.is_empty());
+    // Nor does what is said at a slider.
+    let parameters = &mut harness.state_mut().state.setup.preset.model.parameters;
+    parameters.set(ParameterId::Gp, 50e-6);
+    harness.run_steps(3);
+    assert!(
+        harness
+            .query_all_by_label_contains("must exceed dp")
+            .next()
+            .is_some()
+    );
+    assert_eq!(place(&harness), before);
+}

@@ -248,11 +248,19 @@ impl Extremes {
             (low, high) = (-1e-6, 1e-6);
         }
         if let Some(old) = previous.filter(|_| snapshot.live.is_some()) {
+            // A picture whose scale changes cannot be read: it grows when it must, by
+            // enough not to grow soon again, and shrinks only for far smaller motions.
             let fits = old.low <= low && old.high >= high;
-            if fits && high - low > 0.6 * (old.high - old.low) {
+            if fits && high - low > 0.25 * (old.high - old.low) {
                 (low, high) = (old.low, old.high);
             } else {
-                high += 0.1 * (high - low);
+                let more = 0.25 * (high - low);
+                low = if low < old.low && low < ground {
+                    low - more
+                } else {
+                    low
+                };
+                high += more;
             }
         }
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
