@@ -12,7 +12,7 @@ use crate::recording::align::auto_align;
 use crate::recording::{Channel, Grid};
 
 use super::command::Command;
-use super::dialogs::Answer;
+use super::dialogs::{Answer, Target};
 use super::files::{FileEvent, Purpose};
 use super::first_start;
 use super::setup::{DriveChoice, Mode, Overlay};
@@ -56,6 +56,7 @@ pub fn is_possible(shell: &Shell, command: Command) -> bool {
         Command::Redo => shell.history.can_redo(),
         Command::TogglePause | Command::Restart => live,
         Command::Step => live && state.paused,
+        Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
         Command::RemoveRecording | Command::UseRecordedDrive => selected(state).is_some(),
         Command::ImportSettings => selected(state).is_some_and(|o| o.recording.path.is_some()),
@@ -177,6 +178,7 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
                 state.setup.drive = DriveChoice::Recorded(overlay.id);
             }
         }
+        Command::LoadDrive => shell.dialogs.ask_file(Target::Drive),
         Command::Palette => shell.dialogs.open_palette(),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
     }
@@ -221,6 +223,13 @@ pub fn dialogs(shell: &mut Shell, ui: &mut Ui) {
         None => {}
         Some(Answer::Command(command)) => shell.state.ask(command),
         Some(Answer::Open(path)) => shell.files.open(path),
+        Some(Answer::Drive(path)) => shell.files.drive(path),
+        Some(Answer::Found(id, path)) => {
+            if let Some(entry) = shell.absent.iter().find(|entry| entry.id == id) {
+                let settings = entry.import.clone();
+                shell.files.import(path, settings, Some(entry.clone()));
+            }
+        }
         Some(Answer::Save(purpose, path)) => save(shell, purpose, path),
         Some(Answer::Import(path, settings)) => shell.files.import(path, settings, None),
         Some(Answer::Browse(None)) => shell.files.open_dialog(),

@@ -55,6 +55,8 @@ pub enum Command {
     Help,
     /// Shows the drive editor.
     DriveEditor,
+    /// Reads the drive from a file.
+    LoadDrive,
     /// Shows all cases of Table A.1.
     Validation,
     /// Shows the fit panel.
@@ -101,6 +103,7 @@ impl Command {
             Command::ToggleGhost,
             Command::ZoomAll,
             Command::DriveEditor,
+            Command::LoadDrive,
             Command::Validation,
             Command::FitPanel,
             Command::Identification,
@@ -216,6 +219,10 @@ impl Command {
             Command::UseRecordedDrive => (
                 "Use recorded voltage",
                 "Simulate with the voltage of the selected recording",
+            ),
+            Command::LoadDrive => (
+                "Load drive...",
+                "Drive with the voltage of a CSV file that has t and V",
             ),
             Command::SidePanel => (
                 "Side panel",

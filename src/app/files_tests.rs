@@ -1,8 +1,9 @@
+use std::path::Path;
 use std::sync::atomic::AtomicUsize;
 
 use super::*;
 use crate::app::setup::View;
-use crate::app::{first_start, setup::Setup};
+use crate::app::{first_start, session, setup::Setup};
 
 const CLEAR: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
 const UNCLEAR: &str = "time, a, b\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
@@ -169,7 +170,7 @@ fn vanished_and_changed_recordings_are_said_with_a_remedy() {
     std::fs::remove_file(&path).unwrap();
     let found = import();
     assert!(
-        matches!(&found[..], [FileEvent::Failed { message }] if message.contains("check the path")),
+        matches!(&found[..], [FileEvent::Lost { message, .. }] if message.contains("check the path")),
         "{found:?}"
     );
 }

@@ -17,11 +17,11 @@ use crate::sim::SimError;
 
 use super::command::Command;
 use super::dialogs::Dialogs;
-use super::files::Files;
+use super::files::{Files, absolute};
 use super::history::History;
 use super::layout::Layout;
 use super::setup::{DriveChoice, OverlayId, Picture, Setup, View};
-use super::state::{Notice, Refusal, State};
+use super::state::{About, Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
 use super::{WindowOptions, first_start, session, theme, workspaces};
 
@@ -42,6 +42,9 @@ pub struct Shell {
     /// Recordings of the session that could not be loaded: kept in it, for when their
     /// files are back.
     pub(super) absent: Vec<session::RecordingEntry>,
+    /// Files in the order in which they were asked for: recordings stand in the list so,
+    /// whichever is read first.
+    pub(super) order: Vec<PathBuf>,
     /// Device whose usual live speed is set.
     pub(super) speed_of: String,
     workspace: String,
@@ -57,6 +60,8 @@ pub struct Shell {
     /// Whether the worker panicked over what was last sent.
     broken: bool,
     picture: Option<picture::Wanted>,
+    /// The first thing that failed while a picture is wanted.
+    failed: Option<String>,
     outcome: PictureOutcome,
 }
 
@@ -80,7 +85,7 @@ impl Shell {
         let plain = options.files.is_empty() && preset.is_none();
         let mut notices = Vec::new();
         let restored = if plain && options.screenshot.is_none() {
-            restore(&mut notices)
+            keep::restore(&mut notices)
         } else {
             None
         };
@@ -107,7 +112,9 @@ impl Shell {
                 (setup, View::default())
             }
         };
+        let mut order: Vec<PathBuf> = absent.iter().filter_map(|e| e.path.clone()).collect();
         for file in options.files {
+            order.push(absolute(file.clone()));
             files.open(file);
         }
         theme::apply(context, view.dark);
@@ -132,6 +139,7 @@ impl Shell {
             hint,
             next_overlay: last_id.max(shown),
             absent,
+            order,
             workspace: options
                 .workspace
                 .unwrap_or_else(|| workspaces::NAMES[0].to_owned()),
@@ -143,6 +151,7 @@ impl Shell {
             autosave: keep::Autosave::default(),
             broken: false,
             picture: options.screenshot.map(|path| (path, 0)),
+            failed: None,
             outcome,
         })
     }
@@ -152,20 +161,27 @@ impl Shell {
         self.notice_of(None, is_error, text);
     }
 
-    /// The same, about a recording.
+    /// The same, about something that a button can mend.
     pub(super) fn notice_of(
         &mut self,
-        recording: Option<OverlayId>,
+        about: Option<About>,
         is_error: bool,
         text: impl Into<String>,
     ) {
         let notice = Notice {
-            recording,
+            about,
             ..Notice::new(is_error, text)
         };
         // Said again, it is the newest.
         self.state.notices.retain(|known| !known.says(&notice));
         self.state.notices.push(notice);
+    }
+
+    /// Says that a recording of the session is gone, unless it was found meanwhile.
+    pub(super) fn lost(&mut self, id: OverlayId, message: String) {
+        if self.absent.iter().any(|entry| entry.id == id) {
+            self.notice_of(Some(About::Lost(id)), true, message);
+        }
     }
 
     fn take_news(&mut self) {
@@ -354,27 +370,6 @@ fn refusal(error: &SimError) -> Refusal {
     Refusal {
         parameter: error.parameter().unwrap_or_default().to_owned(),
         message: error.to_string(),
-    }
-}
-
-/// The autosaved session, if there is one that can be read; one that cannot is kept.
-fn restore(notices: &mut Vec<Notice>) -> Option<session::Loaded> {
-    let path = session::autosave_path()?;
-    if !path.exists() {
-        return None;
-    }
-    match session::load(&path) {
-        Ok(loaded) => Some(loaded),
-        Err(error) => {
-            let kept = match session::keep_unreadable(&path) {
-                Ok(kept) => format!("a copy was kept as {}", kept.display()),
-                Err(error) => format!("no copy could be kept: {error}"),
-            };
-            let text =
-                format!("The last session could not be opened, a new one begins; {kept}. {error}");
-            notices.push(Notice::new(true, text));
-            None
-        }
     }
 }
 

@@ -30,6 +30,15 @@ pub struct Refusal {
     pub message: String,
 }
 
+/// What a notice is about, and so what its button does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum About {
+    /// How a recording was read: its import can be looked at again.
+    Recording(OverlayId),
+    /// A session's recording that is not where it was: it can be looked for.
+    Lost(OverlayId),
+}
+
 /// Something said over the window.
 #[derive(Debug, Clone)]
 pub struct Notice {
@@ -37,9 +46,8 @@ pub struct Notice {
     pub is_error: bool,
     /// What, where, what to do.
     pub text: String,
-    /// The recording it is about: its import can then be looked at again. Such a notice
-    /// stays too.
-    pub recording: Option<OverlayId>,
+    /// What it is about, if something can be done. Such a notice stays too.
+    pub about: Option<About>,
     /// Since when it has been shown, on the window's clock [s].
     pub since: Option<f64>,
 }
@@ -50,14 +58,14 @@ impl Notice {
         Self {
             is_error,
             text: text.into(),
-            recording: None,
+            about: None,
             since: None,
         }
     }
 
     /// Whether it goes by itself.
     pub fn is_timed(&self) -> bool {
-        !self.is_error && self.recording.is_none()
+        !self.is_error && self.about.is_none()
     }
 
     /// How long it stays [s], if it goes by itself: long enough to be read twice.
@@ -68,8 +76,7 @@ impl Notice {
 
     /// Whether it says the same.
     pub fn says(&self, other: &Self) -> bool {
-        (self.is_error, self.recording, &self.text)
-            == (other.is_error, other.recording, &other.text)
+        (self.is_error, self.about, &self.text) == (other.is_error, other.about, &other.text)
     }
 }
 

@@ -58,7 +58,12 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
         items(
             shell,
             ui,
-            &[C::DriveEditor, C::ResetParameters, C::ResetAll],
+            &[
+                C::DriveEditor,
+                C::LoadDrive,
+                C::ResetParameters,
+                C::ResetAll,
+            ],
         );
     });
     ui.menu_button("Recording", |ui| {

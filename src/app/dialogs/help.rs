@@ -28,7 +28,8 @@ pub fn show(ui: &mut Ui, open: &mut bool) {
     }
     Window::new("Keyboard and mouse")
         .open(open)
-        .default_width(800.0)
+        .default_size([800.0, 600.0])
+        .default_pos([300.0, 60.0])
         .show(ui, |ui| {
             ScrollArea::both().max_height(560.0).show(ui, |ui| {
                 Grid::new("keys")

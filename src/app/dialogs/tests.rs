@@ -195,6 +195,24 @@ fn a_path_is_completed_and_opened() {
 }
 
 #[test]
+fn a_whole_path_typed_after_the_folder_is_meant_as_it_is() {
+    let (start, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let file = elsewhere.path().join("first.csv");
+    std::fs::write(&file, CSV).unwrap();
+    let mut harness = harness(|dialogs| {
+        dialogs.path = Some(PathDialog::starting_in(start.path(), None));
+    });
+    harness.run_steps(2);
+    harness
+        .get_by_role(Role::TextInput)
+        .type_text(&file.to_string_lossy());
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+    assert_eq!(harness.state().answers, [Answer::Open(file)]);
+}
+
+#[test]
 fn an_existing_file_is_replaced_only_when_confirmed() {
     let folder = tempfile::tempdir().unwrap();
     let taken = folder.path().join("mine.impactscope.toml");

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{self, Panel, Ui};
 
 use super::Shell;
+use crate::app::files::absolute;
 use crate::app::snapshot::LiveState;
 use crate::app::{actions, first_start, theme, workspaces};
 use crate::model::unit::format_quantity;
@@ -98,6 +99,7 @@ impl Shell {
             (paths, !input.raw.hovered_files.is_empty())
         });
         for path in dropped {
+            self.order.push(absolute(path.clone()));
             self.files.open(path);
         }
         if hovering {

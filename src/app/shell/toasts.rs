@@ -7,8 +7,9 @@ use eframe::egui::{Align, Align2, Area, Frame, Id, Layout, Order, RichText, Ui, 
 
 use super::Shell;
 use crate::app::command::Command;
+use crate::app::dialogs::Target;
 use crate::app::setup::OverlayId;
-use crate::app::state::Notice;
+use crate::app::state::{About, Notice};
 use crate::app::theme;
 
 /// Notices shown at once, the newest.
@@ -23,6 +24,7 @@ enum Clicked {
     Dismiss(usize),
     DismissAll,
     Import(OverlayId),
+    Locate(OverlayId),
 }
 
 impl Shell {
@@ -52,6 +54,7 @@ impl Shell {
                 self.state.notices.remove(i);
             }
             Some(Clicked::DismissAll) => self.state.notices.clear(),
+            Some(Clicked::Locate(id)) => self.dialogs.ask_file(Target::Lost(id)),
             Some(Clicked::Import(id)) => {
                 self.state.selected = Some(id);
                 self.state.ask(Command::ImportSettings);
@@ -89,11 +92,17 @@ impl Shell {
                     if ui.small_button("Dismiss").clicked() {
                         clicked = Some(Clicked::Dismiss(i));
                     }
-                    if let Some(id) = notice.recording
-                        && self.state.setup.overlays.iter().any(|o| o.id == id)
-                        && ui.small_button("Import settings...").clicked()
-                    {
-                        clicked = Some(Clicked::Import(id));
+                    let shown = |id| self.state.setup.overlays.iter().any(|o| o.id == id);
+                    match notice.about {
+                        Some(About::Recording(id))
+                            if shown(id) && ui.small_button("Import settings...").clicked() =>
+                        {
+                            clicked = Some(Clicked::Import(id));
+                        }
+                        Some(About::Lost(id)) if ui.small_button("Locate...").clicked() => {
+                            clicked = Some(Clicked::Locate(id));
+                        }
+                        _ => {}
                     }
                 });
             });

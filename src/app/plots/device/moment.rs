@@ -46,6 +46,8 @@ pub(super) struct Moment {
     pub pull_off: Option<f64>,
     /// All effects on the mass [N].
     pub effects: Option<f64>,
+    /// What they are called: the one that is on, or all together.
+    pub effects_name: &'static str,
 }
 
 /// Two neighbouring samples and the place between them.
@@ -141,6 +143,10 @@ impl Moment {
             ground: read(forces.map(|f| &f.ground)).filter(|_| since.is_some()),
             pull_off: read(forces.map(|f| &f.pull_off)).filter(|_| since.is_some()),
             effects: read(forces.map(|f| &f.effects)).filter(|f| *f != 0.0),
+            effects_name: match snapshot.model.effects.as_slice() {
+                [only] => only.spec.name,
+                _ => "effects",
+            },
         };
         if forces.is_none() {
             moment.film = (snapshot.model.has_ground && since.is_none())
