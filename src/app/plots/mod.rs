@@ -50,8 +50,15 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let shown = |picture| state.view.pictures.contains(&picture);
     let device = shown(Picture::Device);
     let space = ui.available_size();
+    let driven = state.setup.preset.model.piezo.is_some();
+    let planes = [Picture::PhasePortrait, Picture::DriveLoop]
+        .into_iter()
+        .filter(|&picture| shown(picture) && (driven || picture != Picture::DriveLoop))
+        .collect::<Vec<_>>();
+    // With pictures below the time plots there is less room for the device.
+    let tallest = if planes.is_empty() { 200.0 } else { 150.0 };
     let device_height = if device {
-        (0.24 * space.y).clamp(130.0, 200.0)
+        (0.24 * space.y).clamp(130.0, tallest)
     } else {
         0.0
     };
@@ -62,15 +69,10 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if !plots.is_empty() {
         rest -= readout.height(space.x) + TIME_AXIS;
     }
-    let driven = state.setup.preset.model.piezo.is_some();
-    let planes = [Picture::PhasePortrait, Picture::DriveLoop]
-        .into_iter()
-        .filter(|&picture| shown(picture) && (driven || picture != Picture::DriveLoop))
-        .collect::<Vec<_>>();
     let plane_height = if plots.is_empty() {
         rest.clamp(XY_HEIGHT, 600.0)
     } else {
-        (0.3 * space.y).clamp(XY_HEIGHT, 300.0)
+        (0.26 * space.y).clamp(XY_HEIGHT, 300.0)
     };
     if !planes.is_empty() {
         rest -= plane_height + SPACING;
