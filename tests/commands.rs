@@ -68,7 +68,10 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
             1,
             "/no/such.toml",
         ),
-        (&["simulate", "--set", "gp=50um"], 1, "must exceed dp"),
+        (&["simulate", "--set", "gp=50um"], 2, "must exceed dp"),
+        (&["simulate", "--set", "dp=-1"], 2, "below 1 nm"),
+        (&["simulate", "--duration", "-1"], 2, "-1"),
+        (&["simulate", "--drive", "square:15V:8Hz"], 2, "not a unit"),
         (
             &["validate", "--preset", "faller"],
             2,

@@ -1,11 +1,16 @@
 //! Every effect against the device written again with that effect, by another method.
 
+#[path = "support/device.rs"]
+mod device;
+#[path = "support/difference.rs"]
+mod difference;
 #[path = "effects/twin.rs"]
 mod twin;
 
+use device::with;
+use difference::largest_difference;
 use impactscope::model::Model;
 use impactscope::model::drive::{VoltageTable, Waveform};
-use impactscope::model::effects::{ActiveEffect, find};
 use impactscope::model::preset::Preset;
 use impactscope::sim::{Options, Trace, simulate};
 use twin::{Drive, Effects, Run, Twin};
@@ -19,21 +24,6 @@ const SINE: Drive = Drive::Sine {
     hz: 50.0,
     volt: 6.0,
 };
-
-/// The model with an effect at given values.
-fn with(id: &str, values: &[(&str, f64)]) -> Model {
-    let mut model = Preset::default().model;
-    add(&mut model, id, values);
-    model
-}
-
-fn add(model: &mut Model, id: &str, values: &[(&str, f64)]) {
-    let mut effect = ActiveEffect::new(find(id).unwrap());
-    for (parameter, value) in values {
-        assert!(effect.set(parameter, *value), "{id} has no {parameter}");
-    }
-    model.effects.push(effect);
-}
 
 fn waveform(drive: &Drive) -> Waveform {
     match drive {
@@ -60,14 +50,6 @@ fn run(model: &Model, drive: &Drive, duration: f64) -> Trace {
         ..Options::default()
     };
     simulate(model, &waveform(drive), duration, &options).unwrap()
-}
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
 }
 
 /// Largest difference of both readings, and of the times of contacts that have ended.

@@ -1,8 +1,15 @@
 //! Effects of strength zero leave the device exactly as it is, and a lagging amplifier
 //! drives it as the lagged voltage would.
 
+#[path = "support/device.rs"]
+mod device;
+#[path = "support/difference.rs"]
+mod difference;
+
 use std::sync::Arc;
 
+use device::with;
+use difference::largest_difference;
 use impactscope::model::Model;
 use impactscope::model::drive::{VoltageTable, Waveform};
 use impactscope::model::effects::{ActiveEffect, CATALOGUE, find};
@@ -32,24 +39,6 @@ const STRENGTHS: [(&str, &[&str]); 17] = [
 
 fn run(model: &Model, drive: &Waveform, duration: f64) -> Trace {
     simulate(model, drive, duration, &Options::default()).unwrap()
-}
-
-fn with(id: &str, values: &[(&str, f64)]) -> Model {
-    let mut model = Preset::default().model;
-    let mut effect = ActiveEffect::new(find(id).unwrap());
-    for (parameter, value) in values {
-        assert!(effect.set(parameter, *value), "{id} has no {parameter}");
-    }
-    model.effects.push(effect);
-    model
-}
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
 }
 
 #[test]

@@ -1,27 +1,17 @@
 //! Effects together, switched on and off while the device runs, at the ends of their
 //! ranges, in files, and what they do to energy.
 
+#[path = "support/device.rs"]
+mod device;
+
+use device::{add, with};
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
-use impactscope::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, find};
+use impactscope::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
 use impactscope::model::unit::parse_quantity;
 use impactscope::sim::{EventKind, Options, Runner, SimError, Trace, simulate};
-
-fn with(id: &str, values: &[(&str, f64)]) -> Model {
-    let mut model = Preset::default().model;
-    add(&mut model, id, values);
-    model
-}
-
-fn add(model: &mut Model, id: &str, values: &[(&str, f64)]) {
-    let mut effect = ActiveEffect::new(find(id).unwrap());
-    for (parameter, value) in values {
-        assert!(effect.set(parameter, *value), "{id} has no {parameter}");
-    }
-    model.effects.push(effect);
-}
 
 fn bounded(name: &str, model: &Model, drive: &Waveform, duration: f64) -> Trace {
     let trace = simulate(model, drive, duration, &Options::default())

@@ -12,7 +12,7 @@ use crate::recording::align::auto_align;
 use crate::recording::{Channel, Grid};
 
 use super::command::Command;
-use super::dialogs::Answer;
+use super::dialogs::{Answer, Target};
 use super::files::{FileEvent, Purpose};
 use super::first_start;
 use super::setup::{DriveChoice, Mode, Overlay};
@@ -56,6 +56,7 @@ pub fn is_possible(shell: &Shell, command: Command) -> bool {
         Command::Redo => shell.history.can_redo(),
         Command::TogglePause | Command::Restart => live,
         Command::Step => live && state.paused,
+        Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
         Command::RemoveRecording | Command::UseRecordedDrive => selected(state).is_some(),
         Command::ImportSettings => selected(state).is_some_and(|o| o.recording.path.is_some()),
@@ -120,6 +121,10 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             shell.hint = true;
         }
         Command::SetMode(mode) => {
+            if mode == Mode::Live && state.view.mode != mode {
+                // Whoever asks for it wants to see it run, also after a pause long ago.
+                state.paused = false;
+            }
             state.view.mode = mode;
             state.scrub = None;
             state.cursors = Cursors::default();
@@ -151,6 +156,7 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
         }
+        Command::SidePanel => state.view.side_panel = !state.view.side_panel,
         Command::Help => shell.dialogs.toggle_help(),
         Command::Identification => state.identification.open = !state.identification.open,
         Command::FitPanel => state.fitting.open = !state.fitting.open,
@@ -172,6 +178,7 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
                 state.setup.drive = DriveChoice::Recorded(overlay.id);
             }
         }
+        Command::LoadDrive => shell.dialogs.ask_file(Target::Drive),
         Command::Palette => shell.dialogs.open_palette(),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
     }
@@ -190,6 +197,7 @@ fn align(shell: &mut Shell) {
         let (id, recording) = (overlay.id, Arc::clone(&overlay.recording));
         let trace = Arc::clone(&snapshot.trace);
         let name = recording.name.clone();
+        let scale = overlay.alignment.xp_scale;
         shell.files.work("aligning", name.into(), move |_| {
             let grid = Grid {
                 t0: trace.t0,
@@ -198,13 +206,10 @@ fn align(shell: &mut Shell) {
                 slopes: Some(&trace.proof_mass_velocity),
             };
             Some(
-                match auto_align(&recording, Channel::ProofMass, grid, None) {
-                    Ok(found) => FileEvent::Aligned {
-                        id,
-                        time_shift: found.time_shift,
-                    },
+                match auto_align(&recording, Channel::ProofMass, scale, grid, None) {
+                    Ok(found) => FileEvent::Aligned { id, found },
                     Err(error) => FileEvent::Failed {
-                        message: format!("{}: {error}", recording.name),
+                        message: format!("{} was not shifted: {error}", recording.name),
                     },
                 },
             )
@@ -218,6 +223,13 @@ pub fn dialogs(shell: &mut Shell, ui: &mut Ui) {
         None => {}
         Some(Answer::Command(command)) => shell.state.ask(command),
         Some(Answer::Open(path)) => shell.files.open(path),
+        Some(Answer::Drive(path)) => shell.files.drive(path),
+        Some(Answer::Found(id, path)) => {
+            if let Some(entry) = shell.absent.iter().find(|entry| entry.id == id) {
+                let settings = entry.import.clone();
+                shell.files.import(path, settings, Some(entry.clone()));
+            }
+        }
         Some(Answer::Save(purpose, path)) => save(shell, purpose, path),
         Some(Answer::Import(path, settings)) => shell.files.import(path, settings, None),
         Some(Answer::Browse(None)) => shell.files.open_dialog(),
@@ -248,6 +260,7 @@ mod tests {
         let cases = [
             (Key::Z, Modifiers::COMMAND, Some(Command::Undo)),
             (Key::Z, with_shift, Some(Command::Redo)),
+            (Key::Y, Modifiers::COMMAND, Some(Command::Redo)),
             (Key::Z, Modifiers::NONE, None),
             (Key::Questionmark, Modifiers::SHIFT, Some(Command::Help)),
             (Key::G, Modifiers::NONE, Some(Command::ToggleGhost)),
@@ -259,7 +272,7 @@ mod tests {
             let mut input = press(key, modifiers);
             let asked: Vec<Command> = Command::all()
                 .into_iter()
-                .filter(|c| c.shortcut().is_some_and(|s| pressed(&mut input, &s)))
+                .filter(|c| c.shortcuts().any(|s| pressed(&mut input, &s)))
                 .collect();
             assert_eq!(asked, Vec::from_iter(expected), "{key:?} {modifiers:?}");
         }

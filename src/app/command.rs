@@ -1,6 +1,6 @@
 //! One list of commands, from which menus, keys, the palette and the help derive.
 
-use eframe::egui::{Key, KeyboardShortcut, Modifiers};
+use eframe::egui::{Key, KeyboardShortcut, ModifierNames, Modifiers};
 
 use super::setup::{Mode, Picture};
 
@@ -49,10 +49,14 @@ pub enum Command {
     ZoomAll,
     /// Dark or light.
     ToggleTheme,
+    /// Shows or hides the panel on the right.
+    SidePanel,
     /// Shows the keyboard shortcuts.
     Help,
     /// Shows the drive editor.
     DriveEditor,
+    /// Reads the drive from a file.
+    LoadDrive,
     /// Shows all cases of Table A.1.
     Validation,
     /// Shows the fit panel.
@@ -99,11 +103,13 @@ impl Command {
             Command::ToggleGhost,
             Command::ZoomAll,
             Command::DriveEditor,
+            Command::LoadDrive,
             Command::Validation,
             Command::FitPanel,
             Command::Identification,
             Command::AutoAlign,
             Command::ToggleTheme,
+            Command::SidePanel,
             Command::Palette,
             Command::Help,
             Command::ImportSettings,
@@ -214,11 +220,39 @@ impl Command {
                 "Use recorded voltage",
                 "Simulate with the voltage of the selected recording",
             ),
+            Command::LoadDrive => (
+                "Load drive...",
+                "Drive with the voltage of a CSV file that has t and V",
+            ),
+            Command::SidePanel => (
+                "Side panel",
+                "Show or hide the panel with recordings and readouts",
+            ),
             Command::Quit => ("Quit", "End the program; the session is kept"),
         }
     }
 
-    /// Its key, if it has one.
+    /// All its keys, the usual one first.
+    pub fn shortcuts(self) -> impl Iterator<Item = KeyboardShortcut> {
+        // What other programs have taught.
+        let also =
+            (self == Command::Redo).then_some(KeyboardShortcut::new(Modifiers::COMMAND, Key::Y));
+        self.shortcut().into_iter().chain(also)
+    }
+
+    /// Its keys as people read them, if it has any: `Ctrl+Shift+Z or Ctrl+Y`, `?`.
+    pub fn keys(self) -> Option<String> {
+        let text = |keys: KeyboardShortcut| {
+            let is_mac = cfg!(target_os = "macos");
+            let text = keys.format(&ModifierNames::NAMES, is_mac);
+            // Signs are known by their looks, not by their names.
+            text.replace("Questionmark", "?").replace("Period", ".")
+        };
+        let all: Vec<String> = self.shortcuts().map(text).collect();
+        (!all.is_empty()).then(|| all.join(" or "))
+    }
+
+    /// Its usual key, if it has one.
     pub fn shortcut(self) -> Option<KeyboardShortcut> {
         let ctrl = |key| Some(KeyboardShortcut::new(Modifiers::COMMAND, key));
         let ctrl_shift = |key| {
@@ -250,6 +284,8 @@ impl Command {
             Command::Validation => plain(Key::T),
             Command::FitPanel => plain(Key::F),
             Command::Identification => plain(Key::I),
+            Command::ToggleTheme => plain(Key::N),
+            Command::SidePanel => plain(Key::P),
             Command::Help => plain(Key::Questionmark),
             Command::TogglePicture(picture) => {
                 let number = [

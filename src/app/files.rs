@@ -1,23 +1,28 @@
 //! Opening files without holding up the window: reading, importing and the system's
 //! file dialog run on threads of their own.
 
+mod reading;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
+use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
-use crate::recording::csv::{ImportSettings, Preview, import, preview};
-use crate::recording::{ImportError, Recording};
+use crate::recording::Recording;
+use crate::recording::align::Aligned;
+use crate::recording::csv::{ImportSettings, Preview, preview};
 
 use super::file_jobs::{Context, Jobs, Repaint};
-use super::session::{self, Loaded, RecordingEntry};
+use super::session::{Loaded, RecordingEntry};
 use super::setup::OverlayId;
 use super::worker::panic_text;
 
 pub use super::file_jobs::Working;
+use reading::{drive_from, import_with, open};
 
 /// What became of a file.
 #[derive(Debug)]
@@ -41,7 +46,11 @@ pub enum FileEvent {
     /// It was saved.
     Saved { purpose: Purpose, path: PathBuf },
     /// A recording's shift onto the simulation was found.
-    Aligned { id: OverlayId, time_shift: f64 },
+    Aligned { id: OverlayId, found: Aligned },
+    /// A recording of a session that is not there.
+    Lost { id: OverlayId, message: String },
+    /// A drive read from a file.
+    Drive { waveform: Waveform },
     /// A place to save to was chosen.
     SaveTo { purpose: Purpose, path: PathBuf },
 }
@@ -171,8 +180,14 @@ impl Files {
     pub fn import(&self, path: PathBuf, settings: ImportSettings, entry: Option<RecordingEntry>) {
         let path = absolute(path);
         self.spawn(path.clone(), move |context| {
-            import_with(path, settings, entry, context)
+            import_with(path, settings, Vec::new(), entry, context)
         });
+    }
+
+    /// Reads a drive from a CSV with time and voltage.
+    pub fn drive(&self, path: PathBuf) {
+        let path = absolute(path);
+        self.spawn(path.clone(), move |_| Some(drive_from(&path)));
     }
 
     /// Shows how a recording would be read, to be changed by the person.
@@ -269,105 +284,13 @@ impl Files {
 }
 
 /// The same file has the same name, whatever the current folder.
-fn absolute(path: PathBuf) -> PathBuf {
+pub fn absolute(path: PathBuf) -> PathBuf {
     std::path::absolute(&path).unwrap_or(path)
 }
 
 fn failed(error: &dyn std::error::Error) -> FileEvent {
     FileEvent::Failed {
         message: error.to_string(),
-    }
-}
-
-fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
-    let name = path.to_string_lossy().to_lowercase();
-    if name.ends_with(".toml") {
-        return Some(open_toml(path, context));
-    }
-    let mut preview = match preview(&path) {
-        Ok(preview) => preview,
-        Err(error) => return Some(failed(&error)),
-    };
-    match session::import_settings_for(&path) {
-        // A file that was written anew may need other settings than it did.
-        Some(settings) => match import_with(path.clone(), settings, None, context) {
-            Some(FileEvent::Failed { message }) => {
-                preview.ambiguities.push(format!(
-                    "It can no longer be read as it was last time: {message}"
-                ));
-                Some(FileEvent::Ask { path, preview })
-            }
-            event => event,
-        },
-        None if preview.needs_dialog() => Some(FileEvent::Ask { path, preview }),
-        None => import_with(path, preview.settings, None, context),
-    }
-}
-
-fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
-    if session::is_session(&path) {
-        return match session::load(&path) {
-            Ok(mut loaded) => {
-                for message in std::mem::take(&mut loaded.missing) {
-                    let message = format!("{}: {message}", path.display());
-                    let _ = context.send.send(FileEvent::Failed { message });
-                }
-                session::remember(&path, None);
-                FileEvent::Session {
-                    path,
-                    loaded: Box::new(loaded),
-                }
-            }
-            Err(error) => failed(&error),
-        };
-    }
-    match Preset::load(&path.to_string_lossy()) {
-        Ok(preset) => {
-            session::remember(&path, None);
-            FileEvent::Preset {
-                preset: Box::new(preset),
-            }
-        }
-        Err(error) => failed(&error),
-    }
-}
-
-/// Imports a recording; nothing comes of it if it was cancelled.
-fn import_with(
-    path: PathBuf,
-    settings: ImportSettings,
-    entry: Option<RecordingEntry>,
-    context: &Context,
-) -> Option<FileEvent> {
-    let progress = |share: f32| context.progress(share);
-    Some(match import(&path, &settings, Some(&progress)) {
-        Ok(recording) => {
-            let expected = entry.as_ref().and_then(|entry| entry.sha256.as_ref());
-            if expected.is_some() && expected != recording.sha256.as_ref() {
-                changed(&path)
-            } else {
-                if entry.is_none() {
-                    session::remember(&path, Some(&settings));
-                }
-                FileEvent::Recording {
-                    path,
-                    settings,
-                    recording: Arc::new(recording),
-                    entry,
-                }
-            }
-        }
-        Err(ImportError::Cancelled { .. }) => return None,
-        Err(error) => failed(&error),
-    })
-}
-
-fn changed(path: &Path) -> FileEvent {
-    FileEvent::Failed {
-        message: format!(
-            "{}: the file has changed since the session was saved; it was not loaded. Open it anew if the change is meant",
-            path.display()
-        ),
     }
 }
 

@@ -1,8 +1,9 @@
+use std::path::Path;
 use std::sync::atomic::AtomicUsize;
 
 use super::*;
 use crate::app::setup::View;
-use crate::app::{first_start, setup::Setup};
+use crate::app::{first_start, session, setup::Setup};
 
 const CLEAR: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
 const UNCLEAR: &str = "time, a, b\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
@@ -47,6 +48,34 @@ fn a_clear_recording_is_imported_at_once() {
             if *p == path && recording.len() == 3 && recording.path.as_ref() == Some(&path)),
         "{found:?}"
     );
+}
+
+#[test]
+fn two_columns_of_one_quantity_are_said_each_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t [s], xp [um], xp [nm]\n0, 1, 900\n1e-5, 2, 1900\n2e-5, 3, 2900\n";
+    let path = write(folder.path(), "a.csv", text);
+    // The second time it is read as remembered.
+    for time in ["first", "second"] {
+        let found = events(|files| files.open(path.clone()));
+        let [FileEvent::Recording { recording, .. }] = &found[..] else {
+            panic!("{found:?}");
+        };
+        let [warning] = &recording.warnings[..] else {
+            panic!("{time}: {:?}", recording.warnings);
+        };
+        for part in [
+            "column 2 (\"xp [um]\") is used",
+            "column 3 (\"xp [nm]\")",
+            "import settings",
+        ] {
+            assert!(
+                warning.message.contains(part),
+                "{time}: {}",
+                warning.message
+            );
+        }
+    }
 }
 
 #[test]
@@ -141,7 +170,7 @@ fn vanished_and_changed_recordings_are_said_with_a_remedy() {
     std::fs::remove_file(&path).unwrap();
     let found = import();
     assert!(
-        matches!(&found[..], [FileEvent::Failed { message }] if message.contains("check the path")),
+        matches!(&found[..], [FileEvent::Lost { message, .. }] if message.contains("check the path")),
         "{found:?}"
     );
 }
@@ -160,7 +189,7 @@ fn a_panic_becomes_text_and_a_cancelled_import_nothing() {
     let found = events(|files| {
         files.spawn(path.clone(), move |context| {
             context.job.cancel();
-            import_with(path, settings, None, context)
+            import_with(path, settings, Vec::new(), None, context)
         });
     });
     assert!(found.is_empty(), "{found:?}");

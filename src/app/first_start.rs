@@ -19,7 +19,7 @@ pub const MADE_UP_NAME: &str = "made-up recording";
 
 /// Three lines on what to try.
 pub const HINT: [&str; 3] = [
-    "The orange dots are a made-up recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.",
+    "The orange curve is a made-up recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.",
     "Press L to watch the device in slow motion, W to come back to the whole span, G to keep a curve for comparison.",
     "Drop your own CSV on the window to lay it over the simulation; press ? for keys and mouse.",
 ];

@@ -59,6 +59,9 @@ pub enum AppError {
     /// The preset cannot be used.
     #[error(transparent)]
     Preset(#[from] PresetError),
+    /// What was named could not be opened; its picture shows the rest.
+    #[error("{0}")]
+    File(String),
     /// The picture could not be saved.
     #[error("no picture was saved: {0}")]
     Screenshot(String),
@@ -108,7 +111,7 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
         .unwrap_or_else(PoisonError::into_inner)
         .take();
     match saved {
-        Some(Err(reason)) => Err(AppError::Screenshot(reason)),
+        Some(Err(error)) => Err(error),
         None if picture => Err(AppError::Screenshot(
             "the window was closed first".to_owned(),
         )),

@@ -25,12 +25,12 @@ pub enum SessionError {
     },
     /// The session was written by another version of the program.
     #[error(
-        "{}: the session has format {found}, this version reads {FORMAT}; open it with the version that wrote it. The file is left as it is",
+        "{}: the session has format {found}, this version reads {FORMAT}; open it with the version that wrote it",
         path.display()
     )]
     ForeignVersion { path: PathBuf, found: i64 },
     /// The file is damaged, or no session.
-    #[error("{}: {reason}; the file is left as it is", path.display())]
+    #[error("{}: {reason}", path.display())]
     Unreadable { path: PathBuf, reason: String },
     /// Something in the session has no form in a file.
     #[error("{}: the session cannot be written: {reason}", path.display())]

@@ -136,6 +136,8 @@ pub struct View {
     pub pictures: BTreeSet<Picture>,
     /// Dark or light.
     pub dark: bool,
+    /// Whether the panel on the right is open.
+    pub side_panel: bool,
     /// Whether the cantilever's curve is drawn.
     pub show_cantilever: bool,
     /// Whether events (impact, release) are marked.
@@ -159,6 +161,7 @@ impl Default for View {
             ]
             .into(),
             dark: true,
+            side_panel: true,
             show_cantilever: true,
             show_events: true,
             switched_curves: BTreeSet::new(),

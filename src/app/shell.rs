@@ -4,6 +4,7 @@
 mod bars;
 mod keep;
 mod picture;
+mod toasts;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,11 +17,11 @@ use crate::sim::SimError;
 
 use super::command::Command;
 use super::dialogs::Dialogs;
-use super::files::Files;
+use super::files::{Files, absolute};
 use super::history::History;
 use super::layout::Layout;
 use super::setup::{DriveChoice, OverlayId, Picture, Setup, View};
-use super::state::{Notice, Refusal, State};
+use super::state::{About, Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
 use super::{WindowOptions, first_start, session, theme, workspaces};
 
@@ -41,6 +42,11 @@ pub struct Shell {
     /// Recordings of the session that could not be loaded: kept in it, for when their
     /// files are back.
     pub(super) absent: Vec<session::RecordingEntry>,
+    /// Files in the order in which they were asked for: recordings stand in the list so,
+    /// whichever is read first.
+    pub(super) order: Vec<PathBuf>,
+    /// Device whose usual live speed is set.
+    pub(super) speed_of: String,
     workspace: String,
     worker: Worker,
     sent: Option<Wish>,
@@ -54,6 +60,8 @@ pub struct Shell {
     /// Whether the worker panicked over what was last sent.
     broken: bool,
     picture: Option<picture::Wanted>,
+    /// The first thing that failed while a picture is wanted.
+    failed: Option<String>,
     outcome: PictureOutcome,
 }
 
@@ -77,22 +85,20 @@ impl Shell {
         let plain = options.files.is_empty() && preset.is_none();
         let mut notices = Vec::new();
         let restored = if plain && options.screenshot.is_none() {
-            restore(&mut notices)
+            keep::restore(&mut notices)
         } else {
             None
         };
-        let hint = plain && restored.is_none();
+        let is_restored = restored.is_some();
+        let hint = plain && !is_restored;
         let (mut last_id, mut absent) = (0, Vec::new());
         let (setup, view) = match restored {
             Some(loaded) => {
                 for entry in &loaded.recordings {
                     import_entry(&files, entry);
                 }
-                notices.extend(loaded.missing.iter().map(|text| Notice {
-                    is_error: true,
-                    text: text.clone(),
-                    recording: None,
-                }));
+                let missing = loaded.missing.iter();
+                notices.extend(missing.map(|text| Notice::new(true, text.as_str())));
                 last_id = loaded.last_id();
                 absent = loaded.recordings;
                 (loaded.setup, loaded.view)
@@ -106,7 +112,9 @@ impl Shell {
                 (setup, View::default())
             }
         };
+        let mut order: Vec<PathBuf> = absent.iter().filter_map(|e| e.path.clone()).collect();
         for file in options.files {
+            order.push(absolute(file.clone()));
             files.open(file);
         }
         theme::apply(context, view.dark);
@@ -115,6 +123,11 @@ impl Shell {
         state.notices = notices;
         Ok(Self {
             history: History::new(&state.setup),
+            speed_of: if is_restored {
+                state.setup.preset.model.name.clone()
+            } else {
+                String::new()
+            },
             saved: (state.setup.clone(), state.view.clone()),
             themed: Some(state.view.dark),
             state,
@@ -126,6 +139,7 @@ impl Shell {
             hint,
             next_overlay: last_id.max(shown),
             absent,
+            order,
             workspace: options
                 .workspace
                 .unwrap_or_else(|| workspaces::NAMES[0].to_owned()),
@@ -137,29 +151,36 @@ impl Shell {
             autosave: keep::Autosave::default(),
             broken: false,
             picture: options.screenshot.map(|path| (path, 0)),
+            failed: None,
             outcome,
         })
     }
 
-    /// Adds a line at the top of the window, once.
+    /// Says something over the window, once.
     pub(super) fn notice(&mut self, is_error: bool, text: impl Into<String>) {
         self.notice_of(None, is_error, text);
     }
 
-    /// The same, about a recording.
+    /// The same, about something that a button can mend.
     pub(super) fn notice_of(
         &mut self,
-        recording: Option<OverlayId>,
+        about: Option<About>,
         is_error: bool,
         text: impl Into<String>,
     ) {
         let notice = Notice {
-            is_error,
-            text: text.into(),
-            recording,
+            about,
+            ..Notice::new(is_error, text)
         };
-        if !self.state.notices.contains(&notice) {
-            self.state.notices.push(notice);
+        // Said again, it is the newest.
+        self.state.notices.retain(|known| !known.says(&notice));
+        self.state.notices.push(notice);
+    }
+
+    /// Says that a recording of the session is gone, unless it was found meanwhile.
+    pub(super) fn lost(&mut self, id: OverlayId, message: String) {
+        if self.absent.iter().any(|entry| entry.id == id) {
+            self.notice_of(Some(About::Lost(id)), true, message);
         }
     }
 
@@ -184,6 +205,15 @@ impl Shell {
                     );
                 }
             }
+        }
+    }
+
+    /// Another device is watched at its own speed.
+    fn set_speed(&mut self) {
+        let setup = &self.state.setup;
+        if self.speed_of != setup.preset.model.name {
+            self.speed_of.clone_from(&setup.preset.model.name);
+            self.state.view.slow_down = workspaces::tune::usual_speed(setup);
         }
     }
 
@@ -285,15 +315,14 @@ impl Shell {
             return;
         }
         for command in Command::all() {
-            let Some(shortcut) = command.shortcut() else {
-                continue;
-            };
             // The key of a command that would do nothing is left to the widgets.
             if !super::actions::is_possible(self, command) {
                 continue;
             }
-            if ui.input_mut(|input| super::actions::pressed(input, &shortcut)) {
-                self.state.ask(command);
+            for shortcut in command.shortcuts() {
+                if ui.input_mut(|input| super::actions::pressed(input, &shortcut)) {
+                    self.state.ask(command);
+                }
             }
         }
     }
@@ -325,8 +354,10 @@ impl Shell {
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             workspaces::show(&self.workspace, ui, &mut self.state);
         });
+        self.toasts(ui);
         super::actions::dialogs(self, ui);
         super::actions::run(self, ui);
+        self.set_speed();
         self.ask_worker();
         self.keep(ui);
         self.layout.update(ui.ctx(), &self.state);
@@ -339,29 +370,6 @@ fn refusal(error: &SimError) -> Refusal {
     Refusal {
         parameter: error.parameter().unwrap_or_default().to_owned(),
         message: error.to_string(),
-    }
-}
-
-/// The autosaved session, if there is one that can be read; one that cannot is kept.
-fn restore(notices: &mut Vec<Notice>) -> Option<session::Loaded> {
-    let path = session::autosave_path()?;
-    if !path.exists() {
-        return None;
-    }
-    match session::load(&path) {
-        Ok(loaded) => Some(loaded),
-        Err(error) => {
-            let kept = match session::keep_unreadable(&path) {
-                Ok(kept) => format!("it was kept as {}", kept.display()),
-                Err(error) => error.to_string(),
-            };
-            notices.push(Notice {
-                is_error: true,
-                recording: None,
-                text: format!("The last session could not be opened: {error}; {kept}"),
-            });
-            None
-        }
     }
 }
 

@@ -1,7 +1,7 @@
 use super::*;
 use crate::app::first_start;
 use crate::app::setup::Setup;
-use crate::model::effects::{ActiveEffect, EffectSpec};
+use crate::model::effects::{ActiveEffect, EffectSpec, Need};
 use crate::model::parameter::ParameterId;
 
 fn wish(setup: &Setup) -> Wish {
@@ -70,6 +70,7 @@ static BROKEN: EffectSpec = EffectSpec {
     sentence: "Panics.",
     law: "",
     source: "",
+    needs: Need::Nothing,
     parameters: &[],
     build: |_, _| panic!("on purpose"),
 };

@@ -8,19 +8,19 @@ use super::{Failure, wrong_command};
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::effects::{self, ActiveEffect};
-use crate::model::unit::parse_quantity;
-use crate::recording::csv::import_auto;
+use crate::model::preset::Preset;
+use crate::model::unit::{format_quantity, parse_quantity};
+use crate::recording::csv::import_voltage;
+
+/// How far outside its slider's range a value is odd: this many times.
+const FAR: f64 = 10.0;
+/// Voltage up to which the branches of the piezo film were measured [V].
+const KNOWN_VOLTAGE: f64 = 8.0;
 
 /// A drive as on the command line, files included.
 pub fn read_drive(text: &str, duration: f64) -> Result<Waveform, Failure> {
     if let Some(file) = text.strip_prefix("table:") {
-        let recording = import_auto(file.as_ref(), None)?;
-        let Some((time, voltage)) = recording.drive_table() else {
-            return Err(anyhow::anyhow!(
-                "{file}: there is no voltage column; give a CSV with t and V"
-            )
-            .into());
-        };
+        let (time, voltage) = import_voltage(file.as_ref())?;
         let table = VoltageTable::from_recording(file, time, voltage)?;
         return Ok(Waveform::Table(Arc::new(table)));
     }
@@ -84,4 +84,32 @@ pub fn add_effect(model: &mut Model, text: &str) -> anyhow::Result<()> {
     model.effects.retain(|active| active.spec != spec);
     model.effects.push(effect);
     Ok(())
+}
+
+/// Says on standard error what is far from anything known, and goes on: the result is
+/// exact for a device that nobody has.
+pub fn warn_of_odd_values(preset: &Preset, model: &Model, drive: &Waveform) {
+    for (id, value) in model.parameters.iter().filter(|(id, _)| model.uses(*id)) {
+        let spec = id.spec();
+        let (low, high) = preset.range(id);
+        let (below, above) = (low.min(FAR * low), high.max(FAR * high));
+        let below = if low > 0.0 { low / FAR } else { below };
+        if value != 0.0 && !(below..=above).contains(&value) {
+            let text = |value| format_quantity(value, spec.unit, 3);
+            eprintln!(
+                "impactscope: warning: {} = {} is far from the usual {} to {}; check its unit",
+                spec.id,
+                text(value),
+                text(low),
+                text(high)
+            );
+        }
+    }
+    let volts = drive.amplitude();
+    if model.piezo.is_some() && volts > 2.0 * KNOWN_VOLTAGE {
+        eprintln!(
+            "impactscope: warning: the drive reaches {}, but the piezo's branches are known to {KNOWN_VOLTAGE} V; the result is an extrapolation",
+            format_quantity(volts, "V", 3)
+        );
+    }
 }

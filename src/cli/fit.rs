@@ -70,6 +70,10 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     for text in &args.set {
         set_parameter(&mut preset.model, text).map_err(wrong_command)?;
     }
+    preset
+        .model
+        .check()
+        .map_err(|error| wrong_command(error.into()))?;
     let mut options = FitOptions::for_model(&preset.model);
     if !args.free.is_empty() {
         options.free = args.free.iter().map(|id| id.trim().to_owned()).collect();

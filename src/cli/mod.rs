@@ -82,10 +82,23 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("impactscope: {:#}", failure.error);
+            eprintln!("impactscope: {}", said_once(&failure.error));
             ExitCode::from(failure.code)
         }
     }
+}
+
+/// An error with its causes, each said once: many messages have their cause in them.
+fn said_once(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
 }
 
 /// An error with its exit code.

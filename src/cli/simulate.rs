@@ -6,30 +6,51 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 
-use super::device::{add_effect, read_drive, set_parameter};
+use super::device::{add_effect, read_drive, set_parameter, warn_of_odd_values};
 use super::output;
 use super::{Failure, wrong_command};
+use crate::model::effects;
+use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::model::unit::parse_quantity;
 use crate::recording::TimeAxis;
 use crate::recording::csv::write_csv;
-use crate::sim::{self, Options};
+use crate::sim::{self, Options, SimError};
+
+/// Parameters, effects and waveforms, for `--help`.
+fn lists() -> String {
+    let mut text = String::from(
+        "Drives:\n  rest                    no voltage\n  sine:F:A                starts at 0 and rises\n  square:F:A              starts at +A\n  triangle:F:A\n  ramped:F:A:LAMBDA       a square whose edges take LAMBDA of the period\n  chirp:F0:F1:A           from F0 to F1 over the span\n  table:FILE              CSV with t and V, straight lines between\n  F such as 15Hz, A such as 8V\n\nParameters for --set (unit; meaning), as far as the device has them:\n",
+    );
+    for id in ParameterId::ALL {
+        let spec = id.spec();
+        let unit = if spec.unit.is_empty() { "-" } else { spec.unit };
+        text += &format!("  {:<10} {unit:<10} {}\n", spec.id, spec.name);
+    }
+    text += "\nEffects for --effect, with their parameters:\n";
+    for effect in effects::CATALOGUE {
+        let parameters: Vec<&str> = effect.parameters.iter().map(|p| p.id).collect();
+        text += &format!("  {:<22} {}\n", effect.id, parameters.join(", "));
+    }
+    text
+}
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
+#[command(after_help = lists())]
 pub struct Arguments {
     /// Device: paper, paper-as-printed, oscillator, faller, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
     /// Drive: rest, sine|square|triangle:F:A, ramped:F:A:LAMBDA, chirp:F0:F1:A, or table:FILE (CSV with t and V)
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     drive: Option<String>,
     /// Span, e.g. 0.4 or 400ms
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     duration: Option<String>,
     /// Samples per second, e.g. 50kHz
-    #[arg(long, default_value = "50kHz")]
+    #[arg(long, default_value = "50kHz", allow_hyphen_values = true)]
     rate: String,
     /// Parameter to change, e.g. Cs=2e-21 or gp="72 um"; repeatable
     #[arg(long, value_name = "ID=VALUE")]
@@ -69,14 +90,22 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         ..Options::default()
     };
     let drive = read_drive(args.drive.as_deref().unwrap_or(&preset.drive), duration)?;
-    let mut model = preset.model;
+    let mut model = preset.model.clone();
     for text in &args.set {
         set_parameter(&mut model, text).map_err(wrong_command)?;
     }
     for text in &args.effect {
         add_effect(&mut model, text).map_err(wrong_command)?;
     }
-    let mut trace = sim::simulate(&model, &drive, duration, &options)?;
+    warn_of_odd_values(&preset, &model, &drive);
+    let simulated = sim::simulate(&model, &drive, duration, &options);
+    let mut trace = simulated.map_err(|error| match error {
+        // Values that were typed, not work that failed.
+        SimError::Model(_) | SimError::Drive(_) | SimError::Options { .. } => {
+            wrong_command(error.into())
+        }
+        error => error.into(),
+    })?;
     let sensor = Sensor::new(&model.parameters);
     if sensor.noise > 0.0 {
         sensor.add_noise(&mut trace.proof_mass, args.seed);

@@ -93,6 +93,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     for text in &args.effect {
         add_effect(&mut model, text).map_err(wrong_command)?;
     }
+    model.check().map_err(|error| wrong_command(error.into()))?;
     if !(model.has_ground && model.piezo.is_some()) {
         return Err(wrong_command(anyhow::anyhow!(
             "the device {} has no ground or no drive: Table A.1 is about the paper's device; use --preset paper",

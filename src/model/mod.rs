@@ -13,7 +13,7 @@ pub mod unit;
 
 use thiserror::Error;
 
-use effects::ActiveEffect;
+use effects::{ActiveEffect, EffectSpec, Need};
 use parameter::{ParameterId, Parameters};
 use piezo::Piezo;
 use structure::Structure;
@@ -89,6 +89,15 @@ impl Model {
             P::DriveP => self.piezo.is_some() && self.modes.len() >= 2,
             P::Zeta1 => self.parameters[P::F1] > 0.0,
             P::F1 | P::X0 | P::V0 | P::OffsetP | P::Noise => true,
+        }
+    }
+
+    /// Whether an effect could do anything on this device.
+    pub fn allows(&self, effect: &EffectSpec) -> bool {
+        match effect.needs {
+            Need::Nothing => true,
+            Need::Ground => self.has_ground,
+            Need::Drive => self.piezo.is_some(),
         }
     }
 

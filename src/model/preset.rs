@@ -1,16 +1,18 @@
 //! Presets: a device with values, in a commented TOML file. Four are built in.
 
+mod keys;
+mod read;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::effects::{self, ActiveEffect};
-use super::parameter::{ParameterId, Parameters};
+use super::parameter::ParameterId;
 use super::piezo::Piezo;
-use super::structure::Mode;
 use super::{Model, drive::Waveform};
+use read::{read_effects, read_modes, read_parameters, read_ranges};
 
 /// Version of the preset format that is written.
 const FORMAT: u32 = 1;
@@ -187,11 +189,14 @@ impl Preset {
         if let Some(preset) = Self::embedded(name_or_path) {
             return Ok(preset);
         }
-        let text = std::fs::read_to_string(Path::new(name_or_path)).map_err(|error| {
-            PresetError::Unreadable {
-                file: name_or_path.to_owned(),
-                reason: error.to_string(),
-            }
+        let unreadable = |reason: String| PresetError::Unreadable {
+            file: name_or_path.to_owned(),
+            reason,
+        };
+        let bytes = std::fs::read(Path::new(name_or_path))
+            .map_err(|error| unreadable(error.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|_| {
+            unreadable("this is no text, and a preset is a text in TOML".to_owned())
         })?;
         Self::parse(name_or_path, &text)
     }
@@ -212,6 +217,17 @@ impl Preset {
                 .and_then(|l| l.split('=').next())
                 .map(|l| l.trim().to_owned())
                 .unwrap_or_default();
+            // A misspelt key is the likely cause of one that is missing.
+            if error.message().starts_with("missing field")
+                && let Some((section, nth, key, known)) = keys::unknown(text)
+            {
+                let reason = format!(
+                    "there is no such key here; there are {}. Also: {}",
+                    known.join(", "),
+                    error.message()
+                );
+                return source.invalid(&section, nth, &key, reason);
+            }
             PresetError::Invalid {
                 file: file.to_owned(),
                 line,
@@ -338,203 +354,5 @@ impl Preset {
     }
 }
 
-fn read_modes(source: &Source<'_>, read: &File) -> Result<Vec<Mode>, PresetError> {
-    let mut modes = Vec::with_capacity(read.mode.len());
-    for (i, entry) in read.mode.iter().enumerate() {
-        let fail = |key: &str, reason: &str| source.invalid("mode", i, key, reason.to_owned());
-        for (key, value) in [("mass", entry.mass), ("stiffness", entry.stiffness)] {
-            if let Some(value) = value
-                && !(value.is_finite() && value >= 0.0)
-            {
-                return Err(fail(key, "must be a finite number and not negative"));
-            }
-        }
-        if entry.mass == Some(0.0) {
-            return Err(fail("mass", "must be above 0 kg"));
-        }
-        let (phi_p, frequency) = match (entry.mass, entry.stiffness, entry.phi_p) {
-            (Some(mass), Some(stiffness), None) => (
-                1.0 / mass.sqrt(),
-                Some((stiffness / mass).sqrt() / std::f64::consts::TAU),
-            ),
-            (None, None, Some(phi_p)) => (phi_p, entry.frequency),
-            _ => {
-                return Err(fail(
-                    "phi_p",
-                    "give a mode either phi_p (and phi_c), or mass and stiffness",
-                ));
-            }
-        };
-        let phi_c = entry.phi_c.unwrap_or(0.0);
-        modes.push(Mode {
-            // The first two are set from the parameters, if those name them.
-            frequency: frequency.unwrap_or(if i == 0 { 623.0 } else { 6424.0 }),
-            zeta: entry.zeta.unwrap_or(0.0),
-            phi_c,
-            phi_p,
-            phi_drive: entry.phi_drive.unwrap_or(phi_c),
-        });
-        if i >= 2 && (frequency.is_none() || entry.zeta.is_none()) {
-            return Err(fail(
-                "frequency",
-                "a third or further mode needs its frequency and zeta here",
-            ));
-        }
-    }
-    Ok(modes)
-}
-
-fn read_parameters(
-    source: &Source<'_>,
-    read: &File,
-    modes: &[Mode],
-) -> Result<Parameters, PresetError> {
-    let mut parameters = Parameters::default();
-    for (mode, id) in modes.iter().zip([ParameterId::F1, ParameterId::F2]) {
-        parameters.set(id, mode.frequency);
-    }
-    for (key, value) in &read.parameters {
-        let id = known_parameter(source, "parameters", key)?;
-        parameters.set(id, *value);
-    }
-    Ok(parameters)
-}
-
-fn known_parameter(
-    source: &Source<'_>,
-    section: &str,
-    key: &str,
-) -> Result<ParameterId, PresetError> {
-    ParameterId::from_id(key).ok_or_else(|| {
-        let known: Vec<&str> = ParameterId::ALL.iter().map(|p| p.spec().id).collect();
-        let reason = format!("there is no such parameter; there are {}", known.join(", "));
-        source.invalid(section, 0, key, reason)
-    })
-}
-
-fn read_ranges(
-    source: &Source<'_>,
-    read: &File,
-) -> Result<BTreeMap<ParameterId, (f64, f64)>, PresetError> {
-    let mut ranges = BTreeMap::new();
-    for (key, &(low, high)) in &read.ranges {
-        let id = known_parameter(source, "ranges", key)?;
-        let spec = id.spec();
-        let positive = spec.scale == super::parameter::Scale::Linear || low > 0.0;
-        let inside = spec.refusal(low).is_none() && spec.refusal(high).is_none();
-        if !(low < high && positive && inside) {
-            let reason = format!("[{low}, {high}] is no range for {}", spec.id);
-            return Err(source.invalid("ranges", 0, key, reason));
-        }
-        ranges.insert(id, (low, high));
-    }
-    Ok(ranges)
-}
-
-fn read_effects(source: &Source<'_>, read: &File) -> Result<Vec<ActiveEffect>, PresetError> {
-    let mut active = Vec::new();
-    for (id, values) in &read.effects {
-        let section = format!("effects.{id}");
-        let spec = effects::find(id).ok_or_else(|| {
-            let known: Vec<&str> = effects::CATALOGUE.iter().map(|e| e.id).collect();
-            let reason = format!("there is no such effect; there are {}", known.join(", "));
-            source.invalid(&section, 0, id, reason)
-        })?;
-        let mut effect = ActiveEffect::new(spec);
-        for (key, value) in values {
-            if !effect.set(key, *value) {
-                let known: Vec<&str> = spec.parameters.iter().map(|p| p.id).collect();
-                let reason = format!("{id} has no such parameter; it has {}", known.join(", "));
-                return Err(source.invalid(&section, 0, key, reason));
-            }
-        }
-        active.push(effect);
-    }
-    Ok(active)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    #[test]
-    fn embedded_presets_are_sound_and_come_back_from_text() {
-        for (name, text) in EMBEDDED {
-            let preset = Preset::parse(name, text).unwrap_or_else(|e| panic!("{e}"));
-            assert_eq!(preset.model.name, name);
-            let again = Preset::parse("again", &preset.to_toml()).unwrap();
-            assert_eq!(preset, again);
-        }
-        let default = Preset::default().model;
-        for (id, value) in default.parameters.iter() {
-            assert_eq!(value, id.spec().default, "{}", id.spec().id);
-        }
-        let oscillator = Preset::embedded("oscillator").unwrap().model;
-        assert!((oscillator.parameters[ParameterId::F1] - 1.36916).abs() < 1e-4);
-        assert!((oscillator.structure().mobility() - 1.0 / 0.2016).abs() < 1e-9);
-    }
-
-    #[test]
-    fn faults_are_named_with_line_and_key() {
-        let text = EMBEDDED[0].1;
-        let changed = |from: &str, to: &str| {
-            assert!(text.contains(from), "{from}");
-            Preset::parse("bad.toml", &text.replacen(from, to, 1)).unwrap_err()
-        };
-        let cases = [
-            (changed("gp = 70e-6", "gp = 50e-6"), "gp", "must exceed dp"),
-            (
-                changed("gp = 70e-6", "gpp = 70e-6"),
-                "gpp",
-                "no such parameter",
-            ),
-            (changed("gp = 70e-6", "gp = nan"), "gp", "finite"),
-            (changed("alpha = 0.378", "alpha = 1.5"), "alpha", "above"),
-            (
-                changed("proof_mass = 3.495e-10", "proof_mass = -1.0"),
-                "proof_mass",
-                "above 0",
-            ),
-            (changed("format = 1", "format = 9"), "format", "not known"),
-            (
-                changed("ground = true", "grund = true"),
-                "grund",
-                "unknown field",
-            ),
-            (changed("square:15Hz:8V", "square:15Hz"), "drive", "needs 2"),
-            (changed("gp = 70e-6", "gp = \"wide\""), "gp", "invalid type"),
-            (changed("gp = 70e-6", "gp = "), "gp", ""),
-        ];
-        for (error, key, reason) in cases {
-            let PresetError::Invalid {
-                line, key: found, ..
-            } = &error
-            else {
-                panic!("{error}");
-            };
-            assert!(*line > 1, "{error}");
-            assert_eq!(found, key, "{error}");
-            assert!(error.to_string().contains(reason), "{error}");
-        }
-        let negative = EMBEDDED[2].1.replacen("mass = 0.2016", "mass = -0.2016", 1);
-        let error = Preset::parse("bad.toml", &negative).unwrap_err();
-        assert!(error.to_string().contains("mass"), "{error}");
-        assert!(Preset::load("no/such/file.toml").is_err());
-    }
-
-    proptest! {
-        #[test]
-        fn no_text_panics(text in "\\PC*") {
-            let _ = Preset::parse("x", &text);
-        }
-
-        #[test]
-        fn no_damage_panics(at in 0usize..2000, insert in "\\PC{0,8}") {
-            let mut text = EMBEDDED[0].1.to_owned();
-            let at = (0..=at.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
-            text.insert_str(at, &insert);
-            let _ = Preset::parse("x", &text);
-        }
-    }
-}
+mod tests;

@@ -1,25 +1,28 @@
 //! Laying a recording over a simulation: shift, scale, offset, and the shift found
 //! by correlation.
 //!
-//! The correlation is Pearson's over the samples that both have at a shift, for all
+//! The agreement is taken over the samples that both have at a shift, for all
 //! shifts at once by FFT with masks (D. Padfield, "Masked object registration in the
 //! Fourier domain", IEEE Trans. Image Process. 21, 2012), so that gaps, missing
 //! samples and different lengths need no filling. The best shift is then refined
 //! between samples on the recording's own times.
 
+mod correlate;
+
 use super::{Channel, Grid, Recording};
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use correlate::{Masked, correlate};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Longest grid that is correlated; longer ones are taken more coarsely.
 const LONGEST: usize = 1 << 20;
-/// Least overlap, as a share of the shorter of the two.
-const LEAST_OVERLAP: f64 = 0.5;
-/// Of peaks this close to the best correlation the smallest shift wins: a periodic
+/// Of peaks this close to the best agreement the smallest shift wins: a periodic
 /// motion fits at every period.
 const AS_GOOD: f64 = 0.005;
+/// Least correlation of a clear match: half of what moves is then explained.
+const CLEAR: f64 = 0.7;
+/// Most by which the amplitudes may differ, either way.
+const MOST_RATIO: f64 = 10.0;
 /// Samples used to refine the shift.
 const REFINE_SAMPLES: usize = 100_000;
 
@@ -88,9 +91,27 @@ pub enum AlignError {
     },
     /// Too few samples at every shift.
     #[error(
-        "recording and simulation have too few samples in common at any shift; simulate at least half as long as the recording, or record longer"
+        "recording and simulation have too few samples in common at any shift; simulate as long as the recording, or record longer"
     )]
     NoOverlap,
+    /// Nowhere do the two move alike.
+    #[error(
+        "no clear match: the best correlation at any shift is {correlation:.2} (at {shift:.4} s), {CLEAR} is needed; the motions differ too much, often in frequency. Tune the model first, or shift by hand"
+    )]
+    NoMatch {
+        /// Best correlation found.
+        correlation: f64,
+        /// Where it is \[s\].
+        shift: f64,
+    },
+    /// The amplitudes have nothing to do with each other.
+    #[error(
+        "no clear match: the recording moves {ratio:.3} times as much as the simulation; set its scale or its unit first, then align again"
+    )]
+    Amplitude {
+        /// Spread of the recording over that of the simulation.
+        ratio: f64,
+    },
     /// The grid is empty or its interval is not positive.
     #[error("the simulated trace is empty or has no positive interval; simulate first")]
     BadGrid,
@@ -110,16 +131,21 @@ pub struct Aligned {
     pub offset: f64,
     /// Samples of the recording that overlap.
     pub samples: usize,
+    /// They as a share of all.
+    pub share: f64,
 }
 
-/// Finds the shift of a recording against a simulated trace of the same channel.
-/// `max_shift` \[s\] bounds the search, if given.
+/// Finds the shift of a recording against a simulated trace of the same channel. The
+/// means are taken out, so an offset does not matter; `scale` is the factor that the
+/// recording is drawn with, and amplitudes count: a decaying motion would otherwise fit
+/// anywhere along its decay. `max_shift` \[s\] bounds the search, if given.
 ///
 /// # Errors
-/// [`AlignError`] if there is nothing to correlate.
+/// [`AlignError`] if there is nothing to correlate, or no clear match.
 pub fn auto_align(
     recording: &Recording,
     channel: Channel,
+    scale: f64,
     simulated: Grid,
     max_shift: Option<f64>,
 ) -> Result<Aligned, AlignError> {
@@ -152,7 +178,8 @@ pub fn auto_align(
     let measured = Masked::new(&measured, "recording")?;
     let modelled = Masked::new(&modelled, "simulation")?;
 
-    let lags = correlate(&modelled, &measured);
+    let ratio = measured.spread * scale.abs() / modelled.spread;
+    let lags = correlate(&modelled, &measured, ratio.copysign(scale));
     let shift_of = |lag: i64| simulated.t0 - first + lag as f64 * dt;
     let allowed = |lag: i64| max_shift.is_none_or(|most| shift_of(lag).abs() <= most + 0.5 * dt);
     let best = lags
@@ -162,6 +189,9 @@ pub fn auto_align(
         .fold(f64::NEG_INFINITY, f64::max);
     if !best.is_finite() {
         return Err(AlignError::NoOverlap);
+    }
+    if !(1.0 / MOST_RATIO..=MOST_RATIO).contains(&ratio) {
+        return Err(AlignError::Amplitude { ratio });
     }
     let is_peak = |i: usize| {
         let c = lags[i].1;
@@ -177,111 +207,17 @@ pub fn auto_align(
         .min_by(|a, b| shift_of(a.0).abs().total_cmp(&shift_of(b.0).abs()))
         .or_else(|| lags.iter().copied().find(|l| allowed(l.0) && l.1 == best))
         .ok_or(AlignError::NoOverlap)?;
-    refine(&recording.time, values, simulated, shift_of(lag), dt)
-}
-
-/// A signal with its mean taken out, zero where it is missing, and where it is not.
-struct Masked {
-    values: Vec<f64>,
-    mask: Vec<f64>,
-    count: usize,
-}
-
-impl Masked {
-    fn new(raw: &[f64], which: &'static str) -> Result<Self, AlignError> {
-        let present = || raw.iter().copied().filter(|v| v.is_finite());
-        let count = present().count();
-        let mean = present().sum::<f64>() / count.max(1) as f64;
-        let spread = present().map(|v| (v - mean).powi(2)).sum::<f64>() / count.max(1) as f64;
-        let scale = spread.sqrt();
-        let size = present().fold(0.0, |m: f64, v| m.max(v.abs()));
-        if count < 2 || scale.is_nan() || scale <= 1e-12 * size {
-            return Err(AlignError::Constant { which });
-        }
-        // Unit variance keeps the sums below near one, where the FFT is exact enough.
-        let values = raw.iter().map(|v| {
-            if v.is_finite() {
-                (v - mean) / scale
-            } else {
-                0.0
-            }
+    let start = (shift_of(lag), dt);
+    let found = refine(&recording.time, values, scale.signum(), simulated, start)?;
+    // A recording that is drawn turned over must match so.
+    let correlation = found.correlation * scale.signum();
+    if correlation < CLEAR {
+        return Err(AlignError::NoMatch {
+            correlation,
+            shift: found.time_shift,
         });
-        Ok(Self {
-            values: values.collect(),
-            mask: raw
-                .iter()
-                .map(|v| f64::from(u8::from(v.is_finite())))
-                .collect(),
-            count,
-        })
     }
-}
-
-/// Pearson's correlation for each lag of `b` against `a` (`b[i]` on `a[i + lag]`),
-/// lags in increasing order, those with enough overlap only.
-fn correlate(a: &Masked, b: &Masked) -> Vec<(i64, f64)> {
-    let (na, nb) = (a.values.len(), b.values.len());
-    let n = (na + nb).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(n);
-    let inverse = planner.plan_fft_inverse(n);
-    let spectrum = |values: &mut dyn Iterator<Item = f64>| {
-        let mut input = forward.make_input_vec();
-        input.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
-        let mut output = forward.make_output_vec();
-        // Lengths are the planner's own: this cannot fail.
-        let _ = forward.process(&mut input, &mut output);
-        output
-    };
-    let product = |x: &[Complex<f64>], y: &[Complex<f64>]| {
-        let mut both: Vec<Complex<f64>> = x.iter().zip(y).map(|(x, y)| x * y.conj()).collect();
-        // The inverse wants these exactly real; rounding leaves them nearly so.
-        if let Some(first) = both.first_mut() {
-            first.im = 0.0;
-        }
-        if let Some(last) = both.last_mut() {
-            last.im = 0.0;
-        }
-        let mut output = inverse.make_output_vec();
-        let _ = inverse.process(&mut both, &mut output);
-        output.iter_mut().for_each(|v| *v /= n as f64);
-        output
-    };
-    let (a0, a1, a2) = (
-        spectrum(&mut a.mask.iter().copied()),
-        spectrum(&mut a.values.iter().copied()),
-        spectrum(&mut a.values.iter().map(|v| v * v)),
-    );
-    let (b0, b1, b2) = (
-        spectrum(&mut b.mask.iter().copied()),
-        spectrum(&mut b.values.iter().copied()),
-        spectrum(&mut b.values.iter().map(|v| v * v)),
-    );
-    let overlap = product(&a0, &b0);
-    let (sum_a, sum_b) = (product(&a1, &b0), product(&a0, &b1));
-    let (squares_a, squares_b) = (product(&a2, &b0), product(&a0, &b2));
-    let cross = product(&a1, &b1);
-
-    let least = (LEAST_OVERLAP * a.count.min(b.count) as f64).max(3.0);
-    (-(nb as i64 - 1)..na as i64)
-        .filter_map(|lag| {
-            let i = if lag < 0 {
-                n - lag.unsigned_abs() as usize
-            } else {
-                lag as usize
-            };
-            let m = overlap[i];
-            if m < least - 0.5 {
-                return None;
-            }
-            let covariance = cross[i] - sum_a[i] * sum_b[i] / m;
-            let variance_a = squares_a[i] - sum_a[i] * sum_a[i] / m;
-            let variance_b = squares_b[i] - sum_b[i] * sum_b[i] / m;
-            // Where one of them stands still there is nothing to correlate.
-            let flat = variance_a <= 1e-6 * m || variance_b <= 1e-6 * m;
-            (!flat).then(|| (lag, covariance / (variance_a * variance_b).sqrt()))
-        })
-        .collect()
+    Ok(found)
 }
 
 /// Sums of a regression of simulated on recorded values at one shift.
@@ -321,19 +257,21 @@ fn regression(time: &[f64], values: &[f64], simulated: Grid, shift: f64) -> Opti
         scale,
         offset: my - scale * mx,
         samples: n * stride,
+        share: (n * stride) as f64 / time.len() as f64,
     })
 }
 
-/// Golden-section search for the best correlation within one sample of `start`.
+/// Golden-section search for the best correlation of `sign` times the recording within
+/// one interval `dt` of `start` \[s\].
 fn refine(
     time: &[f64],
     values: &[f64],
+    sign: f64,
     simulated: Grid,
-    start: f64,
-    dt: f64,
+    (start, dt): (f64, f64),
 ) -> Result<Aligned, AlignError> {
     let at = |shift: f64| regression(time, values, simulated, shift);
-    let score = |shift: f64| at(shift).map_or(f64::NEG_INFINITY, |a| a.correlation);
+    let score = |shift: f64| at(shift).map_or(f64::NEG_INFINITY, |a| sign * a.correlation);
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (mut low, mut high) = (start - dt, start + dt);
     let mut a = high - golden * (high - low);
@@ -357,7 +295,7 @@ fn refine(
     [found, at(start)]
         .into_iter()
         .flatten()
-        .max_by(|a, b| a.correlation.total_cmp(&b.correlation))
+        .max_by(|a, b| (sign * a.correlation).total_cmp(&(sign * b.correlation)))
         .ok_or(AlignError::NoOverlap)
 }
 

@@ -44,7 +44,7 @@ fn shift_is_found_to_a_tenth_of_a_sample() {
         time.drain(n / 2..n / 2 + n / 20);
         x.drain(n / 2..n / 2 + n / 20);
         let recording = Recording::new("r", time, None, x, None).unwrap();
-        let found = auto_align(&recording, Channel::ProofMass, grid, None).unwrap();
+        let found = auto_align(&recording, Channel::ProofMass, 1.0, grid, None).unwrap();
         let error = (found.time_shift - shift) * rate;
         assert!(
             error.abs() < 0.1,
@@ -69,9 +69,9 @@ fn a_periodic_motion_takes_the_nearest_period() {
         slopes: None,
     };
     // Before zero there is no simulation, but half the recording still overlaps.
-    let found = auto_align(&recording, Channel::ProofMass, grid, None).unwrap();
+    let found = auto_align(&recording, Channel::ProofMass, 1.0, grid, None).unwrap();
     assert!((found.time_shift + 0.002).abs() < 5e-6, "{found:?}");
-    let found = auto_align(&recording, Channel::ProofMass, grid, Some(1e-3));
+    let found = auto_align(&recording, Channel::ProofMass, 1.0, grid, Some(1e-3));
     assert!(found.is_ok_and(|f| f.time_shift.abs() <= 2e-3));
 }
 
@@ -87,7 +87,7 @@ fn nothing_to_align_is_an_error() {
     let flat = Recording::new("r", time.clone(), None, vec![3.0; 100], None).unwrap();
     let moving = Recording::new("r", time.clone(), None, time.clone(), None).unwrap();
     let values = simulated();
-    let align = |r: &Recording, g| auto_align(r, Channel::ProofMass, g, None).unwrap_err();
+    let align = |r: &Recording, g| auto_align(r, Channel::ProofMass, 1.0, g, None).unwrap_err();
     assert_eq!(
         align(&flat, grid(&values)),
         AlignError::Constant { which: "recording" }
@@ -99,11 +99,12 @@ fn nothing_to_align_is_an_error() {
         }
     );
     assert_eq!(align(&moving, grid(&[])), AlignError::BadGrid);
-    let missing = auto_align(&moving, Channel::Voltage, grid(&values), None);
+    let missing = auto_align(&moving, Channel::Voltage, 1.0, grid(&values), None);
     assert_eq!(missing, Err(AlignError::NotRecorded("V")));
     let far = auto_align(
         &moving,
         Channel::ProofMass,
+        1.0,
         Grid {
             t0: 1e6,
             dt: 1.0,
@@ -113,4 +114,55 @@ fn nothing_to_align_is_an_error() {
         Some(1.0),
     );
     assert_eq!(far, Err(AlignError::NoOverlap));
+}
+
+/// A ring-down: amplitude, frequency [Hz], time constant [s], offset.
+fn ring_down(amplitude: f64, frequency: f64, decay: f64, offset: f64, t: f64) -> f64 {
+    offset + amplitude * (-t / decay).exp() * (std::f64::consts::TAU * frequency * t).cos()
+}
+
+fn recorded(count: usize, x: impl Fn(f64) -> f64) -> Recording {
+    let time: Vec<f64> = (0..count).map(|i| i as f64 * 0.01).collect();
+    let x = time.iter().map(|t| x(*t)).collect();
+    Recording::new("r", time, None, x, None).unwrap()
+}
+
+#[test]
+fn a_long_ring_down_is_not_matched_far_down_its_decay() {
+    let values: Vec<f64> = (0..6000)
+        .map(|i| ring_down(0.1, 1.37, 60.0, 0.0, i as f64 * 0.005))
+        .collect();
+    let grid = Grid {
+        t0: 0.0,
+        dt: 0.005,
+        values: &values,
+        slopes: None,
+    };
+    let align = |r: &Recording, scale| auto_align(r, Channel::ProofMass, scale, grid, None);
+    // Four times as long as the simulation, far from zero, a third of a period late.
+    let same = recorded(12_000, same_at);
+    let found = align(&same, 1.0).unwrap();
+    assert!((found.time_shift + 0.25).abs() < 2e-3, "{found:?}");
+    assert!(found.correlation > 0.999 && found.share > 0.2, "{found:?}");
+    // Drawn turned over it matches half a period away.
+    let turned = align(&same, -1.0).unwrap();
+    let half = 0.5 / 1.37;
+    let away = ((turned.time_shift + 0.25).abs() - half).abs();
+    assert!(away < 5e-3, "{turned:?}");
+    // Another frequency fits over short stretches only: nothing is better than nonsense.
+    let other = recorded(12_000, |t| ring_down(0.08, 1.42, 60.0, 0.42, t));
+    let error = align(&other, 1.0).unwrap_err();
+    assert!(matches!(error, AlignError::NoMatch { .. }), "{error}");
+    assert!(error.to_string().starts_with("no clear match"));
+    // Millimetres read as metres.
+    let error = align(&recorded(12_000, |t| 1e3 * same_at(t)), 1.0).unwrap_err();
+    assert!(
+        matches!(error, AlignError::Amplitude { ratio } if ratio > 300.0),
+        "{error}"
+    );
+    assert!(align(&recorded(12_000, |t| 1e3 * same_at(t)), 1e-3).is_ok());
+}
+
+fn same_at(t: f64) -> f64 {
+    ring_down(0.08, 1.37, 60.0, 0.42, t - 0.25)
 }

@@ -16,8 +16,10 @@ use super::level::estimate_contact_level;
 use super::noise::estimate_noise;
 use super::period::{Cycle, find_cycles};
 use super::{Channel, Recording, TimeAxis, median_in_place};
-use crate::model::unit::format_quantity;
-use thiserror::Error;
+
+mod missing;
+
+pub use missing::Missing;
 
 /// A contact longer than this is sustained \[s\].
 pub const SUSTAINED: f64 = 2e-4;
@@ -25,66 +27,6 @@ pub const SUSTAINED: f64 = 2e-4;
 const STEADY_PEAK: f64 = 0.1;
 /// Contacts within this share (and [`SUSTAINED`]) of the later ones are steady.
 const STEADY_CONTACT: f64 = 0.25;
-
-/// Why a feature is not given.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum Missing {
-    /// Lengths of time, voltage and position differ.
-    #[error("time, voltage and position have different lengths")]
-    BadInput,
-    /// Too few samples.
-    #[error("{samples} samples are too few")]
-    TooShort {
-        /// Usable samples.
-        samples: usize,
-    },
-    /// The position hardly changes.
-    #[error("the mass moves no more than the noise")]
-    NoMotion,
-    /// No voltage and no period.
-    #[error("no voltage was recorded, so the period is unknown; give the period")]
-    NoVoltage,
-    /// The voltage does not alternate.
-    #[error("the voltage does not alternate, so there is no period")]
-    ConstantVoltage,
-    /// The voltage is not periodic.
-    #[error("the voltage is not periodic: its cycles differ by {spread_percent:.0} %")]
-    NotPeriodic {
-        /// Spread of the cycles' lengths in percent of the median.
-        spread_percent: f64,
-    },
-    /// Too few whole periods.
-    #[error("{found} whole periods were recorded; at least 2 are needed")]
-    TooFewPeriods {
-        /// Whole periods.
-        found: usize,
-    },
-    /// No low rest.
-    #[error("there is no low level at which the mass rests; give the contact level")]
-    NoRest,
-    /// The rest is not the floor.
-    #[error("the mass rests at {} but also moves below it, so that is not the ground; give the contact level", format_quantity(*level, "m", 4))]
-    NotAFloor {
-        /// The level in question \[m\].
-        level: f64,
-    },
-    /// Nothing shows that the rest is a contact.
-    #[error("the mass settles at {} without a sudden stop, so that may not be the ground; give the contact level", format_quantity(*level, "m", 4))]
-    NoArrival {
-        /// The level in question \[m\].
-        level: f64,
-    },
-    /// The motion does not repeat.
-    #[error(
-        "the motion does not become periodic: {unlike} of {periods} later periods are unlike the others"
-    )]
-    NotSteady {
-        /// Periods unlike the median one.
-        unlike: usize,
-        /// Periods looked at.
-        periods: usize,
-    },
-}
 
 /// What is known beforehand; whatever is `None` is found from the data.
 #[derive(Debug, Clone, Copy, PartialEq)]

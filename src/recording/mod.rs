@@ -20,6 +20,7 @@ mod impact;
 pub mod level;
 pub mod noise;
 pub mod period;
+pub mod slope;
 
 pub use assemble::GAP_FACTOR;
 pub use error::{ImportError, ImportWarning, WarningKind};

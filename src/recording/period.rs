@@ -164,18 +164,21 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
         }
         previous = Some((t, v));
     }
+    let first = (0..voltage.len()).find(|i| voltage[*i].is_finite());
+    let begins_at_top = first.is_some_and(|i| voltage[i] >= top);
     if crossings.len() < 2 {
         return Err(if crossings.is_empty() && tops.is_empty() {
             Missing::ConstantVoltage
         } else {
-            Missing::TooFewPeriods { found: 0 }
+            // A square that starts at its top has just risen.
+            let found = crossings.len().min(usize::from(begins_at_top));
+            Missing::TooFewPeriods { found }
         });
     }
     let lengths: Vec<f64> = crossings.windows(2).map(|w| w[1] - w[0]).collect();
     let usual = median_in_place(&mut lengths.clone());
     // A square that starts at its top has just risen: its first period counts too.
-    let first = (0..voltage.len()).find(|i| voltage[*i].is_finite());
-    if let Some(i) = first.filter(|i| voltage[*i] >= top)
+    if let Some(i) = first.filter(|_| begins_at_top)
         && ((crossings[0] - time.at(i)) / usual - 1.0).abs() <= REGULAR
     {
         crossings.insert(0, time.at(i));

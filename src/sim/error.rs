@@ -104,6 +104,21 @@ pub enum SimError {
     },
 }
 
+/// What a run that is given up has spent its work on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Burden {
+    /// Impacts and releases.
+    Contacts,
+    /// Corners of the drive.
+    Drive,
+    /// Steps of the usual length, too many of them.
+    Span,
+    /// Short steps over the ground.
+    Film,
+    /// Short steps elsewhere.
+    Motion,
+}
+
 impl SimError {
     pub(super) fn diverged(time: f64) -> Self {
         SimError::Diverged {
@@ -121,17 +136,28 @@ impl SimError {
         }
     }
 
-    pub(super) fn too_much(time: f64, what: &'static str, count: u64) -> Self {
-        let (parameter, advice) = if what == "events" {
-            (
+    pub(super) fn too_much(time: f64, what: &'static str, count: u64, why: Burden) -> Self {
+        let (parameter, advice) = match why {
+            Burden::Contacts => (
                 "alpha",
                 "the mass chatters on the ground; lower alpha or raise Ca0",
-            )
-        } else {
-            (
+            ),
+            Burden::Drive => (
+                "drive",
+                "it turns far more often than the device can follow; lower its frequency or thin its table, or make the span shorter",
+            ),
+            Burden::Span => (
+                "duration",
+                "the steps are as long as the fastest mode allows; make the span shorter",
+            ),
+            Burden::Film => (
                 "gp",
-                "the motion needs very small steps; make gp - dp larger, or the span shorter",
-            )
+                "the film needs very small steps; make gp - dp larger, or the span shorter",
+            ),
+            Burden::Motion => (
+                "f1",
+                "the motion needs very small steps; check frequencies, dampings and effects, or make the span shorter",
+            ),
         };
         SimError::TooMuchWork {
             time,

@@ -1,6 +1,7 @@
 //! The hybrid automaton: flight and held phases, events between them, output.
 
 use crate::model::Model;
+mod budget;
 mod contact;
 mod emit;
 
@@ -377,7 +378,12 @@ impl Runner {
         });
         self.events += 1;
         if self.events > self.options.max_events as u64 {
-            return Err(SimError::too_much(self.t, "events", self.events));
+            return Err(SimError::too_much(
+                self.t,
+                "events",
+                self.events,
+                self.burden(trace),
+            ));
         }
         Ok(())
     }
@@ -393,16 +399,6 @@ impl Runner {
         }
         let halvings = (tables.length(0) / remaining).log2().floor();
         halvings.clamp(0.0, (LEVELS - 1) as f64) as usize
-    }
-
-    /// Counts a step attempt and bounds the work.
-    fn count_step(&mut self, trace: &mut Trace) -> Result<(), SimError> {
-        self.steps += 1;
-        trace.steps += 1;
-        if self.steps > self.options.max_steps {
-            return Err(SimError::too_much(self.t, "steps", self.steps));
-        }
-        Ok(())
     }
 
     /// Takes one step of the present phase into its scratch; returns the step's length.

@@ -13,7 +13,7 @@ use crate::model::{MAX_MODES, Model};
 
 use super::crossing::first_below;
 use super::device::{Device, dot};
-use super::error::{Options, SimError};
+use super::error::{Burden, Options, SimError};
 use super::nodes::S;
 use super::runner::tables;
 use super::step::{LEVELS, Step, Tables};
@@ -540,7 +540,7 @@ impl<'a> Stretcher<'a> {
         loop {
             *steps += 1;
             if *steps > MOST_STEPS {
-                return Err(SimError::too_much(t, "steps", *steps));
+                return Err(SimError::too_much(t, "steps", *steps, Burden::Film));
             }
             let from = (&state.q[..], &state.v[..], &state.z[..]);
             let (taken, step, length) = match held {

@@ -1,6 +1,6 @@
 //! Takes over what has become of files that were opened, read or saved.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::save::save;
@@ -8,8 +8,9 @@ use crate::app::files::{FileEvent, Purpose};
 use crate::app::session::{Loaded, RecordingEntry};
 use crate::app::setup::{DriveChoice, Overlay, OverlayId};
 use crate::app::shell::{Shell, import_entry};
-use crate::app::state::Cursors;
+use crate::app::state::{About, Cursors};
 use crate::app::workspaces::tune;
+use crate::model::unit::format_quantity;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
@@ -28,7 +29,7 @@ pub fn take(shell: &mut Shell) {
                 let id = add_recording(shell, path, settings, recording, entry);
                 for warning in &read.warnings {
                     let text = format!("{}: {}", read.name, warning.message);
-                    shell.notice_of(Some(id), false, text);
+                    shell.notice_of(Some(About::Recording(id)), false, text);
                 }
             }
             FileEvent::Ask { path, preview } => {
@@ -49,13 +50,25 @@ pub fn take(shell: &mut Shell) {
                     shell.session_path = Some(path);
                 }
             }
-            FileEvent::Aligned { id, time_shift } => {
+            FileEvent::Aligned { id, found } => {
                 let overlays = &mut shell.state.setup.overlays;
                 if let Some(overlay) = overlays.iter_mut().find(|overlay| overlay.id == id) {
-                    overlay.alignment.time_shift = time_shift;
+                    overlay.alignment.time_shift = found.time_shift;
+                    let text = format!(
+                        "{}: shifted by {}; correlation {:.3} over {:.0} % of it",
+                        overlay.recording.name,
+                        format_quantity(found.time_shift, "s", 4),
+                        found.correlation.abs(),
+                        100.0 * found.share
+                    );
+                    shell.notice(false, text);
                 }
             }
-            FileEvent::Failed { message } => shell.notice(true, message),
+            FileEvent::Failed { message } => shell.fail(message),
+            FileEvent::Lost { id, message } => shell.lost(id, message),
+            FileEvent::Drive { waveform } => {
+                shell.state.setup.drive = DriveChoice::Waveform(waveform);
+            }
             FileEvent::SaveTo { purpose, path } => save(shell, purpose, path),
         }
     }
@@ -67,6 +80,9 @@ fn adopt_session(shell: &mut Shell, path: PathBuf, loaded: Loaded) {
     for text in &loaded.missing {
         shell.notice(true, text.clone());
     }
+    shell.order = (loaded.recordings.iter())
+        .filter_map(|entry| entry.path.clone())
+        .collect();
     shell.absent = loaded.recordings.clone();
     shell.session_path = Some(path);
     shell.hint = false;
@@ -77,11 +93,17 @@ fn adopt_session(shell: &mut Shell, path: PathBuf, loaded: Loaded) {
     state.paused = false;
     state.cursors = Cursors::default();
     state.selected = loaded.setup.overlays.first().map(|overlay| overlay.id);
+    shell.speed_of.clone_from(&loaded.setup.preset.model.name);
     state.setup = loaded.setup;
     state.view = loaded.view;
     for entry in &loaded.recordings {
         import_entry(&shell.files, entry);
     }
+}
+
+/// Whether a file is a preset or a session.
+fn is_toml(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "toml")
 }
 
 /// Adds a recording; one read again from the same file replaces its former self. Returns
@@ -97,11 +119,19 @@ fn add_recording(
     let former = overlays
         .iter()
         .position(|o| o.recording.path.as_deref() == Some(&path));
+    // Where it stands among files that were asked for together.
+    let order = &shell.order;
+    let rank = |path: &PathBuf| order.iter().position(|asked| asked == path);
+    let own_rank = rank(&path);
     let (alignment, color, visible) = match (&entry, former) {
         (Some(entry), _) => (entry.alignment, entry.color, entry.visible),
         (None, Some(i)) => (overlays[i].alignment, overlays[i].color, true),
         (None, None) => {
-            let color = (0..)
+            let recordings = order.iter().filter(|path| !is_toml(path));
+            let before = own_rank.map(|_| recordings.take_while(|asked| **asked != path).count());
+            let color = before
+                .into_iter()
+                .chain(0..)
                 .find(|c| overlays.iter().all(|o| o.color != *c))
                 .unwrap_or(0);
             (Alignment::default(), color, true)
@@ -109,6 +139,8 @@ fn add_recording(
     };
     if let Some(entry) = &entry {
         shell.absent.retain(|absent| absent.id != entry.id);
+        let lost = Some(About::Lost(entry.id));
+        shell.state.notices.retain(|notice| notice.about != lost);
     }
     // Data that changed take a new number: what was computed for the old one is void.
     let id = match &entry {
@@ -134,7 +166,11 @@ fn add_recording(
             }
             overlays[i] = overlay;
         }
-        None => overlays.push(overlay),
+        None => {
+            let later = |o: &Overlay| o.recording.path.as_ref().and_then(rank) > own_rank;
+            let at = own_rank.and_then(|_| overlays.iter().position(later));
+            overlays.insert(at.unwrap_or(overlays.len()), overlay);
+        }
     }
     shell.state.selected = Some(id);
     id

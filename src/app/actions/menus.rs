@@ -58,7 +58,12 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
         items(
             shell,
             ui,
-            &[C::DriveEditor, C::ResetParameters, C::ResetAll],
+            &[
+                C::DriveEditor,
+                C::LoadDrive,
+                C::ResetParameters,
+                C::ResetAll,
+            ],
         );
     });
     ui.menu_button("Recording", |ui| {
@@ -76,7 +81,11 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
     ui.menu_button("View", |ui| {
         items(shell, ui, &Picture::ALL.map(C::TogglePicture));
         ui.separator();
-        items(shell, ui, &[C::ZoomAll, C::ToggleGhost, C::ToggleTheme]);
+        items(
+            shell,
+            ui,
+            &[C::ZoomAll, C::ToggleGhost, C::SidePanel, C::ToggleTheme],
+        );
     });
     ui.menu_button("Run", |ui| {
         items(
@@ -111,8 +120,8 @@ fn items(shell: &mut Shell, ui: &mut Ui, commands: &[Command]) {
             _ => false,
         };
         let mut button = Button::selectable(mark, name);
-        if let Some(keys) = command.shortcut() {
-            button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
+        if let Some(keys) = command.keys() {
+            button = button.shortcut_text(keys);
         }
         let entry = ui.add_enabled(is_possible(shell, command), button);
         if entry.on_hover_text(line).clicked() {

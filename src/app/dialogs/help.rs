@@ -28,19 +28,20 @@ pub fn show(ui: &mut Ui, open: &mut bool) {
     }
     Window::new("Keyboard and mouse")
         .open(open)
-        .default_width(520.0)
+        .default_size([800.0, 600.0])
+        .default_pos([300.0, 60.0])
         .show(ui, |ui| {
-            ScrollArea::vertical().max_height(560.0).show(ui, |ui| {
+            ScrollArea::both().max_height(560.0).show(ui, |ui| {
                 Grid::new("keys")
                     .num_columns(3)
                     .striped(true)
                     .show(ui, |ui| {
                         for command in Command::all() {
-                            let Some(shortcut) = command.shortcut() else {
+                            let Some(keys) = command.keys() else {
                                 continue;
                             };
                             let (name, line) = command.text();
-                            ui.monospace(ui.ctx().format_shortcut(&shortcut));
+                            ui.monospace(keys);
                             ui.label(name);
                             ui.weak(line);
                             ui.end_row();

@@ -181,8 +181,11 @@ impl ImportDialog {
         for line in &self.preview.ambiguities {
             ui.colored_label(color, line);
         }
+        let said = |text: &String| self.preview.ambiguities.contains(text);
         for warning in &self.preview.warnings {
-            ui.label(&warning.message);
+            if !said(&warning.message) {
+                ui.label(&warning.message);
+            }
         }
     }
 

@@ -17,6 +17,7 @@ use crate::recording::csv::{ImportSettings, Preview};
 
 use super::command::Command;
 use super::files::Purpose;
+use super::setup::OverlayId;
 
 pub use import::ImportDialog;
 pub use palette::Palette;
@@ -36,6 +37,17 @@ fn enter(ui: &Ui, field: Id) -> bool {
         && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
+/// What a file is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A recording, a preset or a session.
+    Any,
+    /// A session's recording that is not where it was.
+    Lost(OverlayId),
+    /// A drive voltage.
+    Drive,
+}
+
 /// What the person answered.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
@@ -43,6 +55,10 @@ pub enum Answer {
     Command(Command),
     /// Open a file.
     Open(PathBuf),
+    /// A session's recording is here now.
+    Found(OverlayId, PathBuf),
+    /// Drive with the voltage in a file.
+    Drive(PathBuf),
     /// Save to a file.
     Save(Purpose, PathBuf),
     /// Import a recording so.
@@ -75,6 +91,11 @@ impl Dialogs {
     /// Asks for a file to open (`None`) or to save to.
     pub fn ask_path(&mut self, purpose: Option<Purpose>) {
         self.path = Some(PathDialog::new(purpose));
+    }
+
+    /// Asks for a file with a purpose of its own.
+    pub fn ask_file(&mut self, target: Target) {
+        self.path = Some(PathDialog::asking_for(target));
     }
 
     /// Opens the command palette.

@@ -83,10 +83,7 @@ impl Palette {
                 field.request_focus();
                 ScrollArea::vertical().max_height(360.0).show(ui, |ui| {
                     for (i, entry) in found.iter().enumerate() {
-                        let keys = entry
-                            .shortcut()
-                            .map(|keys| ui.ctx().format_shortcut(&keys))
-                            .unwrap_or_default();
+                        let keys = entry.keys().unwrap_or_default();
                         let (name, line) = entry.text();
                         let row = ui.selectable_label(
                             i == self.chosen,

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, channel};
 
 use eframe::egui::{Align2, Context, Id, TextEdit, Ui, Window};
 
-use super::{Answer, enter, escape};
+use super::{Answer, Target, enter, escape};
 use crate::app::files::Purpose;
 use crate::app::theme;
 
@@ -26,6 +26,10 @@ struct Offer {
 pub struct PathDialog {
     /// `None` opens, else saves.
     purpose: Option<Purpose>,
+    /// What a file that is opened is for.
+    target: Target,
+    /// What the text began with: a folder, so that a name is enough.
+    start: String,
     text: String,
     error: Option<String>,
     /// The existing file that the person was asked about before it is replaced.
@@ -49,6 +53,8 @@ impl PathDialog {
         let name = purpose.map_or("", Purpose::file_name);
         Self {
             purpose,
+            target: Target::Any,
+            start: folder.join("").to_string_lossy().into_owned(),
             text: folder.join(name).to_string_lossy().into_owned(),
             error: None,
             confirm: None,
@@ -56,6 +62,14 @@ impl PathDialog {
             listed: None,
             coming: None,
             offers: Vec::new(),
+        }
+    }
+
+    /// A dialog for a file with a purpose of its own.
+    pub fn asking_for(target: Target) -> Self {
+        Self {
+            target,
+            ..Self::new(None)
         }
     }
 
@@ -122,7 +136,11 @@ impl PathDialog {
         let path = self.path();
         let Some(purpose) = self.purpose else {
             if bare.is_file() {
-                return Some(Answer::Open(bare));
+                return Some(match self.target {
+                    Target::Any => Answer::Open(bare),
+                    Target::Lost(id) => Answer::Found(id, bare),
+                    Target::Drive => Answer::Drive(bare),
+                });
             }
             self.error = Some(if bare.is_dir() {
                 "this is a folder: go on with the name of a file in it".to_owned()
@@ -155,6 +173,12 @@ impl PathDialog {
 
     /// Takes a changed text: what was said about the former one is void.
     fn changed(&mut self) {
+        // A whole path typed or pasted after the folder is meant as it is.
+        if let Some(typed) = self.text.strip_prefix(&self.start)
+            && (typed.starts_with('~') || Path::new(typed).is_absolute())
+        {
+            self.text = typed.to_owned();
+        }
         self.error = None;
         self.confirm = None;
     }
@@ -166,7 +190,11 @@ impl PathDialog {
         let mut answer = enter(ui, field_id).then(|| self.accept()).flatten();
         let mut open = !escape(ui);
         let (title, action) = match self.purpose {
-            None => ("Open a file", "Open"),
+            None => match self.target {
+                Target::Any => ("Open a file", "Open"),
+                Target::Lost(_) => ("Where is the recording now?", "Open"),
+                Target::Drive => ("Open a drive (CSV with t and V)", "Open"),
+            },
             Some(_) if self.confirm.is_some() => ("Save to a file", "Replace"),
             Some(_) => ("Save to a file", "Save"),
         };
@@ -198,7 +226,8 @@ impl PathDialog {
                     if ui.button(action).clicked() {
                         answer = self.accept();
                     }
-                    if ui.button("Browse...").clicked() {
+                    // The system's dialog knows recordings, presets and sessions only.
+                    if self.target == Target::Any && ui.button("Browse...").clicked() {
                         answer = Some(Answer::Browse(self.purpose));
                     }
                     if ui.button("Cancel").clicked() {

@@ -30,12 +30,17 @@ pub fn show(ui: &mut Ui, cells: &Cells, decimal: Decimal, roles: &Roles) {
     let columns = cells.columns.min(MOST_COLUMNS);
     let color = theme::error(ui.visuals().dark_mode);
     let role = |column: usize| roles.iter().find(|(i, _)| *i == column).map(|(_, n)| *n);
+    // Few columns share the width, many are scrolled through.
+    let width = (ui.available_width() / columns.max(1) as f32 - 10.0).clamp(110.0, 260.0);
     ScrollArea::horizontal().show(ui, |ui| {
         TableBuilder::new(ui)
             .id_salt("import table")
             .striped(true)
             .max_scroll_height(150.0)
-            .columns(Column::auto().at_least(70.0), columns)
+            .columns(
+                Column::initial(width).at_least(70.0).resizable(true),
+                columns,
+            )
             .header(34.0, |mut header| {
                 for i in 0..columns {
                     header.col(|ui| {

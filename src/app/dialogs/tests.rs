@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Context, Key, Modifiers};
+use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
@@ -195,6 +195,24 @@ fn a_path_is_completed_and_opened() {
 }
 
 #[test]
+fn a_whole_path_typed_after_the_folder_is_meant_as_it_is() {
+    let (start, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let file = elsewhere.path().join("first.csv");
+    std::fs::write(&file, CSV).unwrap();
+    let mut harness = harness(|dialogs| {
+        dialogs.path = Some(PathDialog::starting_in(start.path(), None));
+    });
+    harness.run_steps(2);
+    harness
+        .get_by_role(Role::TextInput)
+        .type_text(&file.to_string_lossy());
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+    assert_eq!(harness.state().answers, [Answer::Open(file)]);
+}
+
+#[test]
 fn an_existing_file_is_replaced_only_when_confirmed() {
     let folder = tempfile::tempdir().unwrap();
     let taken = folder.path().join("mine.impactscope.toml");
@@ -286,16 +304,15 @@ fn the_palette_moves_by_arrows_and_closes_by_escape() {
 #[test]
 fn help_lists_every_command_with_a_key() {
     let mut harness = harness(Dialogs::toggle_help);
-    let context = Context::default();
     let labels: Vec<String> = harness
         .query_all_by_role(Role::Label)
         .filter_map(|node| node.accesskit_node().value())
         .collect();
     let mut count = 0;
     for command in Command::all() {
-        if let Some(keys) = command.shortcut() {
+        if let Some(keys) = command.keys() {
             count += 1;
-            for text in [command.text().0.to_owned(), context.format_shortcut(&keys)] {
+            for text in [command.text().0.to_owned(), keys] {
                 assert!(labels.contains(&text), "{text} is not among {labels:?}");
             }
         }

@@ -6,6 +6,7 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{Id, Ui};
 
 use crate::app::setup::Overlay;
+use crate::recording::slope::slopes;
 use crate::recording::{Channel, Recording};
 use crate::sim::Trace;
 
@@ -60,6 +61,18 @@ pub fn column(
     let id = Id::unique(("plot column", name));
     kept(ui, id, Source::of(trace), || {
         Pyramid::new(trace.t0, trace.dt, values(trace))
+    })
+}
+
+/// Velocity of a recording's proof mass by smoothed differences [m/s], and its range
+/// over time.
+pub fn velocity(ui: &Ui, overlay: &Overlay) -> Arc<(Vec<f64>, Pyramid)> {
+    let recording: &Arc<Recording> = &overlay.recording;
+    let id = Id::unique(("plot velocity", overlay.id));
+    kept(ui, id, Source::of(recording), || {
+        let velocity = slopes(&recording.time, &recording.proof_mass);
+        let pyramid = Pyramid::xy(&recording.time, &velocity);
+        (velocity, pyramid)
     })
 }
 

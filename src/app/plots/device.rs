@@ -5,6 +5,7 @@
 //! only the device moves. Force arrows grow with the force, the drive's and the mass's
 //! each against their own largest value in the run.
 
+mod column;
 mod moment;
 mod paint;
 mod parts;
@@ -118,7 +119,7 @@ impl Layout {
 
     /// Most that an arrow can be long.
     fn arrow(&self) -> f32 {
-        (0.2 * self.area.height()).clamp(18.0, 42.0)
+        (0.3 * self.area.height()).clamp(26.0, 70.0)
     }
 }
 
@@ -178,7 +179,7 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
         Kind::Free => scene.free(),
     }
     scene.scale_bar();
-    parts::column(&painter, &layout, &colors, &moment, &extremes, kind);
+    column::show(&painter, &layout, &colors, &moment, &extremes, kind);
     response.on_hover_text(NOTE);
 }
 

@@ -22,7 +22,7 @@ mod voltage;
 mod window;
 mod xy;
 
-use eframe::egui::{Key, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{Id, Key, Popup, RichText, ScrollArea, Ui, vec2};
 
 use super::layout;
 use super::setup::Picture;
@@ -42,7 +42,7 @@ const XY_HEIGHT: f32 = 190.0;
 /// Draws all pictures that are switched on and takes up what is done over them.
 pub fn show(ui: &mut Ui, state: &mut State) {
     let typing = ui.ctx().memory(|memory| memory.focused().is_some());
-    if !typing && ui.input(|input| input.key_pressed(Key::Escape)) {
+    if !typing && !menu_open(ui) && ui.input(|input| input.key_pressed(Key::Escape)) {
         state.cursors = Cursors::default();
     }
     let (plots, lines) = describe(ui, state);
@@ -50,8 +50,15 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let shown = |picture| state.view.pictures.contains(&picture);
     let device = shown(Picture::Device);
     let space = ui.available_size();
+    let driven = state.setup.preset.model.piezo.is_some();
+    let planes = [Picture::PhasePortrait, Picture::DriveLoop]
+        .into_iter()
+        .filter(|&picture| shown(picture) && (driven || picture != Picture::DriveLoop))
+        .collect::<Vec<_>>();
+    // With pictures below the time plots there is less room for the device.
+    let tallest = if planes.is_empty() { 200.0 } else { 150.0 };
     let device_height = if device {
-        (0.24 * space.y).clamp(130.0, 200.0)
+        (0.24 * space.y).clamp(130.0, tallest)
     } else {
         0.0
     };
@@ -62,14 +69,10 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if !plots.is_empty() {
         rest -= readout.height(space.x) + TIME_AXIS;
     }
-    let planes = [Picture::PhasePortrait, Picture::DriveLoop]
-        .into_iter()
-        .filter(|&picture| shown(picture))
-        .collect::<Vec<_>>();
     let plane_height = if plots.is_empty() {
         rest.clamp(XY_HEIGHT, 600.0)
     } else {
-        (0.3 * space.y).clamp(XY_HEIGHT, 300.0)
+        (0.26 * space.y).clamp(XY_HEIGHT, 300.0)
     };
     if !planes.is_empty() {
         rest -= plane_height + SPACING;
@@ -121,12 +124,23 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         });
 }
 
+/// Whether a menu or a list is open, or was before this frame: Escape closes that first.
+fn menu_open(ui: &Ui) -> bool {
+    let key = Id::unique("menu open before");
+    let now = Popup::is_any_open(ui.ctx());
+    let before = ui.data(|data| data.get_temp(key)).unwrap_or(false);
+    ui.data_mut(|data| data.insert_temp(key, now));
+    now || before
+}
+
 /// The pictures against time that are switched on, and lines for those that have
 /// nothing to show.
 fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
     let (mut plots, mut lines) = (Vec::new(), Vec::new());
     for picture in &state.view.pictures {
         match picture {
+            // A device without drive has no voltage to show.
+            Picture::Voltage if state.setup.preset.model.piezo.is_none() => {}
             Picture::Voltage => plots.push(voltage::describe(ui, state)),
             Picture::Trajectory => plots.push(trajectory::describe(ui, state)),
             Picture::Residual => match residual::describe(ui, state) {

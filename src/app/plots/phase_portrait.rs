@@ -1,15 +1,18 @@
-//! Velocity of the proof mass against its displacement, over the time in view.
+//! Velocity of the proof mass against its displacement, over the time in view; that of
+//! recordings by smoothed differences.
 
 use std::sync::Arc;
 
-use eframe::egui::Ui;
+use eframe::egui::{Stroke, Ui};
 
-use crate::app::setup::Picture;
+use crate::app::setup::{Overlay, Picture};
 use crate::app::snapshot::Snapshot;
 use crate::app::state::State;
+use crate::recording::Channel;
 
 use super::cache::{self, Source};
-use super::{axes, readout, style, window, xy};
+use super::curve::Placed;
+use super::{axes, readout, style, trajectory, window, xy};
 
 /// The picture, `size` points big.
 pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
@@ -26,17 +29,28 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
         cache::column(ui, name, &run.trace, |trace| &trace.proof_mass_velocity)
     };
     let (from, to) = view;
-    let x = runs
-        .iter()
-        .filter_map(|(_, run)| run.proof_mass_pyramid.value_range(from, to));
-    let y = runs
-        .iter()
-        .filter_map(|(name, run)| velocity(name, run).value_range(from, to));
+    let overlays: Vec<&Overlay> = (state.setup.overlays.iter())
+        .filter(|overlay| overlay.visible)
+        .collect();
+    let recorded = trajectory::recorded(ui, state, Channel::ProofMass);
+    let x = (runs.iter())
+        .filter_map(|(_, run)| run.proof_mass_pyramid.value_range(from, to))
+        .chain(
+            recorded
+                .iter()
+                .filter_map(|curve| curve.value_range(from, to)),
+        );
+    let y = (runs.iter())
+        .filter_map(|(name, run)| velocity(name, run).value_range(from, to))
+        .chain((overlays.iter()).filter_map(|overlay| recorded_range(ui, overlay, view)));
     let frame = [
         xy::axis("xp", "m", axes::union(x), 1e-10),
         xy::axis("vp", "m/s", axes::union(y), 1e-7),
     ];
     let mut plot = xy::XyPlot::new(Picture::PhasePortrait, frame, size);
+    for overlay in overlays {
+        add_recorded(ui, &mut plot, overlay, view);
+    }
     for (name, run) in &runs {
         let ghost = *name != "velocity";
         let color = if ghost {
@@ -65,4 +79,39 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
         }
     }
     plot
+}
+
+/// Range of a recording's velocity as it is drawn [m/s].
+fn recorded_range(ui: &Ui, overlay: &Overlay, (from, to): (f64, f64)) -> Option<(f64, f64)> {
+    let shift = overlay.alignment.time_shift;
+    let (low, high) = (cache::velocity(ui, overlay).1).value_range(from - shift, to - shift)?;
+    let scale = overlay.alignment.xp_scale;
+    Some((
+        (low * scale).min(high * scale),
+        (low * scale).max(high * scale),
+    ))
+}
+
+fn add_recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64, f64)) {
+    let recording = &overlay.recording;
+    let alignment = overlay.alignment;
+    let xp = Placed::aligned(&alignment, Channel::ProofMass);
+    let index = |t: f64| {
+        let time = t - alignment.time_shift;
+        recording.time.partition_point(|&sample| sample < time)
+    };
+    let path = xy::Path {
+        name: format!("xp of {}", recording.name),
+        slot: ("recording", overlay.id),
+        source: (Source::of(recording), alignment),
+        stroke: Stroke::new(style::THIN, style::overlay_color(ui, overlay.color)),
+        dashed: false,
+    };
+    let velocity = cache::velocity(ui, overlay);
+    plot.add(ui, path, (index(from), index(to)), |i| {
+        [
+            xp.value(recording.proof_mass[i]),
+            velocity.0[i] * alignment.xp_scale,
+        ]
+    });
 }

@@ -14,8 +14,14 @@ use super::layer::{Mark, mark};
 use super::style;
 use super::time_plot::TimePlot;
 
-/// Width of an entry [points].
-const CELL: f32 = 142.0;
+/// Width of the colour's sign and the space after it [points].
+const SIGN: f32 = 14.0;
+/// About the width of a letter of a name [points].
+const LETTER: f32 = 6.4;
+/// Room for a value, so that a changing one moves nothing [points].
+const VALUE: f32 = 76.0;
+/// Longest name that is written out [letters].
+const MOST: usize = 22;
 /// Height of a row [points].
 const ROW: f32 = 18.0;
 
@@ -92,12 +98,14 @@ impl Readout {
             add(color, "dt", Some(span), "s", None);
             let rate = (span != 0.0).then(|| 1.0 / span.abs());
             add(color, "1/dt", rate, "Hz", None);
-            let xp = |t| {
-                let snapshot = state.snapshot.as_ref()?;
-                snapshot.proof_mass_pyramid.value_at(t)
-            };
-            let difference = xp(second).zip(xp(first)).map(|(b, a)| b - a);
-            add(color, "dxp", difference, "m", None);
+            for plot in plots {
+                for curve in plot.drawn() {
+                    let ends = curve.value_at(second).zip(curve.value_at(first));
+                    let name = format!("\u{394} {}", shortened(&curve.name));
+                    let difference = ends.map(|(b, a)| b - a);
+                    add(Some(curve.color), &name, difference, plot.base, None);
+                }
+            }
         }
         let has_ground = state.setup.preset.model.has_ground;
         if has_ground && plots.iter().any(|plot| plot.events.is_some()) {
@@ -118,27 +126,39 @@ impl Readout {
         Self { entries }
     }
 
-    /// Rows that it takes in `width` [points].
-    fn rows(&self, width: f32) -> usize {
-        self.entries.len().div_ceil(columns(width))
+    /// The entries in rows of at most `width` [points].
+    fn rows(&self, width: f32) -> Vec<&[Entry]> {
+        let (mut rows, mut start, mut used) = (Vec::new(), 0, 0.0);
+        for (i, entry) in self.entries.iter().enumerate() {
+            let wide = entry.width();
+            if i > start && used + wide > width {
+                rows.push(&self.entries[start..i]);
+                (start, used) = (i, 0.0);
+            }
+            used += wide;
+        }
+        if start < self.entries.len() {
+            rows.push(&self.entries[start..]);
+        }
+        rows
     }
 
     /// Height of all rows [points].
     pub fn height(&self, width: f32) -> f32 {
-        self.rows(width) as f32 * ROW
+        self.rows(width).len() as f32 * ROW
     }
 
     /// Draws it over the whole width. Returns the key of a curve that is to be switched.
     pub fn show(&self, ui: &mut Ui) -> Option<String> {
         let mut switched = None;
-        let columns = columns(ui.available_width());
-        for row in self.entries.chunks(columns) {
+        for row in self.rows(ui.available_width()) {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing = vec2(4.0, 0.0);
                 for entry in row {
                     let layout = Layout::left_to_right(Align::Center);
-                    ui.allocate_ui_with_layout(vec2(CELL - 4.0, ROW), layout, |ui| {
-                        ui.set_min_size(vec2(CELL - 4.0, ROW));
+                    let size = vec2(entry.width() - 4.0, ROW);
+                    ui.allocate_ui_with_layout(size, layout, |ui| {
+                        ui.set_min_size(size);
                         if entry.show(ui) {
                             switched = entry.switch.as_ref().map(|switch| switch.key.clone());
                         }
@@ -150,18 +170,17 @@ impl Readout {
     }
 }
 
-/// A name that leaves room for a value.
+/// A name that leaves room for others: without the usual ending, and where it is still
+/// long without its middle, since names of a series differ at the end.
 fn shortened(name: &str) -> String {
-    const MOST: usize = 9;
-    if name.chars().count() <= MOST {
+    let name = name.strip_suffix(".csv").unwrap_or(name);
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= MOST {
         return name.to_owned();
     }
-    let start: String = name.chars().take(MOST - 1).collect();
-    format!("{}\u{2026}", start.trim_end())
-}
-
-fn columns(width: f32) -> usize {
-    ((width / CELL) as usize).max(1)
+    let start: String = letters[..MOST - 11].iter().collect();
+    let end: String = letters[letters.len() - 10..].iter().collect();
+    format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
 }
 
 /// Time that is read off [s].
@@ -170,6 +189,13 @@ pub fn time(state: &State) -> Option<f64> {
 }
 
 impl Entry {
+    /// Width it takes, whatever its value [points].
+    fn width(&self) -> f32 {
+        let name = LETTER * shortened(&self.name).chars().count() as f32;
+        let value = if self.mark.is_some() { 0.0 } else { VALUE };
+        SIGN + name + value + 10.0
+    }
+
     /// Draws it; true when its curve is to be switched.
     fn show(&self, ui: &mut Ui) -> bool {
         let hidden = self.switch.as_ref().is_some_and(|switch| switch.hidden);
@@ -211,5 +237,18 @@ impl Entry {
         response
             .on_hover_text(format!("{}\nClick to {verb} it.", self.name))
             .clicked()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened;
+
+    #[test]
+    fn names_of_a_series_stay_apart() {
+        assert_eq!(shortened("xp oscillator-1.csv"), "xp oscillator-1");
+        let long = |n| shortened(&format!("xp measurement of the third device {n}.csv"));
+        assert_ne!(long("0001"), long("0002"));
+        assert!(long("0001").chars().count() <= 22);
     }
 }

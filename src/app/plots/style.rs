@@ -1,5 +1,6 @@
-//! Colours and sizes of all pictures, for dark and light: Okabe and Ito's palette, which
-//! the colour-blind can tell apart, darkened where it would be faint on white.
+//! Colours and sizes of all pictures, for dark and light, after Okabe and Ito's palette,
+//! which the colour-blind can tell apart, darkened where it would be faint on white. What
+//! is simulated is blue, what was recorded is not.
 
 use eframe::egui::{Color32, Ui};
 
@@ -52,8 +53,8 @@ const fn rgb(hex: u32) -> Color32 {
 
 const DARK: Palette = Palette {
     proof_mass: rgb(0x56b4e9),
-    cantilever: rgb(0xa8b4c0),
-    voltage: rgb(0xf0e442),
+    cantilever: rgb(0x8ea9d8),
+    voltage: rgb(0x7fb2ff),
     ghost: rgb(0x9a8fb8),
     ground: rgb(0xb0aca4),
     contact: Color32::from_rgba_premultiplied(28, 25, 16, 44),
@@ -76,8 +77,8 @@ const DARK: Palette = Palette {
 
 const LIGHT: Palette = Palette {
     proof_mass: rgb(0x0072b2),
-    cantilever: rgb(0x6b7885),
-    voltage: rgb(0x8a6d00),
+    cantilever: rgb(0x6078b0),
+    voltage: rgb(0x2a5bc0),
     ghost: rgb(0x8a7ab0),
     ground: rgb(0x6a655c),
     contact: Color32::from_rgba_premultiplied(44, 37, 18, 48),
@@ -113,17 +114,17 @@ pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
         rgb(0xe69f00),
         rgb(0x00b386),
         rgb(0xcc79a7),
-        rgb(0xe8702a),
-        rgb(0x8ad0f5),
-        rgb(0xc0b040),
+        rgb(0xe8602a),
+        rgb(0xb5d85a),
+        rgb(0xd8c890),
     ];
     const LIGHT: [Color32; 6] = [
         rgb(0xc07f00),
         rgb(0x008a64),
         rgb(0xb0528a),
         rgb(0xc44a00),
-        rgb(0x2f8fc4),
-        rgb(0x857800),
+        rgb(0x6a8a00),
+        rgb(0x7a6640),
     ];
     let colors = if ui.visuals().dark_mode { DARK } else { LIGHT };
     colors[index % colors.len()]

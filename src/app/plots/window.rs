@@ -133,11 +133,13 @@ pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
     // The first click of a double click has moved a cursor: it goes back.
     let before = Id::unique("cursors before click");
     if response.double_clicked() {
-        if let Some(cursors) = ui.data(|data| data.get_temp::<(Option<f64>, Option<f64>)>(before)) {
+        // Both clicks may come in one frame: then there is nothing to go back to.
+        let kept = ui.data_mut(|data| data.remove_temp::<(Option<f64>, Option<f64>)>(before));
+        if let Some(cursors) = kept {
             (state.cursors.first, state.cursors.second) = cursors;
         }
         show_all(state);
-    } else if response.clicked() {
+    } else if response.clicked() && !response.triple_clicked() {
         let Cursors { first, second, .. } = state.cursors;
         ui.data_mut(|data| data.insert_temp(before, (first, second)));
         if ui.input(|input| input.modifiers.contains(Modifiers::SHIFT)) {

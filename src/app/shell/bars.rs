@@ -1,19 +1,17 @@
-//! Menu bar, notices, hint and status bar of the window; what is dropped on it.
+//! Menu bar, hint and status bar of the window; what is dropped on it.
 
 use std::path::PathBuf;
 
-use eframe::egui::{self, Panel, RichText, Ui};
+use eframe::egui::{self, Panel, Ui};
 
 use super::Shell;
-use crate::app::command::Command;
+use crate::app::files::absolute;
+use crate::app::snapshot::LiveState;
 use crate::app::{actions, first_start, theme, workspaces};
-use crate::model::unit::format_number;
-
-/// Notices shown at once.
-const NOTICES: usize = 6;
+use crate::model::unit::format_quantity;
 
 impl Shell {
-    /// Menus, workspace tabs, notices and the first start's hint.
+    /// Menus, workspace tabs and the first start's hint.
     pub(super) fn top(&mut self, ui: &mut Ui) {
         Panel::top("menu").show(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
@@ -27,57 +25,8 @@ impl Shell {
                 }
             });
         });
-        if self.state.notices.is_empty() && !self.hint {
-            return;
-        }
-        Panel::top("notices").show(ui, |ui| {
-            self.notices(ui);
-            if self.hint {
-                self.hint(ui);
-            }
-        });
-    }
-
-    /// Lines that stay until they are dismissed.
-    fn notices(&mut self, ui: &mut Ui) {
-        let dark = ui.visuals().dark_mode;
-        let mut dismissed = None;
-        let mut reopen = None;
-        for (i, notice) in self.state.notices.iter().enumerate().take(NOTICES) {
-            ui.horizontal_wrapped(|ui| {
-                let mut text = RichText::new(&notice.text);
-                if notice.is_error {
-                    text = text.color(theme::error(dark));
-                }
-                if ui.small_button("Dismiss").clicked() {
-                    dismissed = Some(i);
-                }
-                if let Some(id) = notice.recording
-                    && self.state.setup.overlays.iter().any(|o| o.id == id)
-                    && ui.small_button("Import settings...").clicked()
-                {
-                    reopen = Some(id);
-                }
-                ui.label(text);
-            });
-        }
-        let count = self.state.notices.len();
-        if count > 1 {
-            ui.horizontal(|ui| {
-                if ui.small_button("Dismiss all").clicked() {
-                    self.state.notices.clear();
-                }
-                if count > NOTICES {
-                    ui.weak(format!("and {} more", count - NOTICES));
-                }
-            });
-        }
-        if let Some(i) = dismissed.filter(|&i| i < self.state.notices.len()) {
-            self.state.notices.remove(i);
-        }
-        if let Some(id) = reopen {
-            self.state.selected = Some(id);
-            self.state.ask(Command::ImportSettings);
+        if self.hint {
+            Panel::top("hint").show(ui, |ui| self.hint(ui));
         }
     }
 
@@ -104,8 +53,7 @@ impl Shell {
                 };
                 let trace = &snapshot.trace;
                 if let Some(live) = snapshot.live {
-                    let speed = format_number(live.speed, 2);
-                    ui.weak(format!("live: {speed} simulated seconds per second"));
+                    ui.weak(live_speed(live));
                 } else {
                     ui.weak(format!(
                         "{} samples, {} steps, {} events in {:.1} ms",
@@ -151,6 +99,7 @@ impl Shell {
             (paths, !input.raw.hovered_files.is_empty())
         });
         for path in dropped {
+            self.order.push(absolute(path.clone()));
             self.files.open(path);
         }
         if hovering {
@@ -166,5 +115,17 @@ impl Shell {
                 egui::Color32::WHITE,
             );
         }
+    }
+}
+
+/// How fast a live run really goes.
+fn live_speed(live: LiveState) -> String {
+    if live.paused {
+        "live: paused".to_owned()
+    } else if live.speed > 0.0 {
+        let takes = format_quantity(1e-3 / live.speed, "s", 2);
+        format!("live: 1 ms of the device takes {takes}")
+    } else {
+        "live: starting".to_owned()
     }
 }

@@ -9,6 +9,7 @@ use eframe::egui::Ui;
 use super::Shell;
 use crate::app::session::{self, RecordingEntry, SessionError};
 use crate::app::setup::{Setup, View};
+use crate::app::state::Notice;
 
 /// Quiet time before the session is autosaved [s].
 const AUTOSAVE_AFTER: f64 = 2.0;
@@ -126,6 +127,27 @@ impl Shell {
             if let Some(problem) = self.autosave.problem() {
                 log::error!("the session is not saved: {problem}");
             }
+        }
+    }
+}
+
+/// The autosaved session, if there is one that can be read; one that cannot is kept.
+pub(super) fn restore(notices: &mut Vec<Notice>) -> Option<session::Loaded> {
+    let path = session::autosave_path()?;
+    if !path.exists() {
+        return None;
+    }
+    match session::load(&path) {
+        Ok(loaded) => Some(loaded),
+        Err(error) => {
+            let kept = match session::keep_unreadable(&path) {
+                Ok(kept) => format!("a copy was kept as {}", kept.display()),
+                Err(error) => format!("no copy could be kept: {error}"),
+            };
+            let text =
+                format!("The last session could not be opened, a new one begins; {kept}. {error}");
+            notices.push(Notice::new(true, text));
+            None
         }
     }
 }

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use eframe::egui::{self, Ui, ViewportCommand};
 
 use super::Shell;
+use crate::app::AppError;
 use crate::app::setup::Mode;
 
 /// Quiet frames before the picture is taken.
@@ -14,12 +15,20 @@ const SETTLED_FRAMES: u32 = 12;
 const PATIENCE: f64 = 120.0;
 
 /// Outcome of `--screenshot`, handed out of the event loop.
-pub type PictureOutcome = Arc<Mutex<Option<Result<(), String>>>>;
+pub type PictureOutcome = Arc<Mutex<Option<Result<(), AppError>>>>;
 
 /// A picture to be taken: where to, and for how many frames the window is quiet.
 pub(super) type Wanted = (PathBuf, u32);
 
 impl Shell {
+    /// Says that something failed; a picture of the window is then no success.
+    pub(in crate::app) fn fail(&mut self, message: String) {
+        if self.picture.is_some() {
+            self.failed.get_or_insert_with(|| message.clone());
+        }
+        self.notice(true, message);
+    }
+
     /// Whether there is more to come without anybody's doing.
     fn is_busy(&self) -> bool {
         let state = &self.state;
@@ -52,6 +61,7 @@ impl Shell {
         if *frames != SETTLED_FRAMES {
             return;
         }
+        let failed = self.failed.take();
         let (path, outcome, context) = (path.clone(), Arc::clone(&self.outcome), ui.ctx().clone());
         let callback = egui::ScreenshotCallback::new(move |image| {
             let [width, height] = image.size;
@@ -62,7 +72,8 @@ impl Shell {
                 height as u32,
                 image::ColorType::Rgba8,
             )
-            .map_err(|error| format!("{}: {error}", path.display()));
+            .map_err(|error| AppError::Screenshot(format!("{}: {error}", path.display())))
+            .and_then(|()| failed.map_or(Ok(()), |message| Err(AppError::File(message))));
             *outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
             context.send_viewport_cmd(ViewportCommand::Close);
         });

@@ -18,7 +18,10 @@ fn preset(name: &str) -> Preset {
 }
 
 fn harness(preset: Preset) -> Harness<'static, Shell> {
-    let options = WindowOptions::default();
+    harness_of(preset, WindowOptions::default())
+}
+
+fn harness_of(preset: Preset, options: WindowOptions) -> Harness<'static, Shell> {
     let shell = Shell::new(
         &Context::default(),
         options,
@@ -144,4 +147,129 @@ fn a_wrong_value_is_said_and_the_last_curve_stays() {
     assert!(refusal.message.contains("must exceed dp"), "{refusal:?}");
     let shown = state.snapshot.as_ref().unwrap();
     assert_eq!(shown.model.parameters[ParameterId::Gp], 70e-6);
+}
+
+#[test]
+fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
+    let mut harness = harness(preset("paper"));
+    wait(&mut harness, |_| true);
+    let place = |harness: &Harness<'_, Shell>| {
+        let slider = harness
+            .query_all_by_role(Role::Slider)
+            .find(|n| {
+                n.accesskit_node()
+                    .label()
+                    .is_some_and(|l| l.starts_with("alpha, "))
+            })
+            .unwrap();
+        slider.rect()
+    };
+    let before = place(&harness);
+    harness.state_mut().notice(false, "Saved a file");
+    harness.state_mut().notice(true, "something failed");
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Saved a file").is_some());
+    assert_eq!(place(&harness), before);
+    // 120 frames a second for ten seconds.
+    harness.run_steps(1200);
+    assert!(harness.query_by_label("Saved a file").is_none());
+    assert!(harness.query_by_label("something failed").is_some());
+    harness
+        .get_by_role_and_label(Role::Button, "Dismiss")
+        .click();
+    harness.run_steps(3);
+    assert!(harness.state().state.notices.is_empty());
+    // Nor does what is said at a slider.
+    let parameters = &mut harness.state_mut().state.setup.preset.model.parameters;
+    parameters.set(ParameterId::Gp, 50e-6);
+    harness.run_steps(3);
+    assert!(
+        harness
+            .query_all_by_label_contains("must exceed dp")
+            .next()
+            .is_some()
+    );
+    assert_eq!(place(&harness), before);
+}
+
+/// Draws until all files are read.
+fn read_all(harness: &mut Harness<'_, Shell>) {
+    for _ in 0..1000 {
+        harness.run_steps(1);
+        if harness.state().files.pending() == 0 {
+            return harness.run_steps(2);
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    panic!("the files were not read");
+}
+
+fn recording(samples: u32) -> String {
+    let rows = (0..samples).map(|i| format!("{i}e-5,0,{}\n", i % 7));
+    "t [s],V [V],xp [um]\n".to_owned() + &rows.collect::<String>()
+}
+
+#[test]
+fn recordings_stand_in_the_order_in_which_they_were_named() {
+    let folder = tempfile::tempdir().unwrap();
+    // The first takes longest to read.
+    let files = [("long.csv", 200_000), ("b.csv", 300), ("a.csv", 200)].map(|(name, samples)| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, recording(samples)).unwrap();
+        path
+    });
+    let options = WindowOptions {
+        files: files.to_vec(),
+        ..WindowOptions::default()
+    };
+    let mut harness = harness_of(preset("paper"), options);
+    read_all(&mut harness);
+    let overlays = &harness.state().state.setup.overlays;
+    let shown: Vec<_> = overlays
+        .iter()
+        .map(|o| (o.recording.name.as_str(), o.color))
+        .collect();
+    assert_eq!(shown, [("long.csv", 0), ("b.csv", 1), ("a.csv", 2)]);
+}
+
+#[test]
+fn a_recording_of_a_session_that_was_moved_is_located() {
+    let folder = tempfile::tempdir().unwrap();
+    let (before, after) = (
+        folder.path().join("a.csv"),
+        folder.path().join("moved/b.csv"),
+    );
+    std::fs::write(&before, recording(300)).unwrap();
+    let options = WindowOptions {
+        files: vec![before.clone()],
+        ..WindowOptions::default()
+    };
+    let mut first = harness_of(preset("paper"), options);
+    read_all(&mut first);
+    let saved = folder.path().join("s.impactscope.toml");
+    let state = &first.state().state;
+    session::save(&saved, &state.setup, &state.view, &[]).unwrap();
+    std::fs::create_dir(folder.path().join("moved")).unwrap();
+    std::fs::rename(&before, &after).unwrap();
+    let options = WindowOptions {
+        files: vec![saved],
+        ..WindowOptions::default()
+    };
+    let mut second = harness_of(preset("paper"), options);
+    read_all(&mut second);
+    read_all(&mut second);
+    assert!(second.state().state.setup.overlays.is_empty());
+    second.get_by_label("Locate...").click();
+    second.run_steps(6);
+    // The folder stands there already: a whole path takes its place.
+    second
+        .get_by_role_and_label(Role::TextInput, "Path:")
+        .type_text(&after.to_string_lossy());
+    second.run_steps(2);
+    second.key_press(Key::Enter);
+    second.run_steps(3);
+    read_all(&mut second);
+    let overlays = &second.state().state.setup.overlays;
+    assert_eq!(overlays[0].recording.path.as_deref(), Some(&*after));
+    assert!(second.state().state.notices.is_empty());
 }

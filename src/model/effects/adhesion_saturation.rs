@@ -1,6 +1,6 @@
 //! `adhesion_saturation`: adhesion that grows ever more slowly with contact time.
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -10,6 +10,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "Adhesion grows fast at first and then levels off, in place of a straight line in contact time.",
     law: "f_a = Ca0 + dF ((1 - s)(1 - exp(-t/tau)) + s ln(1 + t/tau))",
     source: "capillary nucleation: Szoszkiewicz and Riedo, Phys. Rev. Lett. 95, 135502 (2005)",
+    needs: Need::Ground,
     parameters: &[
         ParameterSpec {
             id: "dF",

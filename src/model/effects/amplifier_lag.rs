@@ -1,6 +1,6 @@
 //! `amplifier_lag`: the film sees the voltage late, through the amplifier's resistance.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::{Segment, Shape};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::Branch;
@@ -19,6 +19,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The amplifier charges the film with a delay, so that voltage edges excite the modes less.",
     law: "gc(V_l, V_l'),  tau V_l' = V - V_l",
     source: "first-order charging of the film's capacitance through the source resistance",
+    needs: Need::Drive,
     parameters: &[ParameterSpec {
         id: "tau",
         symbol: "τ",

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -12,6 +12,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The base shakes steadily, which moves both points, also while the mass is stuck.",
     law: "F = -M [1, 1] a sin(2 pi f t + phase)",
     source: "base excitation, e.g. Clough and Penzien, Dynamics of Structures, 1993, section 2-5",
+    needs: Need::Nothing,
     parameters: &[
         ParameterSpec {
             id: "a",

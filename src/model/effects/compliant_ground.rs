@@ -5,7 +5,7 @@
 //! leaves when it comes up to that level; how fast it rebounds follows from the law, and
 //! `alpha` has no bearing. The film goes on as in eq (10).
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect. With the defaults a mass that comes at 0.2 m/s sinks in by a third of a
@@ -16,6 +16,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The ground gives way: the mass sinks in, contacts take time, and the level while stuck moves with the load.",
     law: "F = k d^1.5 (1 + chi d') - f_a,  d = -dp - xp > 0",
     source: "Hunt and Crossley, J. Appl. Mech. 42, 440 (1975); adhesion as a constant pull-off force while touching: Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314 (1975)",
+    needs: Need::Ground,
     parameters: &[
         ParameterSpec {
             id: "k",

@@ -1,6 +1,6 @@
 //! `cubic_stiffness`: a spring that hardens or softens with deflection.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -10,6 +10,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The spring hardens (or softens) with deflection, so that the frequency of a ring changes with its size.",
     law: "F = -k3 xp^3",
     source: "Duffing's oscillator, e.g. Nayfeh and Mook, Nonlinear Oscillations, 1979",
+    needs: Need::Nothing,
     parameters: &[ParameterSpec {
         id: "k3",
         symbol: "k3",

@@ -4,7 +4,7 @@
 //! mass whose velocity comes to zero goes on the other way, or stays where it is until the
 //! structure pulls it with more than `fc`. On the ground friction adds to adhesion.
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -14,6 +14,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "Something rubs: a ring dies away along straight lines, and small forces no longer move the mass.",
     law: "F = -fc sign(xp'),  |F| <= fc at rest",
     source: "Coulomb friction, e.g. den Hartog, Mechanical Vibrations, 1934, section 8.4",
+    needs: Need::Nothing,
     parameters: &[ParameterSpec {
         id: "fc",
         symbol: "fc",

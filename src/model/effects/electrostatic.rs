@@ -1,6 +1,6 @@
 //! `electrostatic`: attraction between the driven electrode and the ground.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// Vacuum permittivity [F/m], CODATA 2018.
@@ -15,6 +15,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The voltage pulls the proof mass to the ground, whatever its sign, and the more the nearer it is.",
     law: "F = -1/2 eps0 A V^2 / (xp + g)^2",
     source: "parallel plates, e.g. Senturia, Microsystem Design, 2001, section 6.4",
+    needs: Need::Drive,
     parameters: &[
         ParameterSpec {
             id: "A",

@@ -1,6 +1,6 @@
 //! `extra_mode`: a further vibration mode of the structure.
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::structure::{Mode, Structure};
 
@@ -36,6 +36,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "A further vibration mode rings after every step and impact, in a fixed ratio of the two readings.",
     law: "q'' + 2 zeta w q' + w^2 q = phi . F,  x = ... + phi q",
     source: "modal superposition; third bending mode of the Euler-Bernoulli beam of the presets",
+    needs: Need::Nothing,
     parameters: &[
         ParameterSpec {
             id: "f",

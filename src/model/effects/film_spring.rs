@@ -1,6 +1,6 @@
 //! `film_spring`: the gas of the film is compressed before it flows away.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -10,6 +10,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The gas under the mass is compressed before it flows away, so that the film's force comes late.",
     law: "tau F' + F = -Cs xp' / (xp + gp)^3",
     source: "squeeze number: Blech, J. Lubrication Technol. 105, 615 (1983)",
+    needs: Need::Ground,
     parameters: &[ParameterSpec {
         id: "tau",
         symbol: "τ",

@@ -1,6 +1,6 @@
 //! `gap_step`: the ground is higher or lower from one instant on.
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
@@ -11,6 +11,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "From one moment on the ground is higher (a particle) or lower (wear); flight is as before.",
     law: "contact at xp = -dp + h for t >= t0",
     source: "a particle or wear under the mass",
+    needs: Need::Ground,
     parameters: &[
         ParameterSpec {
             id: "h",

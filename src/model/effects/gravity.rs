@@ -1,6 +1,6 @@
 //! `gravity`: the weight of the proof mass.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -10,6 +10,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The weight of the proof mass pulls it down; on a spring it only moves the zero.",
     law: "F = -m g",
     source: "standard gravity, CGPM 1901",
+    needs: Need::Nothing,
     parameters: &[ParameterSpec {
         id: "g",
         symbol: "g",

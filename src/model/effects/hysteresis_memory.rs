@@ -14,7 +14,7 @@
 //! branches (the paper's meet at 8 V), for a smaller amplitude the drive is weaker and the
 //! loop narrower in proportion, and it closes.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::{Branch, Piezo};
@@ -32,6 +32,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The drive remembers the extremes of the voltage: its loops close at every amplitude and are narrower at small ones.",
     law: LAW,
     source: "Prandtl-Ishlinskii operators: Visintin, Differential Models of Hysteresis, 1994, chapter III; uniform density gives Rayleigh's loops",
+    needs: Need::Drive,
     parameters: &[
         ParameterSpec {
             id: "s",

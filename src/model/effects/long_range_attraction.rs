@@ -1,6 +1,6 @@
 //! `long_range_attraction`: the ground pulls before it is touched.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
 /// The mass is never nearer than this share of `h0`: the force stays finite.
@@ -13,6 +13,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "Charges or van der Waals forces pull the mass over the last micrometres before it touches.",
     law: "F = -A (h0 / (xp + dp + h0))^n",
     source: "power laws of surface forces, e.g. Israelachvili, Intermolecular and Surface Forces, 2011, chapter 13",
+    needs: Need::Ground,
     parameters: &[
         ParameterSpec {
             id: "A",

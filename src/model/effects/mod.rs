@@ -65,10 +65,23 @@ pub struct EffectSpec {
     pub law: &'static str,
     /// Where the law is from.
     pub source: &'static str,
+    /// What a device must have for it to do anything.
+    pub needs: Need,
     /// Its parameters, with defaults and ranges.
     pub parameters: &'static [ParameterSpec],
     /// Builds the action for values in the order of `parameters`.
     pub build: fn(&[f64], &Surroundings<'_>) -> Box<dyn Action>,
+}
+
+/// What a device must have for an effect to do anything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// Any device will do.
+    Nothing,
+    /// A ground: contact, adhesion or a film over it.
+    Ground,
+    /// A drive.
+    Drive,
 }
 
 /// The device that an effect is built into.

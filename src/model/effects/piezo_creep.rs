@@ -1,6 +1,6 @@
 //! `piezo_creep`: the drive goes on growing slowly after a step of the voltage.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -10,6 +10,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "After each step of the voltage the drive creeps on for a while, in both readings and while stuck.",
     law: "F = eta (gc + c z),  tau z' = gc - z",
     source: "linear creep operator: Jung and Gweon, Rev. Sci. Instrum. 71, 1896 (2000)",
+    needs: Need::Drive,
     parameters: &[
         ParameterSpec {
             id: "c",

@@ -1,6 +1,6 @@
 //! `quadratic_drag`: inertial drag of the gas on the proof mass, `-cd xp' |xp'|`.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -10,6 +10,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The gas brakes fast motion more than in proportion, so that a large ring dies away faster than a small one.",
     law: "F = -cd xp' |xp'|",
     source: "drag at high Reynolds number, e.g. Landau and Lifshitz, Fluid Mechanics, section 45",
+    needs: Need::Nothing,
     parameters: &[ParameterSpec {
         id: "cd",
         symbol: "cd",

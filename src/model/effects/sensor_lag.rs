@@ -1,6 +1,6 @@
 //! `sensor_lag`: the readings are late.
 
-use super::{Action, EffectSpec, Kinematics};
+use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::sensor::Point;
 
@@ -11,6 +11,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "Both readings are late against the voltage: by a fixed delay, a first-order lag, or both.",
     law: "y(t) = r(t - d),  tau r' = x - r",
     source: "delay of a vibrometer's decoder and filters",
+    needs: Need::Nothing,
     parameters: &[
         ParameterSpec {
             id: "tau",

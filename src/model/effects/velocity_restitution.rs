@@ -1,6 +1,6 @@
 //! `velocity_restitution`: bounces that lose more the faster they are.
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -10,6 +10,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "A fast impact keeps a smaller share of its speed than a slow one.",
     law: "alpha(v) = alpha (v / v0)^-n, at most 1",
     source: "plastic contact, n = 1/4: Johnson, Contact Mechanics, 1985, section 11.5",
+    needs: Need::Ground,
     parameters: &[
         ParameterSpec {
             id: "n",

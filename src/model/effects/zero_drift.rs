@@ -1,6 +1,6 @@
 //! `zero_drift`: the zero of the readings moves.
 
-use super::{Action, EffectSpec};
+use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::sensor::Point;
 
@@ -11,6 +11,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     sentence: "The zero of both readings moves with time: all levels, the contact level too, move together.",
     law: "reading += a (1 - exp(-t/tau)) + b t",
     source: "settling of an instrument; the paper saw up to 20 um from cycle to cycle",
+    needs: Need::Nothing,
     parameters: &[
         ParameterSpec {
             id: "a",

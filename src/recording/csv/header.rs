@@ -60,20 +60,20 @@ pub(super) fn map_header(
             continue;
         };
         taken[chosen] = true;
-        for &other in named
-            .iter()
-            .filter(|i| **i != chosen && rank(i) == rank(&chosen))
-        {
+        // Two columns of one quantity, whatever their units or names: only a person knows
+        // which is meant.
+        for &other in named.iter().filter(|i| **i != chosen) {
             taken[other] = true;
             mapping.warn(
                 WarningKind::DuplicateColumn,
                 Some(line),
                 format!(
-                    "columns {} and {} are both {}; column {} is used",
+                    "column {} (\"{}\") is used for {}, but column {} (\"{}\") could be meant too; choose it in the import settings, or rename it",
                     chosen + 1,
-                    other + 1,
+                    cells[chosen].trim(),
                     role.symbol(),
-                    chosen + 1
+                    other + 1,
+                    cells[other].trim()
                 ),
             );
         }

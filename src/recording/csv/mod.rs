@@ -229,6 +229,34 @@ pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportEr
     read_auto(name, bytes, None)
 }
 
+/// The voltage of a file whose header names time and voltage; it needs no displacement.
+/// `(times [s], volts [V])` without missing samples.
+///
+/// # Errors
+/// As [`import_auto`], and if there is no voltage.
+pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> {
+    let file = path.display().to_string();
+    let bytes = text::read_file(path, None)?;
+    let preview = preview_bytes(&file, &bytes)?;
+    let mut settings = preview.settings;
+    let no_voltage = || ImportError::NoVoltageColumn {
+        file: file.clone(),
+        line: settings.skip_lines.max(1),
+    };
+    let voltage = settings.voltage.clone().ok_or_else(no_voltage)?;
+    if settings.proof_mass.is_none() {
+        // A recording has a displacement: the voltage's numbers stand in for it, unread.
+        settings.proof_mass = Some(ColumnChoice {
+            unit: "m".to_owned(),
+            ..voltage
+        });
+    } else if let Some(problem) = preview.problem {
+        return Err(problem);
+    }
+    let recording = read(&file, &bytes, &settings, Vec::new(), None)?;
+    recording.drive_table().ok_or_else(no_voltage)
+}
+
 fn read_auto(
     file: &str,
     bytes: &[u8],

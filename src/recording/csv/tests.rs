@@ -179,6 +179,16 @@ fn headers_with_doubts() {
         (kinds(&r), r.proof_mass[0]),
         (vec![WarningKind::DuplicateColumn], 1e-6)
     );
+    // Other units and other names of the same quantity are as doubtful.
+    for (header, first) in [
+        ("t [s],xp [nm],xp [um]", 1e-9),
+        ("t [s],x [um],xp [um]", 2e-6),
+    ] {
+        let r = auto(&format!("{header}\n0,1,2\n1e-5,3,4\n"));
+        assert_eq!(kinds(&r), [WarningKind::DuplicateColumn], "{header}");
+        assert_eq!(r.proof_mass[0], first, "{header}");
+        assert!(r.warnings[0].message.contains("import settings"));
+    }
     let r = auto("0,8,1\n1e-5,8,2\n");
     assert_eq!(
         (kinds(&r), r.proof_mass[0]),

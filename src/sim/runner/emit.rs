@@ -1,5 +1,6 @@
 //! Samples cut out of the steps of either phase.
 
+use super::super::device::dot;
 use super::super::output::{FastModes, Sample, Sink};
 use super::super::trace::Trace;
 use super::Runner;
@@ -33,11 +34,15 @@ impl Runner {
                 fast.restart();
             }
             let states = device.has_effects().then(|| self.flight.states_at(s));
-            let (xp, vp) = fast.add(p.value_and_slope(s, h), &device.phi_p);
-            let (xc, vc) = if device.has_cantilever {
-                fast.add(c.value_and_slope(s, h), &device.phi_c)
-            } else {
-                (0.0, 0.0)
+            // The start of a step is known exactly: a run starts where it is said to.
+            let (xp, vp) = match s {
+                0.0 => (dot(&device.phi_p, &self.q), dot(&device.phi_p, &self.v)),
+                _ => fast.add(p.value_and_slope(s, h), &device.phi_p),
+            };
+            let (xc, vc) = match s {
+                _ if !device.has_cantilever => (0.0, 0.0),
+                0.0 => (dot(&device.phi_c, &self.q), dot(&device.phi_c, &self.v)),
+                _ => fast.add(c.value_and_slope(s, h), &device.phi_c),
             };
             let sample = Sample {
                 t,

@@ -46,6 +46,8 @@ pub(super) struct Moment {
     pub pull_off: Option<f64>,
     /// All effects on the mass [N].
     pub effects: Option<f64>,
+    /// What they are called: the one that is on, or all together.
+    pub effects_name: &'static str,
 }
 
 /// Two neighbouring samples and the place between them.
@@ -141,6 +143,10 @@ impl Moment {
             ground: read(forces.map(|f| &f.ground)).filter(|_| since.is_some()),
             pull_off: read(forces.map(|f| &f.pull_off)).filter(|_| since.is_some()),
             effects: read(forces.map(|f| &f.effects)).filter(|f| *f != 0.0),
+            effects_name: match snapshot.model.effects.as_slice() {
+                [only] => only.spec.name,
+                _ => "effects",
+            },
         };
         if forces.is_none() {
             moment.film = (snapshot.model.has_ground && since.is_none())
@@ -248,11 +254,19 @@ impl Extremes {
             (low, high) = (-1e-6, 1e-6);
         }
         if let Some(old) = previous.filter(|_| snapshot.live.is_some()) {
+            // A picture whose scale changes cannot be read: it grows when it must, by
+            // enough not to grow soon again, and shrinks only for far smaller motions.
             let fits = old.low <= low && old.high >= high;
-            if fits && high - low > 0.6 * (old.high - old.low) {
+            if fits && high - low > 0.25 * (old.high - old.low) {
                 (low, high) = (old.low, old.high);
             } else {
-                high += 0.1 * (high - low);
+                let more = 0.25 * (high - low);
+                low = if low < old.low && low < ground {
+                    low - more
+                } else {
+                    low
+                };
+                high += more;
             }
         }
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };

@@ -197,7 +197,7 @@ fn values_are_read_out_at_the_cursors() {
     harness.get_by_label("10 ms");
     harness.get_by_label("20 ms");
     harness.get_by_label("50 Hz");
-    harness.get_by_label("dxp");
+    harness.get_by_label("\u{394} xp");
 }
 
 fn click(harness: &mut Harness<'_, State>, at: Pos2, modifiers: Modifiers) {

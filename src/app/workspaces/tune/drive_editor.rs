@@ -115,6 +115,10 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
     match state.setup.drive.clone() {
         DriveChoice::Waveform(Waveform::Table(table)) => {
             drive_table::show(ui, &mut state.setup, &table, place);
+            let button = ui.button("Load from a file...");
+            if button.on_hover_text(Command::LoadDrive.text().1).clicked() {
+                state.ask(Command::LoadDrive);
+            }
         }
         DriveChoice::Waveform(waveform) => values(ui, &mut state.setup, waveform, place),
         DriveChoice::Recorded(_) => recorded(ui, &mut state.setup, place),

@@ -6,6 +6,7 @@ use eframe::egui::{Id, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
 use super::drive_editor::Place;
+use crate::app::plots::style;
 use crate::app::setup::{DriveChoice, Overlay, Setup};
 use crate::model::drive::{Shape, Waveform};
 
@@ -26,6 +27,7 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
     let milliseconds = points.last().is_some_and(|p| p[0] < 2.0);
     let factor = if milliseconds { 1e3 } else { 1.0 };
     let line: Vec<[f64; 2]> = points.iter().map(|p| [p[0] * factor, p[1]]).collect();
+    let color = style::palette(ui).voltage;
     let height = if place == Place::Panel { 84.0 } else { 170.0 };
     Plot::new((place.scope(), "preview"))
         .height(height)
@@ -43,6 +45,7 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
                 Line::new("drive", PlotPoints::from(line))
                     // A band would smear the vertical edges.
                     .allow_band(false)
+                    .color(color)
                     .width(1.5),
             )
         });

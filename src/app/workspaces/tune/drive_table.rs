@@ -2,6 +2,7 @@
 
 use eframe::egui::{Button, CollapsingHeader, Id, ScrollArea, TextEdit, Ui};
 
+use super::callout;
 use super::drive_editor::Place;
 use super::icon::{Icon, icon_button};
 use super::quantity::QuantityField;
@@ -32,6 +33,14 @@ pub fn show(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) 
     }
 }
 
+/// What is wrong, without the name of the table: it is the one in view.
+fn reason(error: &DriveError) -> String {
+    match error {
+        DriveError::Table { reason, .. } => reason.clone(),
+        error => error.to_string(),
+    }
+}
+
 fn rebuilt(time: Vec<f64>, voltage: Vec<f64>) -> Result<DriveChoice, DriveError> {
     let table = VoltageTable::new("edited", time, voltage, 0.0)?;
     let waveform = Waveform::Table(table.into());
@@ -51,7 +60,6 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
         rebuilt(time, voltage)
     };
     let mut changed = None;
-    let mut errors = Vec::new();
     let area = ScrollArea::vertical()
         .id_salt((place.scope(), "rows"))
         .max_height(170.0);
@@ -69,12 +77,14 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
                         width: 96.0,
                         enabled: true,
                     };
-                    let output =
-                        field.show(ui, |v| with(row, column, v).err().map(|e| e.to_string()));
+                    let output = field.show(ui, |v| with(row, column, v).err().map(|e| reason(&e)));
                     if let Some(value) = output.value {
                         changed = with(row, column, value).ok();
                     }
-                    errors.extend(output.error);
+                    if let Some(error) = &output.error {
+                        let beside = output.response.rect;
+                        callout::error(ui, (place.scope(), row, column), beside, error);
+                    }
                 }
                 if time.len() > 1
                     && icon_button(ui, Icon::Remove, &format!("remove point {}", row + 1))
@@ -89,9 +99,6 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
             });
         }
     });
-    for error in errors {
-        ui.label(small(error).color(super::error_color(ui)));
-    }
     if ui.button("Add point").clicked() {
         let (mut time, mut voltage) = (time.to_vec(), voltage.to_vec());
         let end = time.last().copied().unwrap_or(0.0);
@@ -167,7 +174,7 @@ pub(super) fn read(text: &str) -> Result<DriveChoice, String> {
             Err(error) => return Err(format!("line {}: {error}", number + 1)),
         }
     }
-    rebuilt(time, voltage).map_err(|error| error.to_string())
+    rebuilt(time, voltage).map_err(|error| reason(&error))
 }
 
 #[cfg(test)]

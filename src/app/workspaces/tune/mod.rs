@@ -1,6 +1,7 @@
 //! The Tune workspace: sliders on the left, pictures in the middle, recordings and
 //! readouts on the right, time at the top.
 
+mod callout;
 pub mod drive_editor;
 mod drive_preview;
 mod drive_table;
@@ -24,28 +25,28 @@ mod validation;
 pub use parameters::choose_preset;
 pub use recordings::remove as remove_recording;
 pub use start::start_from_recording;
+pub use transport::usual_speed;
 
-use eframe::egui::{CentralPanel, Id, Panel, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{CentralPanel, Panel, RichText, ScrollArea, Ui, Window};
 
 use crate::app::plots;
 use crate::app::state::State;
 
 /// Draws the workspace.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    let key = Id::unique("tune side panel");
-    let mut side = ui.data_mut(|data| *data.get_persisted_mut_or(key, true));
-    transport::show(ui, state, &mut side);
+    transport::show(ui, state);
     Panel::left("tune parameters")
         .default_size(350.0)
         .size_range(280.0..=480.0)
         .show(ui, |ui| parameters::show(ui, state));
+    let mut side = state.view.side_panel;
     Panel::right("tune readouts")
         .default_size(300.0)
         .size_range(250.0..=480.0)
         .show_collapsible(ui, &mut side, |ui| {
             side_panel(ui, state);
         });
-    ui.data_mut(|data| data.insert_persisted(key, side));
+    state.view.side_panel = side;
     CentralPanel::default().show(ui, |ui| plots::show(ui, state));
     let mut open = state.drive_editor_open;
     if open {

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{CollapsingHeader, ComboBox, RichText, ScrollArea, Ui};
+use eframe::egui::{
+    CollapsingHeader, ComboBox, Label, RichText, ScrollArea, Sense, Ui, UiBuilder, vec2,
+};
 
 use super::slider::{ParameterSlider, Size, SliderOutput};
 use super::small;
@@ -10,6 +12,7 @@ use super::{drive_editor, original};
 use crate::app::command::Command;
 use crate::app::setup::{DriveChoice, Setup};
 use crate::app::state::State;
+use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank};
@@ -25,17 +28,7 @@ struct Problem {
 pub fn show(ui: &mut Ui, state: &mut State) {
     preset_picker(ui, state);
     let problem = problem(state);
-    let setup = &mut state.setup;
-    if let Some(problem) = problem
-        .as_ref()
-        .filter(|p| !has_slider(setup, &p.parameter))
-    {
-        let text = format!("{}: {}", problem.parameter, problem.message);
-        ui.label(RichText::new(text).color(super::error_color(ui)));
-    }
-    if problem.is_some() {
-        ui.label(small("The curve shown is the last good one.").color(ui.visuals().warn_fg_color));
-    }
+    about(ui, &state.setup, problem.as_ref());
     ui.separator();
     ScrollArea::vertical()
         .id_salt("parameters")
@@ -48,11 +41,13 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 ui.add_space(6.0);
             }
             ui.separator();
-            CollapsingHeader::new("Drive")
-                .default_open(true)
-                .show_unindented(ui, |ui| {
-                    drive_editor::show(ui, state, drive_editor::Place::Panel);
-                });
+            if state.setup.preset.model.piezo.is_some() {
+                CollapsingHeader::new("Drive")
+                    .default_open(true)
+                    .show_unindented(ui, |ui| {
+                        drive_editor::show(ui, state, drive_editor::Place::Panel);
+                    });
+            }
             // A device without ground has little else to tune.
             let has_ground = state.setup.preset.model.has_ground;
             CollapsingHeader::new("Advanced")
@@ -71,7 +66,12 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 .id_salt("effects")
                 .show_unindented(ui, |ui| {
                     ui.weak("Physics beyond the baseline. Switch one on to see what it does.");
-                    for effect in CATALOGUE {
+                    let model = &state.setup.preset.model;
+                    let offered: Vec<_> = CATALOGUE
+                        .iter()
+                        .filter(|effect| model.allows(effect) || is_on(model, effect))
+                        .collect();
+                    for effect in offered {
                         effect_entry(ui, &mut state.setup, effect, problem.as_ref());
                     }
                 });
@@ -122,7 +122,30 @@ fn preset_picker(ui: &mut Ui, state: &mut State) {
             state.ask(Command::ResetParameters);
         }
     });
-    ui.label(small(&state.setup.preset.about).weak());
+}
+
+/// Two lines on the device, or on what keeps it from being simulated: as high either way,
+/// so that the sliders stay where they are.
+fn about(ui: &mut Ui, setup: &Setup, problem: Option<&Problem>) {
+    let last_good = "The curve shown is the last good one.";
+    let text = match problem {
+        None => small(&setup.preset.about).weak(),
+        Some(problem) if has_slider(setup, &problem.parameter) => {
+            small(last_good).color(ui.visuals().warn_fg_color)
+        }
+        Some(problem) => small(format!(
+            "{}: {}. {last_good}",
+            problem.parameter, problem.message
+        ))
+        .color(super::error_color(ui)),
+    };
+    let size = vec2(ui.available_width(), 30.0);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let whole = text.text().to_owned();
+    let mut part = ui.new_child(UiBuilder::new().max_rect(rect));
+    part.set_clip_rect(rect.intersect(ui.clip_rect()));
+    part.add(Label::new(text).wrap());
+    response.on_hover_text(whole);
 }
 
 fn is_changed(setup: &Setup) -> bool {
@@ -201,6 +224,11 @@ fn lock(setup: &mut Setup, id: &str, output: SliderOutput) {
     if output.toggle_lock && !setup.locked.remove(id) {
         setup.locked.insert(id.to_owned());
     }
+}
+
+/// Whether an effect is switched on, also one that does nothing on this device.
+fn is_on(model: &Model, effect: &EffectSpec) -> bool {
+    model.effects.iter().any(|active| active.spec == effect)
 }
 
 fn effect_entry(

@@ -28,7 +28,9 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 figures::show(ui, state, &snapshot)
             });
         }
-        section(ui, "Events", |ui| events(ui, &snapshot));
+        if snapshot.model.has_ground {
+            section(ui, "Events", |ui| events(ui, &snapshot));
+        }
     }
     section(ui, "Kept curve (A/B)", |ui| ghost(ui, state));
     section(ui, "Changed from the preset", |ui| {
@@ -77,7 +79,13 @@ pub(super) fn short(name: &str, limit: usize) -> String {
 
 fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     if snapshot.comparisons.is_empty() {
-        ui.weak("No visible recording to compare with.");
+        ui.weak(if state.setup.overlays.is_empty() {
+            "Open a recording to compare with."
+        } else if snapshot.live.is_some() {
+            "Recordings are compared in Window mode (W)."
+        } else {
+            "All recordings are hidden."
+        });
         return;
     }
     let ghost = |id: OverlayId| {

@@ -6,6 +6,7 @@ use eframe::egui::{
 
 use super::icon::{Icon, icon_button};
 
+use super::callout;
 use super::drive_editor;
 use super::quantity::QuantityField;
 use super::small;
@@ -235,16 +236,19 @@ impl Line {
         let limit =
             |value: f64| (!value.is_finite()).then(|| "it must be a finite number".to_owned());
         let output = field.show(ui, limit);
+        if let Some(error) = &output.error {
+            callout::error(
+                ui,
+                ("alignment", owner, self.name),
+                output.response.rect,
+                error,
+            );
+        }
         output.response.on_hover_text(self.help);
         if let Some(typed) = output.value {
             *value = typed;
         }
         ui.end_row();
-        if let Some(error) = output.error {
-            ui.label("");
-            ui.add(Label::new(small(error).color(super::error_color(ui))).wrap());
-            ui.end_row();
-        }
     }
 }
 

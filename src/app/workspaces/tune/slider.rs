@@ -2,11 +2,11 @@
 
 use eframe::egui::{Align, Grid, Id, Label, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
+use super::callout;
 use super::icon::{ICON_SIZE, Icon, icon_button, icon_toggle};
 use super::original::differs;
 use super::quantity::QuantityField;
 use super::rail::Rail;
-use super::small;
 use crate::model::parameter::{ParameterSpec, Scale};
 use crate::model::unit::format_quantity;
 
@@ -55,13 +55,14 @@ impl ParameterSlider<'_> {
     /// Draws the slider over the width at hand.
     pub fn show(self, ui: &mut Ui) -> SliderOutput {
         let mut output = SliderOutput::default();
-        let error;
+        let (error, row);
         let width = ui.available_width();
         let long_unit = self.spec.unit.len() > 6;
         // All places are given: a wide text never moves its neighbours.
         match self.size {
             Size::Large => {
                 let (rect, _) = ui.allocate_exact_size(vec2(width, 48.0), Sense::hover());
+                row = rect;
                 let (top, bottom) = rect.split_top_bottom_at_fraction(0.5);
                 let field = if long_unit { 132.0 } else { 104.0 };
                 let (rest, lock) = split_right(top, ICON_SIZE + GAP);
@@ -78,6 +79,7 @@ impl ParameterSlider<'_> {
             Size::Small => {
                 let (rect, _) = ui.allocate_exact_size(vec2(width, 22.0), Sense::hover());
                 let field = if long_unit { 118.0 } else { 84.0 };
+                row = rect;
                 let (name, rest) = rect.split_left_right_at_x(rect.left() + 54.0);
                 let (rest, lock) = split_right(rest, ICON_SIZE + GAP);
                 let (rest, reset) = split_right(rest, ICON_SIZE + GAP);
@@ -92,7 +94,7 @@ impl ParameterSlider<'_> {
             }
         }
         if let Some(reason) = error.as_deref().or(self.problem) {
-            ui.label(small(reason).color(super::error_color(ui)));
+            callout::error(ui, ("slider", self.scope, self.id), row, reason);
         }
         if self.is_locked() {
             output.value = None;

@@ -1,11 +1,11 @@
 //! The strip at the top: Window or Live, span, and the controls of the live run.
 
-use eframe::egui::{Button, Id, Panel, Ui, vec2};
+use eframe::egui::{Button, Id, Panel, RichText, Ui, vec2};
 
+use super::callout;
 use super::icon::{Icon, icon_button, icon_button_enabled};
 use super::quantity::QuantityField;
 use super::rail::Rail;
-use super::small;
 use crate::app::command::Command;
 use crate::app::setup::{Mode, Setup};
 use crate::app::snapshot::LiveState;
@@ -16,32 +16,38 @@ use crate::model::unit::{format_number, format_quantity};
 const SPAN: (f64, f64) = (1e-4, 1000.0);
 /// Slowest and fastest live mode, simulated seconds per wall second.
 const SPEED: (f64, f64) = (1e-5, 1.0);
-/// Speed of the first start.
-const DEFAULT_SPEED: f64 = 0.01;
 
-/// Draws the strip. `side` is whether the panel on the right is open.
-pub fn show(ui: &mut Ui, state: &mut State, side: &mut bool) {
-    let mut error = None;
+/// Live speed at which a device can be watched: real time for what takes seconds, slow
+/// motion for what takes milliseconds.
+pub fn usual_speed(setup: &Setup) -> f64 {
+    let span = setup.preset.duration;
+    if span >= 1.0 {
+        return SPEED.1;
+    }
+    10f64
+        .powf((span / 40.0).log10().round())
+        .clamp(SPEED.0, SPEED.1)
+}
+
+/// Draws the strip.
+pub fn show(ui: &mut Ui, state: &mut State) {
     Panel::top("tune transport").show(ui, |ui| {
         ui.horizontal(|ui| {
             ui.set_min_height(28.0);
             mode(ui, state);
             ui.separator();
             match state.view.mode {
-                Mode::Window => error = window(ui, state),
+                Mode::Window => window(ui, state),
                 Mode::Live => live(ui, state),
             }
             ui.with_layout(
                 eframe::egui::Layout::right_to_left(eframe::egui::Align::Center),
                 |ui| {
-                    ui.toggle_value(side, "Recordings")
-                        .on_hover_text("Show or hide the panel with recordings and readouts");
+                    ui.toggle_value(&mut state.view.side_panel, "Recordings")
+                        .on_hover_text(hint(Command::SidePanel));
                 },
             );
         });
-        if let Some(error) = error {
-            ui.label(small(error).color(super::error_color(ui)));
-        }
     });
 }
 
@@ -58,11 +64,8 @@ fn mode(ui: &mut Ui, state: &mut State) {
 /// Help of a command with its key.
 fn hint(command: Command) -> String {
     let (_, help) = command.text();
-    match command.shortcut() {
-        Some(key) => format!(
-            "{help} ({})",
-            key.format(&eframe::egui::ModifierNames::NAMES, false)
-        ),
+    match command.keys() {
+        Some(keys) => format!("{help} ({keys})"),
         None => help.to_owned(),
     }
 }
@@ -80,7 +83,7 @@ pub fn recordings_end(setup: &Setup) -> Option<f64> {
         })
 }
 
-fn window(ui: &mut Ui, state: &mut State) -> Option<String> {
+fn window(ui: &mut Ui, state: &mut State) {
     ui.label("Span");
     let field = QuantityField {
         id: Id::unique("span"),
@@ -101,6 +104,9 @@ fn window(ui: &mut Ui, state: &mut State) -> Option<String> {
     });
     if let Some(value) = typed.value {
         state.setup.duration = value;
+    }
+    if let Some(error) = &typed.error {
+        callout::error(ui, "span", typed.response.rect, error);
     }
     typed
         .response
@@ -127,7 +133,6 @@ fn window(ui: &mut Ui, state: &mut State) -> Option<String> {
         ui.colored_label(ui.visuals().warn_fg_color, "curves of the fit, not applied")
             .on_hover_text("Apply or drop it in the fit panel (F); moving a slider ends it too");
     }
-    typed.error
 }
 
 fn live(ui: &mut Ui, state: &mut State) {
@@ -178,6 +183,7 @@ pub fn speed_text(speed: f64) -> String {
 fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
     let position = |speed: f64| (speed / SPEED.0).ln() / (SPEED.1 / SPEED.0).ln();
     let text = speed_text(state.view.slow_down);
+    let usual = usual_speed(&state.setup);
     ui.label("Speed");
     let rail = Rail {
         id: Id::unique("slow-down"),
@@ -185,7 +191,7 @@ fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
         text: &text,
         numeric: (state.view.slow_down, SPEED.0, SPEED.1),
         fraction: position(state.view.slow_down),
-        mark: Some(position(DEFAULT_SPEED)),
+        mark: Some(position(usual)),
         enabled: true,
         error: false,
         size: vec2(100.0, 18.0),
@@ -201,18 +207,23 @@ fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
         state.view.slow_down = value.clamp(SPEED.0, SPEED.1);
     }
     if moved.reset {
-        state.view.slow_down = DEFAULT_SPEED;
+        state.view.slow_down = usual;
     }
-    moved
-        .response
-        .on_hover_text("Simulated time against wall time. Double click: 1/100. Shift: fine.");
-    let reached = reached.filter(|r| !r.paused);
+    moved.response.on_hover_text(format!(
+        "Simulated time against wall time. Double click: {}. Shift: fine.",
+        speed_text(usual)
+    ));
     let text = match reached {
-        Some(r) => format!("{text}, reached {}", speed_text(r.speed)),
-        None => text,
+        Some(r) if r.paused => {
+            RichText::new("paused, Space runs it").color(ui.visuals().warn_fg_color)
+        }
+        Some(r) if r.speed > 0.0 => {
+            RichText::new(format!("{text}, reached {}", speed_text(r.speed)))
+        }
+        _ => RichText::new(text),
     };
     ui.add_sized(
-        [128.0, 18.0],
+        [150.0, 18.0],
         eframe::egui::Label::new(text).halign(eframe::egui::Align::LEFT),
     )
     .on_hover_text("Speed asked for, and the speed that the computer really reaches");

@@ -1,0 +1,141 @@
+//! What is done with a file that is opened, by its kind.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::super::file_jobs::Context;
+use super::super::session::{self, RecordingEntry};
+use super::{FileEvent, failed};
+use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::preset::Preset;
+use crate::recording::csv::{ImportSettings, import, import_voltage, preview};
+use crate::recording::{ImportError, ImportWarning};
+
+pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
+    let name = path.to_string_lossy().to_lowercase();
+    if name.ends_with(".toml") {
+        return Some(open_toml(path, context));
+    }
+    let mut preview = match preview(&path) {
+        Ok(preview) => preview,
+        Err(error) => return Some(failed(&error)),
+    };
+    match session::import_settings_for(&path) {
+        // A file that was written anew may need other settings than it did.
+        Some(settings) => {
+            // What nobody was asked about is said again.
+            let as_guessed = settings == preview.settings && !preview.needs_dialog();
+            let said = if as_guessed {
+                preview.warnings.clone()
+            } else {
+                Vec::new()
+            };
+            match import_with(path.clone(), settings, said, None, context) {
+                Some(FileEvent::Failed { message }) => {
+                    preview.ambiguities.push(format!(
+                        "It can no longer be read as it was last time: {message}"
+                    ));
+                    Some(FileEvent::Ask { path, preview })
+                }
+                event => event,
+            }
+        }
+        None if preview.needs_dialog() => Some(FileEvent::Ask { path, preview }),
+        // What the header left open was settled without asking: it is said.
+        None => import_with(path, preview.settings, preview.warnings, None, context),
+    }
+}
+
+fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
+    if session::is_session(&path) {
+        return match session::load(&path) {
+            Ok(mut loaded) => {
+                for message in std::mem::take(&mut loaded.missing) {
+                    let message = format!("{}: {message}", path.display());
+                    let _ = context.send.send(FileEvent::Failed { message });
+                }
+                session::remember(&path, None);
+                FileEvent::Session {
+                    path,
+                    loaded: Box::new(loaded),
+                }
+            }
+            Err(error) => FileEvent::Failed {
+                message: format!("{error}; the file is left as it is"),
+            },
+        };
+    }
+    match Preset::load(&path.to_string_lossy()) {
+        Ok(preset) => {
+            session::remember(&path, None);
+            FileEvent::Preset {
+                preset: Box::new(preset),
+            }
+        }
+        Err(error) => failed(&error),
+    }
+}
+
+/// Imports a recording; nothing comes of it if it was cancelled. `said` of its header is
+/// put before the warnings of its rows.
+pub(super) fn import_with(
+    path: PathBuf,
+    settings: ImportSettings,
+    mut said: Vec<ImportWarning>,
+    entry: Option<RecordingEntry>,
+    context: &Context,
+) -> Option<FileEvent> {
+    let progress = |share: f32| context.progress(share);
+    Some(match import(&path, &settings, Some(&progress)) {
+        Ok(mut recording) => {
+            said.append(&mut recording.warnings);
+            recording.warnings = said;
+            let expected = entry.as_ref().and_then(|entry| entry.sha256.as_ref());
+            if expected.is_some() && expected != recording.sha256.as_ref() {
+                changed(&path)
+            } else {
+                if entry.is_none() {
+                    session::remember(&path, Some(&settings));
+                }
+                FileEvent::Recording {
+                    path,
+                    settings,
+                    recording: Arc::new(recording),
+                    entry,
+                }
+            }
+        }
+        Err(ImportError::Cancelled { .. }) => return None,
+        Err(error) => match entry {
+            Some(entry) if !path.exists() => FileEvent::Lost {
+                id: entry.id,
+                message: format!("{error}. It stays in the session"),
+            },
+            _ => failed(&error),
+        },
+    })
+}
+
+/// The voltage of a file as a drive.
+pub(super) fn drive_from(path: &Path) -> FileEvent {
+    let (time, voltage) = match import_voltage(path) {
+        Ok(table) => table,
+        Err(error) => return failed(&error),
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match VoltageTable::from_recording(name, time, voltage) {
+        Ok(table) => FileEvent::Drive {
+            waveform: Waveform::Table(Arc::new(table)),
+        },
+        Err(error) => failed(&error),
+    }
+}
+
+fn changed(path: &Path) -> FileEvent {
+    FileEvent::Failed {
+        message: format!(
+            "{}: the file has changed since the session was saved; it was not loaded. Open it anew if the change is meant",
+            path.display()
+        ),
+    }
+}

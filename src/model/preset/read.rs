@@ -1,0 +1,126 @@
+//! The parts of a preset from its text, each checked.
+
+use std::collections::BTreeMap;
+
+use super::{File, PresetError, Source};
+use crate::model::effects::{self, ActiveEffect};
+use crate::model::parameter::{ParameterId, Parameters};
+use crate::model::structure::Mode;
+
+pub(super) fn read_modes(source: &Source<'_>, read: &File) -> Result<Vec<Mode>, PresetError> {
+    let mut modes = Vec::with_capacity(read.mode.len());
+    for (i, entry) in read.mode.iter().enumerate() {
+        let fail = |key: &str, reason: &str| source.invalid("mode", i, key, reason.to_owned());
+        for (key, value) in [("mass", entry.mass), ("stiffness", entry.stiffness)] {
+            if let Some(value) = value
+                && !(value.is_finite() && value >= 0.0)
+            {
+                return Err(fail(key, "must be a finite number and not negative"));
+            }
+        }
+        if entry.mass == Some(0.0) {
+            return Err(fail("mass", "must be above 0 kg"));
+        }
+        let (phi_p, frequency) = match (entry.mass, entry.stiffness, entry.phi_p) {
+            (Some(mass), Some(stiffness), None) => (
+                1.0 / mass.sqrt(),
+                Some((stiffness / mass).sqrt() / std::f64::consts::TAU),
+            ),
+            (None, None, Some(phi_p)) => (phi_p, entry.frequency),
+            _ => {
+                return Err(fail(
+                    "phi_p",
+                    "give a mode either phi_p (and phi_c), or mass and stiffness",
+                ));
+            }
+        };
+        let phi_c = entry.phi_c.unwrap_or(0.0);
+        modes.push(Mode {
+            // The first two are set from the parameters, if those name them.
+            frequency: frequency.unwrap_or(if i == 0 { 623.0 } else { 6424.0 }),
+            zeta: entry.zeta.unwrap_or(0.0),
+            phi_c,
+            phi_p,
+            phi_drive: entry.phi_drive.unwrap_or(phi_c),
+        });
+        if i >= 2 && (frequency.is_none() || entry.zeta.is_none()) {
+            return Err(fail(
+                "frequency",
+                "a third or further mode needs its frequency and zeta here",
+            ));
+        }
+    }
+    Ok(modes)
+}
+
+pub(super) fn read_parameters(
+    source: &Source<'_>,
+    read: &File,
+    modes: &[Mode],
+) -> Result<Parameters, PresetError> {
+    let mut parameters = Parameters::default();
+    for (mode, id) in modes.iter().zip([ParameterId::F1, ParameterId::F2]) {
+        parameters.set(id, mode.frequency);
+    }
+    for (key, value) in &read.parameters {
+        let id = known_parameter(source, "parameters", key)?;
+        parameters.set(id, *value);
+    }
+    Ok(parameters)
+}
+
+fn known_parameter(
+    source: &Source<'_>,
+    section: &str,
+    key: &str,
+) -> Result<ParameterId, PresetError> {
+    ParameterId::from_id(key).ok_or_else(|| {
+        let known: Vec<&str> = ParameterId::ALL.iter().map(|p| p.spec().id).collect();
+        let reason = format!("there is no such parameter; there are {}", known.join(", "));
+        source.invalid(section, 0, key, reason)
+    })
+}
+
+pub(super) fn read_ranges(
+    source: &Source<'_>,
+    read: &File,
+) -> Result<BTreeMap<ParameterId, (f64, f64)>, PresetError> {
+    let mut ranges = BTreeMap::new();
+    for (key, &(low, high)) in &read.ranges {
+        let id = known_parameter(source, "ranges", key)?;
+        let spec = id.spec();
+        let positive = spec.scale == crate::model::parameter::Scale::Linear || low > 0.0;
+        let inside = spec.refusal(low).is_none() && spec.refusal(high).is_none();
+        if !(low < high && positive && inside) {
+            let reason = format!("[{low}, {high}] is no range for {}", spec.id);
+            return Err(source.invalid("ranges", 0, key, reason));
+        }
+        ranges.insert(id, (low, high));
+    }
+    Ok(ranges)
+}
+
+pub(super) fn read_effects(
+    source: &Source<'_>,
+    read: &File,
+) -> Result<Vec<ActiveEffect>, PresetError> {
+    let mut active = Vec::new();
+    for (id, values) in &read.effects {
+        let section = format!("effects.{id}");
+        let spec = effects::find(id).ok_or_else(|| {
+            let known: Vec<&str> = effects::CATALOGUE.iter().map(|e| e.id).collect();
+            let reason = format!("there is no such effect; there are {}", known.join(", "));
+            source.invalid(&section, 0, id, reason)
+        })?;
+        let mut effect = ActiveEffect::new(spec);
+        for (key, value) in values {
+            if !effect.set(key, *value) {
+                let known: Vec<&str> = spec.parameters.iter().map(|p| p.id).collect();
+                let reason = format!("{id} has no such parameter; it has {}", known.join(", "));
+                return Err(source.invalid(&section, 0, key, reason));
+            }
+        }
+        active.push(effect);
+    }
+    Ok(active)
+}

@@ -1,0 +1,94 @@
+use super::*;
+use proptest::prelude::*;
+
+#[test]
+fn embedded_presets_are_sound_and_come_back_from_text() {
+    for (name, text) in EMBEDDED {
+        let preset = Preset::parse(name, text).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(preset.model.name, name);
+        let again = Preset::parse("again", &preset.to_toml()).unwrap();
+        assert_eq!(preset, again);
+    }
+    let default = Preset::default().model;
+    for (id, value) in default.parameters.iter() {
+        assert_eq!(value, id.spec().default, "{}", id.spec().id);
+    }
+    let oscillator = Preset::embedded("oscillator").unwrap().model;
+    assert!((oscillator.parameters[ParameterId::F1] - 1.36916).abs() < 1e-4);
+    assert!((oscillator.structure().mobility() - 1.0 / 0.2016).abs() < 1e-9);
+}
+
+#[test]
+fn faults_are_named_with_line_and_key() {
+    let text = EMBEDDED[0].1;
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        Preset::parse("bad.toml", &text.replacen(from, to, 1)).unwrap_err()
+    };
+    let cases = [
+        (changed("gp = 70e-6", "gp = 50e-6"), "gp", "must exceed dp"),
+        (
+            changed("gp = 70e-6", "gpp = 70e-6"),
+            "gpp",
+            "no such parameter",
+        ),
+        (changed("gp = 70e-6", "gp = nan"), "gp", "finite"),
+        (changed("alpha = 0.378", "alpha = 1.5"), "alpha", "above"),
+        (
+            changed("proof_mass = 3.495e-10", "proof_mass = -1.0"),
+            "proof_mass",
+            "above 0",
+        ),
+        (changed("format = 1", "format = 9"), "format", "not known"),
+        (
+            changed("ground = true", "grund = true"),
+            "grund",
+            "unknown field",
+        ),
+        (changed("square:15Hz:8V", "square:15Hz"), "drive", "needs 2"),
+        (
+            changed("proof_mass = 3.495e-10", "prof_mass = 1e-9"),
+            "prof_mass",
+            "unknown field",
+        ),
+        (changed("gp = 70e-6", "gp = \"wide\""), "gp", "invalid type"),
+        (changed("gp = 70e-6", "gp = "), "gp", ""),
+    ];
+    for (error, key, reason) in cases {
+        let PresetError::Invalid {
+            line, key: found, ..
+        } = &error
+        else {
+            panic!("{error}");
+        };
+        assert!(*line > 1, "{error}");
+        assert_eq!(found, key, "{error}");
+        assert!(error.to_string().contains(reason), "{error}");
+    }
+    // A stray key is said although something is missing before it.
+    let both = text.replacen("proof_mass = 3.495e-10", "", 1);
+    let both = both.replacen("drive = ", "drivee = ", 1);
+    let error = Preset::parse("bad.toml", &both).unwrap_err().to_string();
+    for part in ["drivee", "no such key", "missing field `proof_mass`"] {
+        assert!(error.contains(part), "{error}");
+    }
+    let negative = EMBEDDED[2].1.replacen("mass = 0.2016", "mass = -0.2016", 1);
+    let error = Preset::parse("bad.toml", &negative).unwrap_err();
+    assert!(error.to_string().contains("mass"), "{error}");
+    assert!(Preset::load("no/such/file.toml").is_err());
+}
+
+proptest! {
+    #[test]
+    fn no_text_panics(text in "\\PC*") {
+        let _ = Preset::parse("x", &text);
+    }
+
+    #[test]
+    fn no_damage_panics(at in 0usize..2000, insert in "\\PC{0,8}") {
+        let mut text = EMBEDDED[0].1.to_owned();
+        let at = (0..=at.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
+        text.insert_str(at, &insert);
+        let _ = Preset::parse("x", &text);
+    }
+}
