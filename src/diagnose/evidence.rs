@@ -51,7 +51,7 @@ pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
             Against::Drive => (spans.2, 6, GAIN),
         };
         // A device without a drive has no voltage to speak of.
-        if !(high > low) {
+        if high.is_nan() || high <= low {
             continue;
         }
         let width = (high - low) / (count - 1) as f64;

@@ -2,7 +2,7 @@
 //! are weighed like effects, and so measure the force that the model lacks, point by
 //! point, whatever its law; and they tell whether something is missing at all.
 
-use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics};
+use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// What a force is looked for against.
@@ -78,6 +78,7 @@ static SPEC: EffectSpec = EffectSpec {
     name: "force without a name",
     sentence: "A force that is there only in a window of one quantity.",
     law: "F = size hat((u - middle) / width)",
+    needs: Need::Nothing,
     source: "",
     parameters: &[
         number("against"),
