@@ -42,6 +42,9 @@ const OFF: f64 = 2.5;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 
+/// A parameter's id, `effect.parameter`, with its least and largest value.
+pub type Bound = (String, (f64, f64));
+
 /// Recordings on one side: fitted, or kept out.
 #[derive(Debug, Clone)]
 pub struct Side {
@@ -361,7 +364,7 @@ impl Bench {
         &self,
         start: &Model,
         free: &[String],
-        bounds: &[(String, (f64, f64))],
+        bounds: &[Bound],
         from: &Fitted,
         iterations: usize,
         control: &DiagnoseControl<'_>,

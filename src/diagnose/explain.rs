@@ -1,7 +1,7 @@
 //! Naming: hypotheses are promised by the scan, refitted, judged on the recordings kept
 //! out, and added one by one as long as both sides improve beyond chance.
 
-use super::bench::{Bench, Fitted, with_effect};
+use super::bench::{Bench, Bound, Fitted, with_effect};
 use super::candidates::{Form, forms};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::ring;
@@ -41,7 +41,7 @@ pub struct Hypothesis {
     /// Ids of its parameters that are fitted.
     pub free: Vec<String>,
     /// Parameters that stay within bounds.
-    pub bounds: Vec<(String, (f64, f64))>,
+    pub bounds: Vec<Bound>,
     /// Fall of chi2 promised by the linearised problem.
     pub promise: f64,
     /// Whether its times go through the series of recordings.
@@ -204,7 +204,7 @@ fn weigh(
     hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
     let mut out: Vec<Weighed> = Vec::new();
     let mut best = 0.0f64;
-    let count = hypotheses.len().min(MOST).max(1);
+    let count = hypotheses.len().clamp(1, MOST);
     for (k, hypothesis) in hypotheses.into_iter().enumerate() {
         // Where the promise is far below what a refit has reached, a refit is in vain:
         // promises are right where the baseline is near the data.
@@ -371,7 +371,7 @@ fn attempt(
 }
 
 /// Freedoms and bounds of the effects named so far.
-fn freedoms(stand: &Stand) -> (Vec<String>, Vec<(String, (f64, f64))>) {
+fn freedoms(stand: &Stand) -> (Vec<String>, Vec<Bound>) {
     let all = stand.named.iter().map(|n| &n.hypothesis);
     (
         all.clone().flat_map(|h| h.free.clone()).collect(),

@@ -14,7 +14,7 @@ fn well_formed(page: &str) -> Result<(), String> {
         if tag.contains('<') {
             return Err(format!("< within <{tag}"));
         }
-        if tag.matches('"').count() % 2 != 0 {
+        if !tag.matches('"').count().is_multiple_of(2) {
             return Err(format!("quotes in <{tag}>"));
         }
         if let Some(name) = tag.strip_prefix('/') {
