@@ -5,6 +5,10 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::ParameterId;
 
+/// Shortest lag that is tried, as a share of the shortest form: a shorter one is no more
+/// than the skew between two clocks.
+const LEAST_LAG: f64 = 0.3;
+
 /// One effect at one set of its nonlinear constants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Form {
@@ -39,7 +43,7 @@ impl Form {
             f64::NEG_INFINITY
         } else {
             let lag = self.spec.parameters[self.strength].unit == "s";
-            (if lag { 0.1 } else { 1e-4 }) * self.values[self.strength]
+            (if lag { LEAST_LAG } else { 1e-4 }) * self.values[self.strength]
         }
     }
 

@@ -238,7 +238,9 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
         let Some(promise) = scan.promise(k) else {
             continue;
         };
-        let gain = if promise.theta < 0.0 && !form.signed {
+        let lag = form.spec.parameters[form.strength].unit == "s";
+        let too_short = lag && promise.theta * form.values[form.strength] < form.least();
+        let gain = if too_short || promise.theta < 0.0 && !form.signed {
             0.0
         } else {
             promise.gain
