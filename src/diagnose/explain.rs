@@ -26,6 +26,8 @@ const ALIKE_LEAST: f64 = 8.0;
 const MOST: usize = 4;
 /// Frequencies of a vibration of the base that are looked at \[Hz\].
 const LINES: (f64, f64) = (8.0, 2100.0);
+/// Distance of those that are simulated \[Hz\].
+const SPACING: f64 = 100.0;
 /// Amplitude with which they are \[m/s^2\].
 const SHAKE: f64 = 0.05;
 /// Height with which a step of the ground is looked for \[m\].
@@ -257,7 +259,16 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
             spec,
             values: vec![SHAKE, f, phase],
         };
-        if let Some(line) = find_line(&linear, model, &vibration, LINES, 100.0)? {
+        // A recorder does not show what is quicker than half its rate.
+        let data = &stand.train.problem.data;
+        let rate = data.iter().map(|d| d.recording.sampling_rate());
+        let high = LINES.1.min(0.4 * rate.fold(f64::INFINITY, f64::min));
+        let line = if high > 2.0 * LINES.0 {
+            find_line(&linear, model, &vibration, (LINES.0, high), SPACING)?
+        } else {
+            None
+        };
+        if let Some(line) = line {
             out.push(Hypothesis {
                 start: ActiveEffect {
                     spec,

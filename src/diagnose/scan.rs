@@ -16,6 +16,8 @@ use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// A direction of which re-tuning explains all but this share cannot be told.
 const UNTOLD: f64 = 1e-7;
+/// Most frequencies between two that are simulated, on either side.
+const MOST_STEPS: f64 = 2000.0;
 /// Ridge of the baseline's own directions, as a share of each.
 const RIDGE: f64 = 1e-10;
 
@@ -356,7 +358,7 @@ pub fn find_line(
         .max(1e-3);
     let fine = 0.2 / longest;
     let half = 0.5 * (high - low) / count as f64;
-    let steps = (half / fine).ceil() as i64;
+    let steps = (half / fine).ceil().min(MOST_STEPS) as i64;
     let weigh = |(c, d): (usize, i64)| {
         let shift = half * d as f64 / steps as f64;
         let mut cross = [DVector::zeros(n), DVector::zeros(n)];
