@@ -62,9 +62,50 @@ impl Form {
     }
 }
 
+/// Scales of a device's motion, by which hypotheses are sized.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Largest displacement \[m\].
+    pub length: f64,
+    /// Usual speed \[m/s\].
+    pub speed: f64,
+    /// Force that goes with it \[N\].
+    pub force: f64,
+    /// Time between samples \[s\].
+    pub interval: f64,
+}
+
+impl Scale {
+    /// Of `model`, moving over `length` \[m\] and read every `interval` \[s\].
+    pub fn new(model: &Model, length: f64, interval: f64) -> Self {
+        /// Acceleration of a mass without a spring \[m/s^2\].
+        const FALL: f64 = 9.81;
+        let structure = model.structure();
+        let mass = 1.0 / structure.mobility();
+        let springs = structure.modes.iter().filter(|m| m.frequency > 0.0);
+        let compliance: f64 = springs.clone().map(|m| (m.phi_p / m.omega()).powi(2)).sum();
+        let slowest = springs.map(|m| m.omega()).fold(f64::INFINITY, f64::min);
+        if compliance > 0.0 {
+            Self {
+                length,
+                speed: slowest * length,
+                force: length / compliance,
+                interval,
+            }
+        } else {
+            Self {
+                length,
+                speed: (FALL * length).sqrt(),
+                force: mass * FALL,
+                interval,
+            }
+        }
+    }
+}
+
 /// Forms of all effects that the linear scan can weigh on this device. Further modes,
 /// vibrations and what happens at the ground are looked for in ways of their own.
-pub fn forms(model: &Model) -> Vec<Form> {
+pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
     let mut out = Vec::new();
     for spec in CATALOGUE.iter().copied() {
         let mut add = |values: &[f64], strength, signed, free: &[usize]| {
@@ -79,6 +120,7 @@ pub fn forms(model: &Model) -> Vec<Form> {
         let dp = model.parameters[ParameterId::Dp];
         let driven = model.piezo.is_some();
         let ground = model.has_ground;
+        let sprung = model.parameters[ParameterId::F1] > 0.0;
         match spec.id {
             "amplifier_lag" if driven => {
                 for tau in [1e-5, 5e-5, 2e-4] {
@@ -100,9 +142,11 @@ pub fn forms(model: &Model) -> Vec<Form> {
                     add(&[9e-9, dp + above], 0, false, &[0, 1]);
                 }
             }
-            "cubic_stiffness" => add(&[2e3], 0, true, &[0]),
-            "quadratic_drag" => add(&[2e-8], 0, false, &[0]),
-            "dry_friction" => add(&[3e-10], 0, false, &[0]),
+            "cubic_stiffness" if sprung => {
+                add(&[1e-3 * scale.force / scale.length.powi(3)], 0, true, &[0]);
+            }
+            "quadratic_drag" => add(&[1e-3 * scale.force / scale.speed.powi(2)], 0, false, &[0]),
+            "dry_friction" => add(&[1e-3 * scale.force], 0, false, &[0]),
             "film_spring" if ground => {
                 for tau in [8e-6, 4e-5, 2e-4] {
                     add(&[tau], 0, false, &[0]);
@@ -115,15 +159,15 @@ pub fn forms(model: &Model) -> Vec<Form> {
             }
             "zero_drift" => {
                 for tau in [0.02, 0.1] {
-                    add(&[2e-7, tau, 0.0], 0, true, &[0, 1]);
+                    add(&[3e-3 * scale.length, tau, 0.0], 0, true, &[0, 1]);
                 }
-                add(&[0.0, 0.1, 1e-6], 2, true, &[2]);
+                add(&[0.0, 0.1, 0.02 * scale.length], 2, true, &[2]);
             }
             "sensor_lag" => {
-                add(&[1e-5, 0.0], 0, false, &[0]);
-                add(&[0.0, 5e-6], 1, false, &[1]);
+                add(&[0.5 * scale.interval, 0.0], 0, false, &[0]);
+                add(&[0.0, 0.25 * scale.interval], 1, false, &[1]);
             }
-            "gravity" if model.parameters[ParameterId::F1] <= 0.0 => {
+            "gravity" if !sprung => {
                 add(&[1.0], 0, true, &[0]);
             }
             _ => {}

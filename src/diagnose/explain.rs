@@ -2,7 +2,7 @@
 //! out, and added one by one as long as both sides improve beyond chance.
 
 use super::bench::{Bench, Bound, Fitted, with_effect};
-use super::candidates::{Form, forms};
+use super::candidates::{Form, Scale, forms};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::ring;
 use super::scan::{Linear, Scan, find_line, find_step};
@@ -233,7 +233,14 @@ fn weigh(
 fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseError> {
     let model = &stand.train.model;
     let linear = Linear::new(&stand.train.problem, &stand.train.point, super::bench::LOSS)?;
-    let all = forms(model);
+    let data = &stand.train.problem.data;
+    let heights = data.iter().flat_map(|d| &d.recording.proof_mass);
+    let length = heights
+        .filter(|x| x.is_finite())
+        .fold(0.0f64, |a, x| a.max(x.abs()));
+    let interval = data.iter().map(|d| d.recording.interval());
+    let interval = interval.fold(f64::INFINITY, f64::min);
+    let all = forms(model, &Scale::new(model, length.max(1e-12), interval));
     let scan = Scan::new(&linear, model, &all)?;
     let mut out: Vec<Hypothesis> = Vec::new();
     for (k, form) in all.iter().enumerate() {
@@ -260,7 +267,6 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
             values: vec![SHAKE, f, phase],
         };
         // A recorder does not show what is quicker than half its rate.
-        let data = &stand.train.problem.data;
         let rate = data.iter().map(|d| d.recording.sampling_rate());
         let high = LINES.1.min(0.4 * rate.fold(f64::INFINITY, f64::min));
         let line = if high > 2.0 * LINES.0 {
