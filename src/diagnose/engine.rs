@@ -46,7 +46,11 @@ pub fn diagnose(
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
-    for id in &options.candidates {
+    for id in options
+        .candidates
+        .iter()
+        .chain(options.by_hand.iter().flatten())
+    {
         if find(id).is_none() {
             let known: Vec<&str> = CATALOGUE.iter().map(|e| e.id).collect();
             return Err(DiagnoseError::UnknownEffect {
@@ -88,9 +92,16 @@ pub fn diagnose(
     let seen = events::read(&bench, &baseline.train, baseline.held_out.as_ref())?;
     let mut tests = laws::tests(&seen);
     let held_events = bench.held_out.is_some();
+    let by_hand = |id: &str| {
+        options
+            .by_hand
+            .as_ref()
+            .map(|ids| ids.iter().any(|i| i == id))
+    };
+    let named = |t: &LawTest| by_hand(t.id).unwrap_or_else(|| passes(t, held_events));
     let compliant = tests
         .iter()
-        .find(|t| t.id == "compliant_ground" && passes(t, held_events))
+        .find(|t| t.id == "compliant_ground" && named(t))
         .cloned();
 
     say("naming", "", 0.35);
@@ -118,7 +129,7 @@ pub fn diagnose(
                 let (t, h) = (&found.stand.train, found.stand.held_out.as_ref());
                 tests = laws::tests(&events::read(&bench, t, h)?);
             }
-            named_laws.extend(tests.iter().filter(|t| passes(t, held_events)).cloned());
+            named_laws.extend(tests.iter().filter(|t| named(t)).cloned());
         }
     }
 
@@ -139,7 +150,7 @@ pub fn diagnose(
     } else {
         Verdict::Adequate
     };
-    if some {
+    if some && options.by_hand.is_none() {
         let carried: f64 = found.stand.named.iter().map(|n| n.gain.0).sum();
         let share =
             carried / (carried + after_evidence.joint.max(0.0) + excess(&found.stand.train));

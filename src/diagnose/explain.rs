@@ -133,14 +133,16 @@ pub fn explain(
     let mut bench = bench.clone();
     let mut weighed: Vec<Weighed> = Vec::new();
     let mut explained = 0.0;
-    for round in 0..options.most {
+    let rounds = options.by_hand.as_ref().map_or(options.most, Vec::len);
+    for round in 0..rounds {
         if control.cancelled() {
             break;
         }
         let about = |detail: &str, share: f64| {
-            report(detail, (round as f64 + share) / options.most as f64);
+            report(detail, (round as f64 + share) / rounds as f64);
         };
-        let round_weighed = weigh(&bench, &stand, options, control, &about)?;
+        let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
+        let round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
         let best = round_weighed
             .iter()
             .filter_map(|w| w.trial.as_ref().map(|t| (w.spec, t)))
@@ -163,9 +165,16 @@ pub fn explain(
         if round == 0 {
             weighed = round_weighed;
         }
-        let Some((spec, trial)) = best else { break };
+        let Some((spec, trial)) = best else {
+            // Asked for by hand, the next one may still be something.
+            if only.is_some() {
+                continue;
+            }
+            break;
+        };
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        if trial.gain < TRAIN_GAIN || !held || trial.worth() < SHARE * explained {
+        let chance = trial.gain < TRAIN_GAIN || !held || trial.worth() < SHARE * explained;
+        if only.is_none() && chance {
             break;
         }
         explained += trial.worth();
@@ -180,7 +189,9 @@ pub fn explain(
         });
         stand.train = trial.train;
         stand.held_out = trial.held_out;
-        drop_needless(&bench, &mut stand, control)?;
+        if only.is_none() {
+            drop_needless(&bench, &mut stand, control)?;
+        }
     }
     Ok(Explanation {
         baseline,
@@ -189,18 +200,22 @@ pub fn explain(
     })
 }
 
-/// Weighs all hypotheses that `stand` does not have yet.
+/// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it
+/// promises.
 fn weigh(
     bench: &Bench,
     stand: &Stand,
     options: &DiagnoseOptions,
+    only: Option<&str>,
     control: &DiagnoseControl<'_>,
     about: &dyn Fn(&str, f64),
 ) -> Result<Vec<Weighed>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
     let mut hypotheses = promises(bench, stand)?;
-    let wanted =
-        |id: &str| options.candidates.is_empty() || options.candidates.iter().any(|c| c == id);
+    let wanted = |id: &str| match only {
+        Some(only) => only == id,
+        None => options.candidates.is_empty() || options.candidates.iter().any(|c| c == id),
+    };
     let has = |spec: &EffectSpec| stand.named.iter().any(|n| n.spec == spec);
     hypotheses.retain(|h| wanted(h.start.spec.id) && !has(h.start.spec));
     hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
@@ -211,6 +226,7 @@ fn weigh(
         // Where the promise is far below what a refit has reached, a refit is in vain:
         // promises are right where the baseline is near the data.
         let worth = hypothesis.promise > PROMISING && hypothesis.promise > 0.05 * best;
+        let worth = worth || only.is_some();
         let mut trial = None;
         if k < MOST && worth && !control.cancelled() {
             about(

@@ -13,6 +13,9 @@ use crate::sim::SimError;
 pub struct DiagnoseOptions {
     /// Ids of effects that are weighed; all of the catalogue if empty.
     pub candidates: Vec<String>,
+    /// Effects to take as left out, by id, in place of a search: they are fitted and
+    /// proved, whatever they bring. Empty: none, the baseline alone.
+    pub by_hand: Option<Vec<String>>,
     /// Most effects that are named.
     pub most: usize,
     /// Tolerance of the simulation \[m\].
@@ -23,6 +26,7 @@ impl Default for DiagnoseOptions {
     fn default() -> Self {
         Self {
             candidates: Vec::new(),
+            by_hand: None,
             most: 3,
             tolerance: 1e-11,
         }
