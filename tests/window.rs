@@ -30,22 +30,54 @@ fn xdotool(arguments: &[&str]) -> String {
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
 }
 
+/// Time for the program to start or to compute on a busy machine.
+const LONG: Duration = Duration::from_secs(90);
+/// Time for it to react to the mouse.
+const SOON: Duration = Duration::from_secs(10);
+
 /// What the program says of itself, once `done` is content with it.
-fn wait_for(file: &Path, what: &str, done: impl Fn(&Value) -> bool) -> Value {
+fn wait_for(
+    file: &Path,
+    what: &str,
+    done: impl Fn(&Value) -> bool,
+    patience: Duration,
+) -> Result<Value, String> {
     let started = Instant::now();
     let mut last = Value::Null;
-    while started.elapsed() < Duration::from_secs(90) {
+    while started.elapsed() < patience {
         if let Ok(text) = std::fs::read_to_string(file)
             && let Ok(value) = serde_json::from_str::<Value>(&text)
         {
             if done(&value) {
-                return value;
+                return Ok(value);
             }
             last = value;
         }
         std::thread::sleep(Duration::from_millis(50));
     }
-    panic!("waited in vain for {what}; the window says {last:#}");
+    Err(format!(
+        "waited in vain for {what}; the window says {last:#}"
+    ))
+}
+
+/// Drags the Cs slider to the right, from the middle of the track, where its value stands,
+/// with pauses of `pause` between.
+fn drag_cs(layout: &Value, (x, y): (f64, f64), pause: Duration) {
+    let place = &layout["widgets"]["slider Cs"];
+    let at = |i: usize| place[i].as_f64().unwrap();
+    let fraction = (cs(layout) / 1e-23).ln() / (1e-19f64 / 1e-23).ln();
+    let px = |f: f64| (x + at(0) + f * (at(2) - at(0))).round().to_string();
+    let py = (y + 0.5 * (at(1) + at(3))).round().to_string();
+    xdotool(&["mousemove", &px(fraction), &py]);
+    std::thread::sleep(5 * pause);
+    xdotool(&["mousedown", "1"]);
+    std::thread::sleep(pause);
+    for step in 1..=10 {
+        xdotool(&["mousemove", &px(fraction + 0.02 * f64::from(step)), &py]);
+        std::thread::sleep(pause);
+    }
+    std::thread::sleep(2 * pause);
+    xdotool(&["mouseup", "1"]);
 }
 
 fn rms(layout: &Value) -> Option<f64> {
@@ -117,27 +149,27 @@ fn dragging_cs_moves_the_curve_and_the_residual() {
             .spawn()
             .unwrap(),
     );
-    let before = wait_for(&layout, "the recording's residual", |l| rms(l).is_some());
+    let residual = |l: &Value| rms(l).is_some();
+    let before = wait_for(&layout, "the recording's residual", residual, LONG).unwrap();
     let (x, y) = origin();
-    let place = &before["widgets"]["slider Cs"];
-    let at = |i: usize| place[i].as_f64().unwrap();
-    // From the middle of the track, where the preset's value stands nearly, to the right.
-    let fraction = (cs(&before) / 1e-23).ln() / (1e-19f64 / 1e-23).ln();
-    let px = |f: f64| (x + at(0) + f * (at(2) - at(0))).round().to_string();
-    let py = (y + 0.5 * (at(1) + at(3))).round().to_string();
-    xdotool(&["mousemove", &px(fraction), &py]);
-    std::thread::sleep(Duration::from_millis(300));
-    xdotool(&["mousedown", "1"]);
-    for step in 1..=10 {
-        std::thread::sleep(Duration::from_millis(60));
-        let to = fraction + 0.02 * f64::from(step);
-        xdotool(&["mousemove", &px(to), &py]);
+    // A machine that draws a frame a second takes press and release as one: the drag is
+    // then repeated, slower, as a person would.
+    let changed = |l: &Value| cs(l) > 2.0 * cs(&before) && rms(l).is_some();
+    for slowness in [1, 4, 12, 30] {
+        let now = wait_for(&layout, "the window's layout", residual, SOON)
+            .unwrap_or_else(|_| before.clone());
+        drag_cs(&now, (x, y), Duration::from_millis(60 * slowness));
+        if wait_for(&layout, "a changed Cs", changed, SOON).is_ok() {
+            break;
+        }
     }
-    std::thread::sleep(Duration::from_millis(200));
-    xdotool(&["mouseup", "1"]);
-    let after = wait_for(&layout, "another residual", |l| {
-        cs(l) > 2.0 * cs(&before) && rms(l).is_some() && rms(l) != rms(&before)
-    });
+    let after = wait_for(
+        &layout,
+        "another residual",
+        |l| changed(l) && rms(l) != rms(&before),
+        LONG,
+    )
+    .unwrap();
     println!(
         "Cs {:.3e} -> {:.3e} N m^2 s, rms {:.4e} -> {:.4e} m",
         cs(&before),

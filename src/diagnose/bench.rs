@@ -41,6 +41,15 @@ const BETTER: f64 = 0.95;
 const OFF: f64 = 2.5;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
+/// Share of the cost by which an iteration must lower it to be followed by another, at
+/// the end.
+const FINE: f64 = 2e-6;
+/// The same on the way.
+const ROUGH: f64 = 2e-3;
+/// One in this many stretches is used on the way.
+const THIN: usize = 3;
+/// So many of each recording, in flight and held, are used at least.
+const AT_LEAST: usize = 6;
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
@@ -290,8 +299,9 @@ impl Bench {
         let mut x = problem.space.coordinates(&start);
         x.resize(problem.unknowns(), 0.0);
         let segments = &self.train.calm.prepared.segments;
-        let used = vec![true; segments.len()];
-        let mut point = settle(&problem, &x, segments, &used, Huber(1e4), 3)?;
+        // A part of the stretches is enough to come near, and three times as fast.
+        let few = thinned(segments);
+        let mut point = settle(&problem, &x, segments, &few, Huber(1e4), 3)?;
         let skews: Vec<usize> = skews(&problem);
         // What acts most comes first: frequencies and dampings of motions that are far off
         // in size would go astray.
@@ -310,15 +320,13 @@ impl Bench {
             if ids.len() > 2 {
                 locked.extend(&skews);
             }
-            point = self.improve(&problem, point, &locked, 7, control)?;
+            point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
             heal(&problem, &mut point, segments)?;
         }
         let before = point.clone();
-        point = self.improve(&problem, point, &[], 20, control)?;
-        if heal(&problem, &mut point, segments)? {
-            point = self.improve(&problem, point, &[], 10, control)?;
-        }
-        let mut best = self.finish(problem, point)?;
+        point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+        let rough = point.cost / point.rows.max(1) as f64;
+        let mut best = self.whole(problem, point, &few, control)?;
         // Strength and thickness of the film trade against each other along a valley
         // that may lead astray: other thicknesses are tried where much is left.
         let thickness = best.problem.space.position("gp");
@@ -327,20 +335,21 @@ impl Bench {
             let Some(at) = thickness.filter(|_| left > MUCH && !control.cancelled()) else {
                 break;
             };
-            let mut problem = best.problem.clone();
+            let problem = best.problem.clone();
             let entry = &problem.space.entries[at];
             let mut x = before.x.clone();
             let gap = share * best.model.parameters[ParameterId::Dp];
             x[at] = gap.ln().clamp(entry.low, entry.high);
             let mut point = settle(&problem, &x, &before.segments, &before.used, LOSS, 2)?;
             let locked = positions(&problem, &["gp"]);
-            point = self.improve(&problem, point, &locked, 5, control)?;
-            point = self.improve(&problem, point, &[], 20, control)?;
-            if heal(&problem, &mut point, segments)? {
-                point = self.improve(&problem, point, &[], 10, control)?;
+            point = self.improve(&problem, point, &locked, (5, ROUGH), control)?;
+            point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+            // All stretches only where the few promise something.
+            let reached = point.cost / point.rows.max(1) as f64;
+            if reached > BETTER * rough {
+                break;
             }
-            problem = best.problem.clone();
-            let other = self.finish(problem, point)?;
+            let other = self.whole(problem, point, &few, control)?;
             let per_row = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
             let better = per_row(&other) < BETTER * per_row(&best);
             if per_row(&other) < per_row(&best) {
@@ -352,6 +361,32 @@ impl Bench {
             }
         }
         Ok(best)
+    }
+
+    /// Goes on with all stretches where a fit was to the `few` only.
+    fn whole(
+        &self,
+        problem: Problem,
+        point: Point,
+        few: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let segments = &self.train.calm.prepared.segments;
+        // The others begin from their first guess.
+        let others: Vec<bool> = few.iter().map(|f| !f).collect();
+        let rest = settle(&problem, &point.x, segments, &others, Huber(1e4), 3)?;
+        let (mut own, mut used) = (point.segments, point.used);
+        for i in (0..few.len()).filter(|&i| !few[i]) {
+            own[i] = rest.segments[i].clone();
+            used[i] = true;
+        }
+        let mut point = settle(&problem, &point.x, &own, &used, LOSS, 2)?;
+        heal(&problem, &mut point, segments)?;
+        point = self.improve(&problem, point, &[], (20, FINE), control)?;
+        if heal(&problem, &mut point, segments)? {
+            point = self.improve(&problem, point, &[], (10, FINE), control)?;
+        }
+        self.finish(problem, point)
     }
 
     /// A model with effects, fitted to the fitted recordings from `start`, whose values
@@ -398,12 +433,12 @@ impl Bench {
             let start = settle(&problem, &x, &segments, &used, LOSS, 3)?;
             // What is new finds its place first.
             let known: Vec<usize> = (0..self.free.len()).collect();
-            self.improve(&problem, start, &known, 8, control)?
+            self.improve(&problem, start, &known, (8, FINE), control)?
         } else {
             let own = &from.point;
             settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
         };
-        point = self.improve(&problem, point, &[], iterations, control)?;
+        point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
         self.finish(problem, point)
     }
 
@@ -462,9 +497,9 @@ impl Bench {
             }
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
-        let mut point = self.improve(&problem, point, &locked, 10, control)?;
+        let mut point = self.improve(&problem, point, &locked, (10, FINE), control)?;
         if from.is_none() && heal(&problem, &mut point, &segments)? {
-            point = self.improve(&problem, point, &locked, 5, control)?;
+            point = self.improve(&problem, point, &locked, (5, FINE), control)?;
         }
         Ok(Some(self.finish(problem, point)?))
     }
@@ -499,7 +534,7 @@ impl Bench {
         problem: &Problem,
         point: Point,
         locked: &[usize],
-        iterations: usize,
+        (iterations, enough): (usize, f64),
         control: &DiagnoseControl<'_>,
     ) -> Result<Point, DiagnoseError> {
         let quiet = |_: &Progress| {};
@@ -511,6 +546,7 @@ impl Bench {
             stage: "calm stretches",
             iterations,
             locked,
+            enough,
         };
         let mut clock = Clock::new(iterations);
         Ok(improve(problem, point, &plan, &control, &mut clock)?)
@@ -652,6 +688,23 @@ pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     with.effects.retain(|e| e.spec != effect.spec);
     with.effects.push(effect);
     with
+}
+
+/// Which stretches are used on the way: some of each recording, in flight and held.
+fn thinned(segments: &[Segment]) -> Vec<bool> {
+    let mut used = vec![false; segments.len()];
+    let mut groups: std::collections::BTreeMap<(usize, bool), Vec<usize>> = Default::default();
+    for (i, s) in segments.iter().enumerate() {
+        groups
+            .entry((s.recording, s.starts_held))
+            .or_default()
+            .push(i);
+    }
+    for group in groups.values() {
+        let stride = THIN.min(group.len() / AT_LEAST).max(1);
+        group.iter().step_by(stride).for_each(|&i| used[i] = true);
+    }
+    used
 }
 
 fn modes(model: &Model) -> usize {

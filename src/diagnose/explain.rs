@@ -11,6 +11,11 @@ use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
 /// A hypothesis is refitted from this promised fall of chi2 on.
 const PROMISING: f64 = 15.0;
+/// The same where a search has found the best of many times or frequencies: the promise
+/// is as good as the refit, and chance has had many tries.
+const FOUND: f64 = 25.0;
+/// Share of the best refit below which a promise is far behind.
+const FAR: f64 = 0.3;
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
 /// directions and some thousand frequencies falls by up to 20 by chance alone.
 pub const TRAIN_GAIN: f64 = 30.0;
@@ -46,6 +51,8 @@ pub struct Hypothesis {
     pub bounds: Vec<Bound>,
     /// Fall of chi2 promised by the linearised problem.
     pub promise: f64,
+    /// Promise from which a refit is worth while.
+    pub least: f64,
     /// Whether its times go through the series of recordings.
     pub series: bool,
 }
@@ -225,7 +232,7 @@ fn weigh(
     for (k, hypothesis) in hypotheses.into_iter().enumerate() {
         // Where the promise is far below what a refit has reached, a refit is in vain:
         // promises are right where the baseline is near the data.
-        let worth = hypothesis.promise > PROMISING && hypothesis.promise > 0.05 * best;
+        let worth = hypothesis.promise > hypothesis.least && hypothesis.promise > FAR * best;
         let worth = worth || only.is_some();
         let mut trial = None;
         if k < MOST && worth && !control.cancelled() {
@@ -299,6 +306,7 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
                 free: own_ids(spec, &[0, 1, 2]),
                 bounds: Vec::new(),
                 promise: line.gain,
+                least: FOUND,
                 series: false,
             });
         }
@@ -317,6 +325,7 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
                 free: own_ids(spec, &[0]),
                 bounds: Vec::new(),
                 promise: step.gain,
+                least: FOUND,
                 series: step.series,
             });
         }
@@ -342,6 +351,7 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
                 ("extra_mode.zeta".to_owned(), (1e-4, 0.1)),
             ],
             promise: ring.gain.max(2.0 * PROMISING),
+            least: PROMISING,
             series: false,
         });
     }
@@ -369,6 +379,7 @@ fn from_form(form: &Form, theta: f64, gain: f64) -> Hypothesis {
             vec![(form.strength_id(), (form.least(), f64::INFINITY))]
         },
         promise: gain,
+        least: PROMISING,
         series: false,
     }
 }

@@ -210,8 +210,14 @@ pub fn run(
     let mut instants = Vec::with_capacity(segment.joints.len());
     let mut priors = Vec::with_capacity(segment.joints.len());
     for joint in &segment.joints {
-        let away = value(k).clamp(-joint.reach, joint.reach);
-        priors.push(value(k) / joint.sigma);
+        // Both kinds are shifted by the reading's clock. Were an edge by the drive's, a skew
+        // and all edges of a recording could hardly be told apart.
+        let away = match joint.what {
+            JointKind::Event(_) => value(k),
+            JointKind::Edge(_) => value(k) + skew,
+        };
+        priors.push(away / joint.sigma);
+        let away = away.clamp(-joint.reach, joint.reach);
         k += 1;
         let v_after = match joint.what {
             JointKind::Event(Kind::Bounce { .. }) => {

@@ -126,6 +126,7 @@ pub(super) fn estimate_states(
         stage: "held out",
         iterations: options.iterations.min(10),
         locked: &locked,
+        enough: 1e-6,
     };
     let mut clock = Clock::new(plan.iterations);
     point = improve(problem, point, &plan, control, &mut clock)?;

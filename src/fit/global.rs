@@ -156,12 +156,14 @@ fn attempt(
         stage: "drive and structure",
         iterations: 6,
         locked: &later,
+        enough: 1e-6,
     };
     let point = improve(problem, point, &first, control, &mut clock)?;
     let all = Plan {
         stage: "all parameters",
         iterations: options.iterations,
         locked: &[],
+        enough: 1e-6,
     };
     let mut best = improve(problem, point, &all, control, &mut clock)?;
     best = read_again(&prepared, best, &all, control, &mut clock)?;

@@ -53,6 +53,7 @@ pub fn profile(
             stage: "profile",
             iterations: 6,
             locked: &[at],
+            enough: 1e-6,
         };
         let point = improve(problem, point, &plan, control, &mut clock)?;
         out.push(ProfilePoint {

@@ -21,7 +21,8 @@ const SETTLED: f64 = 7.0;
 /// An instant that a segment leaves free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint {
-    /// First guess \[s\], by the reading's clock for events, by the drive's for edges.
+    /// First guess \[s\], by the reading's clock for events, by the drive's for edges; how
+    /// far it is from there is by the reading's clock for both.
     pub time: f64,
     /// How far it may be from the guess \[s\].
     pub reach: f64,
@@ -104,8 +105,11 @@ impl Segment {
         let joints: usize = self.joints.iter().map(Joint::unknowns).sum();
         let mut k = locals.len() - joints;
         for joint in &self.joints {
-            let reach = joint.reach / self.units[k];
-            locals[k] = locals[k].clamp(-reach, reach);
+            // An edge is shifted by the skew of the clocks, and kept within its reach after.
+            if let JointKind::Event(_) = joint.what {
+                let reach = joint.reach / self.units[k];
+                locals[k] = locals[k].clamp(-reach, reach);
+            }
             k += joint.unknowns();
         }
     }

@@ -99,6 +99,8 @@ pub struct Plan<'a> {
     pub iterations: usize,
     /// Unknowns that stay where they are.
     pub locked: &'a [usize],
+    /// Fall of the cost in one iteration, as a share of it, that is not worth another.
+    pub enough: f64,
 }
 
 /// The point at unknowns `x` with each segment's own unknowns fitted.
@@ -268,7 +270,8 @@ pub fn improve(
     clock: &mut Clock,
 ) -> Result<Point, SimError> {
     let n = problem.unknowns();
-    let mut damping = 1e-3;
+    // Damping after Nielsen (1999): it follows how well the step was foreseen.
+    let (mut damping, mut growth) = (1e-4, 2.0);
     let mut huber = threshold(problem, &point)?;
     point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
     for _ in 0..plan.iterations {
@@ -283,7 +286,8 @@ pub fn improve(
             let Some(step) =
                 bounded_step(problem, &point.x, &normal, &gradient, damping, plan.locked)
             else {
-                damping *= 10.0;
+                damping *= growth;
+                growth *= 2.0;
                 continue;
             };
             let there: Vec<f64> = (0..n).map(|i| point.x[i] + step[i]).collect();
@@ -310,16 +314,20 @@ pub fn improve(
                 && trial.cost < point.cost
             {
                 let gain = point.cost - trial.cost;
-                converged = size < SETTLED || gain < SETTLED.max(1e-6 * point.cost);
+                converged = size < SETTLED || gain < SETTLED.max(plan.enough * point.cost);
                 accepted = Some(trial);
-                damping = (0.1 * damping).max(1e-8);
+                let foreseen = -2.0 * gradient.dot(&change) - size;
+                let ratio = (gain / foreseen.max(1e-12)).min(1.0);
+                damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1)).max(1e-9);
+                growth = 2.0;
                 break;
             }
             if size < SETTLED {
                 converged = true;
                 break;
             }
-            damping = (10.0 * damping).max(1e-4);
+            damping = (growth * damping).max(1e-8);
+            growth *= 2.0;
         }
         clock.done += 1;
         let moved = accepted.is_some();

@@ -21,6 +21,8 @@ pub const JUST_VISIBLE: f64 = 5.0;
 const FOLLOWED: f64 = 0.2;
 /// Local error of positions \[m\]; differences of tens of nanometres are taken.
 const TOLERANCE: f64 = 1e-11;
+/// A step of the voltage from which it is a jump \[V\].
+const LEAST_JUMP: f64 = 0.5;
 /// Modes whose frequency and damping may be re-tuned.
 const TUNED_MODES: usize = 3;
 
@@ -248,12 +250,13 @@ fn add_stretch(
     let part = |from: usize, to: usize, f: &dyn Fn(usize) -> f64| {
         DVector::from_fn(rows, |i, _| if i >= from && i < to { f(i) } else { 0.0 })
     };
-    let slope = |i: usize| {
-        let (low, high) = ((i / m) * m, (i / m) * m + m - 1);
-        let (a, b) = (i.max(low + 1) - 1, (i + 1).min(high));
-        rate * (rest[b] - rest[a]) / (b - a) as f64
-    };
-    global.push((base + 4, part(0, rows, &slope)));
+    // Neighbouring samples are too far apart for the slope of the quick modes.
+    let soon = 0.01 / rate;
+    let later: Vec<f64> = times.iter().map(|t| t + soon).collect();
+    let [p, c] = follow(made.plain, made.pieces, &plain, &later, TOLERANCE)?;
+    let both = p.into_iter().chain(c).take(rows);
+    let slope = (DVector::from_iterator(rows, both) - &rest) / soon;
+    global.push((base + 4, slope));
     global.push((base + 5, part(0, m, &|i| rest[i])));
     global.push((base + 6, part(m, rows, &|i| rest[i])));
     global.push((zeros, part(0, m, &|_| 1.0)));
@@ -274,6 +277,16 @@ fn add_stretch(
         })?;
         local.push(column);
     }
+    // A sampled voltage says between which samples a jump is, not where.
+    for i in jumps(made.pieces, stretch) {
+        let mut moved = made.pieces.to_vec();
+        let by = 0.02 / instruments.rate;
+        moved[i - 1].end += by;
+        moved[i].start += by;
+        let [p, c] = follow(made.plain, &moved, &plain, times, TOLERANCE)?;
+        let both = p.into_iter().chain(c).take(rows);
+        local.push(DVector::from_iterator(rows, both) - &rest);
+    }
     project(
         normal,
         &local,
@@ -282,6 +295,17 @@ fn add_stretch(
         weight / instruments.noise.powi(2),
     );
     Ok(())
+}
+
+/// Pieces within the stretch that begin with a jump of the voltage.
+fn jumps(pieces: &[Piece], stretch: &Stretch) -> Vec<usize> {
+    let jumps = |i: &usize| {
+        let (before, after) = (&pieces[i - 1], &pieces[*i]);
+        let at = after.start;
+        let size = (after.shape.at(at) - before.shape.at(at)).abs();
+        at > stretch.start && at < stretch.end && size > LEAST_JUMP
+    };
+    (1..pieces.len()).filter(jumps).collect()
 }
 
 /// Takes the stretch's own freedoms out and adds what is left to the normal equations.
