@@ -6,9 +6,14 @@ use crate::fit::readings::{Bounce, Readings, Release};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;
+use crate::recording::quantile_in_place;
 
 /// Residuals beyond this many standard deviations count no more than this.
 const CLIP: f64 = 4.0;
+/// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
+const TOLD: f64 = 30.0;
+/// A force known so many times worse than the best is not used.
+const VAGUE: f64 = 15.0;
 /// Fewest events for a law.
 const LEAST: usize = 6;
 /// Bounces slower than this share of the fastest tell little of the law: adhesion has a
@@ -37,11 +42,22 @@ pub struct LawTest {
     pub evidence: String,
 }
 
-/// A weighted curve fit: values, their covariance's diagonal, robust cost.
+/// A weighted curve fit: values, their covariance's diagonal, robust cost, and the
+/// logarithm of the information's determinant.
 struct Curve {
     values: Vec<f64>,
     errors: Vec<f64>,
     cost: f64,
+    information: f64,
+}
+
+impl Curve {
+    /// Minus twice the logarithm of the likelihood of further points, which `both` has
+    /// been fitted to beside those of `self`: what these leave open of the curve is
+    /// averaged over.
+    fn foresees(&self, both: &Self, scale: f64) -> f64 {
+        (both.cost - self.cost) / scale + (both.information - self.information).max(0.0)
+    }
 }
 
 /// Gauss-Newton with clipped residuals; `f` gives the curve at a point for parameters.
@@ -52,6 +68,7 @@ fn curve(points: &[(f64, f64, f64)], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f
     let n = values.len();
     let mut damping = 1e-3f64;
     let mut errors = vec![f64::INFINITY; n];
+    let mut information = f64::NEG_INFINITY;
     for _ in 0..60 {
         let mut normal = nalgebra::DMatrix::<f64>::zeros(n, n);
         let mut right = nalgebra::DVector::zeros(n);
@@ -77,6 +94,12 @@ fn curve(points: &[(f64, f64, f64)], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f
         if let Some(inverse) = normal.clone().try_inverse() {
             errors = (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt()).collect();
         }
+        // What is known of values beforehand: their order of magnitude.
+        let mut known = normal.clone();
+        for i in 0..n {
+            known[(i, i)] += values[i].abs().max(1e-12).powi(-2);
+        }
+        information = known.determinant().abs().max(f64::MIN_POSITIVE).ln();
         let mut damped = normal.clone();
         for i in 0..n {
             damped[(i, i)] *= 1.0 + damping;
@@ -106,6 +129,7 @@ fn curve(points: &[(f64, f64, f64)], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f
         values,
         errors,
         cost: best,
+        information,
     }
 }
 
@@ -124,9 +148,12 @@ fn cost(points: &[(f64, f64, f64)], f: &dyn Fn(f64) -> f64) -> f64 {
 }
 
 /// Readings scatter more than their errors say where neighbouring events share what is
-/// left of the model's error: the scatter about the best law is the measure.
-fn scatter(best: f64, points: usize, unknowns: usize) -> f64 {
-    (best / points.saturating_sub(unknowns).max(1) as f64).max(1.0)
+/// left of the model's error: the scatter about the best law is the measure. A reading
+/// that is far off was misread and counts as one that is off.
+fn scatter(points: &[(f64, f64, f64)], unknowns: usize, f: &dyn Fn(f64) -> f64) -> f64 {
+    let one = |&(x, y, sigma): &(f64, f64, f64)| ((y - f(x)) / sigma).powi(2).min(CLIP * CLIP);
+    let sum: f64 = points.iter().map(one).sum();
+    (sum / points.len().saturating_sub(unknowns).max(1) as f64).max(1.0)
 }
 
 /// (speed, ratio, error) of the bounces that tell the law.
@@ -138,11 +165,18 @@ fn ratios(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
     telling.map(|b| (b.approach, b.ratio, b.error)).collect()
 }
 
+/// (contact time, force, error) of the releases that tell the law. Where the drive jumped
+/// or the stay was short the force is known so badly that its error is not known either.
 fn pulls(releases: &[Release]) -> Vec<(f64, f64, f64)> {
-    let telling = releases
+    let known = releases
         .iter()
         .filter(|r| r.contact > 0.0 && r.error.is_finite());
-    telling.map(|r| (r.contact, r.force, r.error)).collect()
+    let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
+    let good = quantile_in_place(&mut errors, 0.1);
+    known
+        .filter(|r| r.error < VAGUE * good)
+        .map(|r| (r.contact, r.force, r.error))
+        .collect()
 }
 
 /// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,
@@ -191,12 +225,8 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
     let v0 = 0.1;
     let law = |v: f64, p: &[f64]| (p[0] * (v / v0).powf(-p[1])).min(1.0);
     let power = curve(&train, &[constant.values[0], 0.05], &law);
-    let scale = scatter(power.cost, train.len(), 2);
-    let held_scale = scale.max(scatter(
-        cost(&held, &|v| law(v, &power.values)),
-        held.len(),
-        0,
-    ));
+    let scale = scatter(&train, 2, &|v| law(v, &power.values));
+    let held_scale = scale.max(scatter(&held, 0, &|v| law(v, &power.values)));
     let before = cost(&held, &|_| constant.values[0]);
     let after = cost(&held, &|v| law(v, &power.values));
     let root = scale.sqrt();
@@ -220,7 +250,37 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
     })
 }
 
+/// Adhesion as it may bend: force over contact time for three values and a share.
+fn bent(t: f64, p: &[f64], share: f64) -> f64 {
+    let over = t / p[2].abs().max(1e-7);
+    p[0] + p[1]
+        * if share == 0.0 {
+            -(-over).exp_m1()
+        } else {
+            over.ln_1p()
+        }
+}
+
+/// The best bent law through the points and its share; `None` if none makes sense.
+fn bend(points: &[(f64, f64, f64)], start: f64) -> Option<(Curve, f64)> {
+    let mut best: Option<(Curve, f64)> = None;
+    for share in [0.0, 1.0] {
+        for tau in [3e-4, 1e-3, 4e-3, 15e-3] {
+            let fit = curve(points, &[start, 30e-9, tau], &|t, p| bent(t, p, share));
+            let sound = fit.values[1] > 0.0 && fit.values[2].abs() < 0.2;
+            if sound && best.as_ref().is_none_or(|b| fit.cost < b.0.cost) {
+                best = Some((fit, share));
+            }
+        }
+    }
+    best
+}
+
 /// Adhesion that saturates, against one that grows in proportion to contact time.
+///
+/// A few excitations have few contact times: two of them are on any straight line, and
+/// only with those of the recordings kept out is there a bend. These are judged by what
+/// the fitted ones foresee of them, with all that they leave open.
 fn adhesion(ground: &Ground) -> Option<LawTest> {
     let (train, held) = (
         pulls(&ground.train.releases),
@@ -230,55 +290,47 @@ fn adhesion(ground: &Ground) -> Option<LawTest> {
     if train.len() < LEAST {
         return None;
     }
-    let straight = line(&train);
-    let exponential = |t: f64, p: &[f64]| p[0] + p[1] * -(-t / p[2].abs().max(1e-7)).exp_m1();
-    let logarithm = |t: f64, p: &[f64]| p[0] + p[1] * (t / p[2].abs().max(1e-7)).ln_1p();
-    let mut best: Option<(Curve, f64)> = None;
-    for share in [0.0, 1.0] {
-        for tau in [3e-4, 1e-3, 4e-3, 15e-3] {
-            let start = [straight.values[0].max(1e-9), 30e-9, tau];
-            let fit = if share == 0.0 {
-                curve(&train, &start, &exponential)
-            } else {
-                curve(&train, &start, &logarithm)
-            };
-            let sound = fit.values[1] > 0.0 && fit.values[2].abs() < 0.2;
-            if sound && best.as_ref().is_none_or(|b| fit.cost < b.0.cost) {
-                best = Some((fit, share));
-            }
-        }
-    }
-    let (fit, share) = best?;
-    let law = |t: f64| {
-        if share == 0.0 {
-            exponential(t, &fit.values)
-        } else {
-            logarithm(t, &fit.values)
-        }
+    let all = [train.as_slice(), held.as_slice()].concat();
+    let (straight, straight_all) = (line(&train), line(&all));
+    let start = straight.values[0].max(1e-9);
+    let (fit_all, share_all) = bend(&all, start)?;
+    let scale = scatter(&all, 3, &|t| bent(t, &fit_all.values, share_all));
+    // Both laws of bending are one hypothesis: that which suits all is asked of the first.
+    let same = curve(&train, &fit_all.values, &|t, p| bent(t, p, share_all));
+    let foreseen = same.foresees(&fit_all, scale);
+    let (fit, share) = bend(&train, start).unwrap_or((same, share_all));
+    let held_gain = straight.foresees(&straight_all, scale) - foreseen;
+    let gain = (straight.cost - fit.cost) / scale;
+    let together = gain <= TOLD && held_gain > 0.0;
+    let (told, share) = if together {
+        (fit_all, share_all)
+    } else {
+        (fit, share)
     };
-    let scale = scatter(fit.cost, train.len(), 3);
-    let (before, after) = (
-        cost(&held, &|t| straight.values[0] + straight.values[1] * t),
-        cost(&held, &law),
-    );
-    let held_scale = scale.max(scatter(after, held.len(), 0));
+    let after = cost(&held, &|t| bent(t, &told.values, share));
     let root = scale.sqrt();
+    let times = if together { &all } else { &train };
     Some(LawTest {
         id: spec.id,
-        gain: (straight.cost - fit.cost) / scale,
-        held_gain: (before - after) / held_scale,
+        gain,
+        held_gain,
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
-            values: vec![fit.values[1], fit.values[2].abs(), share],
+            values: vec![told.values[1], told.values[2].abs(), share],
         },
-        errors: vec![fit.errors[1] * root, fit.errors[2] * root, f64::INFINITY],
-        sets: vec![(ParameterId::Ca0, fit.values[0].max(0.0))],
+        errors: vec![told.errors[1] * root, told.errors[2] * root, f64::INFINITY],
+        sets: vec![(ParameterId::Ca0, told.values[0].max(0.0))],
         evidence: format!(
-            "{} releases: the pull-off force bends over contact times of {:.2} to {:.1} ms",
-            train.len(),
-            1e3 * train.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
-            1e3 * train.iter().fold(0.0f64, |a, p| a.max(p.0)),
+            "{} releases: the pull-off force bends over contact times of {:.2} to {:.1} ms{}",
+            times.len(),
+            1e3 * times.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
+            1e3 * times.iter().fold(0.0f64, |a, p| a.max(p.0)),
+            if together {
+                ", as only those of the recordings kept out tell"
+            } else {
+                ""
+            }
         ),
     })
 }
@@ -307,13 +359,13 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
     let law = |v: f64, p: &[f64]| p[0] - p[1] * v;
     let fit = curve(&train, &[level.values[0], 1e-7], &law);
     let dwell = fit.values[1];
-    let scale = scatter(fit.cost, train.len(), 2);
+    let scale = scatter(&train, 2, &|v| law(v, &fit.values));
     let root = scale.sqrt();
     let (before, after) = (
         cost(&held, &|_| level.values[0]),
         cost(&held, &|v| law(v, &fit.values)),
     );
-    let held_scale = scale.max(scatter(after, held.len(), 0));
+    let held_scale = scale.max(scatter(&held, 0, &|v| law(v, &fit.values)));
     let gain = if dwell > 0.0 {
         (level.cost - fit.cost) / scale
     } else {
