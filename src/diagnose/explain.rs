@@ -19,6 +19,8 @@ const FAR: f64 = 0.3;
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
 /// directions and some thousand frequencies falls by up to 20 by chance alone.
 pub const TRAIN_GAIN: f64 = 30.0;
+/// The same where the best of many times or frequencies was searched for.
+const SEARCHED_GAIN: f64 = 50.0;
 /// Least fall on the recordings kept out.
 pub const HELD_GAIN: f64 = 10.0;
 /// A further name must explain this share of what the first ones explained.
@@ -180,7 +182,12 @@ pub fn explain(
             break;
         };
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        let chance = trial.gain < TRAIN_GAIN || !held || trial.worth() < SHARE * explained;
+        let least = if trial.hypothesis.least > PROMISING {
+            SEARCHED_GAIN
+        } else {
+            TRAIN_GAIN
+        };
+        let chance = trial.gain < least || !held || trial.worth() < SHARE * explained;
         if only.is_none() && chance {
             break;
         }
