@@ -34,6 +34,7 @@ fn overlay(id: u64, path: &Path) -> Overlay {
         visible: false,
         color: 3,
         made_up: false,
+        role: None,
     };
     overlay.alignment.time_shift = 1.5e-3;
     overlay

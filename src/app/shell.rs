@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
+use crate::diagnose::report::verdict_sentence;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::preset::Preset;
 use crate::sim::SimError;
@@ -23,7 +24,7 @@ use super::layout::Layout;
 use super::setup::{DriveChoice, OverlayId, Picture, Setup, View};
 use super::state::{About, Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
-use super::{WindowOptions, first_start, session, theme, workspaces};
+use super::{WindowOptions, diagnosing, first_start, session, theme, workspaces};
 
 pub use picture::PictureOutcome;
 
@@ -47,7 +48,6 @@ pub struct Shell {
     pub(super) order: Vec<PathBuf>,
     /// Device whose usual live speed is set.
     pub(super) speed_of: String,
-    workspace: String,
     worker: Worker,
     sent: Option<Wish>,
     recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
@@ -120,6 +120,9 @@ impl Shell {
         theme::apply(context, view.dark);
         let shown = setup.overlays.iter().map(|o| o.id).max().unwrap_or(0);
         let mut state = first_start::state(setup, view);
+        if let Some(workspace) = options.workspace {
+            state.view.workspace = workspace;
+        }
         state.notices = notices;
         Ok(Self {
             history: History::new(&state.setup),
@@ -140,9 +143,6 @@ impl Shell {
             next_overlay: last_id.max(shown),
             absent,
             order,
-            workspace: options
-                .workspace
-                .unwrap_or_else(|| workspaces::NAMES[0].to_owned()),
             worker,
             sent: None,
             recorded: None,
@@ -205,6 +205,23 @@ impl Shell {
                     );
                 }
             }
+        }
+    }
+
+    /// Takes what diagnoses and trials have brought; says so to whoever looks elsewhere.
+    fn take_diagnosis(&mut self) {
+        let ended = diagnosing::poll(&mut self.state, &mut self.next_overlay);
+        if !ended || self.state.view.workspace == workspaces::diagnose::NAME {
+            return;
+        }
+        let diagnosing = &self.state.diagnosing;
+        match (&diagnosing.error, diagnosing.shown()) {
+            (Some(error), _) => self.notice(true, format!("No diagnosis: {error}")),
+            (None, Some(answer)) => {
+                let text = verdict_sentence(&answer.diagnosis);
+                self.notice(false, format!("The diagnosis is done. {text}"));
+            }
+            (None, None) => {}
         }
     }
 
@@ -343,6 +360,7 @@ impl Shell {
     fn show(&mut self, ui: &mut Ui) {
         self.take_news();
         super::actions::take_files(self);
+        self.take_diagnosis();
         if self.themed != Some(self.state.view.dark) {
             self.themed = Some(self.state.view.dark);
             theme::apply(ui.ctx(), self.state.view.dark);
@@ -352,7 +370,7 @@ impl Shell {
         self.top(ui);
         self.bottom(ui);
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            workspaces::show(&self.workspace, ui, &mut self.state);
+            workspaces::show(ui, &mut self.state);
         });
         self.toasts(ui);
         super::actions::dialogs(self, ui);

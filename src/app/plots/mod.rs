@@ -1,6 +1,6 @@
 //! The pictures of the Tune workspace, stacked: one file for each.
 
-mod axes;
+pub(super) mod axes;
 mod cache;
 mod curve;
 pub mod device;

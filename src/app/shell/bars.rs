@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{self, Panel, Ui};
 
 use super::Shell;
+use crate::app::command::Command;
 use crate::app::files::absolute;
 use crate::app::snapshot::LiveState;
 use crate::app::{actions, first_start, theme, workspaces};
@@ -18,9 +19,10 @@ impl Shell {
                 actions::menus(self, ui);
                 ui.separator();
                 for workspace in &workspaces::ALL {
-                    let here = self.workspace == workspace.name;
-                    if ui.selectable_label(here, workspace.title).clicked() {
-                        self.workspace = workspace.name.to_owned();
+                    let here = self.state.view.workspace == workspace.name;
+                    let tab = ui.selectable_label(here, workspace.title);
+                    if tab.on_hover_text(workspace.help).clicked() {
+                        self.state.ask(Command::Workspace(workspace.name));
                     }
                 }
             });

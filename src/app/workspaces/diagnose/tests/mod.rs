@@ -1,0 +1,1 @@
+//! The workspace by its accessibility tree, without a GPU.

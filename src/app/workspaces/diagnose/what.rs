@@ -1,0 +1,243 @@
+//! Step 3: what was left out. Every effect that was weighed, with "nothing" and
+//! "unknown" as answers of their own; effects added or dropped by hand.
+
+use eframe::egui::{Button, Frame, Label, Panel, RichText, Sense, Ui, vec2};
+
+use super::{candidate, colors, heading, promise, scrolled, small};
+use crate::app::command::Command;
+use crate::app::diagnosing::{Answer, named};
+use crate::app::state::State;
+use crate::diagnose::Verdict;
+use crate::diagnose::report::rest;
+use crate::diagnose::report::words::{in_noise, listed, probability};
+use crate::diagnose::result::{Candidate, Diagnosis};
+use crate::model::effects::find;
+
+/// Probability from which an effect is listed by itself.
+const WORTH: f64 = 1e-3;
+/// Effects that are listed at least.
+const LEAST: usize = 4;
+
+/// Draws the step.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let answers = &state.diagnosing;
+    // By hand nothing is weighed; the list is that of the search where there was one.
+    let Some(answer) = answers.shown().cloned() else {
+        promise(
+            ui,
+            "Which effect was left out: each with its probability, what speaks for and against \
+             it, and those that look alike. \"Nothing\" and \"unknown\" are real answers.",
+        );
+        return;
+    };
+    Panel::bottom("diagnose by hand")
+        .resizable(false)
+        .frame(Frame::NONE)
+        .show(ui, |ui| by_hand(ui, state));
+    scrolled(ui, "diagnose what", |ui| list(ui, state, &answer));
+}
+
+fn list(ui: &mut Ui, state: &mut State, answer: &Answer) {
+    let d = &answer.diagnosis;
+    let diagnosing = &mut state.diagnosing;
+    let (mut first, mut rest): (Vec<&Candidate>, Vec<&Candidate>) = (Vec::new(), Vec::new());
+    for c in &d.candidates {
+        let is_named = d.named.iter().any(|n| n.id == c.id);
+        if is_named {
+            first.push(c);
+        } else {
+            rest.push(c);
+        }
+    }
+    for c in &first {
+        candidate::show(ui, diagnosing, d, c);
+    }
+    // A name that was not weighed in a list of its own is said too.
+    for n in d
+        .named
+        .iter()
+        .filter(|n| first.iter().all(|c| c.id != n.id))
+    {
+        ui.label(RichText::new(&n.name).strong());
+    }
+    answer_rows(ui, d);
+    let all = diagnosing.look.all_candidates;
+    let worth = rest.iter().filter(|c| c.probability >= WORTH).count();
+    let shown = if all {
+        rest.len()
+    } else {
+        worth.max(LEAST).min(rest.len())
+    };
+    if !rest.is_empty() {
+        ui.add_space(3.0);
+        let title = if first.is_empty() {
+            "Weighed"
+        } else {
+            "Weighed beside it"
+        };
+        heading(ui, title);
+    }
+    for c in rest.iter().take(shown) {
+        candidate::show(ui, diagnosing, d, c);
+    }
+    let more = rest.len() - worth.max(LEAST).min(rest.len());
+    if more > 0 {
+        let text = if all {
+            "Hide those that explain nothing".to_owned()
+        } else {
+            format!("Show {more} more that explain nothing")
+        };
+        if ui.button(small(text)).clicked() {
+            diagnosing.look.all_candidates = !all;
+        }
+    }
+}
+
+/// "Nothing" and "unknown" beside the effects.
+fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
+    let best = d
+        .candidates
+        .iter()
+        .map(|c| c.probability)
+        .fold(0.0, f64::max);
+    let taken: f64 = d.named.iter().map(|n| n.probability).fold(best, f64::max)
+        + d.named
+            .first()
+            .map_or(0.0, |n| n.probability * n.alike.len() as f64);
+    let open = (1.0 - taken).clamp(0.0, 1.0);
+    let (nothing, why_nothing) = match d.verdict {
+        Verdict::Adequate => (
+            open,
+            "The re-tuned model is at the noise on the recordings kept out.".to_owned(),
+        ),
+        Verdict::MissingPhysics => (
+            open,
+            format!(
+                "Without it the residual kept out is {}.",
+                in_noise(d.held_out.before.rms, d.noise)
+            ),
+        ),
+        Verdict::Unexplained => (
+            0.0,
+            "Re-tuning alone leaves more than the noise.".to_owned(),
+        ),
+    };
+    row(
+        ui,
+        "Nothing left out",
+        (nothing, &probability(nothing)),
+        d.verdict == Verdict::Adequate,
+        d,
+        &why_nothing,
+    );
+    let left = rest::sentences(d);
+    let more = d.held_out.after.chi2.max(d.train.after.chi2) > 1.1;
+    let (share, text, why) = match d.verdict {
+        Verdict::Unexplained => (
+            1.0,
+            "the answer",
+            "No effect of the catalogue carries what is missing.".to_owned(),
+        ),
+        Verdict::MissingPhysics if more => (0.0, "something", left.join(" ")),
+        _ => (
+            0.0,
+            "no sign of it",
+            "Nothing above the noise is left for something unknown.".to_owned(),
+        ),
+    };
+    let is_answer = d.verdict == Verdict::Unexplained;
+    row(
+        ui,
+        "Unknown: not in the catalogue",
+        (share, text),
+        is_answer,
+        d,
+        &why,
+    );
+}
+
+fn row(
+    ui: &mut Ui,
+    name: &str,
+    (share, text): (f64, &str),
+    is_answer: bool,
+    d: &Diagnosis,
+    why: &str,
+) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        // Beside the effects' ticks.
+        ui.add_space(ui.spacing().icon_width + 6.0);
+        let (rect, _) = ui.allocate_exact_size(vec2(74.0, 17.0), Sense::hover());
+        let color = if is_answer {
+            colors::verdict(ui, d.verdict)
+        } else {
+            ui.visuals().widgets.active.bg_fill
+        };
+        candidate::bar(ui, rect, share, text, color);
+        let text = RichText::new(name);
+        let text = if is_answer { text.strong() } else { text };
+        ui.add(Label::new(text).truncate()).on_hover_text(why);
+    });
+    if is_answer {
+        ui.indent(name, |ui| ui.label(small(why)));
+    }
+}
+
+/// Effects chosen by hand, and how they do beside the search's.
+fn by_hand(ui: &mut Ui, state: &mut State) {
+    ui.separator();
+    let diagnosing = &state.diagnosing;
+    let picked = diagnosing.picked();
+    let names: Vec<&str> = picked
+        .iter()
+        .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
+        .collect();
+    let text = match names.as_slice() {
+        [] => "By hand: nothing ticked, the model alone".to_owned(),
+        names => format!("By hand: {}", listed(names)),
+    };
+    ui.add(Label::new(small(text)).wrap());
+    let same = diagnosing
+        .automatic
+        .as_ref()
+        .is_some_and(|answer| named(&answer.diagnosis) == picked);
+    let done = diagnosing
+        .by_hand
+        .as_ref()
+        .is_some_and(|answer| answer.asked.by_hand.as_ref() == Some(&picked));
+    let mut wanted = false;
+    ui.horizontal(|ui| {
+        let free = diagnosing.running.is_none();
+        let button = ui.add_enabled(free && !same && !done, Button::new("Diagnose by hand"));
+        let help = if same {
+            "These are the effects that the search names: tick others to try them"
+        } else if done {
+            "It is done for these: see the proof"
+        } else {
+            "Fit and prove exactly the ticked effects, whatever they bring"
+        };
+        wanted = button
+            .on_hover_text(help)
+            .on_disabled_hover_text(help)
+            .clicked();
+    });
+    for (title, answer) in [
+        ("search", &diagnosing.automatic),
+        ("by hand", &diagnosing.by_hand),
+    ] {
+        if let Some(answer) = answer.as_ref().filter(|_| diagnosing.by_hand.is_some()) {
+            let d = &answer.diagnosis;
+            let text = format!(
+                "{title}: kept out {} to {}",
+                in_noise(d.held_out.before.rms, d.noise),
+                in_noise(d.held_out.after.rms, d.noise)
+            );
+            ui.label(small(text));
+        }
+    }
+    if wanted {
+        state.ask(Command::DiagnoseByHand);
+    }
+    ui.add_space(4.0);
+}
