@@ -27,7 +27,8 @@ impl Shell {
                 }
             });
         });
-        if self.hint {
+        // It is about what is seen in the first workspace.
+        if self.hint && self.state.view.workspace == workspaces::NAMES[0] {
             Panel::top("hint").show(ui, |ui| self.hint(ui));
         }
     }

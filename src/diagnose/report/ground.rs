@@ -1,6 +1,7 @@
-//! The events at the ground as the report and the window draw them: measured points that
-//! tell something, and the laws that they should follow.
+//! Events at the ground and missing forces as the report and the window draw them:
+//! measured points that tell something, and the laws that they should follow.
 
+use crate::diagnose::result::ForceCurve;
 use crate::model::Model;
 use crate::model::effects::{Action, ActiveEffect, Surroundings};
 use crate::model::ground::Ground;
@@ -87,4 +88,73 @@ pub fn grid(values: impl Iterator<Item = f64>) -> Vec<f64> {
     }
     let step = (high - low) / (CURVE - 1) as f64;
     (0..CURVE).map(|i| low + i as f64 * step).collect()
+}
+
+/// The law through a measured force curve \[N\], with the constant and the slope that
+/// re-tuning takes up: the measured force is known but for these, since the re-tuned
+/// model has an offset, a stiffness, a damping and a gain of the drive of its own. Empty
+/// where there is no law.
+pub fn law_through(curve: &ForceCurve) -> Vec<f64> {
+    let middle = curve.at.iter().sum::<f64>() / curve.at.len().max(1) as f64;
+    let mut sums = [0.0; 5];
+    for (i, (u, law)) in curve.at.iter().zip(&curve.law).enumerate() {
+        let (Some(force), Some(error)) = (curve.force.get(i), curve.std_error.get(i)) else {
+            continue;
+        };
+        let (miss, weight) = (force - law, error.powi(-2));
+        if miss.is_finite() && weight.is_finite() && weight > 0.0 {
+            let u = u - middle;
+            let terms = [1.0, u, u * u, miss, u * miss];
+            for (sum, term) in sums.iter_mut().zip(terms) {
+                *sum += weight * term;
+            }
+        }
+    }
+    let [w, wu, wuu, wf, wuf] = sums;
+    let determinant = w * wuu - wu * wu;
+    let (constant, slope) = if determinant > 1e-9 * w * wuu {
+        (
+            (wuu * wf - wu * wuf) / determinant,
+            (w * wuf - wu * wf) / determinant,
+        )
+    } else if w > 0.0 {
+        (wf / w, 0.0)
+    } else {
+        (0.0, 0.0)
+    };
+    let through = curve.at.iter().zip(&curve.law);
+    through
+        .map(|(u, law)| law + constant + slope * (u - middle))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_law_is_drawn_through_what_re_tuning_leaves_open() {
+        let at: Vec<f64> = (-5..=5).map(|i| 0.1 * f64::from(i)).collect();
+        let law: Vec<f64> = at.iter().map(|v| -1e-8 * v * v.abs()).collect();
+        let mut curve = ForceCurve {
+            against: "xp'",
+            unit: "m/s",
+            force: at
+                .iter()
+                .zip(&law)
+                .map(|(v, f)| f + 2e-9 + 3e-9 * v)
+                .collect(),
+            std_error: vec![1e-10; at.len()],
+            law,
+            at,
+        };
+        curve.std_error[3] = f64::NAN;
+        for (drawn, seen) in law_through(&curve).iter().zip(&curve.force) {
+            assert!((drawn - seen).abs() < 1e-15, "{drawn:e} {seen:e}");
+        }
+        curve.std_error.fill(f64::NAN);
+        assert_eq!(law_through(&curve), curve.law);
+        curve.law.clear();
+        assert!(law_through(&curve).is_empty());
+    }
 }

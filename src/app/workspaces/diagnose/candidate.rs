@@ -135,7 +135,9 @@ fn details(ui: &mut Ui, diagnosing: &mut Diagnosing, c: &Candidate, named: Optio
     for remark in &c.remarks {
         bullet(ui, sign, remark);
     }
-    numbers(ui, c);
+    if named.is_none() {
+        numbers(ui, c);
+    }
     let opens = support(&c.id);
     let button = ui.button(small(opens.text()));
     if button

@@ -6,7 +6,7 @@ use super::evidence::{against, spelled};
 use super::figure::{Axis, Figure, Item};
 use super::{colors, figure, small};
 use crate::app::diagnosing::look::Look;
-use crate::diagnose::report::ground::Seen;
+use crate::diagnose::report::ground::{Seen, law_through};
 use crate::diagnose::report::words::listed;
 use crate::diagnose::result::Diagnosis;
 
@@ -20,13 +20,17 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     let curve = &d.forces[place];
     let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
     let law = format!("{} as fitted", listed(&names));
-    let has_law = !curve.law.is_empty() && !names.is_empty();
+    let through = law_through(curve);
+    let has_law = !through.is_empty() && !names.is_empty();
     let mut entries = vec![("measured, with standard error", colors::seen(ui))];
     if has_law {
         entries.push((law.as_str(), colors::law(ui)));
     }
     figure::legend(ui, &entries);
-    if !has_law {
+    if has_law {
+        let line = "The law is drawn with the constant and the slope that re-tuning takes up.";
+        ui.label(small(line).weak());
+    } else {
         ui.label(small("Nothing is named that acts as a force, so no law is drawn.").weak());
     }
     let points: Vec<Seen> = (0..curve.at.len().min(curve.force.len()))
@@ -43,7 +47,7 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     let y = Axis::holding(
         "missing force",
         "N",
-        ends.chain(curve.law.iter().copied()).chain([0.0]),
+        ends.chain(through.iter().copied()).chain([0.0]),
     );
     let color = colors::seen(ui);
     let mut items = vec![
@@ -58,7 +62,7 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         },
     ];
     if has_law {
-        let law = curve.at.iter().zip(&curve.law);
+        let law = curve.at.iter().zip(&through);
         items.push(Item::Line {
             points: law.map(|(x, y)| [*x, *y]).collect(),
             color: colors::law(ui),

@@ -37,9 +37,9 @@ fn action(ui: &mut Ui, state: &mut State) {
         let why_not = obstacle(&state.setup);
         let text = RichText::new("Diagnose").size(19.0).strong();
         let button = Button::new(text.color(ui.visuals().strong_text_color()))
-            .fill(ui.visuals().selection.bg_fill)
-            .min_size(vec2(ACTION, 44.0));
-        let button = ui.add_enabled(why_not.is_none(), button);
+            .fill(ui.visuals().selection.bg_fill);
+        let add = |ui: &mut Ui| ui.add_sized([ACTION, 44.0], button);
+        let button = ui.add_enabled_ui(why_not.is_none(), add).inner;
         let help = why_not.unwrap_or_else(|| {
             "Find what the model leaves out, and prove it on the recordings kept out".to_owned()
         });
@@ -90,7 +90,7 @@ fn line(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
         "proof" => "Proving it on what was kept out",
         other => other,
     };
-    let detail = if p.detail.is_empty() {
+    let detail = if p.detail.is_empty() || p.detail == "re-tuning" {
         String::new()
     } else {
         format!(": {}", p.detail.replace('_', " "))

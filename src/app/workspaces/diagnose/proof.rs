@@ -47,7 +47,8 @@ fn summary(ui: &mut Ui, d: &Diagnosis) {
     ui.label(small("Root mean square of simulation minus recording, xp").weak());
     Grid::new("proof summary")
         .num_columns(3)
-        .spacing([12.0, 2.0])
+        .min_col_width(72.0)
+        .spacing([16.0, 4.0])
         .show(ui, |ui| {
             ui.label("");
             ui.label(small("before").color(colors::before(ui)));
@@ -74,10 +75,12 @@ fn row(ui: &mut Ui, title: &str, both: &BeforeAfter, noise: f64, named: bool) {
     for (side, _) in sides.iter().filter(|(_, shown)| *shown) {
         ui.vertical(|ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
-            ui.label(RichText::new(metres(side.rms)).size(17.0).strong());
-            let text = format!("{}, chi2 {}", in_noise(side.rms, noise), chi2(side.chi2));
-            ui.label(small(text).weak()).on_hover_text(
-                "chi2: mean square of all residuals in units of their noise; 1 where nothing is missing",
+            let line = |text: RichText| Label::new(text).extend();
+            ui.add(line(RichText::new(metres(side.rms)).size(17.0).strong()));
+            ui.add(line(small(in_noise(side.rms, noise)).weak()));
+            let text = small(format!("chi2 {}", chi2(side.chi2))).weak();
+            ui.add(line(text)).on_hover_text(
+                "Mean square of all residuals in units of their noise; 1 where nothing is missing",
             );
         });
     }
@@ -136,9 +139,9 @@ fn actions(ui: &mut Ui, state: &mut State) {
     let width = ui.available_width() - 4.0;
     let text = RichText::new("Accept into the model").strong();
     let accept = Button::new(text.color(ui.visuals().strong_text_color()))
-        .fill(ui.visuals().selection.bg_fill)
-        .min_size(vec2(width, 26.0));
-    let accept = ui.add_enabled(!on_trial, accept);
+        .fill(ui.visuals().selection.bg_fill);
+    let add = |ui: &mut Ui| ui.add_sized([width, 26.0], accept);
+    let accept = ui.add_enabled_ui(!on_trial, add).inner;
     if accept
         .on_hover_text(
             "Give the device the re-tuned values and what was left out; undo takes it back",

@@ -48,6 +48,10 @@ fn device(ui: &mut Ui, state: &State) {
 fn list(ui: &mut Ui, state: &mut State) {
     let busy = state.diagnosing.running.is_some();
     let (mut chosen, mut removed) = (None, None);
+    if let Some(sealed) = &state.diagnosing.trial.sealed {
+        let text = format!("Sealed trial, seed {}: yours are put aside.", sealed.seed);
+        ui.label(small(text).color(ui.visuals().warn_fg_color));
+    }
     let all = roles::of(&state.setup);
     let count = |role: Role| all.iter().filter(|(_, r)| *r == role).count();
     let kept_out = count(Role::HeldOut);
@@ -167,8 +171,9 @@ fn sources(ui: &mut Ui, state: &mut State) {
     let busy = state.diagnosing.running.is_some();
     let width = ui.available_width();
     let button = |ui: &mut Ui, text: &str, help: &str, enabled: bool| {
-        let button = eframe::egui::Button::new(text).min_size(vec2(width, 0.0));
-        ui.add_enabled(enabled, button)
+        let add = |ui: &mut Ui| ui.add_sized([width, 22.0], eframe::egui::Button::new(text));
+        ui.add_enabled_ui(enabled, add)
+            .inner
             .on_hover_text(help)
             .clicked()
     };
@@ -190,11 +195,16 @@ fn sources(ui: &mut Ui, state: &mut State) {
     {
         state.ask(Command::Example);
     }
+    let text = if on_trial {
+        "Show the sealed trial..."
+    } else {
+        "Conceal something..."
+    };
     if button(
         ui,
-        "Conceal something...",
+        text,
         "A sealed trial: the program conceals an effect in recordings, you may guess it, the diagnosis looks for it, the envelope opens",
-        !busy,
+        !busy || on_trial,
     ) {
         state.diagnosing.trial.open = true;
     }

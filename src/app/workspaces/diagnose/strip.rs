@@ -225,7 +225,7 @@ fn paint(
         lines(
             &painter,
             after,
-            Stroke::new(1.4, visuals.strong_text_color()),
+            Stroke::new(1.0, visuals.strong_text_color()),
         );
     }
     let noise = Stroke::new(1.0, colors::noise(ui));

@@ -16,7 +16,7 @@ use crate::model::effects::find;
 /// Probability from which an effect is listed by itself.
 const WORTH: f64 = 1e-3;
 /// Effects that are listed at least.
-const LEAST: usize = 4;
+const LEAST: usize = 6;
 
 /// Draws the step.
 pub fn show(ui: &mut Ui, state: &mut State) {
