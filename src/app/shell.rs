@@ -399,4 +399,6 @@ pub(super) fn import_entry(files: &Files, entry: &session::RecordingEntry) {
 }
 
 #[cfg(test)]
+mod diagnosis_tests;
+#[cfg(test)]
 mod tests;

@@ -81,6 +81,12 @@ impl Shell {
                         self.files.cancel();
                     }
                 }
+                let running = self.state.diagnosing.running.as_ref();
+                if let Some(progress) = running.and_then(|r| r.job.progress()) {
+                    ui.separator();
+                    ui.spinner();
+                    ui.label(format!("diagnosing {:.0} %", 100.0 * progress.done));
+                }
                 if let Some(refusal) = &self.state.refusal {
                     ui.separator();
                     let color = theme::error(ui.visuals().dark_mode);

@@ -3,7 +3,7 @@
 
 use eframe::egui::{
     Align2, Color32, FontId, Rect, Response, RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo,
-    pos2,
+    pos2, vec2,
 };
 use egui_plot::{AxisHints, GridInput, GridMark, Plot, PlotPoint};
 
@@ -278,13 +278,22 @@ fn number(value: f64) -> String {
 /// A line of small coloured names for what a plot shows.
 pub fn legend(ui: &mut Ui, entries: &[(&str, Color32)]) {
     ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing = eframe::egui::vec2(5.0, 1.0);
+        ui.spacing_mut().item_spacing = vec2(12.0, 1.0);
         for (text, color) in entries {
-            let size = eframe::egui::vec2(11.0, 11.0);
-            let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
-            ui.painter().rect_filled(rect.shrink(1.0), 2.0, *color);
-            ui.label(super::small(*text));
-            ui.add_space(5.0);
+            entry(ui, text, *color);
         }
     });
+}
+
+/// A name with its colour before it, never parted from it.
+fn entry(ui: &mut Ui, text: &str, color: Color32) {
+    let (font, ink) = (FontId::proportional(11.5), ui.visuals().text_color());
+    let galley = ui.painter().layout_no_wrap(text.to_owned(), font, ink);
+    let size = vec2(galley.size().x + 15.0, galley.size().y.max(12.0));
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text));
+    let patch = Rect::from_center_size(rect.left_center() + vec2(5.0, 0.0), vec2(9.0, 9.0));
+    ui.painter().rect_filled(patch, 2.0, color);
+    let at = pos2(rect.left() + 14.0, rect.center().y - 0.5 * galley.size().y);
+    ui.painter().galley(at, galley, ink);
 }

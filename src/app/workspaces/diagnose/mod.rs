@@ -10,6 +10,7 @@ mod force;
 mod head;
 mod marginal;
 mod place;
+mod preview;
 mod proof;
 mod proof_bars;
 mod recordings;

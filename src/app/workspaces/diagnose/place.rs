@@ -3,7 +3,7 @@
 
 use eframe::egui::{Button, Label, Panel, Sense, Ui, vec2};
 
-use super::{colors, evidence, figure, heading, promise, scrolled, small, strip};
+use super::{colors, evidence, figure, heading, preview, promise, scrolled, small, strip};
 use crate::app::diagnosing::Answer;
 use crate::app::diagnosing::look::Look;
 use crate::app::state::State;
@@ -21,12 +21,14 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             "Where the re-tuned model and the recordings differ by more than the noise: when, \
              in which regime, in which reading. Every stretch opens its curves.",
         );
+        ui.add_space(4.0);
+        scrolled(ui, "diagnose preview", |ui| preview::show(ui, state));
         return;
     };
     let room = ui.available_height();
     Panel::bottom("diagnose evidence")
         .resizable(true)
-        .default_size(0.5 * room)
+        .default_size((0.5 * room).max(300.0))
         .size_range(200.0..=(room - 120.0).max(210.0))
         .frame(eframe::egui::Frame::NONE)
         .show(ui, |ui| evidence::show(ui, state, &answer));
@@ -120,7 +122,8 @@ fn row(ui: &mut Ui, look: &mut Look, answer: &Answer, (i, m): (usize, &Mismatch)
         bar.set_width(rect.width() * (m.share as f32).clamp(0.02, 1.0));
         ui.painter()
             .rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
-        ui.painter().rect_filled(bar, 2.0, color);
+        ui.painter()
+            .rect_filled(bar, 2.0, color.gamma_multiply(0.6));
         ui.painter().text(
             rect.left_center() + vec2(3.0, 0.0),
             eframe::egui::Align2::LEFT_CENTER,

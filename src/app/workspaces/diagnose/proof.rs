@@ -134,7 +134,7 @@ fn told(ui: &mut Ui, state: &State) {
 }
 
 fn actions(ui: &mut Ui, state: &mut State) {
-    ui.separator();
+    ui.add_space(4.0);
     let on_trial = state.diagnosing.trial.sealed.is_some();
     let width = ui.available_width() - 4.0;
     let text = RichText::new("Accept into the model").strong();

@@ -186,7 +186,7 @@ fn row(
 
 /// Effects chosen by hand, and how they do beside the search's.
 fn by_hand(ui: &mut Ui, state: &mut State) {
-    ui.separator();
+    ui.add_space(4.0);
     let diagnosing = &state.diagnosing;
     let picked = diagnosing.picked();
     let names: Vec<&str> = picked

@@ -5,7 +5,7 @@ use eframe::egui::{Event, Response, Ui};
 
 use super::figure::{Axis, Figure, Item};
 use super::{colors, figure, small, strip};
-use crate::app::diagnosing::Answer;
+use crate::app::diagnosing::{Answer, Used};
 use crate::app::plots::style;
 use crate::app::state::State;
 use crate::diagnose::result::Strip;
@@ -46,8 +46,9 @@ pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
         }
     });
     let room = ui.available_height() - 24.0;
-    let upper = (0.42 * room).max(70.0);
-    let measured = measured(ui, state, &used.recording, window, upper);
+    let upper = (0.38 * room).max(70.0);
+    let level = ground(state, answer, used);
+    let measured = measured(ui, level, &used.recording, window, upper);
     entries(ui, !d.named.is_empty());
     let residual = residual(
         ui,
@@ -73,13 +74,12 @@ fn entries(ui: &mut Ui, named: bool) {
 
 fn measured(
     ui: &mut Ui,
-    state: &State,
+    ground: Option<f64>,
     recording: &Recording,
     window: (f64, f64),
     height: f32,
 ) -> Response {
     let points = thinned(recording, window);
-    let ground = ground(state, recording);
     let values = points.iter().map(|p| p[1]);
     let mut items = Vec::new();
     if let Some(value) = ground {
@@ -184,23 +184,16 @@ fn residual(
     .show(ui)
 }
 
-/// The ground's level in this recording, if it was found.
-fn ground(state: &State, recording: &Recording) -> Option<f64> {
-    let snapshot = state.snapshot.as_ref();
-    let overlay = state
-        .setup
-        .overlays
-        .iter()
-        .find(|o| o.recording.name == recording.name)?;
-    let measured = snapshot
-        .and_then(|s| s.comparisons.iter().find(|c| c.id == overlay.id))
+/// The ground's level in this recording: as found in it, or as in the re-tuned model.
+fn ground(state: &State, answer: &Answer, used: &Used) -> Option<f64> {
+    let snapshot = state.snapshot.as_ref()?;
+    let compared = snapshot.comparisons.iter().find(|c| c.id == used.id);
+    let measured = compared
         .and_then(|c| c.features.as_ref())
         .and_then(|f| f.contact_level.as_ref().ok().copied());
-    let model = &state.setup.preset.model;
-    measured.or_else(|| {
-        let p = &model.parameters;
-        (model.has_ground).then(|| p[ParameterId::OffsetP] - p[ParameterId::Dp])
-    })
+    let model = &answer.diagnosis.baseline;
+    let told = model.parameters[ParameterId::OffsetP] - model.parameters[ParameterId::Dp];
+    measured.or(model.has_ground.then_some(told))
 }
 
 /// The samples in view, or least and greatest of each column where they are many.

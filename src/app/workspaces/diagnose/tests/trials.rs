@@ -76,8 +76,14 @@ fn the_truth_is_seen_only_once_the_envelope_is_open() {
     harness.run_steps(4);
     let shown = |harness: &egui_kittest::Harness<'_, State>| {
         let all = harness.root().children_recursive().collect::<Vec<_>>();
-        let labels = all.iter().filter_map(|n| n.accesskit_node().label());
-        labels.collect::<Vec<_>>().join("\n")
+        let text = |n: &egui_kittest::Node<'_>| {
+            let node = n.accesskit_node();
+            [node.label(), node.value()]
+                .into_iter()
+                .flatten()
+                .collect::<Vec<_>>()
+        };
+        all.iter().flat_map(text).collect::<Vec<_>>().join("\n")
     };
     let before = shown(&harness);
     assert!(!before.contains(&secret), "{secret}");
