@@ -8,7 +8,7 @@ use super::Shell;
 use crate::app::command::Command;
 use crate::app::files::absolute;
 use crate::app::snapshot::LiveState;
-use crate::app::{actions, first_start, theme, workspaces};
+use crate::app::{actions, first_start, layout, theme, workspaces};
 use crate::model::unit::format_quantity;
 
 impl Shell {
@@ -21,6 +21,7 @@ impl Shell {
                 for workspace in &workspaces::ALL {
                     let here = self.state.view.workspace == workspace.name;
                     let tab = ui.selectable_label(here, workspace.title);
+                    layout::note(ui.ctx(), &format!("tab {}", workspace.name), tab.rect);
                     if tab.on_hover_text(workspace.help).clicked() {
                         self.state.ask(Command::Workspace(workspace.name));
                     }

@@ -17,8 +17,9 @@ use crate::model::effects::{EffectSpec, find};
 /// Width of the bar of a probability [points].
 const BAR: f32 = 74.0;
 
-/// Draws a row, and what is behind it where it is opened.
-pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candidate) {
+/// Draws a row, and what is behind it where it is opened. What was chosen by hand is not
+/// `weighed` against others.
+pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candidate, weighed: bool) {
     let named = d.named.iter().find(|n| n.id == c.id);
     ui.push_id(&c.id, |ui| {
         ui.horizontal(|ui| {
@@ -30,7 +31,13 @@ pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candida
             } else {
                 ui.visuals().widgets.active.bg_fill
             };
-            bar(ui, rect, c.probability, &probability(c.probability), mark);
+            if weighed {
+                bar(ui, rect, c.probability, &probability(c.probability), mark);
+            } else if named.is_some() {
+                bar(ui, rect, 1.0, "by hand", mark);
+            } else {
+                bar(ui, rect, 0.0, "-", mark);
+            }
             let opened = diagnosing.look.opened.contains(&c.id);
             if name.on_hover_text(hint(c, opened)).clicked() {
                 if opened {
@@ -41,7 +48,9 @@ pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candida
             }
         });
         if diagnosing.look.opened.contains(&c.id) {
-            ui.indent("details", |ui| details(ui, diagnosing, c, named));
+            ui.indent("details", |ui| {
+                details(ui, diagnosing, c, named, weighed);
+            });
         }
     });
 }
@@ -111,7 +120,13 @@ pub fn bar(ui: &Ui, rect: Rect, share: f64, text: &str, color: Color32) {
     );
 }
 
-fn details(ui: &mut Ui, diagnosing: &mut Diagnosing, c: &Candidate, named: Option<&NamedEffect>) {
+fn details(
+    ui: &mut Ui,
+    diagnosing: &mut Diagnosing,
+    c: &Candidate,
+    named: Option<&NamedEffect>,
+    weighed: bool,
+) {
     ui.spacing_mut().item_spacing.y = 2.0;
     let spec = find(&c.id);
     if let Some(spec) = spec {
@@ -132,10 +147,10 @@ fn details(ui: &mut Ui, diagnosing: &mut Diagnosing, c: &Candidate, named: Optio
         }
     }
     let sign = if named.is_some() { "+" } else { "-" };
-    for remark in &c.remarks {
+    for remark in c.remarks.iter().filter(|_| weighed) {
         bullet(ui, sign, remark);
     }
-    if named.is_none() {
+    if named.is_none() && weighed {
         numbers(ui, c);
     }
     let opens = support(&c.id);

@@ -5,9 +5,11 @@ use eframe::egui::{Align, Button, Layout, ProgressBar, RichText, Sense, Ui, UiBu
 use super::{colors, error_color, small};
 use crate::app::command::Command;
 use crate::app::diagnosing::{Answer, obstacle};
+use crate::app::layout;
 use crate::app::state::State;
 use crate::diagnose::DiagnoseProgress;
-use crate::diagnose::report::words::headline;
+use crate::diagnose::report::words::{headline, listed, metres};
+use crate::model::effects::find;
 
 /// Height of the strip [points].
 const HEIGHT: f32 = 58.0;
@@ -40,6 +42,7 @@ fn action(ui: &mut Ui, state: &mut State) {
             .fill(ui.visuals().selection.bg_fill);
         let add = |ui: &mut Ui| ui.add_sized([ACTION, 44.0], button);
         let button = ui.add_enabled_ui(why_not.is_none(), add).inner;
+        layout::note(ui.ctx(), "diagnose", button.rect);
         let help = why_not.unwrap_or_else(|| {
             "Find what the model leaves out, and prove it on the recordings kept out".to_owned()
         });
@@ -121,10 +124,44 @@ fn says(ui: &mut Ui, state: &mut State) {
         let color = colors::verdict(ui, d.verdict);
         ui.painter().rect_filled(rect, 2.0, color);
         ui.vertical(|ui| {
-            ui.add(eframe::egui::Label::new(RichText::new(headline(d)).size(15.5).strong()).wrap());
+            ui.add(
+                eframe::egui::Label::new(RichText::new(sentence(&answer)).size(15.5).strong())
+                    .wrap(),
+            );
             notes(ui, state, &answer);
         });
     });
+}
+
+/// The answer, with what was chosen by hand said first.
+fn sentence(answer: &Answer) -> String {
+    let d = &answer.diagnosis;
+    let Some(ids) = &answer.asked.by_hand else {
+        return headline(d);
+    };
+    let names: Vec<&str> = ids
+        .iter()
+        .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
+        .collect();
+    let what = match names.as_slice() {
+        [] => "By hand, the model alone".to_owned(),
+        names => format!("By hand, with {}", listed(names)),
+    };
+    let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
+    let goes = if after < before { "falls" } else { "goes" };
+    let noise = metres(d.noise);
+    if names.is_empty() {
+        format!(
+            "{what}: the residual kept out is {}; noise {noise}.",
+            metres(before)
+        )
+    } else {
+        format!(
+            "{what}: the residual kept out {goes} from {} to {}; noise {noise}.",
+            metres(before),
+            metres(after)
+        )
+    }
 }
 
 /// Small print below the answer.
@@ -137,8 +174,6 @@ fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
                 .on_hover_text("Show what the search found");
             ui.selectable_value(shown, true, small("by hand"))
                 .on_hover_text("Show the effects that were chosen by hand");
-        } else if answer.asked.by_hand.is_some() {
-            ui.label(small("by hand: fitted and proved whatever it brings").weak());
         }
         if d.cancelled {
             let text = small("Cancelled: this is what was found so far.");

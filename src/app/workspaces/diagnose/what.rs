@@ -20,9 +20,7 @@ const LEAST: usize = 6;
 
 /// Draws the step.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    let answers = &state.diagnosing;
-    // By hand nothing is weighed; the list is that of the search where there was one.
-    let Some(answer) = answers.shown().cloned() else {
+    let Some(answer) = state.diagnosing.shown().cloned() else {
         promise(
             ui,
             "Which effect was left out: each with its probability, what speaks for and against \
@@ -39,48 +37,42 @@ pub fn show(ui: &mut Ui, state: &mut State) {
 
 fn list(ui: &mut Ui, state: &mut State, answer: &Answer) {
     let d = &answer.diagnosis;
+    let by_hand = answer.asked.by_hand.is_some();
     let diagnosing = &mut state.diagnosing;
-    let (mut first, mut rest): (Vec<&Candidate>, Vec<&Candidate>) = (Vec::new(), Vec::new());
-    for c in &d.candidates {
-        let is_named = d.named.iter().any(|n| n.id == c.id);
-        if is_named {
-            first.push(c);
-        } else {
-            rest.push(c);
-        }
+    let is_named = |c: &&Candidate| d.named.iter().any(|n| n.id == c.id);
+    for c in d.candidates.iter().filter(is_named) {
+        candidate::show(ui, diagnosing, d, c, !by_hand);
     }
-    for c in &first {
-        candidate::show(ui, diagnosing, d, c);
-    }
-    // A name that was not weighed in a list of its own is said too.
-    for n in d
-        .named
-        .iter()
-        .filter(|n| first.iter().all(|c| c.id != n.id))
-    {
-        ui.label(RichText::new(&n.name).strong());
-    }
-    answer_rows(ui, d);
-    let all = diagnosing.look.all_candidates;
-    let worth = rest.iter().filter(|c| c.probability >= WORTH).count();
-    let shown = if all {
-        rest.len()
+    if by_hand {
+        ui.label(small("Chosen by hand: fitted and proved, whatever it brings.").weak());
     } else {
-        worth.max(LEAST).min(rest.len())
-    };
+        answer_rows(ui, d);
+    }
+    // By hand nothing is weighed: the others are as the search weighed them.
+    let searched = diagnosing.automatic.clone().filter(|_| by_hand);
+    let candidates = searched.as_ref().map_or(d, |a| &a.diagnosis);
+    let weighed = !by_hand || searched.is_some();
+    let candidates = &candidates.candidates;
+    let rest: Vec<&Candidate> = candidates.iter().filter(|c| !is_named(c)).collect();
+    let worth = rest.iter().filter(|c| c.probability >= WORTH).count();
+    let few = worth.max(LEAST).min(rest.len());
+    let all = diagnosing.look.all_candidates;
     if !rest.is_empty() {
         ui.add_space(3.0);
-        let title = if first.is_empty() {
-            "Weighed"
-        } else {
-            "Weighed beside it"
-        };
-        heading(ui, title);
+        heading(
+            ui,
+            match (weighed, d.named.is_empty()) {
+                (false, _) => "Not weighed",
+                (true, true) => "Weighed",
+                (true, false) => "Weighed beside it",
+            },
+        );
     }
+    let shown = if all { rest.len() } else { few };
     for c in rest.iter().take(shown) {
-        candidate::show(ui, diagnosing, d, c);
+        candidate::show(ui, diagnosing, d, c, weighed);
     }
-    let more = rest.len() - worth.max(LEAST).min(rest.len());
+    let more = rest.len() - few;
     if more > 0 {
         let text = if all {
             "Hide those that explain nothing".to_owned()
@@ -166,7 +158,7 @@ fn row(
 ) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        // Beside the effects' ticks.
+        // Where the effects have their ticks.
         ui.add_space(ui.spacing().icon_width + 6.0);
         let (rect, _) = ui.allocate_exact_size(vec2(74.0, 17.0), Sense::hover());
         let color = if is_answer {

@@ -150,7 +150,11 @@ fn effects_are_added_by_hand_and_compared() {
         &harness,
         "search: kept out 21.9 x noise to 1.02 x noise"
     ));
-    assert!(says(&harness, "Something is missing that no effect"));
+    assert!(says(
+        &harness,
+        "By hand, with dry friction and quadratic drag:"
+    ));
+    assert!(says(&harness, "Weighed"), "as the search weighed them");
     press(&mut harness, "found by the search");
     assert!(says(&harness, "Left out: quadratic drag"));
 }
