@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use eframe::egui::Key;
 use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
@@ -78,6 +78,8 @@ fn two_files_lead_to_a_report() {
     let sentence = verdict_sentence(&answer.diagnosis);
     press(&mut harness, "Export report...");
     let report = folder.path().join("report.html");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    harness.run_steps(2);
     harness
         .get_by_role_and_label(Role::TextInput, "Path:")
         .type_text(&report.to_string_lossy());

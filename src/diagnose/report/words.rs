@@ -33,7 +33,7 @@ pub const SPLIT: &str = "No recordings were kept out: the last third of each too
 /// The answer with its proof in one or two sentences: what was left out, how sure that
 /// is, and how far the residual falls on the recordings kept out.
 pub fn headline(d: &Diagnosis) -> String {
-    let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
+    let before = d.held_out.before.rms;
     let noise = metres(d.noise);
     match d.verdict {
         Verdict::Adequate => format!(
@@ -48,13 +48,7 @@ pub fn headline(d: &Diagnosis) -> String {
                 .map(|n| format!("{} ({})", n.name, probability(n.probability)))
                 .collect();
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            format!(
-                "Left out: {}. The residual kept out {} from {} to {}; noise {noise}.",
-                listed(&names),
-                if after < before { "falls" } else { "goes" },
-                metres(before),
-                metres(after)
-            )
+            format!("Left out: {}. {}", listed(&names), change(d))
         }
         Verdict::Unexplained => format!(
             "Something is missing that no effect of the catalogue carries{}. The residual kept out \
@@ -67,6 +61,19 @@ pub fn headline(d: &Diagnosis) -> String {
             metres(before)
         ),
     }
+}
+
+/// What becomes of the residual on the recordings kept out, as a sentence.
+pub fn change(d: &Diagnosis) -> String {
+    let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
+    let (was, is, noise) = (metres(before), metres(after), metres(d.noise));
+    if was == is {
+        return format!(
+            "The residual kept out stays about {is}; noise {noise}: it is told by many samples together."
+        );
+    }
+    let goes = if after < before { "falls" } else { "grows" };
+    format!("The residual kept out {goes} from {was} to {is}; noise {noise}.")
 }
 
 /// `a`, `a and b`, `a, b and c`.

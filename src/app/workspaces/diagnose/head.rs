@@ -8,7 +8,7 @@ use crate::app::diagnosing::{Answer, obstacle};
 use crate::app::layout;
 use crate::app::state::State;
 use crate::diagnose::DiagnoseProgress;
-use crate::diagnose::report::words::{headline, listed, metres};
+use crate::diagnose::report::words::{change, headline, listed, metres};
 use crate::model::effects::find;
 
 /// Height of the strip [points].
@@ -143,25 +143,14 @@ fn sentence(answer: &Answer) -> String {
         .iter()
         .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
         .collect();
-    let what = match names.as_slice() {
-        [] => "By hand, the model alone".to_owned(),
-        names => format!("By hand, with {}", listed(names)),
-    };
-    let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
-    let goes = if after < before { "falls" } else { "goes" };
-    let noise = metres(d.noise);
     if names.is_empty() {
-        format!(
-            "{what}: the residual kept out is {}; noise {noise}.",
-            metres(before)
-        )
-    } else {
-        format!(
-            "{what}: the residual kept out {goes} from {} to {}; noise {noise}.",
-            metres(before),
-            metres(after)
-        )
+        return format!(
+            "By hand, the model alone: the residual kept out is {}; noise {}.",
+            metres(d.held_out.before.rms),
+            metres(d.noise)
+        );
     }
+    format!("By hand, with {}. {}", listed(&names), change(d))
 }
 
 /// Small print below the answer.

@@ -1,7 +1,7 @@
 //! Step 2: where simulation and recordings differ. Strips of the residual, the worst
 //! stretches, and below them the picture that supports what is said.
 
-use eframe::egui::{Button, Label, Panel, Sense, Ui, vec2};
+use eframe::egui::{Button, Label, Panel, Sense, Ui, UiBuilder, vec2};
 
 use super::{colors, evidence, figure, heading, preview, promise, scrolled, small, strip};
 use crate::app::diagnosing::Answer;
@@ -31,7 +31,13 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .default_size((0.5 * room).max(300.0))
         .size_range(200.0..=(room - 120.0).max(210.0))
         .frame(eframe::egui::Frame::NONE)
-        .show(ui, |ui| evidence::show(ui, state, &answer));
+        .show(ui, |ui| {
+            // The panel is as high as it was made, whatever is drawn in it.
+            let rect = ui.available_rect_before_wrap();
+            let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
+            evidence::show(&mut inside, state, &answer);
+            ui.advance_cursor_after_rect(rect);
+        });
     scrolled(ui, "diagnose where", |ui| {
         let look = &mut state.diagnosing.look;
         strips(ui, look, &answer);

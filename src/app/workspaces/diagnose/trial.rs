@@ -22,12 +22,12 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let room = ui.ctx().content_rect();
     Window::new("Sealed trial")
         .open(&mut is_open)
-        .default_width(400.0)
-        .default_pos([0.5 * room.width() - 200.0, 120.0])
+        .default_size([400.0, 640.0_f32.min(room.height() - 170.0)])
+        // Beside the recordings, which a guess is made by.
+        .default_pos([room.right() - 440.0, 110.0])
         .show(ui, |ui| {
             ScrollArea::vertical()
                 .id_salt("trial")
-                .max_height(room.height() - 220.0)
                 .auto_shrink([false, true])
                 .show(ui, |ui| content(ui, state));
         });

@@ -9,7 +9,7 @@ use crate::app::diagnosing::{Answer, named};
 use crate::app::state::State;
 use crate::diagnose::Verdict;
 use crate::diagnose::report::rest;
-use crate::diagnose::report::words::{in_noise, listed, probability};
+use crate::diagnose::report::words::{chi2, in_noise, listed, probability};
 use crate::diagnose::result::{Candidate, Diagnosis};
 use crate::model::effects::find;
 
@@ -221,9 +221,10 @@ fn by_hand(ui: &mut Ui, state: &mut State) {
         if let Some(answer) = answer.as_ref().filter(|_| diagnosing.by_hand.is_some()) {
             let d = &answer.diagnosis;
             let text = format!(
-                "{title}: kept out {} to {}",
+                "{title}: kept out {} to {}, chi2 {}",
                 in_noise(d.held_out.before.rms, d.noise),
-                in_noise(d.held_out.after.rms, d.noise)
+                in_noise(d.held_out.after.rms, d.noise),
+                chi2(d.held_out.after.chi2)
             );
             ui.label(small(text));
         }

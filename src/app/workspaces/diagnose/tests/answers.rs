@@ -81,7 +81,10 @@ fn an_answer_is_told_in_a_sentence_and_opens_its_plots() {
         press(&mut harness, "pull-off force (18)");
         let look = &harness.state().diagnosing.look;
         assert_eq!(look.events, EventPlot::Adhesion);
-        press(&mut harness, "residuals along square 300 8, kept out");
+        let strip = "residuals along square 300 8, kept out";
+        harness.get_by_label(strip).scroll_to_me();
+        harness.run_steps(60);
+        press(&mut harness, strip);
         let look = &harness.state().diagnosing.look;
         assert_eq!(look.evidence, Evidence::Zoom);
         assert_eq!(look.recording, Some(("square 300 8".to_owned(), true)));
@@ -152,7 +155,7 @@ fn effects_are_added_by_hand_and_compared() {
     ));
     assert!(says(
         &harness,
-        "By hand, with dry friction and quadratic drag:"
+        "By hand, with dry friction and quadratic drag."
     ));
     assert!(says(&harness, "Weighed"), "as the search weighed them");
     press(&mut harness, "found by the search");
@@ -198,4 +201,20 @@ fn an_error_stands_where_the_answer_would() {
     state.diagnosing.error = Some("a.csv has no contact".to_owned());
     let harness = harness(state);
     assert!(says(&harness, "No diagnosis: a.csv has no contact"));
+}
+
+#[test]
+fn nothing_creeps_while_it_is_looked_at() {
+    let mut harness = harness(answered(fixture::drag()));
+    for tab in [
+        "Over time",
+        "Missing force",
+        "Residual against",
+        "Ground events",
+    ] {
+        press(&mut harness, tab);
+        let before = harness.get_by_label(tab).rect();
+        harness.run_steps(30);
+        assert_eq!(harness.get_by_label(tab).rect(), before, "{tab}");
+    }
 }
