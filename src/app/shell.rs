@@ -2,6 +2,7 @@
 //! runs commands, keeps history and autosave.
 
 mod bars;
+mod diagnosis;
 mod keep;
 mod picture;
 mod toasts;
@@ -11,7 +12,6 @@ use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
-use crate::diagnose::report::verdict_sentence;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::preset::Preset;
 use crate::sim::SimError;
@@ -24,7 +24,7 @@ use super::layout::Layout;
 use super::setup::{DriveChoice, OverlayId, Picture, Setup, View};
 use super::state::{About, Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
-use super::{WindowOptions, diagnosing, first_start, session, theme, workspaces};
+use super::{WindowOptions, first_start, session, theme, workspaces};
 
 pub use picture::PictureOutcome;
 
@@ -205,23 +205,6 @@ impl Shell {
                     );
                 }
             }
-        }
-    }
-
-    /// Takes what diagnoses and trials have brought; says so to whoever looks elsewhere.
-    fn take_diagnosis(&mut self) {
-        let ended = diagnosing::poll(&mut self.state, &mut self.next_overlay);
-        if !ended || self.state.view.workspace == workspaces::diagnose::NAME {
-            return;
-        }
-        let diagnosing = &self.state.diagnosing;
-        match (&diagnosing.error, diagnosing.shown()) {
-            (Some(error), _) => self.notice(true, format!("No diagnosis: {error}")),
-            (None, Some(answer)) => {
-                let text = verdict_sentence(&answer.diagnosis);
-                self.notice(false, format!("The diagnosis is done. {text}"));
-            }
-            (None, None) => {}
         }
     }
 

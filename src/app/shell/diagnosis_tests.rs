@@ -11,6 +11,7 @@ use egui_kittest::kittest::Queryable;
 use super::tests::{harness_of, preset, read_all};
 use super::*;
 use crate::app::session;
+use crate::diagnose::report::verdict_sentence;
 use crate::model::parameter::ParameterId;
 use crate::model::sensor::Sensor;
 use crate::recording::TimeAxis;
