@@ -97,13 +97,19 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
             .first()
             .map_or(0.0, |n| n.probability * n.alike.len() as f64);
     let open = (1.0 - taken).clamp(0.0, 1.0);
-    let (nothing, why_nothing) = match d.verdict {
+    // How sure "nothing" is cannot be had from the odds of single effects: what is too
+    // small to show is not among them.
+    let (nothing, text, why_nothing) = match d.verdict {
         Verdict::Adequate => (
-            open,
-            "The re-tuned model is at the noise on the recordings kept out.".to_owned(),
+            1.0,
+            "the answer".to_owned(),
+            "The re-tuned model is at the noise on the recordings kept out, and no effect \
+             improves it by more than chance. What is too small to show in them cannot be told."
+                .to_owned(),
         ),
         Verdict::MissingPhysics => (
             open,
+            probability(open),
             format!(
                 "Without it the residual kept out is {}.",
                 in_noise(d.held_out.before.rms, d.noise)
@@ -111,13 +117,14 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         ),
         Verdict::Unexplained => (
             0.0,
+            probability(0.0),
             "Re-tuning alone leaves more than the noise.".to_owned(),
         ),
     };
     row(
         ui,
         "Nothing left out",
-        (nothing, &probability(nothing)),
+        (nothing, &text),
         d.verdict == Verdict::Adequate,
         d,
         &why_nothing,

@@ -110,6 +110,10 @@ fn every_kind_of_answer_is_drawn_light_and_dark() {
     }
     let adequate = harness(answered(fixture::adequate()));
     assert!(says(&adequate, "Nothing is missing"));
+    assert!(says(
+        &adequate,
+        "What is too small to show in them cannot be told"
+    ));
     let unexplained = harness(answered(fixture::unexplained()));
     assert!(says(&unexplained, "Something is missing that no effect"));
 }
