@@ -1,5 +1,6 @@
 //! What the commands do; menus and keys that ask for them.
 
+mod diagnosis;
 mod intake;
 mod menus;
 mod save;
@@ -12,10 +13,11 @@ use crate::recording::align::auto_align;
 use crate::recording::{Channel, Grid};
 
 use super::command::Command;
+use super::diagnosing;
 use super::dialogs::{Answer, Target};
 use super::files::{FileEvent, Purpose};
 use super::first_start;
-use super::setup::{DriveChoice, Mode, Overlay};
+use super::setup::{DriveChoice, Mode, Overlay, View};
 use super::shell::Shell;
 use super::state::{Cursors, State};
 use super::workspaces::tune;
@@ -51,6 +53,7 @@ pub fn pressed(input: &mut InputState, shortcut: &KeyboardShortcut) -> bool {
 pub fn is_possible(shell: &Shell, command: Command) -> bool {
     let state = &shell.state;
     let live = state.view.mode == Mode::Live;
+    let diagnosing = &state.diagnosing;
     match command {
         Command::Undo => shell.history.can_undo(),
         Command::Redo => shell.history.can_redo(),
@@ -65,6 +68,18 @@ pub fn is_possible(shell: &Shell, command: Command) -> bool {
         | Command::ExportTrace
         | Command::ExportEvents
         | Command::ToggleGhost => state.snapshot.is_some(),
+        Command::Diagnose | Command::DiagnoseByHand => {
+            diagnosing.running.is_none() && diagnosing::obstacle(&state.setup).is_none()
+        }
+        Command::CancelDiagnosis => diagnosing.running.is_some(),
+        // A trial's device is not the person's.
+        Command::AcceptDiagnosis => {
+            diagnosing.shown().is_some() && diagnosing.trial.sealed.is_none()
+        }
+        Command::SaveDiagnosed | Command::ExportReport | Command::ExportDiagnosis => {
+            diagnosing.shown().is_some()
+        }
+        Command::Example => diagnosing.running.is_none() && diagnosing.trial.sealed.is_none(),
         _ => true,
     }
 }
@@ -114,7 +129,10 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
         }
         Command::ResetAll => {
             state.setup = first_start::setup();
-            state.view = super::setup::View::default();
+            state.view = View {
+                workspace: state.view.workspace.clone(),
+                ..View::default()
+            };
             state.ghost = None;
             state.cursors = Cursors::default();
             state.selected = state.setup.overlays.first().map(|o| o.id);
@@ -179,6 +197,16 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             }
         }
         Command::LoadDrive => shell.dialogs.ask_file(Target::Drive),
+        Command::Workspace(name) => state.view.workspace = name.to_owned(),
+        Command::Diagnose
+        | Command::DiagnoseByHand
+        | Command::CancelDiagnosis
+        | Command::AcceptDiagnosis
+        | Command::Example
+        | Command::SealedTrial => diagnosis::run(shell, ui.ctx(), command),
+        Command::SaveDiagnosed => shell.dialogs.ask_path(Some(Purpose::Diagnosed)),
+        Command::ExportReport => shell.dialogs.ask_path(Some(Purpose::Report)),
+        Command::ExportDiagnosis => shell.dialogs.ask_path(Some(Purpose::Diagnosis)),
         Command::Palette => shell.dialogs.open_palette(),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
     }

@@ -3,6 +3,7 @@
 use eframe::egui::{Key, KeyboardShortcut, ModifierNames, Modifiers};
 
 use super::setup::{Mode, Picture};
+use super::workspaces;
 
 /// Everything a person can ask for that is not a value in a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +76,26 @@ pub enum Command {
     RemoveRecording,
     /// Simulates with the voltage of the selected recording.
     UseRecordedDrive,
+    /// Shows the workspace of that name.
+    Workspace(&'static str),
+    /// Looks for what the model leaves out.
+    Diagnose,
+    /// Fits and proves the effects ticked by hand.
+    DiagnoseByHand,
+    /// Ends the diagnosis in work with what it has found.
+    CancelDiagnosis,
+    /// Gives the device what the diagnosis found.
+    AcceptDiagnosis,
+    /// Saves the diagnosed device as a preset.
+    SaveDiagnosed,
+    /// Writes the report of the diagnosis.
+    ExportReport,
+    /// Writes the answer of the diagnosis for programs.
+    ExportDiagnosis,
+    /// Loads the example's recordings.
+    Example,
+    /// Shows or hides the sealed trial.
+    SealedTrial,
 }
 
 impl Command {
@@ -116,6 +137,18 @@ impl Command {
             Command::RemoveRecording,
             Command::UseRecordedDrive,
         ];
+        all.extend([
+            Command::Diagnose,
+            Command::DiagnoseByHand,
+            Command::CancelDiagnosis,
+            Command::AcceptDiagnosis,
+            Command::SaveDiagnosed,
+            Command::ExportReport,
+            Command::ExportDiagnosis,
+            Command::Example,
+            Command::SealedTrial,
+        ]);
+        all.extend(workspaces::NAMES.map(Command::Workspace));
         all.extend(Picture::ALL.map(Command::TogglePicture));
         all
     }
@@ -228,6 +261,46 @@ impl Command {
                 "Side panel",
                 "Show or hide the panel with recordings and readouts",
             ),
+            Command::Workspace(name) => workspaces::ALL
+                .iter()
+                .find(|workspace| workspace.name == name)
+                .map_or((name, ""), |workspace| (workspace.title, workspace.help)),
+            Command::Diagnose => (
+                "Diagnose",
+                "Find what the model leaves out, from the recordings",
+            ),
+            Command::DiagnoseByHand => (
+                "Diagnose by hand",
+                "Fit and prove exactly the effects that are ticked",
+            ),
+            Command::CancelDiagnosis => (
+                "Cancel the diagnosis",
+                "Stop soon and keep what was found so far",
+            ),
+            Command::AcceptDiagnosis => (
+                "Accept into the model",
+                "Give the device the diagnosed values and effects; undo takes it back",
+            ),
+            Command::SaveDiagnosed => (
+                "Save diagnosed device as preset...",
+                "Save the device with what was left out as a preset file",
+            ),
+            Command::ExportReport => (
+                "Export report...",
+                "Write the diagnosis with its figures as one page (HTML)",
+            ),
+            Command::ExportDiagnosis => (
+                "Export diagnosis as JSON...",
+                "Write the diagnosis for programs",
+            ),
+            Command::Example => (
+                "Try the example",
+                "Load made-up recordings of a device that is not quite the paper's",
+            ),
+            Command::SealedTrial => (
+                "Sealed trial",
+                "Let the program conceal an effect, guess it, and see whether it is found",
+            ),
             Command::Quit => ("Quit", "End the program; the session is kept"),
         }
     }
@@ -287,6 +360,11 @@ impl Command {
             Command::ToggleTheme => plain(Key::N),
             Command::SidePanel => plain(Key::P),
             Command::Help => plain(Key::Questionmark),
+            Command::Workspace(name) => {
+                let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
+                let place = workspaces::NAMES.iter().position(|known| *known == name)?;
+                ctrl(*keys.get(place)?)
+            }
             Command::TogglePicture(picture) => {
                 let number = [
                     Key::Num1,

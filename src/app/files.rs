@@ -70,6 +70,12 @@ pub enum Purpose {
     Trace,
     /// The events.
     Events,
+    /// The diagnosed device as a preset.
+    Diagnosed,
+    /// The report of the diagnosis.
+    Report,
+    /// The diagnosis for programs.
+    Diagnosis,
 }
 
 impl Purpose {
@@ -82,6 +88,9 @@ impl Purpose {
             Purpose::Png => "plots.png",
             Purpose::Trace => "trace.csv",
             Purpose::Events => "events.csv",
+            Purpose::Diagnosed => "diagnosed-device.toml",
+            Purpose::Report => "diagnosis.html",
+            Purpose::Diagnosis => "diagnosis.json",
         }
     }
 }

@@ -152,6 +152,8 @@ fn vanished_and_changed_recordings_are_said_with_a_remedy() {
         relative: None,
         sha256: Some("another".to_owned()),
         made_up: false,
+        role: None,
+        name: None,
         import: settings.clone(),
         alignment: Default::default(),
         visible: true,

@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
+use crate::diagnose::example;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
+use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::{ImportSettings, import_bytes_auto};
 
+use super::diagnosing::Diagnosing;
 use super::fitting::Fitting;
 use super::identification::Identification;
 use super::setup::{DriveChoice, Overlay, Setup, View};
@@ -48,15 +51,30 @@ pub fn from_preset(preset: Preset) -> Setup {
 /// The shipped recording as overlay number `id`.
 pub fn made_up(id: u64) -> Option<Overlay> {
     let recording = import_bytes_auto(MADE_UP_NAME, MADE_UP).ok()?;
-    Some(Overlay {
+    Some(unread(id, Arc::new(recording)))
+}
+
+/// The shipped recording of that name as overlay number `id`: one of the example's, or
+/// the one of the first start where no name is known.
+pub fn shipped(name: Option<&str>, id: u64) -> Option<Overlay> {
+    match name {
+        None | Some(MADE_UP_NAME) => made_up(id),
+        Some(name) => Some(unread(id, example::recording(name)?)),
+    }
+}
+
+/// A recording that came from no file as overlay number `id`.
+pub fn unread(id: u64, recording: Arc<Recording>) -> Overlay {
+    Overlay {
         id,
-        recording: Arc::new(recording),
+        recording,
         import: ImportSettings::default(),
         alignment: Alignment::default(),
         visible: true,
         color: 0,
         made_up: true,
-    })
+        role: None,
+    }
 }
 
 /// A state around a setup, nothing computed yet.
@@ -77,6 +95,7 @@ pub fn state(setup: Setup, view: View) -> State {
         validation_open: false,
         fitting: Fitting::default(),
         identification: Identification::default(),
+        diagnosing: Diagnosing::default(),
     }
 }
 

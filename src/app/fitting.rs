@@ -1,28 +1,17 @@
 //! What the person has asked of a fit, and what came of it. A fit changes nothing by
 //! itself: its values are applied when that is asked for.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use eframe::egui::Context;
 
 use super::job::Job;
-use super::setup::{Overlay, OverlayId, Setup};
+use super::setup::{Overlay, Role, Setup};
 use crate::fit::profile::ProfilePoint;
 use crate::fit::{Control, FitOptions, FitResult, Part, Progress, default_free, fit, profile_of};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
-
-/// What a recording is used for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// Fitted to.
-    Train,
-    /// Kept out, to judge the fit by.
-    HeldOut,
-    /// Not used.
-    Unused,
-}
 
 /// The fit panel's state.
 #[derive(Debug, Clone, Default)]
@@ -31,8 +20,6 @@ pub struct Fitting {
     pub open: bool,
     /// Parameters ticked; `None` as by default.
     pub free: Option<BTreeSet<String>>,
-    /// What the recordings are used for; those not named are fitted to.
-    pub roles: BTreeMap<OverlayId, Role>,
     /// The fit in work.
     pub job: Option<Job<Progress, FitResult>>,
     /// Ids of the parameters that it moves, and the model it began with.
@@ -75,14 +62,14 @@ impl Fitting {
             .collect()
     }
 
-    /// What a recording is used for.
+    /// What a recording is used for: fitted to, if nothing else was chosen.
     pub fn role(&self, overlay: &Overlay) -> Role {
         let usual = if overlay.visible {
             Role::Train
         } else {
             Role::Unused
         };
-        self.roles.get(&overlay.id).copied().unwrap_or(usual)
+        overlay.role.unwrap_or(usual)
     }
 
     /// Starts a fit of the device as it is now.
@@ -231,7 +218,10 @@ fn is_physical(id: crate::model::parameter::ParameterId) -> bool {
 }
 
 /// Recordings as parts; without any kept out, the last third of each.
-fn parts(train: Vec<Arc<Recording>>, held_out: Vec<Arc<Recording>>) -> (Vec<Part>, Vec<Part>) {
+pub(super) fn parts(
+    train: Vec<Arc<Recording>>,
+    held_out: Vec<Arc<Recording>>,
+) -> (Vec<Part>, Vec<Part>) {
     if held_out.is_empty() {
         train.into_iter().map(Part::split).unzip()
     } else {

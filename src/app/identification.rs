@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use eframe::egui::Context;
 
-use super::fitting::{Fitting, Role, aligned};
+use super::fitting::{Fitting, aligned};
 use super::job::Job;
-use super::setup::Setup;
+use super::setup::{Role, Setup};
 use crate::fit::readings::readings;
 use crate::fit::steps::adhesion::{Adhesion, adhesion};
 use crate::fit::steps::drive::{DriveFit, fit_drive};

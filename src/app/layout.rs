@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::session::write_atomically;
 use super::state::State;
+use crate::diagnose::report::headline;
 
 /// Notes a widget's place in this frame.
 pub fn note(context: &Context, name: &str, rect: Rect) {
@@ -70,6 +71,7 @@ impl Layout {
             "residuals": residuals,
             "curve": curve,
             "parameters": parameters,
+            "diagnosis": state.diagnosing.shown().map(|a| headline(&a.diagnosis)),
             "generation": state.snapshot.as_ref().map(|s| s.generation),
             "notices": state.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>(),
         });

@@ -2,6 +2,7 @@
 
 pub mod actions;
 pub mod command;
+pub mod diagnosing;
 pub mod dialogs;
 pub mod export;
 mod file_jobs;

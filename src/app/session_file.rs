@@ -13,7 +13,7 @@ use crate::recording::csv::ImportSettings;
 
 use super::first_start;
 use super::session::Loaded;
-use super::setup::{DriveChoice, Overlay, Setup, View};
+use super::setup::{DriveChoice, Overlay, Role, Setup, View};
 
 /// Version that is written and read.
 pub const FORMAT: u32 = 1;
@@ -89,6 +89,12 @@ pub struct RecordingEntry {
     pub visible: bool,
     /// Place in the palette.
     pub color: usize,
+    /// What it is used for, once that was chosen.
+    #[serde(default)]
+    pub role: Option<Role>,
+    /// Its name, by which a shipped one is found.
+    #[serde(default)]
+    pub name: Option<String>,
 }
 
 /// The text of a session that will stand in `folder`, `absent` recordings included.
@@ -152,6 +158,12 @@ fn entry(overlay: &Overlay, folder: &Path) -> RecordingEntry {
         alignment: overlay.alignment,
         visible: overlay.visible,
         color: overlay.color,
+        role: overlay.role,
+        name: overlay
+            .recording
+            .path
+            .is_none()
+            .then(|| overlay.recording.name.clone()),
     }
 }
 
@@ -232,11 +244,12 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
     let mut missing = Vec::new();
     let mut overlays = Vec::new();
     for entry in shipped {
-        match first_start::made_up(entry.id) {
+        match first_start::shipped(entry.name.as_deref(), entry.id) {
             Some(overlay) => overlays.push(Overlay {
                 alignment: entry.alignment,
                 visible: entry.visible,
                 color: entry.color,
+                role: entry.role,
                 ..overlay
             }),
             None => missing.push(format!(

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::app::first_start;
-use crate::app::setup::{DriveChoice, Overlay};
+use crate::app::setup::{DriveChoice, Overlay, Role};
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::effects::{self, ActiveEffect};
 use crate::model::parameter::ParameterId;
@@ -34,6 +34,7 @@ fn overlay(id: u64, path: &Path) -> Overlay {
         visible: false,
         color: 3,
         made_up: false,
+        role: Some(Role::HeldOut),
     };
     overlay.alignment.time_shift = 1.5e-3;
     overlay
@@ -56,6 +57,7 @@ fn comes_back_as_it_was() {
         let view = View {
             slow_down: 0.003,
             time_range: Some((0.01, 0.02)),
+            workspace: "diagnose".to_owned(),
             ..View::default()
         };
         save(&path, &setup, &view, &[]).unwrap();
@@ -89,6 +91,7 @@ fn recordings_come_back_by_path_hash_and_number() {
     assert_eq!(entry.import, shown.import);
     assert_eq!(entry.alignment, shown.alignment);
     assert_eq!((entry.color, entry.visible), (3, false));
+    assert_eq!(entry.role, Some(Role::HeldOut));
 }
 
 #[test]
@@ -106,6 +109,29 @@ fn the_shipped_recording_needs_no_file() {
     let loaded = load(&path).unwrap();
     assert_eq!(loaded.setup, setup);
     assert!(loaded.setup.overlays[0].made_up);
+}
+
+#[test]
+fn the_example_comes_back_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let mut setup = setup();
+    let mut shipped = first_start::shipped(Some("held-out-2"), 8).unwrap();
+    shipped.role = Some(Role::HeldOut);
+    setup.overlays.push(shipped);
+    setup.overlays.extend(first_start::made_up(9));
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let loaded = load(&path).unwrap();
+    assert_eq!(loaded.setup, setup);
+    let names = loaded
+        .setup
+        .overlays
+        .iter()
+        .map(|o| o.recording.name.clone());
+    assert_eq!(
+        names.collect::<Vec<_>>(),
+        ["held-out-2", first_start::MADE_UP_NAME]
+    );
 }
 
 #[test]

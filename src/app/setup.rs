@@ -23,6 +23,18 @@ pub enum DriveChoice {
     Recorded(OverlayId),
 }
 
+/// What a recording is used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Fitted to.
+    Train,
+    /// Kept out, to judge a fit or a diagnosis by.
+    HeldOut,
+    /// Not used.
+    Unused,
+}
+
 /// A recording laid over the simulation.
 #[derive(Debug, Clone)]
 pub struct Overlay {
@@ -40,6 +52,8 @@ pub struct Overlay {
     pub color: usize,
     /// Shipped with the program: a made-up recording, and said to be.
     pub made_up: bool,
+    /// What it is used for; `None` until a person has chosen.
+    pub role: Option<Role>,
 }
 
 impl PartialEq for Overlay {
@@ -49,6 +63,7 @@ impl PartialEq for Overlay {
             && self.alignment == other.alignment
             && self.visible == other.visible
             && self.color == other.color
+            && self.role == other.role
     }
 }
 
@@ -146,6 +161,8 @@ pub struct View {
     pub switched_curves: BTreeSet<String>,
     /// Time span in view [s]; `None` is all of it.
     pub time_range: Option<(f64, f64)>,
+    /// Name of the workspace.
+    pub workspace: String,
 }
 
 impl Default for View {
@@ -166,6 +183,7 @@ impl Default for View {
             show_events: true,
             switched_curves: BTreeSet::new(),
             time_range: None,
+            workspace: "tune".to_owned(),
         }
     }
 }

@@ -2,6 +2,7 @@
 //! runs commands, keeps history and autosave.
 
 mod bars;
+mod diagnosis;
 mod keep;
 mod picture;
 mod toasts;
@@ -47,7 +48,6 @@ pub struct Shell {
     pub(super) order: Vec<PathBuf>,
     /// Device whose usual live speed is set.
     pub(super) speed_of: String,
-    workspace: String,
     worker: Worker,
     sent: Option<Wish>,
     recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
@@ -120,6 +120,9 @@ impl Shell {
         theme::apply(context, view.dark);
         let shown = setup.overlays.iter().map(|o| o.id).max().unwrap_or(0);
         let mut state = first_start::state(setup, view);
+        if let Some(workspace) = options.workspace {
+            state.view.workspace = workspace;
+        }
         state.notices = notices;
         Ok(Self {
             history: History::new(&state.setup),
@@ -140,9 +143,6 @@ impl Shell {
             next_overlay: last_id.max(shown),
             absent,
             order,
-            workspace: options
-                .workspace
-                .unwrap_or_else(|| workspaces::NAMES[0].to_owned()),
             worker,
             sent: None,
             recorded: None,
@@ -343,6 +343,7 @@ impl Shell {
     fn show(&mut self, ui: &mut Ui) {
         self.take_news();
         super::actions::take_files(self);
+        self.take_diagnosis();
         if self.themed != Some(self.state.view.dark) {
             self.themed = Some(self.state.view.dark);
             theme::apply(ui.ctx(), self.state.view.dark);
@@ -352,7 +353,7 @@ impl Shell {
         self.top(ui);
         self.bottom(ui);
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            workspaces::show(&self.workspace, ui, &mut self.state);
+            workspaces::show(ui, &mut self.state);
         });
         self.toasts(ui);
         super::actions::dialogs(self, ui);
@@ -380,5 +381,7 @@ pub(super) fn import_entry(files: &Files, entry: &session::RecordingEntry) {
     }
 }
 
+#[cfg(test)]
+mod diagnosis_tests;
 #[cfg(test)]
 mod tests;

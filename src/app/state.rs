@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::command::Command;
+use super::diagnosing::Diagnosing;
 use super::fitting::Fitting;
 use super::identification::Identification;
 use super::setup::{OverlayId, Setup, View};
@@ -113,6 +114,8 @@ pub struct State {
     pub fitting: Fitting,
     /// The guided identification.
     pub identification: Identification,
+    /// The Diagnose workspace.
+    pub diagnosing: Diagnosing,
 }
 
 impl State {

@@ -10,10 +10,6 @@ use crate::diagnose::report;
 use crate::fit::Part;
 use crate::model::preset::Preset;
 
-/// What is said where no recordings were kept out.
-const SPLIT: &str = "No recordings were kept out: the last third of each took their place. Other \
-     excitations would be a harder test.";
-
 /// Arguments of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -53,7 +49,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     };
     let mut answer = watched(&preset.model, &train, &held_out)?;
     if split {
-        answer.remarks.insert(0, SPLIT.to_owned());
+        answer.remarks.insert(0, report::words::SPLIT.to_owned());
     }
     if let Some(path) = &args.report {
         output::text(path, &report::html(&answer))?;

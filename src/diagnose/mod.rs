@@ -15,6 +15,7 @@ pub mod condition;
 pub mod engine;
 pub mod events;
 pub mod evidence;
+pub mod example;
 pub mod explain;
 pub mod generic;
 pub mod laws;

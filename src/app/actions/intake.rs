@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::save::save;
+use crate::app::diagnosing::Diagnosing;
 use crate::app::files::{FileEvent, Purpose};
 use crate::app::session::{Loaded, RecordingEntry};
 use crate::app::setup::{DriveChoice, Overlay, OverlayId};
@@ -89,6 +90,9 @@ fn adopt_session(shell: &mut Shell, path: PathBuf, loaded: Loaded) {
     let state = &mut shell.state;
     // What belongs to the former session ends with it.
     state.ghost = None;
+    let tally = state.diagnosing.trial.tally;
+    state.diagnosing = Diagnosing::default();
+    state.diagnosing.trial.tally = tally;
     state.scrub = None;
     state.paused = false;
     state.cursors = Cursors::default();
@@ -123,9 +127,12 @@ fn add_recording(
     let order = &shell.order;
     let rank = |path: &PathBuf| order.iter().position(|asked| asked == path);
     let own_rank = rank(&path);
-    let (alignment, color, visible) = match (&entry, former) {
-        (Some(entry), _) => (entry.alignment, entry.color, entry.visible),
-        (None, Some(i)) => (overlays[i].alignment, overlays[i].color, true),
+    let (alignment, color, visible, role) = match (&entry, former) {
+        (Some(entry), _) => (entry.alignment, entry.color, entry.visible, entry.role),
+        (None, Some(i)) => {
+            let former = &overlays[i];
+            (former.alignment, former.color, true, former.role)
+        }
         (None, None) => {
             let recordings = order.iter().filter(|path| !is_toml(path));
             let before = own_rank.map(|_| recordings.take_while(|asked| **asked != path).count());
@@ -134,7 +141,7 @@ fn add_recording(
                 .chain(0..)
                 .find(|c| overlays.iter().all(|o| o.color != *c))
                 .unwrap_or(0);
-            (Alignment::default(), color, true)
+            (Alignment::default(), color, true, None)
         }
     };
     if let Some(entry) = &entry {
@@ -158,6 +165,7 @@ fn add_recording(
         visible,
         color,
         made_up: false,
+        role,
     };
     match former {
         Some(i) => {

@@ -7,7 +7,7 @@ use crate::app::command::Command;
 use crate::app::session;
 use crate::app::setup::{Mode, Picture};
 use crate::app::shell::Shell;
-use crate::app::workspaces::tune;
+use crate::app::workspaces::{self, tune};
 use crate::model::preset::{EMBEDDED, Preset};
 
 /// The menus, all made of commands.
@@ -79,6 +79,8 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
         );
     });
     ui.menu_button("View", |ui| {
+        items(shell, ui, &workspaces::NAMES.map(C::Workspace));
+        ui.separator();
         items(shell, ui, &Picture::ALL.map(C::TogglePicture));
         ui.separator();
         items(
@@ -103,6 +105,26 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
             ],
         );
     });
+    ui.menu_button("Diagnosis", |ui| {
+        items(
+            shell,
+            ui,
+            &[C::Diagnose, C::DiagnoseByHand, C::CancelDiagnosis],
+        );
+        ui.separator();
+        items(
+            shell,
+            ui,
+            &[
+                C::AcceptDiagnosis,
+                C::SaveDiagnosed,
+                C::ExportReport,
+                C::ExportDiagnosis,
+            ],
+        );
+        ui.separator();
+        items(shell, ui, &[C::Example, C::SealedTrial]);
+    });
     ui.menu_button("Help", |ui| {
         items(shell, ui, &[C::Help, C::Palette]);
         if ui.button("About").clicked() {
@@ -117,6 +139,7 @@ fn items(shell: &mut Shell, ui: &mut Ui, commands: &[Command]) {
         let mark = match command {
             Command::TogglePicture(picture) => shell.state.view.pictures.contains(&picture),
             Command::SetMode(mode) => shell.state.view.mode == mode,
+            Command::Workspace(name) => shell.state.view.workspace == name,
             _ => false,
         };
         let mut button = Button::selectable(mark, name);

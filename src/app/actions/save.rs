@@ -3,12 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::app::diagnosing::sealed::own_setup;
 use crate::app::export;
 use crate::app::files::{FileEvent, Purpose};
 use crate::app::session::{self, RecordingEntry, write_atomically};
 use crate::app::setup::DriveChoice;
 use crate::app::shell::Shell;
 use crate::app::state::State;
+use crate::diagnose::report;
 use crate::model::preset::Preset;
 use crate::recording::{TimeAxis, csv, events_file};
 use crate::sim::Trace;
@@ -37,14 +39,31 @@ fn write(
         Some(snapshot) => Ok(&*snapshot.trace),
         None => Err("there is no simulated run yet".to_owned()),
     };
+    let answer = || match state.diagnosing.shown() {
+        Some(answer) => Ok(&answer.diagnosis),
+        None => Err("there is no diagnosis yet".to_owned()),
+    };
     match purpose {
         Purpose::Session => {
-            session::save(path, &state.setup, &state.view, absent).map_err(|e| text(&e))?;
+            session::save(path, own_setup(state), &state.view, absent).map_err(|e| text(&e))?;
             session::remember(path, None);
             Ok(())
         }
         Purpose::Preset => {
             write_atomically(path, preset(state).to_toml().as_bytes()).map_err(|e| text(&e))
+        }
+        Purpose::Diagnosed => {
+            let mut preset = preset(state);
+            preset.model = answer()?.model.clone();
+            write_atomically(path, preset.to_toml().as_bytes()).map_err(|e| text(&e))
+        }
+        Purpose::Report => {
+            write_atomically(path, report::html(answer()?).as_bytes()).map_err(|e| text(&e))
+        }
+        Purpose::Diagnosis => {
+            let json = serde_json::to_string_pretty(&report::json(answer()?));
+            let json = json.map_err(|e| text(&e))? + "\n";
+            write_atomically(path, json.as_bytes()).map_err(|e| text(&e))
         }
         Purpose::Svg => trace().and_then(|_| export::svg(path, state).map_err(|e| text(&e))),
         Purpose::Png => trace().and_then(|_| export::png(path, state).map_err(|e| text(&e))),

@@ -6,7 +6,7 @@ use super::escape;
 use crate::app::command::Command;
 
 /// What the mouse does.
-const GESTURES: [(&str, &str); 9] = [
+const GESTURES: [(&str, &str); 11] = [
     ("drag in a plot", "move through time"),
     ("wheel in a plot", "zoom the time around the pointer"),
     ("double-click in a plot", "show the whole span"),
@@ -16,6 +16,14 @@ const GESTURES: [(&str, &str); 9] = [
         "set the second cursor, for differences",
     ),
     ("Escape", "clear the cursors"),
+    (
+        "click on a strip of residuals",
+        "look at that stretch (Diagnose)",
+    ),
+    (
+        "drag on a strip of residuals",
+        "look at the stretch drawn over (Diagnose)",
+    ),
     ("double-click a slider", "back to the preset's value"),
     ("Shift + drag a slider", "move it finely"),
     ("arrow keys on a slider", "move it step by step"),

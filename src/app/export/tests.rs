@@ -38,6 +38,7 @@ fn state() -> State {
         visible: true,
         color: 0,
         made_up: false,
+        role: None,
     }];
     let model = Arc::new(preset.model.clone());
     let mut state = with_overlays(preset, drive, overlays);

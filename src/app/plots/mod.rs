@@ -1,7 +1,7 @@
 //! The pictures of the Tune workspace, stacked: one file for each.
 
-mod axes;
-mod cache;
+pub(super) mod axes;
+pub(super) mod cache;
 mod curve;
 pub mod device;
 mod drive_loop;

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use eframe::egui::{self, Panel, Ui};
 
 use super::Shell;
+use crate::app::command::Command;
 use crate::app::files::absolute;
 use crate::app::snapshot::LiveState;
-use crate::app::{actions, first_start, theme, workspaces};
+use crate::app::{actions, first_start, layout, theme, workspaces};
 use crate::model::unit::format_quantity;
 
 impl Shell {
@@ -18,14 +19,17 @@ impl Shell {
                 actions::menus(self, ui);
                 ui.separator();
                 for workspace in &workspaces::ALL {
-                    let here = self.workspace == workspace.name;
-                    if ui.selectable_label(here, workspace.title).clicked() {
-                        self.workspace = workspace.name.to_owned();
+                    let here = self.state.view.workspace == workspace.name;
+                    let tab = ui.selectable_label(here, workspace.title);
+                    layout::note(ui.ctx(), &format!("tab {}", workspace.name), tab.rect);
+                    if tab.on_hover_text(workspace.help).clicked() {
+                        self.state.ask(Command::Workspace(workspace.name));
                     }
                 }
             });
         });
-        if self.hint {
+        // It is about what is seen in the first workspace.
+        if self.hint && self.state.view.workspace == workspaces::NAMES[0] {
             Panel::top("hint").show(ui, |ui| self.hint(ui));
         }
     }
@@ -77,6 +81,12 @@ impl Shell {
                     if ui.small_button("Cancel").clicked() {
                         self.files.cancel();
                     }
+                }
+                let running = self.state.diagnosing.running.as_ref();
+                if let Some(progress) = running.and_then(|r| r.job.progress()) {
+                    ui.separator();
+                    ui.spinner();
+                    ui.label(format!("diagnosing {:.0} %", 100.0 * progress.done));
                 }
                 if let Some(refusal) = &self.state.refusal {
                     ui.separator();

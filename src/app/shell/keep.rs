@@ -7,6 +7,7 @@ use std::time::Duration;
 use eframe::egui::Ui;
 
 use super::Shell;
+use crate::app::diagnosing::sealed::own_setup;
 use crate::app::session::{self, RecordingEntry, SessionError};
 use crate::app::setup::{Setup, View};
 use crate::app::state::Notice;
@@ -87,9 +88,9 @@ impl Shell {
                 format!("The session is not saved by itself: {problem}"),
             );
         }
-        let current = (&self.state.setup, &self.state.view);
+        let current = (own_setup(&self.state), &self.state.view);
         if current != (&self.saved.0, &self.saved.1) && self.picture.is_none() {
-            self.saved = (self.state.setup.clone(), self.state.view.clone());
+            self.saved = (current.0.clone(), current.1.clone());
             self.changed_at = Some(now);
         }
         let Some(changed) = self.changed_at else {
@@ -111,7 +112,7 @@ impl Shell {
 
     fn kept(&self) -> Kept {
         Kept {
-            setup: self.state.setup.clone(),
+            setup: own_setup(&self.state).clone(),
             view: self.state.view.clone(),
             absent: self.absent.clone(),
         }

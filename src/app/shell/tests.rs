@@ -13,7 +13,7 @@ use crate::app::setup::Mode;
 use crate::app::snapshot::Snapshot;
 use crate::model::parameter::ParameterId;
 
-fn preset(name: &str) -> Preset {
+pub(super) fn preset(name: &str) -> Preset {
     Preset::embedded(name).unwrap()
 }
 
@@ -21,7 +21,7 @@ fn harness(preset: Preset) -> Harness<'static, Shell> {
     harness_of(preset, WindowOptions::default())
 }
 
-fn harness_of(preset: Preset, options: WindowOptions) -> Harness<'static, Shell> {
+pub(super) fn harness_of(preset: Preset, options: WindowOptions) -> Harness<'static, Shell> {
     let shell = Shell::new(
         &Context::default(),
         options,
@@ -193,7 +193,7 @@ fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
 }
 
 /// Draws until all files are read.
-fn read_all(harness: &mut Harness<'_, Shell>) {
+pub(super) fn read_all(harness: &mut Harness<'_, Shell>) {
     for _ in 0..1000 {
         harness.run_steps(1);
         if harness.state().files.pending() == 0 {

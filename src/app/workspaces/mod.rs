@@ -4,6 +4,7 @@ use eframe::egui::Ui;
 
 use super::state::State;
 
+pub mod diagnose;
 pub mod tune;
 
 /// A workspace.
@@ -12,16 +13,27 @@ pub struct Workspace {
     pub name: &'static str,
     /// The title of its tab.
     pub title: &'static str,
+    /// What it is for, in a line.
+    pub help: &'static str,
     /// Draws it.
     pub show: fn(&mut Ui, &mut State),
 }
 
 /// All workspaces, in the order of the tabs.
-pub const ALL: [Workspace; 1] = [Workspace {
-    name: "tune",
-    title: "Tune",
-    show: tune::show,
-}];
+pub const ALL: [Workspace; 2] = [
+    Workspace {
+        name: "tune",
+        title: "Tune",
+        help: "Sliders, curves and recordings: simulate, compare, fit",
+        show: tune::show,
+    },
+    Workspace {
+        name: diagnose::NAME,
+        title: "Diagnose",
+        help: "What the model leaves out, from recordings, with the proof",
+        show: diagnose::show,
+    },
+];
 
 /// Their names.
 pub const NAMES: [&str; ALL.len()] = names();
@@ -36,9 +48,9 @@ const fn names() -> [&'static str; ALL.len()] {
     names
 }
 
-/// Draws the workspace of that name; the first if there is none.
-pub fn show(name: &str, ui: &mut Ui, state: &mut State) {
+/// Draws the workspace that is in view; the first if there is none of its name.
+pub fn show(ui: &mut Ui, state: &mut State) {
     let [first, ..] = &ALL;
-    let workspace = ALL.iter().find(|workspace| workspace.name == name);
+    let workspace = ALL.iter().find(|w| w.name == state.view.workspace);
     (workspace.unwrap_or(first).show)(ui, state);
 }

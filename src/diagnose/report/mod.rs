@@ -4,19 +4,20 @@
 //! All three say what [`Diagnosis`](super::result::Diagnosis) holds and judge nothing
 //! themselves.
 
+pub mod ground;
 mod html;
 mod json;
-mod rest;
+pub mod rest;
 mod svg;
 mod text;
-mod words;
+pub mod words;
 
 pub use html::html;
 pub use json::json;
 pub use text::text;
-pub use words::{probability, verdict_sentence};
+pub use words::{headline, probability, verdict_sentence};
 
 #[cfg(test)]
-mod fixture;
+pub(crate) mod fixture;
 #[cfg(test)]
 mod tests;

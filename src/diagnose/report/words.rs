@@ -26,6 +26,56 @@ pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
     }
 }
 
+/// What is said where no recordings were kept out.
+pub const SPLIT: &str = "No recordings were kept out: the last third of each took their place. Other \
+     excitations would be a harder test.";
+
+/// The answer with its proof in one or two sentences: what was left out, how sure that
+/// is, and how far the residual falls on the recordings kept out.
+pub fn headline(d: &Diagnosis) -> String {
+    let before = d.held_out.before.rms;
+    let noise = metres(d.noise);
+    match d.verdict {
+        Verdict::Adequate => format!(
+            "Nothing is missing: the re-tuned model explains the recordings to their noise \
+             (residual kept out {}, noise {noise}).",
+            metres(before)
+        ),
+        Verdict::MissingPhysics => {
+            let names: Vec<String> = d
+                .named
+                .iter()
+                .map(|n| format!("{} ({})", n.name, probability(n.probability)))
+                .collect();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            format!("Left out: {}. {}", listed(&names), change(d))
+        }
+        Verdict::Unexplained => format!(
+            "Something is missing that no effect of the catalogue carries{}. The residual kept out \
+             is {}; noise {noise}.",
+            d.mismatch.first().map_or_else(String::new, |m| format!(
+                "; it shows most in {}, {}",
+                m.channel,
+                m.regime.text()
+            )),
+            metres(before)
+        ),
+    }
+}
+
+/// What becomes of the residual on the recordings kept out, as a sentence.
+pub fn change(d: &Diagnosis) -> String {
+    let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
+    let (was, is, noise) = (metres(before), metres(after), metres(d.noise));
+    if was == is {
+        return format!(
+            "The residual kept out stays about {is}; noise {noise}: it is told by many samples together."
+        );
+    }
+    let goes = if after < before { "falls" } else { "grows" };
+    format!("The residual kept out {goes} from {was} to {is}; noise {noise}.")
+}
+
 /// `a`, `a and b`, `a, b and c`.
 pub fn listed(items: &[&str]) -> String {
     match items {

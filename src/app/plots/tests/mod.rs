@@ -109,6 +109,7 @@ fn recorded(mut state: State) -> State {
         visible: true,
         color: 0,
         made_up: false,
+        role: None,
     });
     state
 }

@@ -7,7 +7,7 @@ mod drive_preview;
 mod drive_table;
 mod figures;
 mod fit;
-mod icon;
+pub(super) mod icon;
 mod original;
 mod parameters;
 mod quantity;
@@ -79,11 +79,11 @@ fn side_panel(ui: &mut Ui, state: &mut State) {
 }
 
 /// Text a little smaller than the rest, still readable.
-fn small(text: impl Into<String>) -> RichText {
+pub(super) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).size(11.5)
 }
 
 /// Colour of errors in the present theme.
-fn error_color(ui: &Ui) -> eframe::egui::Color32 {
+pub(super) fn error_color(ui: &Ui) -> eframe::egui::Color32 {
     crate::app::theme::error(ui.visuals().dark_mode)
 }

@@ -2,15 +2,9 @@
 
 use super::super::svg::{Axis, Dot, Plot};
 use super::{HALF, Page};
+use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
 use crate::diagnose::result::{BounceSeen, Diagnosis, EventsSeen};
-use crate::model::Model;
-use crate::model::effects::{Action, Surroundings};
-use crate::model::ground::Ground;
 
-/// Points of a law's curve.
-const CURVE: usize = 80;
-/// Errors above this many times the usual one are large.
-const LARGE: f64 = 8.0;
 const SIZE: [f64; 2] = [HALF, 220.0];
 
 /// Writes the figures for which there are events.
@@ -33,14 +27,14 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     page.raw("</div>\n<div class=\"grid2\">\n");
     let laws = Laws::of(d);
     let of_bounces =
-        |value: fn(&BounceSeen) -> (f64, f64)| told(bounces.iter().map(|b| (b.speed, value(b))));
+        |value: fn(&BounceSeen) -> (f64, f64)| dots(bounces.iter().map(|b| (b.speed, value(b))));
     let all = [
         Scatter {
             dots: of_bounces(|b| (b.ratio, b.ratio_error)),
             x: ("speed of approach", "m/s"),
             y: ("restitution", ""),
             from_zero: false,
-            law: Some(ModelLaws::restitution),
+            law: Some(GroundLaws::restitution),
             caption: "Bounces: speed kept against speed of approach.",
         },
         Scatter {
@@ -52,7 +46,7 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
             caption: "Bounces: time below the ground's level; 0 for a rigid ground.",
         },
         Scatter {
-            dots: told(
+            dots: dots(
                 releases
                     .iter()
                     .map(|r| (r.contact, (r.force, r.force_error))),
@@ -60,11 +54,11 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
             x: ("time on the ground", "s"),
             y: ("pull-off force", "N"),
             from_zero: true,
-            law: Some(ModelLaws::adhesion),
+            law: Some(GroundLaws::adhesion),
             caption: "Releases: pull-off force against time on the ground.",
         },
         Scatter {
-            dots: told(levels.iter().map(|l| (l.time, (l.miss, l.error)))),
+            dots: dots(levels.iter().map(|l| (l.time, (l.miss, l.error)))),
             x: ("time", "s"),
             y: ("height above the model's ground", "m"),
             from_zero: true,
@@ -79,20 +73,12 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     page.raw("</div>\n");
 }
 
-/// Measured points without those that tell next to nothing, and how many these are:
-/// their errors would shrink all others to a line.
-fn told(points: impl Iterator<Item = (f64, (f64, f64))>) -> (Vec<Dot>, usize) {
-    let all: Vec<Dot> = points.map(|(x, (y, error))| Dot { x, y, error }).collect();
-    let mut errors: Vec<f64> = all.iter().map(|d| d.error).collect();
-    errors.retain(|e| e.is_finite());
-    errors.sort_by(f64::total_cmp);
-    let most = errors
-        .get(errors.len() / 2)
-        .map_or(f64::INFINITY, |median| LARGE * median);
-    let keep = |d: &Dot| d.y.is_finite() && (d.error.is_nan() || d.error <= most);
-    let dots: Vec<Dot> = all.iter().copied().filter(keep).collect();
-    let left = all.len() - dots.len();
-    (dots, left)
+/// The points that tell something as they are drawn, and how many do not.
+fn dots(points: impl Iterator<Item = (f64, (f64, f64))>) -> (Vec<Dot>, usize) {
+    let seen = points.map(|(x, (y, error))| Seen { x, y, error });
+    let (kept, left) = told(seen);
+    let dot = |Seen { x, y, error }| Dot { x, y, error };
+    (kept.into_iter().map(dot).collect(), left)
 }
 
 /// Points of one kind of event with the law that they should follow.
@@ -102,7 +88,7 @@ struct Scatter {
     y: (&'static str, &'static str),
     /// Whether the vertical axis holds zero.
     from_zero: bool,
-    law: Option<fn(&ModelLaws, f64) -> f64>,
+    law: Option<fn(&GroundLaws, f64) -> f64>,
     caption: &'static str,
 }
 
@@ -146,77 +132,30 @@ impl Scatter {
 
 /// The laws of the ground, before and after.
 struct Laws {
-    before: ModelLaws,
-    after: Option<ModelLaws>,
+    before: GroundLaws,
+    after: Option<GroundLaws>,
 }
 
 impl Laws {
     fn of(d: &Diagnosis) -> Self {
         Self {
-            before: ModelLaws::of(&d.baseline),
-            after: (!d.named.is_empty()).then(|| ModelLaws::of(&d.model)),
+            before: GroundLaws::of(&d.baseline),
+            after: (!d.named.is_empty()).then(|| GroundLaws::of(&d.model)),
         }
     }
 
     /// Draws a law as the re-tuned model has it and, if anything is named, as it then is.
-    fn draw(&self, plot: &mut Plot, at: &[f64], law: fn(&ModelLaws, f64) -> f64) {
-        let points = |laws: &ModelLaws| at.iter().map(|x| (*x, law(laws, *x))).collect::<Vec<_>>();
+    fn draw(&self, plot: &mut Plot, at: &[f64], law: fn(&GroundLaws, f64) -> f64) {
+        let points = |laws: &GroundLaws| at.iter().map(|x| (*x, law(laws, *x))).collect::<Vec<_>>();
         plot.line("was", points(&self.before));
         if let Some(after) = &self.after {
             plot.line("law", points(after));
         }
     }
 
-    fn values(&self, at: &[f64], law: fn(&ModelLaws, f64) -> f64) -> Vec<f64> {
+    fn values(&self, at: &[f64], law: fn(&GroundLaws, f64) -> f64) -> Vec<f64> {
         let all = std::iter::once(&self.before).chain(&self.after);
         all.flat_map(|laws| at.iter().map(|x| law(laws, *x)).collect::<Vec<_>>())
             .collect()
     }
-}
-
-/// The laws of one model's ground.
-struct ModelLaws {
-    ground: Ground,
-    actions: Vec<Box<dyn Action>>,
-}
-
-impl ModelLaws {
-    fn of(model: &Model) -> Self {
-        let structure = model.structure();
-        let around = Surroundings {
-            structure: &structure,
-            parameters: &model.parameters,
-            piezo: model.piezo,
-        };
-        let build = |e: &crate::model::effects::ActiveEffect| (e.spec.build)(&e.values, &around);
-        Self {
-            ground: Ground::new(&model.parameters),
-            actions: model.effects.iter().map(build).collect(),
-        }
-    }
-
-    fn restitution(&self, speed: f64) -> f64 {
-        let all = self.actions.iter();
-        all.fold(self.ground.alpha, |alpha, a| a.restitution(alpha, speed))
-    }
-
-    fn adhesion(&self, contact: f64) -> f64 {
-        let start = self.ground.adhesion_start;
-        let line = self.ground.adhesion(contact);
-        let all = self.actions.iter();
-        all.fold(line, |f, a| a.adhesion(f, start, contact))
-    }
-}
-
-fn grid(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let (low, high) = values
-        .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-            (a.min(v), b.max(v))
-        });
-    if low >= high {
-        return Vec::new();
-    }
-    let step = (high - low) / (CURVE - 1) as f64;
-    (0..CURVE).map(|i| low + i as f64 * step).collect()
 }

@@ -3,6 +3,7 @@
 use super::super::svg::{Axis, Dot, Plot, escape};
 use super::super::words::{chi2, gain, listed, probability};
 use super::{HALF, Page};
+use crate::diagnose::report::ground::law_through;
 use crate::diagnose::result::{Diagnosis, ForceCurve};
 
 /// Writes the candidates and the force curves.
@@ -14,7 +15,10 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     page.heading("The force that the re-tuned model lacks");
     let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
     let law = if d.forces.iter().any(|f| !f.law.is_empty()) {
-        format!(" The line is {} as fitted.", listed(&names))
+        format!(
+            " The line is {} as fitted, with the constant and the slope that re-tuning takes up.",
+            listed(&names)
+        )
     } else {
         String::new()
     };
@@ -82,6 +86,7 @@ fn candidates(page: &mut Page, d: &Diagnosis) {
 }
 
 fn force(curve: &ForceCurve) -> String {
+    let law = law_through(curve);
     let measured = curve.force.iter().zip(&curve.std_error);
     let ends = measured
         .filter(|(f, _)| f.is_finite())
@@ -89,7 +94,7 @@ fn force(curve: &ForceCurve) -> String {
             let e = if e.is_finite() { *e } else { 0.0 };
             [f - e, f + e]
         })
-        .chain(curve.law.iter().copied())
+        .chain(law.iter().copied())
         .chain([0.0]);
     let mut plot = Plot::new(
         [HALF, 230.0],
@@ -106,7 +111,7 @@ fn force(curve: &ForceCurve) -> String {
             error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
         }),
     );
-    let law = curve.at.iter().copied().zip(curve.law.iter().copied());
+    let law = curve.at.iter().copied().zip(law);
     plot.line("law", law);
     plot.finish()
 }

@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use eframe::egui::{Grid, Ui};
 
 use super::heading;
-use crate::app::fitting::{Role, candidates};
+use crate::app::fitting::candidates;
 use crate::app::plots::style::overlay_color;
+use crate::app::setup::Role;
 use crate::app::state::State;
 use crate::app::workspaces::tune::readouts::short;
 use crate::app::workspaces::tune::small;
@@ -92,6 +93,7 @@ pub fn recordings(ui: &mut Ui, state: &mut State) {
     }
     let busy = state.fitting.job.is_some();
     let mut kept_out = false;
+    let mut chosen = None;
     Grid::new("fit recordings")
         .num_columns(4)
         .spacing([12.0, 3.0])
@@ -120,12 +122,17 @@ pub fn recordings(ui: &mut Ui, state: &mut State) {
                     });
                 });
                 if role != before {
-                    state.fitting.roles.insert(overlay.id, role);
+                    chosen = Some((overlay.id, role));
                 }
                 kept_out |= role == Role::HeldOut;
                 ui.end_row();
             }
         });
+    if let Some((id, role)) = chosen
+        && let Some(overlay) = state.setup.overlays.iter_mut().find(|o| o.id == id)
+    {
+        overlay.role = Some(role);
+    }
     if !kept_out {
         ui.label(
             small("Nothing is kept out by choice: the last third of each recording is.").weak(),

@@ -13,7 +13,7 @@ use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
 
 use super::small;
 use crate::app::command::Command;
-use crate::app::fitting::Role;
+use crate::app::setup::Role;
 use crate::app::state::State;
 use crate::fit::Progress;
 

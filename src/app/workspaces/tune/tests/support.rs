@@ -45,6 +45,7 @@ pub fn overlay(id: u64, recording: Recording, made_up: bool) -> Overlay {
         visible: true,
         color: id as usize,
         made_up,
+        role: None,
     }
 }
 

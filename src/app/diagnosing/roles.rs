@@ -1,0 +1,87 @@
+//! What each recording is used for. Until a person chooses, it is chosen for them.
+
+use crate::app::setup::{Overlay, OverlayId, Role, Setup};
+
+/// One in so many recordings is kept out by itself.
+const KEPT_OUT: usize = 4;
+
+/// Each recording with what it is used for. Until a person has chosen, the last quarter,
+/// at least one, is kept out where there are several; hidden ones are left, and so are
+/// made-up ones beside recordings of the person's own.
+pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
+    let own = setup.overlays.iter().any(|o| !o.made_up);
+    let counts = |o: &Overlay| o.visible && !(own && o.made_up);
+    let usual = |o: &Overlay| {
+        if counts(o) { Role::Train } else { Role::Unused }
+    };
+    let mut all: Vec<(&Overlay, Role)> = (setup.overlays.iter())
+        .map(|o| (o, o.role.unwrap_or(usual(o))))
+        .collect();
+    if is_chosen(setup) {
+        return all;
+    }
+    let used = all.iter().filter(|(_, r)| *r == Role::Train).count();
+    if used > 1 {
+        let kept = (used / KEPT_OUT).max(1);
+        let last = all.iter_mut().rev().filter(|(_, r)| *r == Role::Train);
+        last.take(kept).for_each(|(_, r)| *r = Role::HeldOut);
+    }
+    all
+}
+
+/// Whether a person has chosen what any recording is used for.
+pub fn is_chosen(setup: &Setup) -> bool {
+    setup.overlays.iter().any(|o| o.role.is_some())
+}
+
+/// Chooses a role for one recording; the others keep theirs.
+pub fn choose(setup: &mut Setup, id: OverlayId, role: Role) {
+    let all: Vec<(OverlayId, Role)> = of(setup).into_iter().map(|(o, r)| (o.id, r)).collect();
+    for (overlay, (_, now)) in setup.overlays.iter_mut().zip(all) {
+        overlay.role = Some(if overlay.id == id { role } else { now });
+    }
+}
+
+/// Leaves the roles to the program again.
+pub fn forget(setup: &mut Setup) {
+    for overlay in &mut setup.overlays {
+        overlay.role = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::first_start;
+    use Role::{HeldOut, Train, Unused};
+
+    fn with(count: u64) -> Setup {
+        let mut setup = first_start::setup();
+        for id in 0..count {
+            let mut own = setup.overlays[0].clone();
+            (own.id, own.made_up) = (10 + id, false);
+            setup.overlays.push(own);
+        }
+        setup
+    }
+
+    fn roles(setup: &Setup) -> Vec<Role> {
+        of(setup).into_iter().map(|(_, role)| role).collect()
+    }
+
+    #[test]
+    fn the_last_quarter_is_kept_out_until_a_person_chooses() {
+        assert_eq!(roles(&with(0)), [Train]);
+        assert_eq!(roles(&with(1)), [Unused, Train]);
+        assert_eq!(roles(&with(2)), [Unused, Train, HeldOut]);
+        let mut eight = with(8);
+        assert_eq!(roles(&eight)[6..], [Train, HeldOut, HeldOut]);
+        choose(&mut eight, 17, Train);
+        assert_eq!(roles(&eight)[6..], [Train, HeldOut, Train]);
+        // One that is hidden keeps what was chosen for it.
+        eight.overlays[8].visible = false;
+        assert_eq!(roles(&eight)[8], Train);
+        forget(&mut eight);
+        assert_eq!(roles(&eight)[6..], [Train, HeldOut, Unused]);
+    }
+}

@@ -1,0 +1,225 @@
+//! One effect that was weighed: how probable it is, and, opened, all that speaks for and
+//! against it.
+
+use eframe::egui::{
+    Align2, Button, Color32, FontId, Grid, Rect, RichText, Role, Sense, Ui, WidgetInfo, vec2,
+};
+
+use super::{colors, error_color, small};
+use crate::app::diagnosing::Diagnosing;
+use crate::app::diagnosing::look::support;
+use crate::diagnose::report::words::{
+    alike, capitalised, chi2, gain, probability, size, with_error,
+};
+use crate::diagnose::result::{Candidate, Diagnosis, NamedEffect};
+use crate::model::effects::{EffectSpec, find};
+
+/// Width of the bar of a probability [points].
+const BAR: f32 = 74.0;
+
+/// Draws a row, and what is behind it where it is opened. What was chosen by hand is not
+/// `weighed` against others.
+pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candidate, weighed: bool) {
+    let named = d.named.iter().find(|n| n.id == c.id);
+    ui.push_id(&c.id, |ui| {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
+            tick(ui, diagnosing, c);
+            let (rect, name) = bar_and_name(ui, &c.name, named.is_some());
+            let mark = if named.is_some() {
+                colors::verdict(ui, d.verdict)
+            } else {
+                ui.visuals().widgets.active.bg_fill
+            };
+            if weighed {
+                bar(ui, rect, c.probability, &probability(c.probability), mark);
+            } else if named.is_some() {
+                bar(ui, rect, 1.0, "by hand", mark);
+            } else {
+                bar(ui, rect, 0.0, "-", mark);
+            }
+            let opened = diagnosing.look.opened.contains(&c.id);
+            if name.on_hover_text(hint(c, opened)).clicked() {
+                if opened {
+                    diagnosing.look.opened.remove(&c.id);
+                } else {
+                    diagnosing.look.opened.insert(c.id.clone());
+                }
+            }
+        });
+        if diagnosing.look.opened.contains(&c.id) {
+            ui.indent("details", |ui| {
+                details(ui, diagnosing, c, named, weighed);
+            });
+        }
+    });
+}
+
+/// The bar's place and the button with the name behind it.
+fn bar_and_name(ui: &mut Ui, name: &str, strong: bool) -> (Rect, eframe::egui::Response) {
+    let (rect, _) = ui.allocate_exact_size(vec2(BAR, 17.0), Sense::hover());
+    let text = RichText::new(capitalised(name));
+    let text = if strong { text.strong() } else { text };
+    let width = ui.available_width();
+    let button = Button::new(text).frame(false).truncate();
+    (rect, ui.add_sized(vec2(width, 18.0), LeftButton(button)))
+}
+
+/// A button whose text stands on the left.
+struct LeftButton<'a>(Button<'a>);
+
+impl eframe::egui::Widget for LeftButton<'_> {
+    fn ui(self, ui: &mut Ui) -> eframe::egui::Response {
+        let layout = eframe::egui::Layout::left_to_right(eframe::egui::Align::Center);
+        ui.with_layout(layout, |ui| ui.add(self.0)).inner
+    }
+}
+
+fn tick(ui: &mut Ui, diagnosing: &mut Diagnosing, c: &Candidate) {
+    let mut on = diagnosing.picked().contains(&c.id);
+    let busy = diagnosing.running.is_some();
+    ui.spacing_mut().icon_spacing = 0.0;
+    let check = ui.add_enabled(!busy, eframe::egui::Checkbox::new(&mut on, ""));
+    check.widget_info(|| {
+        let label = format!("take {} as left out", c.name);
+        WidgetInfo::selected(Role::CheckBox, !busy, on, label)
+    });
+    let check = check.on_hover_text(
+        "Add or drop it by hand, then press \"Diagnose by hand\": it is fitted and proved whatever it brings",
+    );
+    if check.changed() {
+        diagnosing.pick(&c.id, on);
+    }
+}
+
+fn hint(c: &Candidate, opened: bool) -> String {
+    let law = find(&c.id).map_or("", |spec| spec.sentence);
+    let what = if opened {
+        "Close it."
+    } else {
+        "Open what speaks for and against it."
+    };
+    format!("{}\n{law}\n{what}", c.id)
+}
+
+/// A probability as a bar with its number.
+pub fn bar(ui: &Ui, rect: Rect, share: f64, text: &str, color: Color32) {
+    let painter = ui.painter();
+    painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+    if share.is_finite() && share > 0.0 {
+        let mut part = rect;
+        part.set_width(rect.width() * (share as f32).clamp(0.015, 1.0));
+        painter.rect_filled(part, 2.0, color.gamma_multiply(0.75));
+    }
+    painter.text(
+        rect.left_center() + vec2(4.0, 0.0),
+        Align2::LEFT_CENTER,
+        text,
+        FontId::proportional(11.5),
+        ui.visuals().strong_text_color(),
+    );
+}
+
+fn details(
+    ui: &mut Ui,
+    diagnosing: &mut Diagnosing,
+    c: &Candidate,
+    named: Option<&NamedEffect>,
+    weighed: bool,
+) {
+    ui.spacing_mut().item_spacing.y = 2.0;
+    let spec = find(&c.id);
+    if let Some(spec) = spec {
+        ui.label(small(spec.law).monospace());
+        ui.label(small(spec.sentence).weak());
+    }
+    if let Some(effect) = named {
+        parameters(ui, effect, spec);
+        for sentence in &effect.evidence {
+            bullet(ui, "+", sentence);
+        }
+        for other in &effect.alike {
+            let name = find(other).map_or(other.as_str(), |s| s.name);
+            ui.label(small(format!("Look-alike: {name}")));
+        }
+        if let Some(text) = alike(&effect.alike) {
+            bullet(ui, "?", &text);
+        }
+    }
+    let sign = if named.is_some() { "+" } else { "-" };
+    for remark in c.remarks.iter().filter(|_| weighed) {
+        bullet(ui, sign, remark);
+    }
+    if named.is_none() && weighed {
+        numbers(ui, c);
+    }
+    let opens = support(&c.id);
+    let button = ui.button(small(opens.text()));
+    if button
+        .on_hover_text(format!("Open the plot in which {} shows", c.name))
+        .clicked()
+    {
+        diagnosing.look.support(&c.id);
+    }
+    ui.add_space(4.0);
+}
+
+fn parameters(ui: &mut Ui, effect: &NamedEffect, spec: Option<&'static EffectSpec>) {
+    Grid::new("parameters")
+        .num_columns(2)
+        .spacing([10.0, 1.0])
+        .show(ui, |ui| {
+            for p in &effect.parameters {
+                let known = spec.and_then(|s| s.parameters.iter().find(|q| q.id == p.id));
+                ui.label(small(&p.id))
+                    .on_hover_text(known.map_or("", |q| q.name));
+                ui.label(small(with_error(p)).strong());
+                ui.end_row();
+            }
+            ui.label(small("largest force"))
+                .on_hover_text("Over the recordings, on the proof mass");
+            ui.label(small(size(effect.size)).strong());
+            ui.end_row();
+        });
+}
+
+fn numbers(ui: &mut Ui, c: &Candidate) {
+    let fitted = if c.gain.is_finite() {
+        gain(c.gain)
+    } else if c.score.is_finite() {
+        format!("about {}", gain(c.score))
+    } else {
+        "-".to_owned()
+    };
+    let text = format!(
+        "chi2 falls by {fitted} where fitted, by {} kept out, to {} a value",
+        gain(c.held_out_gain),
+        chi2(c.held_out_chi2)
+    );
+    ui.label(small(text).weak())
+        .on_hover_text("A dash: it was not worth a fit of its own");
+}
+
+/// A sentence for (`+`), against (`-`) or unsettled (`?`).
+fn bullet(ui: &mut Ui, sign: &str, text: &str) {
+    ui.horizontal_top(|ui| {
+        ui.spacing_mut().item_spacing.x = 5.0;
+        let color = match sign {
+            "+" => crate::app::plots::style::palette(ui).release,
+            "-" => error_color(ui),
+            _ => ui.visuals().warn_fg_color,
+        };
+        ui.label(small(sign).strong().color(color));
+        ui.add(eframe::egui::Label::new(small(sentence(text))).wrap());
+    });
+}
+
+/// A remark as a sentence.
+pub fn sentence(text: &str) -> String {
+    let text = capitalised(text.trim());
+    if text.ends_with(['.', '!', '?']) {
+        text
+    } else {
+        text + "."
+    }
+}

@@ -1,0 +1,141 @@
+//! The Diagnose workspace: recordings, where they differ from the model, what was left
+//! out, and the proof, from left to right; the answer in a sentence above.
+
+mod candidate;
+mod colors;
+mod events;
+mod evidence;
+mod figure;
+mod force;
+mod head;
+mod marginal;
+mod place;
+mod preview;
+mod proof;
+mod proof_bars;
+mod recordings;
+mod strip;
+#[cfg(test)]
+mod tests;
+mod trial;
+mod truth;
+mod what;
+mod zoom;
+
+use eframe::egui::{
+    Align, Align2, CentralPanel, FontId, Layout, Panel, Rect, RichText, ScrollArea, Sense, Ui,
+    UiBuilder, pos2, vec2,
+};
+
+use crate::app::state::State;
+use crate::app::workspaces::tune::{error_color, small};
+
+/// Its name, as on the command line.
+pub const NAME: &str = "diagnose";
+
+/// A step: its title, its share of the width, and what draws it.
+struct Step {
+    title: &'static str,
+    share: f32,
+    show: fn(&mut Ui, &mut State),
+}
+
+const STEPS: [Step; 4] = [
+    Step {
+        title: "Recordings",
+        share: 0.175,
+        show: recordings::show,
+    },
+    Step {
+        title: "Where",
+        share: 0.325,
+        show: place::show,
+    },
+    Step {
+        title: "What",
+        share: 0.26,
+        show: what::show,
+    },
+    Step {
+        title: "Proof",
+        share: 0.24,
+        show: proof::show,
+    },
+];
+
+/// Space between two steps [points].
+const GAP: f32 = 17.0;
+
+/// Draws the workspace.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    Panel::top("diagnose head").show(ui, |ui| head::show(ui, state));
+    CentralPanel::default().show(ui, |ui| steps(ui, state));
+    trial::show(ui, state);
+}
+
+fn steps(ui: &mut Ui, state: &mut State) {
+    let all = ui.available_rect_before_wrap();
+    let width = all.width() - GAP * (STEPS.len() - 1) as f32;
+    let mut left = all.left();
+    for (i, step) in STEPS.iter().enumerate() {
+        let size = vec2((step.share * width).floor(), all.height());
+        let rect = Rect::from_min_size(pos2(left, all.top()), size);
+        if i > 0 {
+            let stroke = ui.visuals().widgets.noninteractive.bg_stroke;
+            ui.painter().vline(left - 0.5 * GAP, all.y_range(), stroke);
+        }
+        let child = UiBuilder::new()
+            .id_salt(step.title)
+            .max_rect(rect)
+            .layout(Layout::top_down(Align::Min));
+        ui.scope_builder(child, |ui| {
+            ui.set_clip_rect(rect.expand2(vec2(2.0, 0.0)).intersect(ui.clip_rect()));
+            title(ui, i + 1, step.title);
+            (step.show)(ui, state);
+        });
+        left += size.x + GAP;
+    }
+    ui.advance_cursor_after_rect(all);
+}
+
+/// A step's number and name.
+fn title(ui: &mut Ui, number: usize, name: &str) {
+    ui.horizontal(|ui| {
+        let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), Sense::hover());
+        let visuals = ui.visuals();
+        ui.painter()
+            .circle_filled(rect.center(), 9.5, visuals.selection.bg_fill);
+        ui.painter().text(
+            rect.center(),
+            Align2::CENTER_CENTER,
+            number.to_string(),
+            FontId::proportional(12.5),
+            visuals.strong_text_color(),
+        );
+        ui.label(RichText::new(name).strong().size(15.5));
+    });
+    ui.add_space(2.0);
+}
+
+/// What a step will show once there is an answer.
+fn promise(ui: &mut Ui, text: &str) {
+    ui.add_space(4.0);
+    ui.weak(text);
+}
+
+/// The rest of a column, scrolled where it is longer than the room.
+fn scrolled(ui: &mut Ui, name: &str, content: impl FnOnce(&mut Ui)) {
+    ScrollArea::vertical()
+        .id_salt(name)
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            // The bar must not lie over numbers.
+            ui.set_max_width(ui.available_width() - 8.0);
+            content(ui);
+        });
+}
+
+/// The title of a part of a step.
+fn heading(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).strong());
+}

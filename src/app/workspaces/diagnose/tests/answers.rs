@@ -1,0 +1,224 @@
+//! What is shown without an answer, and of answers made up by hand.
+
+use std::collections::BTreeSet;
+
+use eframe::egui::accesskit::Role as Kind;
+use egui_kittest::kittest::Queryable;
+
+use super::support::{answered, empty, with};
+use super::{harness, harness_of, press, says};
+use crate::app::command::Command;
+use crate::app::diagnosing::look::{EventPlot, Evidence};
+use crate::app::diagnosing::{Asked, obstacle};
+use crate::app::setup::{DriveChoice, Role};
+use crate::diagnose::report::fixture;
+
+#[test]
+fn without_recordings_it_says_what_to_do() {
+    let mut harness = harness(empty());
+    assert!(says(&harness, "drop CSV files on the window"));
+    press(&mut harness, "Diagnose");
+    assert!(harness.state().commands.is_empty(), "it is disabled");
+    press(&mut harness, "Try the example");
+    assert_eq!(harness.state().commands, [Command::Example]);
+}
+
+#[test]
+fn two_recordings_are_ready_at_once() {
+    let mut harness = harness(with(&["a.csv", "b.csv"]));
+    assert!(says(&harness, "The last quarter is kept out"));
+    press(&mut harness, "Diagnose");
+    assert_eq!(harness.state().commands, [Command::Diagnose]);
+    let asked = Asked::of(&harness.state().setup, None);
+    assert!(!asked.split);
+    assert_eq!(asked.find("b.csv").unwrap().role, Role::HeldOut);
+    // A click changes it.
+    harness.get_all_by_label("leave").last().unwrap().click();
+    harness.run_steps(4);
+    let asked = Asked::of(&harness.state().setup, None);
+    assert!(asked.split && asked.find("b.csv").is_none());
+    assert!(says(&harness, "Nothing is kept out"));
+    press(&mut harness, "Choose for me");
+    assert!(!Asked::of(&harness.state().setup, None).split);
+}
+
+#[test]
+fn recordings_of_one_name_are_told_apart() {
+    let state = with(&["a.csv", "a.csv", "a.csv"]);
+    let names = Asked::of(&state.setup, None).recordings;
+    let names: Vec<_> = names.iter().map(|u| u.recording.name.as_str()).collect();
+    assert_eq!(names, ["a.csv", "a.csv (2)", "a.csv (3)"]);
+}
+
+#[test]
+fn one_without_voltage_is_named() {
+    let mut state = with(&["a.csv", "b.csv"]);
+    let mut silent = state.setup.overlays[1].recording.as_ref().clone();
+    silent.voltage = None;
+    state.setup.overlays[1].recording = silent.into();
+    let text = obstacle(&state.setup).unwrap();
+    assert!(text.starts_with("b.csv has no voltage"), "{text}");
+    state.setup.overlays[1].role = Some(Role::Unused);
+    assert_eq!(obstacle(&state.setup), None);
+}
+
+#[test]
+fn an_answer_is_told_in_a_sentence_and_opens_its_plots() {
+    for size in [[1280.0, 690.0], [1920.0, 1050.0]] {
+        let mut harness = harness_of(answered(fixture::drag()), size);
+        assert!(says(&harness, "Left out: quadratic drag (99.9 %)"));
+        assert!(says(&harness, "falls from 438 nm to 20.4 nm; noise 20 nm"));
+        assert!(says(&harness, "Nothing left out"));
+        assert!(says(&harness, "Unknown: not in the catalogue"));
+        assert!(says(&harness, "Look-alike: compressible film"));
+        // What it names is opened at the plot that supports it.
+        assert_eq!(harness.state().diagnosing.look.evidence, Evidence::Force);
+        assert!(says(&harness, "missing force [nN] against velocity"));
+        for tab in ["Over time", "Residual against", "Ground events"] {
+            press(&mut harness, tab);
+        }
+        assert!(says(&harness, "restitution against speed of approach"));
+        press(&mut harness, "pull-off force (18)");
+        let look = &harness.state().diagnosing.look;
+        assert_eq!(look.events, EventPlot::Adhesion);
+        let strip = "residuals along square 300 8, kept out";
+        harness.get_by_label(strip).scroll_to_me();
+        harness.run_steps(60);
+        press(&mut harness, strip);
+        let look = &harness.state().diagnosing.look;
+        assert_eq!(look.evidence, Evidence::Zoom);
+        assert_eq!(look.recording, Some(("square 300 8".to_owned(), true)));
+        assert!(says(&harness, "rms residual"));
+    }
+}
+
+#[test]
+fn every_kind_of_answer_is_drawn_light_and_dark() {
+    for diagnosis in [fixture::drag(), fixture::adequate(), fixture::unexplained()] {
+        for dark in [true, false] {
+            let mut state = answered(diagnosis.clone());
+            state.view.dark = dark;
+            let mut harness = harness(state);
+            let ctx = harness.ctx.clone();
+            crate::app::theme::apply(&ctx, dark);
+            for tab in Evidence::ALL {
+                harness.state_mut().diagnosing.look.evidence = tab;
+                harness.state_mut().diagnosing.look.all_candidates = true;
+                harness.run_steps(3);
+            }
+        }
+    }
+    let adequate = harness(answered(fixture::adequate()));
+    assert!(says(&adequate, "Nothing is missing"));
+    assert!(says(
+        &adequate,
+        "What is too small to show in them cannot be told"
+    ));
+    let unexplained = harness(answered(fixture::unexplained()));
+    assert!(says(&unexplained, "Something is missing that no effect"));
+}
+
+#[test]
+fn a_stretch_of_mismatch_is_zoomed() {
+    let d = fixture::drag();
+    let worst = d.mismatch[0].clone();
+    let mut harness = harness_of(answered(d), [1920.0, 1600.0]);
+    let button = format!("1: {}", crate::diagnose::report::words::stretch(&worst));
+    harness.get_by_label(&button).scroll_to_me();
+    harness.run_steps(40);
+    press(&mut harness, &button);
+    let look = &harness.state().diagnosing.look;
+    let (from, to) = look.window.unwrap();
+    assert!(from < worst.start && worst.end < to);
+    assert_eq!(look.recording.as_ref().unwrap().0, worst.recording);
+    press(&mut harness, "Whole recording");
+    assert_eq!(harness.state().diagnosing.look.window, None);
+}
+
+#[test]
+fn effects_are_added_by_hand_and_compared() {
+    let mut harness = harness(answered(fixture::drag()));
+    press(&mut harness, "Diagnose by hand");
+    assert!(harness.state().commands.is_empty(), "nothing was changed");
+    harness
+        .get_by_role_and_label(Kind::CheckBox, "take dry friction as left out")
+        .click();
+    harness.run_steps(4);
+    assert!(says(&harness, "By hand: dry friction and quadratic drag"));
+    press(&mut harness, "Diagnose by hand");
+    assert_eq!(harness.state().commands, [Command::DiagnoseByHand]);
+    // It comes back, and both are there to be compared.
+    let state = harness.state_mut();
+    let picked: BTreeSet<String> = state.diagnosing.picked();
+    let asked = Asked::of(&state.setup, Some(picked));
+    state.diagnosing.adopt(fixture::unexplained(), asked);
+    harness.run_steps(4);
+    assert!(says(
+        &harness,
+        "search: kept out 21.9 x noise to 1.02 x noise"
+    ));
+    assert!(says(
+        &harness,
+        "By hand, with dry friction and quadratic drag."
+    ));
+    assert!(says(&harness, "Weighed"), "as the search weighed them");
+    press(&mut harness, "found by the search");
+    assert!(says(&harness, "Left out: quadratic drag"));
+}
+
+#[test]
+fn the_answer_is_used() {
+    let mut harness = harness(answered(fixture::drag()));
+    for (button, command) in [
+        ("Accept into the model", Command::AcceptDiagnosis),
+        ("Export report...", Command::ExportReport),
+        ("Save as preset...", Command::SaveDiagnosed),
+        ("Export JSON...", Command::ExportDiagnosis),
+    ] {
+        harness.state_mut().commands.clear();
+        press(&mut harness, button);
+        assert_eq!(harness.state().commands, [command]);
+    }
+    harness.state_mut().commands.clear();
+    harness.get_by_label("Load this drive").scroll_to_me();
+    harness.run_steps(60);
+    press(&mut harness, "Load this drive");
+    assert_eq!(harness.state().commands, [Command::Workspace("tune")]);
+    let DriveChoice::Waveform(drive) = &harness.state().setup.drive else {
+        panic!("no waveform");
+    };
+    assert_eq!(drive.to_string(), "square:220Hz:8V");
+}
+
+#[test]
+fn an_answer_of_other_recordings_is_said_to_be_old() {
+    let mut state = answered(fixture::drag());
+    assert!(!state.diagnosing.is_stale(&state.setup));
+    state.setup.overlays.pop();
+    let harness = harness(state);
+    assert!(says(&harness, "have changed since"));
+}
+
+#[test]
+fn an_error_stands_where_the_answer_would() {
+    let mut state = with(&["a.csv"]);
+    state.diagnosing.error = Some("a.csv has no contact".to_owned());
+    let harness = harness(state);
+    assert!(says(&harness, "No diagnosis: a.csv has no contact"));
+}
+
+#[test]
+fn nothing_creeps_while_it_is_looked_at() {
+    let mut harness = harness(answered(fixture::drag()));
+    for tab in [
+        "Over time",
+        "Missing force",
+        "Residual against",
+        "Ground events",
+    ] {
+        press(&mut harness, tab);
+        let before = harness.get_by_label(tab).rect();
+        harness.run_steps(30);
+        assert_eq!(harness.get_by_label(tab).rect(), before, "{tab}");
+    }
+}
