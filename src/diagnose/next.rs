@@ -23,20 +23,21 @@ pub fn experiment(
     noise: f64,
 ) -> Option<NextExperiment> {
     a.piezo?;
-    let full = volts;
-    let low = 0.6 * volts;
+    // To a hundredth of a volt, as one would set it.
+    let full = (100.0 * volts).floor() / 100.0;
+    let low = (60.0 * volts).floor() / 100.0;
     let drives = [
-        format!("ramped:5Hz:{full:.3}V:0.25"),
-        format!("ramped:10Hz:{full:.3}V:0.1"),
-        format!("square:15Hz:{full:.3}V"),
-        format!("square:40Hz:{full:.3}V"),
-        format!("square:300Hz:{full:.3}V"),
-        format!("square:100Hz:{low:.3}V"),
-        format!("sine:15Hz:{full:.3}V"),
-        format!("sine:50Hz:{full:.3}V"),
-        format!("sine:50Hz:{low:.3}V"),
-        format!("triangle:20Hz:{full:.3}V"),
-        format!("chirp:20Hz:300Hz:{low:.3}V"),
+        format!("ramped:5Hz:{full}V:0.25"),
+        format!("ramped:10Hz:{full}V:0.1"),
+        format!("square:15Hz:{full}V"),
+        format!("square:40Hz:{full}V"),
+        format!("square:300Hz:{full}V"),
+        format!("square:100Hz:{low}V"),
+        format!("sine:15Hz:{full}V"),
+        format!("sine:50Hz:{full}V"),
+        format!("sine:50Hz:{low}V"),
+        format!("triangle:20Hz:{full}V"),
+        format!("chirp:20Hz:300Hz:{low}V"),
     ];
     let weigh = |text: &String| -> Option<(String, f64)> {
         let drive: Waveform = Waveform::parse(text, DURATION).ok()?;
