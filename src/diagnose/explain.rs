@@ -14,6 +14,8 @@ const PROMISING: f64 = 15.0;
 /// The same where a search has found the best of many times or frequencies: the promise
 /// is as good as the refit, and chance has had many tries.
 const FOUND: f64 = 25.0;
+/// Factor by which constants may leave what was looked at.
+const NEAR: f64 = 3.0;
 /// Share of the best refit below which a promise is far behind.
 const FAR: f64 = 0.3;
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
@@ -284,7 +286,7 @@ fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseErr
         } else {
             promise.gain
         };
-        let hypothesis = from_form(form, promise.theta, gain);
+        let hypothesis = from_form(form, &all, promise.theta, gain);
         match out.iter_mut().find(|h| h.start.spec == form.spec) {
             Some(known) if known.promise >= gain => {}
             Some(known) => *known = hypothesis,
@@ -370,21 +372,35 @@ fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
     which.iter().map(name).collect()
 }
 
-fn from_form(form: &Form, theta: f64, gain: f64) -> Hypothesis {
+fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
     // The linearised problem knows direction and rough size only.
     let theta = if form.signed {
         theta.clamp(-30.0, 30.0)
     } else {
         theta.clamp(form.least() / form.values[form.strength], 30.0)
     };
+    let mut bounds = Vec::new();
+    if !form.signed {
+        bounds.push((form.strength_id(), (form.least(), f64::INFINITY)));
+    }
+    // A slow effect that is free to be quick would pass for another: constants stay near
+    // what was looked at.
+    let own = |i: usize| {
+        let same = all.iter().filter(|f| f.spec == form.spec);
+        same.map(move |f| f.values[i]).filter(|v| *v > 0.0)
+    };
+    for &i in form.free.iter().filter(|i| **i != form.strength) {
+        let low = own(i).fold(f64::INFINITY, f64::min) / NEAR;
+        let high = own(i).fold(0.0, f64::max) * NEAR;
+        if low < high {
+            let id = format!("{}.{}", form.spec.id, form.spec.parameters[i].id);
+            bounds.push((id, (low, high)));
+        }
+    }
     Hypothesis {
         start: form.effect(theta),
         free: form.free_ids(),
-        bounds: if form.signed {
-            Vec::new()
-        } else {
-            vec![(form.strength_id(), (form.least(), f64::INFINITY))]
-        },
+        bounds,
         promise: gain,
         least: PROMISING,
         series: false,

@@ -21,6 +21,8 @@ pub const JUST_VISIBLE: f64 = 5.0;
 const FOLLOWED: f64 = 0.2;
 /// Local error of positions \[m\]; differences of tens of nanometres are taken.
 const TOLERANCE: f64 = 1e-11;
+/// Samples after an event that are not looked at.
+const GUARD: f64 = 4.0;
 /// A step of the voltage from which it is a jump \[V\].
 const LEAST_JUMP: f64 = 0.5;
 /// Modes whose frequency and damping may be re-tuned.
@@ -206,7 +208,10 @@ fn add_stretch(
     weight: f64,
     instruments: &Instruments,
 ) -> Result<(), RunError> {
-    let first = made.times.partition_point(|t| *t < stretch.start);
+    // Late readings still show what was before an event; when the event was, is not known
+    // beforehand, so that this tells nothing.
+    let begin = stretch.start + GUARD / instruments.rate;
+    let first = made.times.partition_point(|t| *t < begin);
     let last = made.times.partition_point(|t| *t < stretch.end);
     if last < first + 6 {
         return Ok(());
