@@ -5,11 +5,10 @@
 
 use std::time::Duration;
 
-use rayon::prelude::*;
-
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use super::stretches::{adopt, heal, thinned};
 use crate::fit::chain::Sigmas;
 use crate::fit::prepare::{Findings, Prepared, default_length, look, prepare};
 use crate::fit::problem::{Nuisance, Problem};
@@ -22,7 +21,7 @@ use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
-use crate::sim::{SimError, StretchSimulator, StretchState};
+use crate::sim::StretchSimulator;
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
@@ -37,8 +36,6 @@ const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
 const MUCH: f64 = 1.15;
 /// Another film must bring it below this share for more to be tried.
 const BETTER: f64 = 0.95;
-/// A stretch this many times farther off than nine in ten of the others was misread.
-const OFF: f64 = 2.5;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 /// Share of the cost by which an iteration must lower it to be followed by another, at
@@ -46,10 +43,6 @@ const FILM: f64 = 0.2;
 const FINE: f64 = 2e-6;
 /// The same on the way.
 const ROUGH: f64 = 2e-3;
-/// One in this many stretches is used on the way.
-const THIN: usize = 3;
-/// So many of each recording, in flight and held, are used at least.
-const AT_LEAST: usize = 6;
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
@@ -574,56 +567,6 @@ impl Bench {
     }
 }
 
-/// Looks after stretches that are far off where the others are not: a new start from the
-/// first guess, or no say, for then an event in them was overlooked. Whether anything
-/// changed.
-fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<bool, SimError> {
-    let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
-    let fit = |i: usize, start: Vec<f64>, huber, rounds| {
-        let segment = &point.segments[i];
-        let nuisances = problem.nuisances_of(&point.x, segment.recording);
-        problem.refine(
-            segment, &states[i], &simulator, &nuisances, start, huber, rounds,
-        )
-    };
-    let rows: Vec<usize> = point
-        .segments
-        .iter()
-        .map(|s| problem.rows(s).len())
-        .collect();
-    let per_row = |i: usize, cost: f64| (cost / rows[i].max(1) as f64).sqrt();
-    let now: Vec<(Vec<f64>, f64)> = (0..point.segments.len())
-        .into_par_iter()
-        .map(|i| fit(i, point.segments[i].locals.clone(), LOSS, 1))
-        .collect();
-    let mut known: Vec<f64> = (0..now.len())
-        .filter(|&i| point.used[i])
-        .map(|i| per_row(i, now[i].1))
-        .filter(|c| c.is_finite())
-        .collect();
-    let usual = quantile_in_place(&mut known, 0.9).max(1.0);
-    let off: Vec<usize> = (0..now.len())
-        .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * usual)
-        .collect();
-    let fresh: Vec<(Vec<f64>, f64)> = off
-        .par_iter()
-        .map(|&i| {
-            let (loose, _) = fit(i, first[i].locals.clone(), Huber(1e4), 8);
-            fit(i, loose, LOSS, 8)
-        })
-        .collect();
-    for (&i, (locals, cost)) in off.iter().zip(fresh) {
-        let best = cost.min(now[i].1);
-        let left = per_row(i, best);
-        if cost < now[i].1 {
-            point.segments[i].locals = locals;
-        }
-        point.used[i] = left <= OFF * usual;
-    }
-    Ok(!off.is_empty())
-}
-
 impl Side {
     /// Takes over what was found of the noise.
     fn colour(&mut self, noise: &Noise) {
@@ -640,71 +583,12 @@ impl Side {
     }
 }
 
-/// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
-/// other modes, of which those that both have come first. A new mode begins at rest.
-fn adopt(
-    known: &[Segment],
-    fresh: Vec<Segment>,
-    (old, new): (&StretchSimulator, &StretchSimulator),
-    problem: &Problem,
-) -> Vec<Segment> {
-    if known.len() != fresh.len() {
-        return fresh;
-    }
-    let one = |(k, mut f): (&Segment, Segment)| {
-        let joints: usize = k.joints.iter().map(|j| j.unknowns()).sum();
-        let states = k.locals.len() - joints;
-        if k.samples != f.samples || k.joints.len() != f.joints.len() {
-            return f;
-        }
-        let value = |i: usize| k.value(&k.locals, i);
-        let mut state = StretchState {
-            q: (0..states / 2).map(value).collect(),
-            v: (states / 2..states).map(value).collect(),
-            z: Vec::new(),
-        };
-        let data = &problem.data[k.recording];
-        let level = old.ground_level(data.recording.time[k.samples.start] + data.epoch);
-        if k.starts_held {
-            old.lift(level, &mut state);
-        }
-        state.q.resize(new.modes(), 0.0);
-        state.v.resize(new.modes(), 0.0);
-        if f.starts_held {
-            new.land(level, &mut state);
-        }
-        let own = state.q.iter().chain(&state.v);
-        f.locals = own.zip(&f.units).map(|(x, unit)| x / unit).collect();
-        f.locals.extend_from_slice(&k.locals[states..]);
-        f.joints.clone_from(&k.joints);
-        f
-    };
-    known.iter().zip(fresh).map(one).collect()
-}
-
 /// `model` with one more effect, in place of one of the same kind.
 pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     let mut with = model.clone();
     with.effects.retain(|e| e.spec != effect.spec);
     with.effects.push(effect);
     with
-}
-
-/// Which stretches are used on the way: some of each recording, in flight and held.
-fn thinned(segments: &[Segment]) -> Vec<bool> {
-    let mut used = vec![false; segments.len()];
-    let mut groups: std::collections::BTreeMap<(usize, bool), Vec<usize>> = Default::default();
-    for (i, s) in segments.iter().enumerate() {
-        groups
-            .entry((s.recording, s.starts_held))
-            .or_default()
-            .push(i);
-    }
-    for group in groups.values() {
-        let stride = THIN.min(group.len() / AT_LEAST).max(1);
-        group.iter().step_by(stride).for_each(|&i| used[i] = true);
-    }
-    used
 }
 
 fn modes(model: &Model) -> usize {

@@ -2,20 +2,11 @@
 //! out, and added one by one as long as both sides improve beyond chance.
 
 use super::bench::{Bench, Bound, Fitted, with_effect};
-use super::candidates::{Form, Scale, forms};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use super::ring;
-use super::scan::{Linear, Scan, find_line, find_step};
+use super::promises::{Hypothesis, PROMISING, promises};
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::model::effects::EffectSpec;
 
-/// A hypothesis is refitted from this promised fall of chi2 on.
-const PROMISING: f64 = 15.0;
-/// The same where a search has found the best of many times or frequencies: the promise
-/// is as good as the refit, and chance has had many tries.
-const FOUND: f64 = 25.0;
-/// Factor by which constants may leave what was looked at.
-const NEAR: f64 = 3.0;
 /// Share of the best refit below which a promise is far behind.
 const FAR: f64 = 0.3;
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
@@ -33,33 +24,6 @@ const ALIKE: f64 = 0.03;
 const ALIKE_LEAST: f64 = 8.0;
 /// Most hypotheses refitted in a round.
 const MOST: usize = 4;
-/// Frequencies of a vibration of the base that are looked at \[Hz\].
-const LINES: (f64, f64) = (8.0, 2100.0);
-/// Distance of those that are simulated \[Hz\].
-const SPACING: f64 = 100.0;
-/// Amplitude with which they are \[m/s^2\].
-const SHAKE: f64 = 0.05;
-/// Height with which a step of the ground is looked for \[m\].
-const RISE: f64 = 1e-7;
-/// Significance of a hump in the spectrum from which a further mode is tried.
-const HUMP: f64 = 6.0;
-
-/// A hypothesis about what was left out.
-#[derive(Debug, Clone)]
-pub struct Hypothesis {
-    /// The effect to begin with.
-    pub start: ActiveEffect,
-    /// Ids of its parameters that are fitted.
-    pub free: Vec<String>,
-    /// Parameters that stay within bounds.
-    pub bounds: Vec<Bound>,
-    /// Fall of chi2 promised by the linearised problem.
-    pub promise: f64,
-    /// Promise from which a refit is worth while.
-    pub least: f64,
-    /// Whether its times go through the series of recordings.
-    pub series: bool,
-}
 
 /// A hypothesis after a fit with it.
 #[derive(Debug, Clone)]
@@ -259,152 +223,6 @@ fn weigh(
         });
     }
     Ok(out)
-}
-
-/// The best form of each effect, with what the linearised problem promises.
-fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseError> {
-    let model = &stand.train.model;
-    let linear = Linear::new(&stand.train.problem, &stand.train.point, super::bench::LOSS)?;
-    let data = &stand.train.problem.data;
-    let heights = data.iter().flat_map(|d| &d.recording.proof_mass);
-    let length = heights
-        .filter(|x| x.is_finite())
-        .fold(0.0f64, |a, x| a.max(x.abs()));
-    let interval = data.iter().map(|d| d.recording.interval());
-    let interval = interval.fold(f64::INFINITY, f64::min);
-    let all = forms(model, &Scale::new(model, length.max(1e-12), interval));
-    let scan = Scan::new(&linear, model, &all)?;
-    let mut out: Vec<Hypothesis> = Vec::new();
-    for (k, form) in all.iter().enumerate() {
-        let Some(promise) = scan.promise(k) else {
-            continue;
-        };
-        let lag = form.spec.parameters[form.strength].unit == "s";
-        let too_short = lag && promise.theta * form.values[form.strength] < form.least();
-        let gain = if too_short || promise.theta < 0.0 && !form.signed {
-            0.0
-        } else {
-            promise.gain
-        };
-        let hypothesis = from_form(form, &all, promise.theta, gain);
-        match out.iter_mut().find(|h| h.start.spec == form.spec) {
-            Some(known) if known.promise >= gain => {}
-            Some(known) => *known = hypothesis,
-            None => out.push(hypothesis),
-        }
-    }
-    if let Some(spec) = find("base_vibration") {
-        let vibration = |f: f64, phase: f64| ActiveEffect {
-            spec,
-            values: vec![SHAKE, f, phase],
-        };
-        // A recorder does not show what is quicker than half its rate.
-        let rate = data.iter().map(|d| d.recording.sampling_rate());
-        let high = LINES.1.min(0.4 * rate.fold(f64::INFINITY, f64::min));
-        let line = if high > 2.0 * LINES.0 {
-            find_line(&linear, model, &vibration, (LINES.0, high), SPACING)?
-        } else {
-            None
-        };
-        if let Some(line) = line {
-            out.push(Hypothesis {
-                start: ActiveEffect {
-                    spec,
-                    values: vec![SHAKE * line.amplitude, line.frequency, line.phase],
-                },
-                free: own_ids(spec, &[0, 1, 2]),
-                bounds: Vec::new(),
-                promise: line.gain,
-                least: FOUND,
-                series: false,
-            });
-        }
-    }
-    if let Some(spec) = find("gap_step").filter(|_| model.has_ground) {
-        let always = ActiveEffect {
-            spec,
-            values: vec![RISE, -1e9],
-        };
-        if let Some(step) = find_step(&linear, model, &always, &bench.epochs())? {
-            out.push(Hypothesis {
-                start: ActiveEffect {
-                    spec,
-                    values: vec![RISE * step.height, step.time],
-                },
-                free: own_ids(spec, &[0]),
-                bounds: Vec::new(),
-                promise: step.gain,
-                least: FOUND,
-                series: step.series,
-            });
-        }
-    }
-    if let Some(spec) = find("extra_mode")
-        && let Some(ring) = ring::find(&stand.train)?
-        && ring.significance > HUMP
-    {
-        let size = 0.06 * model.structure().mobility().sqrt();
-        let (p, c) = ring.shape;
-        out.push(Hypothesis {
-            start: ActiveEffect {
-                spec,
-                values: vec![ring.frequency, 0.01, size * c, size * p, 0.0],
-            },
-            free: own_ids(spec, &[0, 1, 2, 3, 4]),
-            // A mode that is free to be slow and dead would pass for any other force.
-            bounds: vec![
-                (
-                    "extra_mode.f".to_owned(),
-                    (0.9 * ring.frequency, 1.1 * ring.frequency),
-                ),
-                ("extra_mode.zeta".to_owned(), (1e-4, 0.1)),
-            ],
-            promise: ring.gain.max(2.0 * PROMISING),
-            least: PROMISING,
-            series: false,
-        });
-    }
-    Ok(out)
-}
-
-fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
-    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
-    which.iter().map(name).collect()
-}
-
-fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
-    // The linearised problem knows direction and rough size only.
-    let theta = if form.signed {
-        theta.clamp(-30.0, 30.0)
-    } else {
-        theta.clamp(form.least() / form.values[form.strength], 30.0)
-    };
-    let mut bounds = Vec::new();
-    if !form.signed {
-        bounds.push((form.strength_id(), (form.least(), f64::INFINITY)));
-    }
-    // A slow effect that is free to be quick would pass for another: constants stay near
-    // what was looked at.
-    let own = |i: usize| {
-        let same = all.iter().filter(|f| f.spec == form.spec);
-        same.map(move |f| f.values[i]).filter(|v| *v > 0.0)
-    };
-    for &i in form.free.iter().filter(|i| **i != form.strength) {
-        let low = own(i).fold(f64::INFINITY, f64::min) / NEAR;
-        let high = own(i).fold(0.0, f64::max) * NEAR;
-        if low < high {
-            let id = format!("{}.{}", form.spec.id, form.spec.parameters[i].id);
-            bounds.push((id, (low, high)));
-        }
-    }
-    Hypothesis {
-        start: form.effect(theta),
-        free: form.free_ids(),
-        bounds,
-        promise: gain,
-        least: PROMISING,
-        series: false,
-    }
 }
 
 /// A fit with one more effect, or `None` if it cannot be simulated.

@@ -8,10 +8,12 @@
 //! is missing whatever its name; [`engine`] puts it all together.
 //! [`report`] writes it down for people and programs.
 
+mod answer;
 pub mod bench;
 pub mod calm;
 pub mod candidates;
 pub mod condition;
+mod curve;
 pub mod engine;
 pub mod events;
 pub mod evidence;
@@ -23,11 +25,13 @@ pub mod locate;
 pub mod next;
 pub mod noise;
 pub mod options;
+pub mod promises;
 pub mod report;
 pub mod result;
 pub mod ring;
 pub mod scan;
 mod size;
+mod stretches;
 pub mod trial;
 
 pub use engine::diagnose;
