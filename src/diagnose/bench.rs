@@ -406,6 +406,7 @@ impl Bench {
         }
         let mut x = problem.space.coordinates(start);
         x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
+        shift_skews(&problem, &mut x, delay(start) - delay(&from.model));
         let fresh = modes(start) != modes(&from.model);
         let mut point = if fresh {
             let side = &self.train;
@@ -436,14 +437,15 @@ impl Bench {
     }
 
     /// A model against the recordings kept out, its parameters frozen; `None` if there are
-    /// none. `from` is the judgement of a model near by.
+    /// none. `train` is its fit, or a fit near by; `from` is the judgement of a model near
+    /// by.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
     pub fn judge(
         &self,
         model: &Model,
-        from: Option<&Fitted>,
+        (train, from): (&Fitted, Option<&Fitted>),
         control: &DiagnoseControl<'_>,
     ) -> Result<Option<Fitted>, DiagnoseError> {
         let Some(side) = &self.held_out else {
@@ -453,9 +455,15 @@ impl Bench {
         problem.space = Space::new(model, &self.free)?;
         let mut x = problem.space.coordinates(model);
         let near = from.filter(|f| modes(&f.model) == modes(model));
+        // The clocks are those of the fitted recordings.
+        let (clocks, late) = match from {
+            Some(from) => (0.0, delay(model) - delay(&from.model)),
+            None => (usual_skew(train), delay(model) - delay(&train.model)),
+        };
         let (segments, point) = match near {
             Some(from) => {
                 x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
+                shift_skews(&problem, &mut x, clocks + late);
                 let own = &from.point;
                 let point = settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?;
                 (side.calm.prepared.segments.clone(), point)
@@ -465,6 +473,7 @@ impl Bench {
                     Some(from) => x.extend_from_slice(&from.point.x[from.problem.space.len()..]),
                     None => x.resize(problem.unknowns(), 0.0),
                 }
+                shift_skews(&problem, &mut x, clocks + late);
                 let space = &problem.space;
                 let (parts, findings) = (&side.parts, &side.findings);
                 let segments = prepare_calm(model, space, parts, findings, &self.options)?
@@ -589,6 +598,32 @@ pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     with.effects.retain(|e| e.spec != effect.spec);
     with.effects.push(effect);
     with
+}
+
+/// Time by which the effects make readings late \[s\].
+fn delay(model: &Model) -> f64 {
+    let options = crate::sim::Options::default();
+    StretchSimulator::new(model, &options).map_or(0.0, |s| s.reading_delay())
+}
+
+/// Skew of the clocks in most recordings of a fit \[s\].
+fn usual_skew(fitted: &Fitted) -> f64 {
+    let first = fitted.problem.space.len();
+    let mut all: Vec<f64> = skews(&fitted.problem)
+        .into_iter()
+        .map(|i| fitted.point.x[i] * fitted.problem.nuisances[i - first].unit)
+        .collect();
+    let skew = quantile_in_place(&mut all, 0.5);
+    if skew.is_finite() { skew } else { 0.0 }
+}
+
+/// Moves all skews by `by` \[s\]: a delay of the readings that comes or goes is taken out
+/// of them, or left to them.
+fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
+    let first = problem.space.len();
+    for i in skews(problem) {
+        x[i] += by / problem.nuisances[i - first].unit;
+    }
 }
 
 fn modes(model: &Model) -> usize {

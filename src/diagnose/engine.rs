@@ -21,7 +21,7 @@ use crate::recording::quantile_in_place;
 /// few percent.
 const FLOOR: f64 = 1.08;
 /// Fall of chi2 by forces without a name from which something is left.
-const NAMELESS: f64 = 60.0;
+const NAMELESS: f64 = 110.0;
 /// A single stretch this far above the others, in units of what chance leaves.
 const LOCAL: f64 = 8.0;
 /// Share of what is missing that named effects must carry.
@@ -74,7 +74,7 @@ pub fn diagnose(
     say("baseline", "re-tuning", 0.05);
     let base = bench.baseline(model, control)?;
     say("baseline", "recordings kept out", 0.25);
-    let base_held = bench.judge(&base.model, None, control)?;
+    let base_held = bench.judge(&base.model, (&base, None), control)?;
     let baseline = Stand {
         train: base,
         held_out: base_held,
@@ -156,6 +156,8 @@ pub fn diagnose(
                 100.0 * share
             ));
             found.stand = found.baseline.clone();
+            // What the events say rests on a model of flight that does not hold.
+            named_laws.clear();
         }
     }
     if let Some(left) = left.filter(|_| verdict != Verdict::Adequate) {

@@ -243,7 +243,7 @@ fn attempt(
         Err(DiagnoseError::Sim(_)) => return Ok(None),
         Err(error) => return Err(error),
     };
-    let held_out = bench.judge(&train.model, stand.held_out.as_ref(), control)?;
+    let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
     let held_gain = match (&stand.held_out, &held_out) {
         (Some(before), Some(after)) => before.cost - after.cost,
         _ => 0.0,
@@ -290,7 +290,7 @@ fn drop_needless(
             }
             Err(error) => return Err(error),
         };
-        let held_out = bench.judge(&train.model, stand.held_out.as_ref(), control)?;
+        let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
         let lost = train.cost - stand.train.cost;
         let held_lost = match (&held_out, &stand.held_out) {
             (Some(after), Some(before)) => after.cost - before.cost,

@@ -11,6 +11,9 @@ use crate::recording::quantile_in_place;
 
 /// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
 const TOLD: f64 = 30.0;
+/// A shorter stay \[s\] may be one of the hops of a landing, from which the mass was not
+/// pulled off but rebounded.
+const HOP: f64 = 1e-3;
 /// A force known so many times worse than the best is not used.
 const VAGUE: f64 = 15.0;
 /// Fewest events for a law.
@@ -55,7 +58,7 @@ fn ratios(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
 fn pulls(releases: &[Release]) -> Vec<(f64, f64, f64)> {
     let known = releases
         .iter()
-        .filter(|r| r.contact > 0.0 && r.error.is_finite());
+        .filter(|r| r.contact > HOP && r.error.is_finite());
     let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
     let good = quantile_in_place(&mut errors, 0.1);
     known
