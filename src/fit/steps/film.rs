@@ -198,9 +198,8 @@ fn compare(
         }
     }
     if !better {
-        fit.remarks = vec![
-            "no film makes the rings decay more like the recorded ones than none does: these recordings do not tell Cs and gp".to_owned(),
-        ];
+        fit.remarks =
+            vec!["no film is seen: the rings are followed as well without one".to_owned()];
     }
     let break_offs = prepared.segments.len();
     fit.remarks.push(format!("from {break_offs} break-offs"));
