@@ -150,8 +150,8 @@ fn compare(
         locked: &[STRENGTH, GAP],
         enough: 1e-6,
     };
-    let without = improve(problem, begin(&none, &raw)?, &bare, control, &mut clock)?;
-    let (without_film, _) = misfits(prepared, &without)?;
+    let mut without = improve(problem, begin(&none, &raw)?, &bare, control, &mut clock)?;
+    let (mut without_film, _) = misfits(prepared, &without)?;
 
     // The model's own film, and weak ones of several thicknesses beyond the fit without.
     let mut firsts = vec![(x.clone(), &raw)];
@@ -184,7 +184,21 @@ fn compare(
             better = true;
         }
     }
+    // What the fit with film has found of the rings' beginnings serves that without, too.
     let (mut point, mut left) = best;
+    if better && !control.cancelled() {
+        let mut there = point.x.clone();
+        there[STRENGTH] = none[STRENGTH];
+        let again = improve(problem, begin(&there, &point)?, &bare, control, &mut clock)?;
+        let (misfit, _) = misfits(prepared, &again)?;
+        if misfit.rms < without_film.rms {
+            (without, without_film) = (again, misfit);
+        }
+        if without_film.rms <= left.rms {
+            (point, left) = (without.clone(), without_film.clone());
+            better = false;
+        }
+    }
     let mut fit = uncertainty(model, prepared, &point, left.chi2)?;
     if better && fit.parameters[GAP].std_error.is_infinite() {
         // A thickness that nothing tells has wandered: it goes back to where it began.

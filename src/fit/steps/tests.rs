@@ -165,6 +165,10 @@ fn film_is_never_worse_than_none() {
         let found = film_of(&[square]).unwrap();
         println!("{:?} {:?}", found.with_film, found.without_film);
         assert!(found.with_film.rms <= found.without_film.rms, "{found:?}");
+        if changes == none {
+            assert!(found.without_film.rms < 1.1 * 20e-9, "{found:?}");
+            assert!(found.at_contact < 1e-2 * 1e-6, "{found:?}");
+        }
     }
 }
 
