@@ -174,7 +174,7 @@ pub(super) fn problem(
         let step = window.samples.len().div_ceil(DENSE);
         if step > 1 {
             let mut thin = (*data.recording).clone();
-            for i in (dense..window.samples.end).filter(|i| (i - dense) % step > 0) {
+            for i in (dense..window.samples.end).filter(|i| !(i - dense).is_multiple_of(step)) {
                 thin.proof_mass[i] = f64::NAN;
                 if let Some(xc) = &mut thin.cantilever {
                     xc[i] = f64::NAN;
