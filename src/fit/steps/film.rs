@@ -1,32 +1,52 @@
 //! Step 4, film (fig. 9): the decay of the ring after break-off, with the gas film and
 //! without, and `Cs` and `gp` by which the two agree with the data.
-
-use std::sync::Arc;
+//!
+//! Only the rings themselves are fitted to, a bounded number of them: the mass is held to
+//! the ground, let go at a free instant and followed up to its next touch. How hard it
+//! was held, and how it bounced before, does not matter. The fit without film is one of
+//! the starts of the fit with film, and what it is worth is compared on the same rings.
 
 use super::StepError;
+use super::break_off::{STAY, break_offs, problem};
+use crate::fit::chain::{Encounter, run};
+use crate::fit::check::check as sensible;
+use crate::fit::prepare::{Prepared, look};
 use crate::fit::readings::Readings;
-use crate::fit::{Control, FitError, FitOptions, FitResult, Misfit, Part, fit, judge};
+use crate::fit::result::{misfits, uncertainty};
+use crate::fit::robust::Huber;
+use crate::fit::solve::{Clock, Plan, Point, improve, settle};
+use crate::fit::space::Space;
+use crate::fit::{Control, FitError, FitOptions, FitResult, Misfit, Part};
 use crate::model::Model;
-use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
-use crate::recording::Recording;
-use crate::sim::{Options, StretchSimulator, Stretcher};
+use crate::sim::{SimError, Stretcher};
 
-/// Part of the ring after a release that the figure shows [s].
-const SHOWN: f64 = 8e-3;
-/// What `Cs` is where there is no film [N m^2 s]: its force is far below any noise.
-const NO_FILM: f64 = 1e-30;
+/// Free parameters, in the order of the coordinates below.
+const FREE: [&str; 2] = ["Cs", "gp"];
+/// Coordinate of the film's strength at contact.
+const STRENGTH: usize = 0;
+/// Coordinate of its thickness there.
+const GAP: usize = 1;
+/// Thicknesses of the film at contact, as shares of `dp`, that the fit without film goes
+/// on with.
+const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
+/// Damping by the film at contact at first, as a share of the slowest mode's frequency.
+const WEAK: f64 = 0.1;
+/// Loss at first: hardly robust, as everything is far off.
+const FAR: Huber = Huber(1e3);
+/// Rounds in which each ring's own unknowns are found at first.
+const ROUNDS: usize = 6;
 
 /// One curve of the figure, after one release.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Decay {
-    /// Times after the release [s].
+    /// Times after the release \[s\].
     pub time: Vec<f64>,
-    /// The recording [m].
+    /// The recording, its zero where the model's is \[m\].
     pub measured: Vec<f64>,
-    /// Simulated with the film [m].
+    /// Simulated with the film \[m\].
     pub with_film: Vec<f64>,
-    /// And without [m].
+    /// And without \[m\].
     pub without_film: Vec<f64>,
 }
 
@@ -35,97 +55,244 @@ pub struct Decay {
 pub struct Film {
     /// The fit of `Cs` and `gp`.
     pub fit: FitResult,
-    /// What is left of the same recordings with the film, and without.
+    /// What is left of the rings with the film, and without; never more with it.
     pub with_film: Misfit,
     /// See [`Self::with_film`].
     pub without_film: Misfit,
-    /// Film coefficient at the contact gap, `Cs / (gp - dp)^3` [N s/m].
+    /// Film coefficient at the contact gap, `Cs / (gp - dp)^3` \[N s/m\].
     pub at_contact: f64,
-    /// The ring after one release, if one was read.
+    /// How many rings were fitted to.
+    pub break_offs: usize,
+    /// The ring to which the film matters most.
     pub decay: Option<Decay>,
 }
 
 /// Fits `Cs` and `gp` with the rest of the device as in `model`, and leaves the film out
-/// for comparison.
+/// for comparison. Of `readings` only the forces at the releases are used, to take the
+/// largest rings where there are many; there may be none.
 ///
 /// # Errors
-/// [`FitError`] if the recordings do not allow it.
+/// [`StepError::Unsuited`] if no stay on the ground ends in a ring that can be read,
+/// [`StepError::Fit`] if the recordings cannot be used at all.
 pub fn film(
     model: &Model,
     parts: &[Part],
     readings: &Readings,
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<Film, FitError> {
+) -> Result<Film, StepError> {
+    check(model)?;
+    let mut sound = model.clone();
+    let dp = sound.parameters[ParameterId::Dp];
+    if sound.parameters[ParameterId::Gp] <= dp {
+        // The film's thickness is found anew, so that a bad one does not matter.
+        sound.parameters.set(ParameterId::Gp, 1.2 * dp);
+    }
+    sound.check().map_err(FitError::from)?;
     let options = FitOptions {
-        free: vec!["Cs".to_owned(), "gp".to_owned()],
+        free: FREE.map(str::to_owned).to_vec(),
         ..options.clone()
     };
-    let fit = fit(model, parts, &[], &options, control)?;
-    let mut without = fit.model.clone();
-    without.parameters.set(ParameterId::Cs, NO_FILM);
-    let (without_film, _) = judge(&without, parts, &options, control)?;
+    let findings = look(&sound, parts);
+    let none = || {
+        let names: Vec<&str> = parts.iter().map(|p| p.recording.name.as_str()).collect();
+        StepError::Unsuited {
+            recording: names.join(", "),
+            reason: format!(
+                "no break-off to read: no stay on the ground of {:.1} ms or more ends in half a period of free ring",
+                1e3 * STAY
+            ),
+            remedy: "record a 5 Hz ramped square of 8 V, with touch, break-off and the ring after it",
+        }
+    };
+    let found = break_offs(&sound, parts, &findings, readings);
+    if found.is_empty() {
+        return Err(none());
+    }
+    sensible(&sound, parts, &findings, &options)?;
+    let space = Space::new(&sound, &options.free)?;
+    let prepared = problem(&sound, &space, &found, &findings, &options)?;
+    if prepared.segments.is_empty() {
+        return Err(none());
+    }
+    Ok(compare(model, &sound, &prepared, &options, control)?)
+}
+
+/// Fits the rings without the film and with it.
+fn compare(
+    model: &Model,
+    sound: &Model,
+    prepared: &Prepared,
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Film, FitError> {
+    let problem = &prepared.problem;
+    let space = &problem.space;
+    let starts = THICKNESSES.len() + 2;
+    let mut clock = Clock::new(starts * options.iterations.min(10));
+    let mut x = space.coordinates(sound);
+    x.extend_from_slice(&prepared.nuisances);
+    let begin =
+        |x: &[f64], from: &Point| settle(problem, x, &from.segments, &from.used, FAR, ROUNDS);
+    let raw = Point {
+        x: x.clone(),
+        segments: prepared.segments.clone(),
+        alive: vec![true; prepared.segments.len()],
+        used: vec![true; prepared.segments.len()],
+        cost: f64::INFINITY,
+        rows: 0,
+    };
+    let mut none = x.clone();
+    none[STRENGTH] = space.entries[STRENGTH].low;
+    let bare = Plan {
+        stage: "without film",
+        iterations: options.iterations,
+        locked: &[STRENGTH, GAP],
+        enough: 1e-6,
+    };
+    let mut without = improve(problem, begin(&none, &raw)?, &bare, control, &mut clock)?;
+    let (mut without_film, _) = misfits(prepared, &without)?;
+
+    // The model's own film, and weak ones of several thicknesses beyond the fit without.
+    let mut firsts = vec![(x.clone(), &raw)];
+    let weak = weak(sound);
+    for share in THICKNESSES {
+        let mut there = without.x.clone();
+        there[STRENGTH] = weak;
+        there[GAP] = (share * sound.parameters[ParameterId::Dp]).ln();
+        firsts.push((there, &without));
+    }
+    let all = Plan {
+        stage: "with film",
+        iterations: options.iterations,
+        locked: &[],
+        enough: 1e-6,
+    };
+    let mut best = (without.clone(), without_film.clone());
+    let mut better = false;
+    for (mut there, from) in firsts {
+        if control.cancelled() {
+            break;
+        }
+        for (x, e) in there.iter_mut().zip(&space.entries) {
+            *x = x.clamp(e.low, e.high);
+        }
+        let point = improve(problem, begin(&there, from)?, &all, control, &mut clock)?;
+        let (left, _) = misfits(prepared, &point)?;
+        if left.rms < best.1.rms {
+            best = (point, left);
+            better = true;
+        }
+    }
+    // What the fit with film has found of the rings' beginnings serves that without, too.
+    let (mut point, mut left) = best;
+    if better && !control.cancelled() {
+        let mut there = point.x.clone();
+        there[STRENGTH] = none[STRENGTH];
+        let again = improve(problem, begin(&there, &point)?, &bare, control, &mut clock)?;
+        let (misfit, _) = misfits(prepared, &again)?;
+        if misfit.rms < without_film.rms {
+            (without, without_film) = (again, misfit);
+        }
+        if without_film.rms <= left.rms {
+            (point, left) = (without.clone(), without_film.clone());
+            better = false;
+        }
+    }
+    let mut fit = uncertainty(model, prepared, &point, left.chi2)?;
+    if better && fit.parameters[GAP].std_error.is_infinite() {
+        // A thickness that nothing tells has wandered: it goes back to where it began.
+        let mut back = point.x.clone();
+        back[GAP] = x[GAP];
+        let back = begin(&back, &point)?;
+        let (misfit, _) = misfits(prepared, &back)?;
+        if misfit.rms <= without_film.rms {
+            (point, left) = (back, misfit);
+            fit = uncertainty(model, prepared, &point, left.chi2)?;
+        }
+    }
+    if !better {
+        fit.remarks =
+            vec!["no film is seen: the rings are followed as well without one".to_owned()];
+    }
+    let break_offs = prepared.segments.len();
+    fit.remarks.push(format!("from {break_offs} break-offs"));
+    fit.train = misfits(prepared, &point)?;
+    fit.cancelled = control.cancelled();
     let p = &fit.model.parameters;
     let gap = p[ParameterId::Gp] - p[ParameterId::Dp];
-    let decay = readings
-        .releases
-        .iter()
-        .max_by(|a, b| a.force.total_cmp(&b.force))
-        .and_then(|release| {
-            let recording = &parts.get(release.recording)?.recording;
-            decay(&fit.model, &without, recording, release.time)
-        });
     Ok(Film {
         at_contact: p[ParameterId::Cs] / gap.powi(3),
-        with_film: fit.train.0.clone(),
+        with_film: left,
         without_film,
-        decay,
+        break_offs,
+        decay: decay(prepared, &point, &without)?,
         fit,
     })
 }
 
-/// Both simulations of the ring after the release at `start`, from the static state of
-/// the held mass; the recording's zero taken from the ground before.
-fn decay(with: &Model, without: &Model, recording: &Recording, start: f64) -> Option<Decay> {
-    let (times, volts) = recording.drive_table()?;
-    let table = VoltageTable::from_recording(&recording.name, times, volts).ok()?;
-    let drive = Waveform::Table(Arc::new(table));
-    let first = recording.time.partition_point(|&t| t < start);
-    let last = recording.time.partition_point(|&t| t < start + SHOWN);
-    let samples = first..last;
-    let time: Vec<f64> = recording.time[samples.clone()].to_vec();
-    let pieces: Vec<_> = (drive.index_at(start)..=drive.index_at(*time.last()?))
-        .map(|i| drive.segment(i))
-        .collect();
-    let level = -with.parameters[ParameterId::Dp];
-    let ring = |model: &Model| -> Option<Vec<f64>> {
-        let simulator = StretchSimulator::new(model, &Options::default()).ok()?;
-        let mut state = simulator.rest_state(&pieces, start, Some(level));
-        simulator.lift(level, &mut state);
-        let mut out = vec![f64::NAN; time.len()];
-        let mut stretcher = Stretcher::new(&simulator);
-        let end = *time.last()?;
-        let note = |i: usize, xp: f64, _: f64| out[i] = xp;
-        stretcher
-            .carry(&pieces, None, start, end, &mut state, &time, note)
-            .ok()?;
-        Some(out)
-    };
-    let ground: Vec<f64> = recording.proof_mass[first.saturating_sub(10)..first]
-        .iter()
-        .copied()
-        .filter(|x| x.is_finite())
-        .collect();
-    let zero = ground.iter().sum::<f64>() / ground.len().max(1) as f64 - level;
-    Some(Decay {
-        measured: recording.proof_mass[samples]
-            .iter()
-            .map(|x| x - zero)
-            .collect(),
-        with_film: ring(with)?,
-        without_film: ring(without)?,
-        time: time.iter().map(|t| t - start).collect(),
-    })
+/// Coordinate of a film that hardly damps.
+fn weak(model: &Model) -> f64 {
+    let structure = model.structure();
+    let modes = structure.modes.iter().map(|m| m.omega());
+    let slowest = modes.fold(f64::INFINITY, f64::min).max(1.0);
+    (WEAK * slowest / structure.mobility()).ln()
+}
+
+/// The ring to which the film matters most, at both points.
+fn decay(prepared: &Prepared, with: &Point, without: &Point) -> Result<Option<Decay>, SimError> {
+    let (with, without) = (rings(prepared, with)?, rings(prepared, without)?);
+    let mut shown: Option<(f64, Decay)> = None;
+    for (a, b) in with.into_iter().zip(without) {
+        let (Some(a), Some(b)) = (a, b) else { continue };
+        let matters = a.2.iter().zip(&b.2).map(|(a, b)| (a - b).abs());
+        let matters = matters.fold(0.0, f64::max);
+        if shown.as_ref().is_none_or(|s| matters > s.0) {
+            let kept: Vec<usize> = (0..a.0.len())
+                .filter(|&i| a.0[i] >= 0.0 && a.1[i].is_finite())
+                .collect();
+            let pick = |values: &[f64]| kept.iter().map(|&i| values[i]).collect();
+            let decay = Decay {
+                time: pick(&a.0),
+                measured: pick(&a.1),
+                with_film: pick(&a.2),
+                without_film: pick(&b.2),
+            };
+            shown = Some((matters, decay));
+        }
+    }
+    Ok(shown.map(|s| s.1))
+}
+
+/// Times after the release, the reading without the rig's own, and the simulation.
+type Ring = (Vec<f64>, Vec<f64>, Vec<f64>);
+
+/// Each segment at a point; `None` where it cannot be simulated.
+fn rings(prepared: &Prepared, point: &Point) -> Result<Vec<Option<Ring>>, SimError> {
+    let problem = &prepared.problem;
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let mut stretcher = Stretcher::new(&simulator);
+    let each = point.segments.iter().zip(&states);
+    let ring = each.map(|(segment, states)| {
+        let setting = problem.setting(segment, states);
+        let rig = problem.nuisances_of(&point.x, segment.recording);
+        let done = run(segment, &setting, &mut stretcher, &rig, &segment.locals).ok()?;
+        let release = done.encounters.iter().find_map(|e| match e {
+            Encounter::PullOff(Some(pull)) => Some(pull.time - rig.skew),
+            _ => None,
+        })?;
+        let recording = setting.recording;
+        let samples = segment.samples.clone();
+        let time = recording.time[samples.clone()].iter();
+        let read = recording.proof_mass[samples].iter();
+        Some((
+            time.map(|t| t - release).collect(),
+            read.map(|x| (x - rig.offset_p) / rig.scale_p).collect(),
+            done.xp,
+        ))
+    });
+    Ok(ring.collect())
 }
 
 /// Whether a model has what the step is about.

@@ -2,6 +2,7 @@
 //! recordings to numbers with their uncertainty and the points of its figure.
 
 pub mod adhesion;
+mod break_off;
 pub mod drive;
 pub mod film;
 pub mod guide;
@@ -10,9 +11,14 @@ pub mod sensitivity;
 
 use thiserror::Error;
 
+use crate::fit::FitError;
+
 /// Why a step cannot be taken with a recording.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StepError {
+    /// The fit within a step does not begin, or has no result.
+    #[error(transparent)]
+    Fit(#[from] FitError),
     /// The device lacks what the step is about.
     #[error("the device {device} has no {what}: {step} cannot be identified")]
     Device {

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use super::StepError;
 use super::adhesion::adhesion;
+use super::film::{Film, film};
 use super::restitution::restitution;
 use crate::fit::readings::{Readings, readings};
 use crate::fit::{Control, FitOptions, Part};
@@ -16,10 +18,29 @@ use crate::sim::{Options, simulate};
 
 /// Both points under `drive`, 50 kHz, 20 nm of noise.
 pub(super) fn recording(drive: &str, duration: f64) -> Arc<Recording> {
+    made(drive, duration, 50e3, 20e-9, &[])
+}
+
+/// Both points under `drive` of a device with other parameters, at a rate \[Hz\] and with
+/// a noise \[m\].
+pub(super) fn made(
+    drive: &str,
+    duration: f64,
+    rate: f64,
+    noise: f64,
+    changes: &[(ParameterId, f64)],
+) -> Arc<Recording> {
     let mut model = Preset::default().model;
-    model.parameters.set(ParameterId::Noise, 20e-9);
+    for (id, value) in changes {
+        model.parameters.set(*id, *value);
+    }
+    model.parameters.set(ParameterId::Noise, noise);
+    let options = Options {
+        rate,
+        ..Options::default()
+    };
     let waveform = Waveform::parse(drive, duration).unwrap();
-    let trace = simulate(&model, &waveform, duration, &Options::default()).unwrap();
+    let trace = simulate(&model, &waveform, duration, &options).unwrap();
     let (mut xp, mut xc) = (trace.proof_mass.clone(), trace.cantilever.clone());
     let sensor = Sensor::new(&model.parameters);
     sensor.add_noise(&mut xp, 7);
@@ -67,4 +88,95 @@ fn adhesion_is_read_from_the_releases_alone() {
     alike.releases.extend(alike.releases.clone());
     let error = adhesion("one", &alike).unwrap_err();
     assert!(error.to_string().contains("several lambda"), "{error}");
+}
+
+/// The step with the `paper` device, whose film is another one than the recordings'.
+fn film_of(recordings: &[Arc<Recording>]) -> Result<Film, StepError> {
+    let model = Preset::default().model;
+    let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
+    let cancel = AtomicBool::new(false);
+    let control = Control {
+        cancel: &cancel,
+        progress: &|_| {},
+    };
+    let options = FitOptions::for_model(&model);
+    film(&model, &parts, &Readings::default(), &options, &control)
+}
+
+fn rms(a: &[f64], b: &[f64]) -> f64 {
+    let square: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+    (square / a.len() as f64).sqrt()
+}
+
+/// Half as strong again, and 3 um thicker.
+const OTHER_FILM: [(ParameterId, f64); 2] =
+    [(ParameterId::Cs, 1.5 * 1.747e-21), (ParameterId::Gp, 73e-6)];
+
+#[test]
+fn film_comes_back_from_the_rings_after_break_off() {
+    let square = made("square:15Hz:8V", 0.2, 50e3, 20e-9, &OTHER_FILM);
+    let ramp = made("ramped:5Hz:8V:0.25", 0.4, 50e3, 20e-9, &OTHER_FILM);
+    let expected = 1.5 * 1.747e-21 / 15e-6f64.powi(3);
+    for recordings in [vec![square.clone()], vec![ramp.clone()], vec![square, ramp]] {
+        let found = film_of(&recordings).unwrap();
+        println!("{} {:?}", found.at_contact / expected, found.fit.remarks);
+        assert!((found.at_contact / expected - 1.0).abs() < 0.1, "{found:?}");
+        assert!(found.with_film.rms < 1.1 * 20e-9, "{found:?}");
+        assert!(found.without_film.rms > 10.0 * found.with_film.rms);
+        // So does the figure.
+        let decay = found.decay.unwrap();
+        assert!(decay.time[0] >= 0.0 && decay.time.len() > 100);
+        assert!(rms(&decay.with_film, &decay.measured) < 1.3 * 20e-9);
+        assert!(rms(&decay.without_film, &decay.measured) > 0.2e-6);
+    }
+}
+
+#[test]
+fn film_does_not_depend_on_the_grounds_laws_the_rate_or_the_points() {
+    let ground = [
+        (ParameterId::Cs, 2.4e-21),
+        (ParameterId::Alpha, 0.3),
+        (ParameterId::Ca0, 3.6e-8),
+        (ParameterId::Ca, 1.2e-6),
+    ];
+    let slow = made("square:15Hz:8V", 0.2, 25e3, 20e-9, &ground);
+    let fast = made("square:15Hz:8V", 0.1, 1e6, 20e-9, &OTHER_FILM);
+    let mut lone = (*made("ramped:5Hz:8V:0.25", 0.4, 50e3, 20e-9, &OTHER_FILM)).clone();
+    lone.cantilever = None;
+    let other = 1.5 * 1.747e-21 / 15e-6f64.powi(3);
+    for (recording, expected) in [
+        (slow, 2.4e-21 / 12e-6f64.powi(3)),
+        (Arc::new(lone), other),
+        (fast, other),
+    ] {
+        let found = film_of(&[recording]).unwrap();
+        println!("{} {:?}", found.at_contact / expected, found.with_film);
+        assert!((found.at_contact / expected - 1.0).abs() < 0.1, "{found:?}");
+    }
+}
+
+#[test]
+fn film_is_never_worse_than_none() {
+    let none = [(ParameterId::Cs, 1e-26)];
+    // Nor with a structure and a drive that are not the model's.
+    let other = [(ParameterId::Zeta1, 0.1), (ParameterId::Eta, 3.6e-7)];
+    for changes in [&none[..], &other[..]] {
+        let square = made("square:15Hz:8V", 0.2, 25e3, 20e-9, changes);
+        let found = film_of(&[square]).unwrap();
+        println!("{:?} {:?}", found.with_film, found.without_film);
+        assert!(found.with_film.rms <= found.without_film.rms, "{found:?}");
+        if changes == none {
+            assert!(found.without_film.rms < 1.1 * 20e-9, "{found:?}");
+            assert!(found.at_contact < 1e-2 * 1e-6, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn film_says_what_to_record_where_nothing_breaks_off() {
+    for drive in ["sine:5Hz:2V", "square:300Hz:6V"] {
+        let error = film_of(&[recording(drive, 0.1)]).unwrap_err().to_string();
+        assert!(error.contains("no break-off"), "{error}");
+        assert!(error.contains("ramped square"), "{error}");
+    }
 }
