@@ -148,7 +148,7 @@ fn take(
             Ok(Finding::Adhesion(Arc::new(found)))
         }
         Step::Film => {
-            let found = film(model, &parts, &read()?, &options, control);
+            let found = film(model, &parts, &options, control);
             Ok(Finding::Film(Arc::new(found.map_err(|e| e.to_string())?)))
         }
         Step::Sensitivity => {

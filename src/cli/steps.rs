@@ -224,13 +224,7 @@ fn pull_off(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
 
 fn damping(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
     crate::fit::steps::film::check(bench.model)?;
-    let found = film(
-        bench.model,
-        &bench.parts(),
-        &bench.readings()?,
-        bench.options,
-        bench.control,
-    )?;
+    let found = film(bench.model, &bench.parts(), bench.options, bench.control)?;
     let mut text = String::from("Film: fitted with the rest of the device as it is\n");
     for p in &found.fit.parameters {
         text += &format!(

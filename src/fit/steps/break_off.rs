@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::fit::FitError;
 use crate::fit::options::FitOptions;
 use crate::fit::prepare::{Findings, Part, Prepared, prepare};
-use crate::fit::readings::{LOOSE, Readings};
+use crate::fit::readings::LOOSE;
 use crate::fit::segment::JointKind;
 use crate::fit::space::Space;
 use crate::fit::timeline::{Kind, Timeline};
@@ -44,8 +44,8 @@ pub(super) struct BreakOff {
     of: usize,
     /// Its last samples on the ground, and the ring.
     window: Part,
-    /// Pull-off force where it was read \[N\], to prefer the larger rings.
-    force: f64,
+    /// From the lowest to the highest reading \[m\], to prefer the larger rings.
+    height: f64,
 }
 
 /// Period of the slowest mode \[s\]; something as long without a spring.
@@ -61,30 +61,22 @@ fn period(model: &Model) -> f64 {
 }
 
 /// The break-offs in `parts`, at most [`MOST`] of them, taken from the recordings in turn,
-/// the hardest pulls first.
-pub(super) fn break_offs(
-    model: &Model,
-    parts: &[Part],
-    findings: &[Findings],
-    readings: &Readings,
-) -> Vec<BreakOff> {
+/// the largest rings first.
+pub(super) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -> Vec<BreakOff> {
     let period = period(model);
     let mut found: Vec<(usize, BreakOff)> = Vec::new();
     for (of, (part, findings)) in parts.iter().zip(findings).enumerate() {
         let mut own = in_part(part, findings, period);
         for b in &mut own {
             b.of = of;
-            let r = &b.window.recording;
-            let (from, to) = (
-                r.time[b.window.samples.start],
-                r.time[b.window.samples.end - 1],
-            );
-            let mut read = readings.releases.iter();
-            let read = read.find(|x| x.recording == of && x.time > from && x.time < to);
-            b.force = read.map_or(f64::NEG_INFINITY, |x| x.force);
+            let ring = &b.window.recording.proof_mass[b.window.samples.clone()];
+            let seen = ring.iter().filter(|x| x.is_finite());
+            let ends = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+            let (low, high) = seen.fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+            b.height = high - low;
         }
-        // The sort keeps the order of time among those whose force was not read.
-        own.sort_by(|a, b| b.force.total_cmp(&a.force));
+        // The sort keeps the order of time among equals.
+        own.sort_by(|a, b| b.height.total_cmp(&a.height));
         found.extend(own.into_iter().enumerate());
     }
     found.sort_by_key(|(turn, _)| *turn);
@@ -141,7 +133,7 @@ fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
                     recording: Arc::clone(r),
                     samples: first..last,
                 },
-                force: f64::NEG_INFINITY,
+                height: 0.0,
             });
         }
     }
@@ -212,8 +204,7 @@ mod tests {
     fn found(recordings: &[Arc<Recording>]) -> Vec<BreakOff> {
         let model = Preset::default().model;
         let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
-        let none = Readings::default();
-        break_offs(&model, &parts, &look(&model, &parts), &none)
+        break_offs(&model, &parts, &look(&model, &parts))
     }
 
     #[test]

@@ -11,7 +11,6 @@ use super::break_off::{STAY, break_offs, problem};
 use crate::fit::chain::{Encounter, run};
 use crate::fit::check::check as sensible;
 use crate::fit::prepare::{Prepared, look};
-use crate::fit::readings::Readings;
 use crate::fit::result::{misfits, uncertainty};
 use crate::fit::robust::Huber;
 use crate::fit::solve::{Clock, Plan, Point, improve, settle};
@@ -68,8 +67,7 @@ pub struct Film {
 }
 
 /// Fits `Cs` and `gp` with the rest of the device as in `model`, and leaves the film out
-/// for comparison. Of `readings` only the forces at the releases are used, to take the
-/// largest rings where there are many; there may be none.
+/// for comparison.
 ///
 /// # Errors
 /// [`StepError::Unsuited`] if no stay on the ground ends in a ring that can be read,
@@ -77,7 +75,6 @@ pub struct Film {
 pub fn film(
     model: &Model,
     parts: &[Part],
-    readings: &Readings,
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<Film, StepError> {
@@ -105,7 +102,7 @@ pub fn film(
             remedy: "record a 5 Hz ramped square of 8 V, with touch, break-off and the ring after it",
         }
     };
-    let found = break_offs(&sound, parts, &findings, readings);
+    let found = break_offs(&sound, parts, &findings);
     if found.is_empty() {
         return Err(none());
     }

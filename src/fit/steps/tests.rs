@@ -100,7 +100,7 @@ fn film_of(recordings: &[Arc<Recording>]) -> Result<Film, StepError> {
         progress: &|_| {},
     };
     let options = FitOptions::for_model(&model);
-    film(&model, &parts, &Readings::default(), &options, &control)
+    film(&model, &parts, &options, &control)
 }
 
 fn rms(a: &[f64], b: &[f64]) -> f64 {
