@@ -21,7 +21,7 @@ use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
-use crate::sim::StretchSimulator;
+use crate::sim::{SimError, StretchSimulator};
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
@@ -406,7 +406,7 @@ impl Bench {
         }
         let mut x = problem.space.coordinates(start);
         x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
-        shift_skews(&problem, &mut x, delay(start) - delay(&from.model));
+        shift_skews(&problem, &mut x, delay(start)? - delay(&from.model)?);
         let fresh = modes(start) != modes(&from.model);
         let mut point = if fresh {
             let side = &self.train;
@@ -457,8 +457,8 @@ impl Bench {
         let near = from.filter(|f| modes(&f.model) == modes(model));
         // The clocks are those of the fitted recordings.
         let (clocks, late) = match from {
-            Some(from) => (0.0, delay(model) - delay(&from.model)),
-            None => (usual_skew(train), delay(model) - delay(&train.model)),
+            Some(from) => (0.0, delay(model)? - delay(&from.model)?),
+            None => (usual_skew(train), delay(model)? - delay(&train.model)?),
         };
         let (segments, point) = match near {
             Some(from) => {
@@ -601,9 +601,9 @@ pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
 }
 
 /// Time by which the effects make readings late \[s\].
-fn delay(model: &Model) -> f64 {
+fn delay(model: &Model) -> Result<f64, SimError> {
     let options = crate::sim::Options::default();
-    StretchSimulator::new(model, &options).map_or(0.0, |s| s.reading_delay())
+    Ok(StretchSimulator::new(model, &options)?.reading_delay())
 }
 
 /// Skew of the clocks in most recordings of a fit \[s\].

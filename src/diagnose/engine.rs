@@ -249,7 +249,7 @@ const FORESEEN: f64 = 60.0;
 
 fn passes(test: &LawTest, held_events: bool) -> bool {
     let told = test.gain > TRAIN_GAIN && (!held_events || test.held_gain > 0.5 * HELD_GAIN);
-    told || test.id == "adhesion_saturation" && test.gain > -HELD_GAIN && test.held_gain > FORESEEN
+    told || test.foreseen && test.gain > -HELD_GAIN && test.held_gain > FORESEEN
 }
 
 /// Chi2 above the floor, all together.

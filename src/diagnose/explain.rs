@@ -3,7 +3,7 @@
 
 use super::bench::{Bench, Bound, Fitted, with_effect};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use super::promises::{Hypothesis, PROMISING, promises};
+use super::promises::{FOUND, Hypothesis, PROMISING, promises};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
@@ -148,7 +148,7 @@ pub fn explain(
             break;
         };
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        let least = if trial.hypothesis.least > PROMISING {
+        let least = if trial.hypothesis.searched {
             SEARCHED_GAIN
         } else {
             TRAIN_GAIN
@@ -205,7 +205,12 @@ fn weigh(
     for (k, hypothesis) in hypotheses.into_iter().enumerate() {
         // Where the promise is far below what a refit has reached, a refit is in vain:
         // promises are right where the baseline is near the data.
-        let worth = hypothesis.promise > hypothesis.least && hypothesis.promise > FAR * best;
+        let least = if hypothesis.searched {
+            FOUND
+        } else {
+            PROMISING
+        };
+        let worth = hypothesis.promise > least && hypothesis.promise > FAR * best;
         let worth = worth || only.is_some();
         let mut trial = None;
         if k < MOST && worth && !control.cancelled() {

@@ -31,6 +31,9 @@ pub struct LawTest {
     pub gain: f64,
     /// Fall on those kept out.
     pub held_gain: f64,
+    /// Whether that is of what the fitted ones foresee, all that they leave open averaged
+    /// over: it then counts even where these by themselves tell nothing.
+    pub foreseen: bool,
     /// Chi2 per event on those kept out, with the effect.
     pub held_chi2: f64,
     /// The effect as fitted.
@@ -122,6 +125,7 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain: (constant.cost - power.cost) / scale,
         held_gain: (before - after) / held_scale,
+        foreseen: false,
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
@@ -202,6 +206,7 @@ fn adhesion(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain,
         held_gain,
+        foreseen: true,
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
@@ -267,6 +272,7 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain,
         held_gain: (before - after) / held_scale,
+        foreseen: false,
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,

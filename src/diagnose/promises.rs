@@ -23,7 +23,7 @@ const HUMP: f64 = 6.0;
 const NEAR: f64 = 3.0;
 /// The same where a search has found the best of many times or frequencies: the promise
 /// is as good as the refit, and chance has had many tries.
-const FOUND: f64 = 25.0;
+pub const FOUND: f64 = 25.0;
 /// A hypothesis is refitted from this promised fall of chi2 on.
 pub const PROMISING: f64 = 15.0;
 
@@ -38,8 +38,8 @@ pub struct Hypothesis {
     pub bounds: Vec<Bound>,
     /// Fall of chi2 promised by the linearised problem.
     pub promise: f64,
-    /// Promise from which a refit is worth while.
-    pub least: f64,
+    /// Whether it is the best of many times or frequencies that were searched.
+    pub searched: bool,
     /// Whether its times go through the series of recordings.
     pub series: bool,
 }
@@ -98,7 +98,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 free: own_ids(spec, &[0, 1, 2]),
                 bounds: Vec::new(),
                 promise: line.gain,
-                least: FOUND,
+                searched: true,
                 series: false,
             });
         }
@@ -117,7 +117,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 free: own_ids(spec, &[0]),
                 bounds: Vec::new(),
                 promise: step.gain,
-                least: FOUND,
+                searched: true,
                 series: step.series,
             });
         }
@@ -143,7 +143,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 ("extra_mode.zeta".to_owned(), (1e-4, 0.1)),
             ],
             promise: ring.gain.max(2.0 * PROMISING),
-            least: PROMISING,
+            searched: false,
             series: false,
         });
     }
@@ -185,7 +185,7 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
         free: form.free_ids(),
         bounds,
         promise: gain,
-        least: PROMISING,
+        searched: false,
         series: false,
     }
 }

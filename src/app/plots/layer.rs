@@ -3,8 +3,10 @@
 
 use std::ops::RangeInclusive;
 
-use eframe::egui::{Color32, Pos2, Shape, Stroke, Ui, pos2, vec2};
+use eframe::egui::{Align2, Color32, FontId, Pos2, Shape, Stroke, Ui, pos2, vec2};
 use egui_plot::{PlotBounds, PlotGeometry, PlotItem, PlotItemBase, PlotPoint, PlotTransform};
+
+use super::style::AXIS_TEXT;
 
 /// Longest dashed line [points]; a longer one is drawn solid, it would be all dashes.
 const LONGEST_DASHED: f32 = 12_000.0;
@@ -32,6 +34,27 @@ impl Layer {
             for piece in points.split(|point| point[0].is_nan()) {
                 polyline(piece, stroke, dashed, transform, shapes);
             }
+        })
+    }
+
+    /// A line across the frame at `y`, in the plot's own units, with `text` at its right
+    /// end: below the line if there is room, above it otherwise.
+    pub fn level(y: f64, text: &'static str, color: Color32) -> Self {
+        Self::new(move |ui, transform, shapes| {
+            let frame = transform.frame();
+            let y = transform.position_from_point_y(y);
+            if !(frame.top()..=frame.bottom()).contains(&y) {
+                return;
+            }
+            shapes.push(Shape::hline(frame.x_range(), y, Stroke::new(1.0, color)));
+            let below = frame.bottom() - y > 16.0;
+            let (anchor, shift) = if below {
+                (Align2::RIGHT_TOP, 1.0)
+            } else {
+                (Align2::RIGHT_BOTTOM, -1.0)
+            };
+            let at = pos2(frame.right() - 6.0, y + shift);
+            shapes.push(label(ui, at, anchor, text, color));
         })
     }
 
@@ -131,4 +154,12 @@ pub fn mark(mark: Mark, at: Pos2, color: Color32) -> Shape {
     };
     let points = corners.into_iter().map(|corner| at + corner).collect();
     Shape::convex_polygon(points, color, Stroke::NONE)
+}
+
+/// Text in a plot.
+pub fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str, color: Color32) -> Shape {
+    let font = FontId::proportional(AXIS_TEXT);
+    let galley = ui.painter().layout_no_wrap(text.to_owned(), font, color);
+    let rect = anchor.anchor_size(at, galley.size());
+    Shape::galley(rect.min, galley, color)
 }

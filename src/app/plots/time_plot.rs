@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{
-    Align2, Color32, FontId, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+    Align2, Color32, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
 };
 use egui_plot::{Plot, PlotPoint, PlotTransform};
 
@@ -13,8 +13,8 @@ use crate::sim::{EventKind, Trace};
 
 use super::axes::{self, Unit};
 use super::curve::Curve;
-use super::layer::{Layer, Mark, mark};
-use super::style::{self, AXIS_TEXT, Palette};
+use super::layer::{Layer, Mark, label, mark};
+use super::style::{self, Palette};
 
 /// Pixels for each sample from which on samples are drawn as dots.
 const SPARSE: usize = 5;
@@ -152,7 +152,11 @@ impl TimePlot {
                 ));
             }
             for level in self.levels {
-                plot.add(horizontal(level, unit.factor));
+                plot.add(Layer::level(
+                    level.value / unit.factor,
+                    level.text,
+                    level.color,
+                ));
             }
             for curve in self.curves.iter().filter(|curve| !curve.hidden) {
                 let stroke = Stroke::new(curve.width, curve.color);
@@ -225,30 +229,6 @@ fn contacts(trace: &Trace, window: (f64, f64), unit: f64, pixels: usize, color: 
             let rect = upright(transform, start / unit, end / unit);
             shapes.push(Shape::rect_filled(rect, 0.0, color));
         }
-    })
-}
-
-fn horizontal(level: Level, unit: f64) -> Layer {
-    Layer::new(move |ui, transform, shapes| {
-        let frame = transform.frame();
-        let y = transform.position_from_point_y(level.value / unit);
-        if !(frame.top()..=frame.bottom()).contains(&y) {
-            return;
-        }
-        shapes.push(Shape::hline(
-            frame.x_range(),
-            y,
-            Stroke::new(1.0, level.color),
-        ));
-        // Below the line if there is room, above it otherwise.
-        let below = frame.bottom() - y > 16.0;
-        let (anchor, shift) = if below {
-            (Align2::RIGHT_TOP, 1.0)
-        } else {
-            (Align2::RIGHT_BOTTOM, -1.0)
-        };
-        let at = pos2(frame.right() - 6.0, y + shift);
-        shapes.push(text(ui, at, anchor, level.text, level.color));
     })
 }
 
@@ -325,7 +305,7 @@ fn cursor_lines(cursors: Cursors, unit: f64, palette: &'static Palette) -> Layer
             shapes.push(Shape::vline(x, frame.y_range(), Stroke::new(1.0, color)));
             if !name.is_empty() {
                 let at = pos2(x + 3.0, frame.top() + 1.0);
-                shapes.push(text(ui, at, Align2::LEFT_TOP, name, color));
+                shapes.push(label(ui, at, Align2::LEFT_TOP, name, color));
             }
         };
         if let Some(time) = cursors.hover {
@@ -343,13 +323,6 @@ fn cursor_lines(cursors: Cursors, unit: f64, palette: &'static Palette) -> Layer
 fn centred(message: String, color: Color32) -> Layer {
     Layer::new(move |ui, transform, shapes| {
         let at = transform.frame().center();
-        shapes.push(text(ui, at, Align2::CENTER_CENTER, &message, color));
+        shapes.push(label(ui, at, Align2::CENTER_CENTER, &message, color));
     })
-}
-
-fn text(ui: &Ui, at: Pos2, anchor: Align2, text: &str, color: Color32) -> Shape {
-    let font = FontId::proportional(AXIS_TEXT);
-    let galley = ui.painter().layout_no_wrap(text.to_owned(), font, color);
-    let rect = anchor.anchor_size(at, galley.size());
-    Shape::galley(rect.min, galley, color)
 }

@@ -1,6 +1,6 @@
 //! Sentences and numbers that the summary and the page share.
 
-use crate::diagnose::result::{Diagnosis, Estimate, Mismatch, Verdict};
+use crate::diagnose::result::{Candidate, Diagnosis, Estimate, Mismatch, Verdict};
 use crate::model::unit::{format_number, format_quantity, prefix_for};
 
 /// The verdict in one sentence.
@@ -167,6 +167,17 @@ fn unsigned_zero(text: String) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
         _ => text,
+    }
+}
+
+/// Fall of chi2 where fitted. One that was not worth a fit has only its first estimate.
+pub fn gain_where_fitted(c: &Candidate) -> String {
+    if c.gain.is_finite() {
+        gain(c.gain)
+    } else if c.score.is_finite() {
+        format!("about {}", gain(c.score))
+    } else {
+        "-".to_owned()
     }
 }
 

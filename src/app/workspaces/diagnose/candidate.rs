@@ -9,7 +9,7 @@ use super::{colors, error_color, small};
 use crate::app::diagnosing::Diagnosing;
 use crate::app::diagnosing::look::support;
 use crate::diagnose::report::words::{
-    alike, capitalised, chi2, gain, probability, size, with_error,
+    alike, capitalised, chi2, gain, gain_where_fitted, probability, size, with_error,
 };
 use crate::diagnose::result::{Candidate, Diagnosis, NamedEffect};
 use crate::model::effects::{EffectSpec, find};
@@ -184,13 +184,7 @@ fn parameters(ui: &mut Ui, effect: &NamedEffect, spec: Option<&'static EffectSpe
 }
 
 fn numbers(ui: &mut Ui, c: &Candidate) {
-    let fitted = if c.gain.is_finite() {
-        gain(c.gain)
-    } else if c.score.is_finite() {
-        format!("about {}", gain(c.score))
-    } else {
-        "-".to_owned()
-    };
+    let fitted = gain_where_fitted(c);
     let text = format!(
         "chi2 falls by {fitted} where fitted, by {} kept out, to {} a value",
         gain(c.held_out_gain),

@@ -2,8 +2,8 @@
 //! units by magnitude. Its motion, if any, is the caller's.
 
 use eframe::egui::{
-    Align2, Color32, FontId, Rect, Response, RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo,
-    pos2, vec2,
+    Color32, FontId, Rect, Response, RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+    vec2,
 };
 use egui_plot::{AxisHints, GridInput, GridMark, Plot, PlotPoint};
 
@@ -207,24 +207,7 @@ fn layer(item: Item, place: impl Fn([f64; 2]) -> [f64; 2] + 'static) -> Layer {
                 shapes.push(Shape::convex_polygon(corners, color, Stroke::NONE));
             }
         }),
-        Item::Level { value, text, color } => Layer::new(move |ui, transform, shapes| {
-            let frame = transform.frame();
-            let y = transform.position_from_point_y(place([0.0, value])[1]);
-            if !(frame.top()..=frame.bottom()).contains(&y) {
-                return;
-            }
-            shapes.push(Shape::hline(frame.x_range(), y, Stroke::new(1.0, color)));
-            let below = frame.bottom() - y > 16.0;
-            let (anchor, shift) = if below {
-                (Align2::RIGHT_TOP, 1.0)
-            } else {
-                (Align2::RIGHT_BOTTOM, -1.0)
-            };
-            let at = pos2(frame.right() - 6.0, y + shift);
-            let font = FontId::proportional(AXIS_TEXT);
-            let text = ui.fonts_mut(|fonts| Shape::text(fonts, at, anchor, text, font, color));
-            shapes.push(text);
-        }),
+        Item::Level { value, text, color } => Layer::level(place([0.0, value])[1], text, color),
         Item::Shade { from, to, color } => Layer::new(move |_, transform, shapes| {
             let frame = transform.frame();
             let x = |v: f64| transform.position_from_point_x(place([v, 1.0])[0]);

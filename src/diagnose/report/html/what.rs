@@ -1,7 +1,7 @@
 //! "What": every effect that was weighed, and the force that the model lacks.
 
 use super::super::svg::{Axis, Dot, Plot, escape};
-use super::super::words::{chi2, gain, listed, probability};
+use super::super::words::{chi2, gain, gain_where_fitted, listed, probability};
 use super::{HALF, Page};
 use crate::diagnose::report::ground::law_through;
 use crate::diagnose::result::{Diagnosis, ForceCurve};
@@ -60,17 +60,9 @@ fn candidates(page: &mut Page, d: &Diagnosis) {
         });
         page.text(&c.name);
         page.raw("</td>");
-        // One that was not worth a fit has only its first estimate.
-        let fitted = if c.gain.is_finite() {
-            gain(c.gain)
-        } else if c.score.is_finite() {
-            format!("about {}", gain(c.score))
-        } else {
-            "-".to_owned()
-        };
         for cell in [
             probability(c.probability),
-            fitted,
+            gain_where_fitted(c),
             gain(c.held_out_gain),
             chi2(c.held_out_chi2),
         ] {
