@@ -26,8 +26,6 @@ use crate::sim::{SimError, StretchSimulator};
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
 const SKEW: f64 = 5e-6;
-/// How much noisier than the quietest a recording may be.
-const ONE_NOISE: f64 = 1.3;
 /// Loss by which fits are compared, in units of the noise.
 pub const LOSS: Huber = Huber(6.0);
 /// Others that are tried where much is left.
@@ -36,6 +34,13 @@ const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
 const MUCH: f64 = 1.15;
 /// Another film must bring it below this share for more to be tried.
 const BETTER: f64 = 0.95;
+/// What is not moved at first.
+const LATER: [&str; 8] = [
+    "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
+];
+/// Chi2 per value after the first step above which a drive that is shared otherwise among
+/// the modes is tried.
+const ASTRAY: f64 = 3.0;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 /// Share of the cost by which an iteration must lower it to be followed by another, at
@@ -43,6 +48,15 @@ const FILM: f64 = 0.2;
 const FINE: f64 = 2e-6;
 /// The same on the way.
 const ROUGH: f64 = 2e-3;
+
+/// Factor by which the frequencies of the modes may be off.
+const FREQUENCY: f64 = 1.5;
+/// The same of their dampings.
+const DAMPING: f64 = 20.0;
+/// A damping ratio may be as large as this whatever it was thought to be.
+const DAMPED: f64 = 0.3;
+/// The same of their shapes.
+const SHAPE: f64 = 3.0;
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
@@ -68,6 +82,7 @@ pub struct Bench {
     pub noise: Noise,
     /// Ids of the baseline's own freedoms.
     pub free: Vec<String>,
+    bounds: Vec<Bound>,
     options: FitOptions,
 }
 
@@ -125,6 +140,31 @@ fn freedoms(model: &Model, lone: bool) -> Vec<String> {
     free
 }
 
+/// Bounds of the structure's own freedoms: a structure that may become any other would
+/// take over what is missing, or run off to modes that no reading could show.
+fn structure_bounds(model: &Model) -> Vec<Bound> {
+    use ParameterId as P;
+    let near = |id: P, factor: f64| {
+        let value = model.parameters[id];
+        (id.spec().id.to_owned(), (value / factor, value * factor))
+    };
+    let frequencies = [P::F1, P::F2].map(|id| near(id, FREQUENCY));
+    let dampings = [P::Zeta1, P::Zeta2].map(|id| {
+        let (id, (least, most)) = near(id, DAMPING);
+        (id, (least, most.max(DAMPED)))
+    });
+    // Shapes may have either sign: so may the drive's share in a mode.
+    let shapes = [P::ShapeC1, P::ShapeC2, P::ShapeP2].map(|id| {
+        let most = SHAPE * model.parameters[id].abs();
+        (id.spec().id.to_owned(), (-most, most))
+    });
+    frequencies
+        .into_iter()
+        .chain(dampings)
+        .chain(shapes)
+        .collect()
+}
+
 impl Bench {
     /// Makes recordings ready.
     ///
@@ -176,20 +216,12 @@ impl Bench {
         };
         let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
         for pick in picks {
-            let mut all: Vec<&mut f64> = std::iter::once(&mut train)
+            let mut all: Vec<(usize, &mut f64)> = std::iter::once(&mut train)
                 .chain(&mut held_out)
                 .flat_map(|s| &mut s.calm.prepared.problem.data)
-                .map(|d| pick(&mut d.sigmas))
+                .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
                 .collect();
-            // Where the motion itself is quick, it passes for noise of neighbouring
-            // samples; one instrument has one noise.
-            let least = all.iter().fold(f64::INFINITY, |a, s| a.min(**s));
-            let alike = all.iter().map(|s| **s).filter(|s| *s <= ONE_NOISE * least);
-            let mut alike: Vec<f64> = alike.collect();
-            let usual = quantile_in_place(&mut alike, 0.5);
-            for sigma in all.iter_mut().filter(|s| ***s > ONE_NOISE * least) {
-                **sigma = usual;
-            }
+            noise::pool(&mut all);
         }
         let sides = || std::iter::once(&train).chain(&held_out);
         let stays: Vec<Stays<'_>> = sides()
@@ -204,11 +236,18 @@ impl Bench {
         for side in std::iter::once(&mut train).chain(&mut held_out) {
             side.colour(&noise);
         }
+        for data in std::iter::once(&train)
+            .chain(&held_out)
+            .flat_map(|s| &s.calm.prepared.problem.data)
+        {
+            log::debug!("{}: {:?}", data.recording.name, data.sigmas);
+        }
         Ok(Self {
             train,
             held_out,
             noise,
             free,
+            bounds: structure_bounds(model),
             options: fit,
         })
     }
@@ -286,32 +325,33 @@ impl Bench {
             }
             p.set(ParameterId::Gp, (1.0 + FILM) * p[ParameterId::Dp]);
         }
-        let space = Space::new(&start, &self.free)?;
-        let mut problem = self.train.calm.prepared.problem.clone();
-        problem.space = space;
-        let mut x = problem.space.coordinates(&start);
-        x.resize(problem.unknowns(), 0.0);
-        let segments = &self.train.calm.prepared.segments;
         // A part of the stretches is enough to come near, and three times as fast.
-        let few = thinned(segments);
-        let mut point = settle(&problem, &x, segments, &few, Huber(1e4), 3)?;
-        let skews: Vec<usize> = skews(&problem);
+        let few = thinned(&self.train.calm.prepared.segments);
+        let (mut problem, mut point) = self.near(&start, &few, control)?;
+        let off = |point: &Point| point.cost / point.rows.max(1) as f64;
+        if off(&point) > ASTRAY && model.uses(ParameterId::ShapeP2) && model.piezo.is_some() {
+            // A film that bends the beam by moments drives the second mode the other way
+            // round than a force at its centre.
+            let p = &mut start.parameters;
+            for id in [ParameterId::ShapeC2, ParameterId::ShapeP2] {
+                p.set(id, -p[id]);
+            }
+            let (flipped, other) = self.near(&start, &few, control)?;
+            if off(&other) < off(&point) {
+                (problem, point) = (flipped, other);
+            }
+        }
+        let segments = &self.train.calm.prepared.segments;
         // What acts most comes first: frequencies and dampings of motions that are far off
         // in size would go astray.
-        let late: [&[&str]; 3] = [
-            &[
-                "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
-            ],
-            &["Cs", "gp", "shape_p2"],
-            &["gp"],
-        ];
+        let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
         for ids in late {
             let mut locked = positions(&problem, ids);
             if locked.len() == problem.space.len() {
                 continue;
             }
             if ids.len() > 2 {
-                locked.extend(&skews);
+                locked.extend(skews(&problem));
             }
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
             heal(&problem, &mut point, segments)?;
@@ -354,6 +394,32 @@ impl Bench {
             }
         }
         Ok(best)
+    }
+
+    /// The first step of a fit of `start` to the `few` stretches: sizes, and what damps
+    /// the slow motion.
+    fn near(
+        &self,
+        start: &Model,
+        few: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(Problem, Point), DiagnoseError> {
+        let segments = &self.train.calm.prepared.segments;
+        let mut problem = self.train.calm.prepared.problem.clone();
+        problem.space = Space::new(start, &self.free)?;
+        for (id, range) in &self.bounds {
+            problem.space.keep_between(id, *range);
+        }
+        let mut x = problem.space.coordinates(start);
+        x.resize(problem.unknowns(), 0.0);
+        let mut point = settle(&problem, &x, segments, few, Huber(1e4), 3)?;
+        let mut locked = positions(&problem, &LATER);
+        if locked.len() < problem.space.len() {
+            locked.extend(skews(&problem));
+            point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
+            heal(&problem, &mut point, segments)?;
+        }
+        Ok((problem, point))
     }
 
     /// Goes on with all stretches where a fit was to the `few` only.
@@ -401,7 +467,7 @@ impl Bench {
         ids.extend_from_slice(free);
         let mut problem = self.train.calm.prepared.problem.clone();
         problem.space = Space::new(start, &ids)?;
-        for (id, bound) in bounds {
+        for (id, bound) in self.bounds.iter().chain(bounds) {
             problem.space.keep_between(id, *bound);
         }
         let mut x = problem.space.coordinates(start);
@@ -424,10 +490,21 @@ impl Bench {
                 StretchSimulator::new(start, &problem.options)?,
             );
             let segments = adopt(&from.point.segments, segments, (&old, &new), &problem);
-            let start = settle(&problem, &x, &segments, &used, LOSS, 3)?;
-            // What is new finds its place first.
+            // What is new finds its place first, on a part of the stretches.
+            let few: Vec<bool> = thinned(&segments)
+                .into_iter()
+                .zip(&used)
+                .map(|(few, used)| few && *used)
+                .collect();
+            let start = settle(&problem, &x, &segments, &few, LOSS, 3)?;
             let known: Vec<usize> = (0..self.free.len()).collect();
-            self.improve(&problem, start, &known, (8, FINE), control)?
+            let near = self.improve(&problem, start, &known, (12, ROUGH), control)?;
+            let near = self.improve(&problem, near, &[], (6, ROUGH), control)?;
+            let mut all = segments;
+            for i in (0..all.len()).filter(|&i| few[i]) {
+                all[i] = near.segments[i].clone();
+            }
+            settle(&problem, &near.x, &all, &used, LOSS, 3)?
         } else {
             let own = &from.point;
             settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
@@ -551,7 +628,14 @@ impl Bench {
             enough,
         };
         let mut clock = Clock::new(iterations);
-        Ok(improve(problem, point, &plan, &control, &mut clock)?)
+        let point = improve(problem, point, &plan, &control, &mut clock)?;
+        log::debug!(
+            "chi2 {:.1} of {} rows with {:?}",
+            point.cost,
+            point.rows,
+            Values(problem, &point)
+        );
+        Ok(point)
     }
 
     fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
@@ -589,6 +673,20 @@ impl Side {
     /// The stretches as first guessed.
     pub fn segments(&self) -> &[Segment] {
         &self.calm.prepared.segments
+    }
+}
+
+/// Where a fit stands, for the log.
+struct Values<'a>(&'a Problem, &'a Point);
+
+impl std::fmt::Debug for Values<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(problem, point) = self;
+        let values = problem.space.values(&point.x);
+        for (entry, value) in problem.space.entries.iter().zip(values) {
+            write!(f, "{} {value:.4e}, ", entry.id)?;
+        }
+        write!(f, "{} stretches", point.segments.len())
     }
 }
 

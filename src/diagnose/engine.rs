@@ -243,13 +243,13 @@ pub fn diagnose(
     })
 }
 
-/// Fall of chi2 foreseen on the recordings kept out from which a law is named though the
-/// fitted ones hardly tell it.
-const FORESEEN: f64 = 60.0;
-
 fn passes(test: &LawTest, held_events: bool) -> bool {
     let told = test.gain > TRAIN_GAIN && (!held_events || test.held_gain > 0.5 * HELD_GAIN);
-    told || test.foreseen && test.gain > -HELD_GAIN && test.held_gain > FORESEEN
+    let foreseen = |least: f64| {
+        let both = test.gain + test.held_gain;
+        test.gain > -HELD_GAIN && both > least && test.held_gain > 0.5 * least
+    };
+    told || test.foreseen.is_some_and(foreseen)
 }
 
 /// Chi2 above the floor, all together.

@@ -199,6 +199,15 @@ fn weigh(
     let has = |spec: &EffectSpec| stand.named.iter().any(|n| n.spec == spec);
     hypotheses.retain(|h| wanted(h.start.spec.id) && !has(h.start.spec));
     hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+    for h in &hypotheses {
+        let start = &h.start;
+        log::debug!(
+            "{} promises {:.1} at {:?}",
+            start.spec.id,
+            h.promise,
+            start.values
+        );
+    }
     let mut out: Vec<Weighed> = Vec::new();
     let mut best = 0.0f64;
     let count = hypotheses.len().clamp(1, MOST);

@@ -11,6 +11,11 @@ use crate::recording::quantile_in_place;
 
 /// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
 const TOLD: f64 = 30.0;
+/// Fall of chi2 on both sides together, most of it foreseen, from which adhesion bends:
+/// the best of two laws and several times.
+const FORESEEN_BEND: f64 = 60.0;
+/// The same for a ground that gives way, which is one law of one number.
+const FORESEEN_DWELL: f64 = 35.0;
 /// A shorter stay \[s\] may be one of the hops of a landing, from which the mass was not
 /// pulled off but rebounded.
 const HOP: f64 = 1e-3;
@@ -22,6 +27,12 @@ const LEAST: usize = 6;
 /// say in them.
 const SLOW: f64 = 0.03;
 
+/// How well the level of the ground is known from the stays on it \[m\].
+const LEVEL: f64 = 1e-7;
+
+/// What is said where the fitted recordings by themselves tell nothing.
+const ALSO_HELD_OUT: &str = ", as only those of the recordings kept out tell";
+
 /// A law of the ground, fitted with and without an effect.
 #[derive(Debug, Clone)]
 pub struct LawTest {
@@ -31,9 +42,10 @@ pub struct LawTest {
     pub gain: f64,
     /// Fall on those kept out.
     pub held_gain: f64,
-    /// Whether that is of what the fitted ones foresee, all that they leave open averaged
-    /// over: it then counts even where these by themselves tell nothing.
-    pub foreseen: bool,
+    /// Where that is of what the fitted ones foresee, all that they leave open averaged
+    /// over, it counts even if these by themselves tell nothing: from this fall on both
+    /// sides together, most of it on those kept out.
+    pub foreseen: Option<f64>,
     /// Chi2 per event on those kept out, with the effect.
     pub held_chi2: f64,
     /// The effect as fitted.
@@ -96,10 +108,18 @@ fn line(points: &[(f64, f64, f64)]) -> Curve {
 
 /// All laws of the ground that the model may lack.
 pub fn tests(ground: &Ground) -> Vec<LawTest> {
-    [restitution(ground), adhesion(ground), compliance(ground)]
-        .into_iter()
-        .flatten()
-        .collect()
+    let all = [restitution(ground), adhesion(ground), compliance(ground)];
+    let all: Vec<LawTest> = all.into_iter().flatten().collect();
+    for t in &all {
+        log::debug!(
+            "{} gains {:.1}, {:.1} kept out: {}",
+            t.id,
+            t.gain,
+            t.held_gain,
+            t.evidence
+        );
+    }
+    all
 }
 
 /// Restitution that falls or grows with speed, against a constant one.
@@ -125,7 +145,7 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain: (constant.cost - power.cost) / scale,
         held_gain: (before - after) / held_scale,
-        foreseen: false,
+        foreseen: None,
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
@@ -206,7 +226,7 @@ fn adhesion(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain,
         held_gain,
-        foreseen: true,
+        foreseen: Some(FORESEEN_BEND),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
@@ -219,11 +239,7 @@ fn adhesion(ground: &Ground) -> Option<LawTest> {
             times.len(),
             1e3 * times.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
             1e3 * times.iter().fold(0.0f64, |a, p| a.max(p.0)),
-            if together {
-                ", as only those of the recordings kept out tell"
-            } else {
-                ""
-            }
+            if together { ALSO_HELD_OUT } else { "" }
         ),
     })
 }
@@ -245,49 +261,66 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
             .collect()
     };
     let (train, held) = (misses(&ground.train), misses(&ground.held_out));
-    if train.len() < LEAST {
+    let all = [train.as_slice(), held.as_slice()].concat();
+    if train.is_empty() || all.len() < LEAST {
         return None;
     }
-    let level = curve(&train, &[1e-10], &|_, p| p[0]);
     let law = |v: f64, p: &[f64]| p[0] - p[1] * v;
-    let fit = curve(&train, &[level.values[0], 1e-7], &law);
-    let dwell = fit.values[1];
-    let scale = scatter(&train, 2, &|v| law(v, &fit.values));
+    // What is known of the level beforehand is one more reading, of a bounce without speed.
+    let with_level = |points: &[(f64, f64, f64)]| [&[(0.0, 0.0, LEVEL)], points].concat();
+    let rigid = |points: &[(f64, f64, f64)]| curve(&with_level(points), &[1e-10], &|_, p| p[0]);
+    let soft = |points: &[(f64, f64, f64)], level: &Curve| {
+        curve(&with_level(points), &[level.values[0], 1e-7], &law)
+    };
+    let (level, level_all) = (rigid(&train), rigid(&all));
+    let (fit, fit_all) = (soft(&train, &level), soft(&all, &level_all));
+    let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
     let root = scale.sqrt();
-    let (before, after) = (
-        cost(&held, &|_| level.values[0]),
-        cost(&held, &|v| law(v, &fit.values)),
-    );
-    let held_scale = scale.max(scatter(&held, 0, &|v| law(v, &fit.values)));
-    let gain = if dwell > 0.0 {
+    let gives = |fit: &Curve| fit.values[1] > 0.0;
+    let gain = if gives(&fit) {
         (level.cost - fit.cost) / scale
     } else {
         0.0
     };
+    let held_gain = if gives(&fit_all) && !held.is_empty() {
+        level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
+    } else {
+        0.0
+    };
+    // A few bounces tell little by themselves.
+    let together = gain <= TOLD && held_gain > 0.0;
+    let (told, points) = if together {
+        (&fit_all, &all)
+    } else {
+        (&fit, &train)
+    };
+    let after = cost(&held, &|v| law(v, &told.values));
+    let dwell = told.values[1];
     // A mass on a spring of k d^1.5 turns within 3.2 (m^2 / (k^2 v))^(1/5).
-    let speed = train.iter().map(|p| p.0).sum::<f64>() / train.len() as f64;
+    let speed = points.iter().map(|p| p.0).sum::<f64>() / points.len() as f64;
     let mass = ground.mass;
     let stiffness = mass / (dwell / 3.2).max(1e-9).powf(2.5) / speed.max(1e-6).sqrt();
     Some(LawTest {
         id: spec.id,
         gain,
-        held_gain: (before - after) / held_scale,
-        foreseen: false,
+        held_gain,
+        foreseen: Some(FORESEEN_DWELL),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
             values: vec![stiffness.clamp(1e-9, 1e15), spec.parameters[1].default],
         },
         errors: vec![
-            2.5 * stiffness * fit.errors[1] * root / dwell.abs().max(1e-12),
+            2.5 * stiffness * told.errors[1] * root / dwell.abs().max(1e-12),
             f64::INFINITY,
         ],
         sets: Vec::new(),
         evidence: format!(
-            "{} bounces: the mass stays below the ground's level for {:.2} +- {:.2} us",
-            train.len(),
+            "{} bounces: the mass stays below the ground's level for {:.2} +- {:.2} us{}",
+            points.len(),
             1e6 * dwell,
-            1e6 * fit.errors[1] * root
+            1e6 * told.errors[1] * root,
+            if together { ALSO_HELD_OUT } else { "" }
         ),
     })
 }

@@ -25,6 +25,14 @@ const MEMORIES: [f64; 10] = [1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 12
 /// By how much the log-likelihood of a colour must exceed that of white noise.
 const CLEARLY: f64 = 6.0;
 
+/// How much noisier than the quietest a recording may be to have a noise of its own.
+const ONE_NOISE: f64 = 1.3;
+/// Relative standard error of a noise from one sample's neighbours: medians of differences
+/// of a high order waste most of what independent samples would tell.
+const ESTIMATE_ERROR: f64 = 2.6;
+/// Standard errors by which an estimate may be off the common one.
+const AGREES: f64 = 3.5;
+
 /// Noise of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -44,6 +52,35 @@ pub struct Stays<'a> {
     pub timeline: &'a Timeline,
     /// The noise of the proof mass as estimated from neighbouring samples \[m\].
     pub sigma: f64,
+}
+
+/// One instrument has one noise: estimates from single recordings, each with its number
+/// of samples, become the one of all where they agree as far as so many samples tell. Where
+/// the motion itself is quick, it passes for noise of neighbouring samples: those far
+/// noisier than the quietest take the common one too.
+pub fn pool(estimates: &mut [(usize, &mut f64)]) {
+    let known = |sigma: f64| sigma.is_finite() && sigma > 0.0;
+    let least = estimates
+        .iter()
+        .filter(|(_, s)| known(**s))
+        .fold(f64::INFINITY, |a, (_, s)| a.min(**s));
+    let near = |sigma: f64| known(sigma) && sigma <= ONE_NOISE * least;
+    let (mut sum, mut samples) = (0.0, 0.0);
+    for (n, sigma) in estimates.iter().filter(|(_, s)| near(**s)) {
+        sum += *n as f64 * **sigma;
+        samples += *n as f64;
+    }
+    let common = sum / samples;
+    if !known(common) {
+        return;
+    }
+    for (n, sigma) in estimates {
+        let error = ESTIMATE_ERROR / (*n as f64).max(1.0).sqrt();
+        let agrees = (**sigma / common - 1.0).abs() < AGREES * error;
+        if agrees || !near(**sigma) {
+            **sigma = common;
+        }
+    }
 }
 
 /// Noise of the proof mass's reading from the stays of all recordings, as seen against

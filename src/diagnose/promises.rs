@@ -19,6 +19,8 @@ const SHAKE: f64 = 0.05;
 const RISE: f64 = 1e-7;
 /// Significance of a hump in the spectrum from which a further mode is tried.
 const HUMP: f64 = 6.0;
+/// Share of a further mode's motion at the mass, of that of all modes.
+const UNNOTICED: f64 = 0.06;
 /// Factor by which constants may leave what was looked at.
 const NEAR: f64 = 3.0;
 /// The same where a search has found the best of many times or frequencies: the promise
@@ -126,8 +128,11 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         && let Some(ring) = ring::find(&stand.train)?
         && ring.significance > HUMP
     {
-        let size = 0.06 * model.structure().mobility().sqrt();
         let (p, c) = ring.shape;
+        // A mass-normalised shape is of the order of the structure's own; but a mode that
+        // has gone unnoticed hardly moves the mass.
+        let usual = model.structure().mobility().sqrt();
+        let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
         out.push(Hypothesis {
             start: ActiveEffect {
                 spec,

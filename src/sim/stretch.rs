@@ -20,8 +20,11 @@ use super::step::{LEVELS, Step, Tables};
 
 /// Time constants after which a decaying state is forgotten.
 const FORGOTTEN: f64 = 35.0;
-/// Steps after which one stretch is given up.
-const MOST_STEPS: u64 = 2_000_000;
+/// Steps after which a stretch is given up, to begin with: where the film is thought to be
+/// all but singular, a fit must not crawl through it.
+const MOST_STEPS: u64 = 20_000;
+/// And so many more for each reading.
+const STEPS_PER_READING: u64 = 200;
 
 /// State of the structure and of the effects at one instant. In flight `q`, `v` are the
 /// modal coordinates and their velocities (as many as modes); held, those of the
@@ -379,6 +382,7 @@ impl<'a> Stretcher<'a> {
         let mut t = from;
         let mut next = 0;
         let mut steps = 0;
+        let most = MOST_STEPS + STEPS_PER_READING * times.len() as u64;
         // Each stretch starts afresh, so that its answer does not depend on the one before.
         self.level = 0;
         self.flight.sliding = 0.0;
@@ -392,7 +396,7 @@ impl<'a> Stretcher<'a> {
                 self.rub(&segment, t, &mut held, state);
             }
             let end = to.min(if segment.end > t { segment.end } else { to });
-            let h = self.step(&segment, held, t, end, state, &mut steps)?;
+            let h = self.step(&segment, held, t, end, state, (&mut steps, most))?;
             let mut share = ((end - t) / h).min(1.0);
             let mut reached = if share < 1.0 { end } else { t + h };
             let step = if held.is_some() {
@@ -521,7 +525,7 @@ impl<'a> Stretcher<'a> {
         t: f64,
         end: f64,
         state: &StretchState,
-        steps: &mut u64,
+        (steps, most): (&mut u64, u64),
     ) -> Result<f64, SimError> {
         let sim = self.simulator;
         let longest = sim.flight.length(0);
@@ -539,7 +543,7 @@ impl<'a> Stretcher<'a> {
         let mut rejected = false;
         loop {
             *steps += 1;
-            if *steps > MOST_STEPS {
+            if *steps > most {
                 return Err(SimError::too_much(t, "steps", *steps, Burden::Film));
             }
             let from = (&state.q[..], &state.v[..], &state.z[..]);
