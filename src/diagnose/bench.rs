@@ -34,6 +34,8 @@ const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
 const MUCH: f64 = 1.15;
 /// Another film must bring it below this share for more to be tried.
 const BETTER: f64 = 0.95;
+/// Modes that are simulated quickly.
+const QUICK_MODES: usize = 2;
 /// What is not moved at first.
 const LATER: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
@@ -80,6 +82,8 @@ pub struct Bench {
     pub held_out: Option<Side>,
     /// Noise of the readings.
     pub noise: Noise,
+    /// Relative standard error of its size.
+    pub noise_error: f64,
     /// Ids of the baseline's own freedoms.
     pub free: Vec<String>,
     bounds: Vec<Bound>,
@@ -215,13 +219,14 @@ impl Bench {
             Some(side(held_out)?)
         };
         let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
+        let mut information = 0.0;
         for pick in picks {
             let mut all: Vec<(usize, &mut f64)> = std::iter::once(&mut train)
                 .chain(&mut held_out)
                 .flat_map(|s| &mut s.calm.prepared.problem.data)
                 .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
                 .collect();
-            noise::pool(&mut all);
+            information += noise::pool(&mut all).powi(-2);
         }
         let sides = || std::iter::once(&train).chain(&held_out);
         let stays: Vec<Stays<'_>> = sides()
@@ -246,6 +251,7 @@ impl Bench {
             train,
             held_out,
             noise,
+            noise_error: information.max(1.0).powf(-0.5),
             free,
             bounds: structure_bounds(model),
             options: fit,
@@ -491,11 +497,7 @@ impl Bench {
             );
             let segments = adopt(&from.point.segments, segments, (&old, &new), &problem);
             // What is new finds its place first, on a part of the stretches.
-            let few: Vec<bool> = thinned(&segments)
-                .into_iter()
-                .zip(&used)
-                .map(|(few, used)| few && *used)
-                .collect();
+            let few = some_of(&segments, &used);
             let start = settle(&problem, &x, &segments, &few, LOSS, 3)?;
             let known: Vec<usize> = (0..self.free.len()).collect();
             let near = self.improve(&problem, start, &known, (12, ROUGH), control)?;
@@ -505,6 +507,13 @@ impl Bench {
                 all[i] = near.segments[i].clone();
             }
             settle(&problem, &near.x, &all, &used, LOSS, 3)?
+        } else if modes(start) > QUICK_MODES {
+            // Fast modes make short steps: the way is gone on a part of the stretches.
+            let own = &from.point;
+            let few = some_of(&own.segments, &own.used);
+            let start = settle(&problem, &x, &own.segments, &few, LOSS, 2)?;
+            let near = self.improve(&problem, start, &[], (iterations, ROUGH), control)?;
+            settle(&problem, &near.x, &own.segments, &own.used, LOSS, 2)?
         } else {
             let own = &from.point;
             settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
@@ -722,6 +731,12 @@ fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
     for i in skews(problem) {
         x[i] += by / problem.nuisances[i - first].unit;
     }
+}
+
+/// Those of `used` that are used on the way.
+fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
+    let few = thinned(segments).into_iter();
+    few.zip(used).map(|(few, used)| few && *used).collect()
 }
 
 fn modes(model: &Model) -> usize {

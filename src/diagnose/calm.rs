@@ -22,6 +22,9 @@ const GUARD: f64 = 1.6;
 const CLEAR: f64 = 8.0;
 /// And from at least this far \[m\].
 const LEAST_CLEAR: f64 = 0.25e-6;
+/// Standard errors by which the variance of a reading must exceed that of the noise for the
+/// mass to be moving.
+const MOVES: f64 = 6.0;
 /// How far the zeros of two recordings may be apart \[m\].
 const ZEROS: f64 = 5e-6;
 /// The ground is looked for within this height of the lowest samples \[m\].
@@ -89,6 +92,19 @@ pub fn intervals(
         held = matches!(kind, Some(Kind::Touch));
     }
     out
+}
+
+/// Whether a reading moves along a straight line but for its noise: a mass on the ground
+/// does, one that still hops there, too low for its bounces to be told apart, does not.
+fn still(xp: &[f64], noise: f64) -> bool {
+    let points = || xp.iter().enumerate().filter(|(_, x)| x.is_finite());
+    let n = points().count() as f64;
+    let mean =
+        |f: &dyn Fn(f64, f64) -> f64| points().map(|(i, x)| f(i as f64, *x)).sum::<f64>() / n;
+    let (i0, x0) = (mean(&|i, _| i), mean(&|_, x| x));
+    let slope = mean(&|i, x| (i - i0) * (x - x0)) / mean(&|i, _| (i - i0).powi(2)).max(1e-12);
+    let left = mean(&|i, x| (x - x0 - slope * (i - i0)).powi(2));
+    left < (1.0 + MOVES * (2.0 / n).sqrt()) * noise * noise
 }
 
 /// Level at which the reading is most often when it is low \[m\].
@@ -175,6 +191,10 @@ pub fn prepare_calm(
                 interval.samples,
             );
             for mut segment in pieces {
+                let xp = &recording.proof_mass[segment.samples.clone()];
+                if interval.held && !still(xp, data.sigmas.xp) {
+                    continue;
+                }
                 // How it came to be held is not looked at here.
                 segment.settled = false;
                 samples += segment.samples.len();

@@ -17,9 +17,10 @@ use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
 use crate::recording::quantile_in_place;
 
-/// Chi2 per value from which something is left whatever it is: the noise is known to a
-/// few percent.
-const FLOOR: f64 = 1.08;
+/// Chi2 per value from which something is left if the noise were known exactly.
+const FLOOR: f64 = 1.04;
+/// Standard errors by which chi2 must exceed that where the noise is known only so well.
+const SURELY: f64 = 3.5;
 /// Fall of chi2 by forces without a name from which something is left.
 const NAMELESS: f64 = 110.0;
 /// A single stretch this far above the others, in units of what chance leaves.
@@ -135,7 +136,9 @@ pub fn diagnose(
     } else {
         evidence.clone()
     };
-    let left = whats_left(&found.stand, &after_evidence);
+    // Chi2 goes as the inverse square of the noise.
+    let floor = FLOOR + 2.0 * SURELY * bench.noise_error;
+    let left = whats_left(&found.stand, &after_evidence, floor);
     let mut verdict = if some || !named_laws.is_empty() {
         Verdict::MissingPhysics
     } else if left.is_some() {
@@ -259,14 +262,14 @@ fn excess(fitted: &Fitted) -> f64 {
 }
 
 /// One sentence on what is not explained yet, if there is anything.
-fn whats_left(stand: &Stand, evidence: &Evidence) -> Option<String> {
+fn whats_left(stand: &Stand, evidence: &Evidence, floor: f64) -> Option<String> {
     let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
     let worst = stand
         .held_out
         .iter()
         .map(per_value)
         .fold(per_value(&stand.train), f64::max);
-    if worst > FLOOR {
+    if worst > floor {
         return Some(format!(
             "what is left is {:.2} times the noise in the mean square: something is still not explained",
             worst

@@ -14,6 +14,9 @@ const FAR: f64 = 0.3;
 pub const TRAIN_GAIN: f64 = 30.0;
 /// The same where the best of many times or frequencies was searched for.
 const SEARCHED_GAIN: f64 = 50.0;
+/// An earlier effect that brought so many times more than a later one is not asked again
+/// whether it is needed.
+const SURE: f64 = 4.0;
 /// Least fall on the recordings kept out.
 pub const HELD_GAIN: f64 = 10.0;
 /// A further name must explain this share of what the first ones explained.
@@ -290,6 +293,14 @@ fn drop_needless(
     while stand.named.len() > 1 && k + 1 < stand.named.len() {
         if control.cancelled() {
             break;
+        }
+        // Each was the best of its round: without it at least what the next ones brought
+        // would be lost.
+        let latest = stand.named.last().map_or(0.0, |n| n.gain.0);
+        let own = stand.named[k].gain.0;
+        if latest > SURE * TRAIN_GAIN && own > SURE * latest {
+            k += 1;
+            continue;
         }
         let mut without = stand.clone();
         let dropped = without.named.remove(k);

@@ -376,6 +376,9 @@ pub fn strips(
     (strips, proofs)
 }
 
+/// A stay shorter than this may be no stay \[s\].
+const LANDING: f64 = 1e-3;
+
 /// How far the worst stretch is above the usual, in units of what chance leaves.
 pub fn most_local(fitted: &Fitted) -> f64 {
     let Ok(samples) = samples(fitted) else {
@@ -385,7 +388,11 @@ pub fn most_local(fitted: &Fitted) -> f64 {
     for group in samples.chunk_by(|a, b| a.segment == b.segment) {
         let white = group.iter().flat_map(|s| [s.white.0, s.white.1]);
         let (sum, n) = mean_square(white.map(|w| w.clamp(-6.0, 6.0)));
-        if n > 30 {
+        // In a short stay the mass may still hop, too low to be seen by itself.
+        let lands = group
+            .last()
+            .is_some_and(|s| s.regime == Regime::Contact && s.since < LANDING);
+        if n > 30 && !lands {
             all.push((sum / n as f64, n as f64));
         }
     }

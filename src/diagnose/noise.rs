@@ -57,8 +57,9 @@ pub struct Stays<'a> {
 /// One instrument has one noise: estimates from single recordings, each with its number
 /// of samples, become the one of all where they agree as far as so many samples tell. Where
 /// the motion itself is quick, it passes for noise of neighbouring samples: those far
-/// noisier than the quietest take the common one too.
-pub fn pool(estimates: &mut [(usize, &mut f64)]) {
+/// noisier than the quietest take the common one too. Returns the relative standard error
+/// of the common one; infinite if there is none.
+pub fn pool(estimates: &mut [(usize, &mut f64)]) -> f64 {
     let known = |sigma: f64| sigma.is_finite() && sigma > 0.0;
     let least = estimates
         .iter()
@@ -72,15 +73,17 @@ pub fn pool(estimates: &mut [(usize, &mut f64)]) {
     }
     let common = sum / samples;
     if !known(common) {
-        return;
+        return f64::INFINITY;
     }
+    let error_of = |samples: f64| ESTIMATE_ERROR / samples.max(1.0).sqrt();
     for (n, sigma) in estimates {
-        let error = ESTIMATE_ERROR / (*n as f64).max(1.0).sqrt();
+        let error = error_of(*n as f64);
         let agrees = (**sigma / common - 1.0).abs() < AGREES * error;
         if agrees || !near(**sigma) {
             **sigma = common;
         }
     }
+    error_of(samples)
 }
 
 /// Noise of the proof mass's reading from the stays of all recordings, as seen against
