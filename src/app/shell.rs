@@ -4,6 +4,7 @@
 mod bars;
 mod diagnosis;
 mod keep;
+mod kept;
 mod picture;
 mod toasts;
 
@@ -21,11 +22,12 @@ use super::dialogs::Dialogs;
 use super::files::{Files, absolute};
 use super::history::History;
 use super::layout::Layout;
-use super::setup::{DriveChoice, OverlayId, Picture, Setup, View};
+use super::setup::{DriveChoice, Overlay, OverlayId, Picture, Setup, View};
 use super::state::{About, Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
 use super::{WindowOptions, first_start, session, theme, workspaces};
 
+pub(super) use kept::Return;
 pub use picture::PictureOutcome;
 
 /// The application.
@@ -48,6 +50,8 @@ pub struct Shell {
     pub(super) order: Vec<PathBuf>,
     /// Device whose usual live speed is set.
     pub(super) speed_of: String,
+    /// How far the kept curve of a session is.
+    pub(super) kept: Return,
     worker: Worker,
     sent: Option<Wish>,
     recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
@@ -143,6 +147,7 @@ impl Shell {
             next_overlay: last_id.max(shown),
             absent,
             order,
+            kept: Return::Open,
             worker,
             sent: None,
             recorded: None,
@@ -233,18 +238,7 @@ impl Shell {
         {
             return drive.clone();
         }
-        let name = overlay.recording.name.clone();
-        let drive = match overlay.recording.drive_table() {
-            None => Err(format!("{name} has no voltage; choose another drive")),
-            // On the recording's clock as it is drawn: shifted.
-            Some((time, voltage)) => VoltageTable::from_recording(
-                name,
-                time.into_iter().map(|t| t + shift).collect(),
-                voltage,
-            )
-            .map(|table| Waveform::Table(Arc::new(table)))
-            .map_err(|error| error.to_string()),
-        };
+        let drive = recorded_drive(overlay, shift);
         self.recorded = Some(((id, shift), drive.clone()));
         drive
     }
@@ -342,7 +336,12 @@ impl Shell {
     /// One frame of the window.
     fn show(&mut self, ui: &mut Ui) {
         self.take_news();
+        let idle = self.files.pending() == 0;
         super::actions::take_files(self);
+        // What was read before has been taken over: the recordings are all here.
+        if idle && self.files.pending() == 0 {
+            self.bring_back_kept();
+        }
         self.take_diagnosis();
         if self.themed != Some(self.state.view.dark) {
             self.themed = Some(self.state.view.dark);
@@ -366,6 +365,22 @@ impl Shell {
     }
 }
 
+/// A recording's voltage as drive, on the recording's clock as it is drawn: shifted by
+/// `shift` [s].
+fn recorded_drive(overlay: &Overlay, shift: f64) -> Result<Waveform, String> {
+    let name = overlay.recording.name.clone();
+    match overlay.recording.drive_table() {
+        None => Err(format!("{name} has no voltage; choose another drive")),
+        Some((time, voltage)) => VoltageTable::from_recording(
+            name,
+            time.into_iter().map(|t| t + shift).collect(),
+            voltage,
+        )
+        .map(|table| Waveform::Table(Arc::new(table)))
+        .map_err(|error| error.to_string()),
+    }
+}
+
 /// A simulator's error at the parameter that it names.
 fn refusal(error: &SimError) -> Refusal {
     Refusal {
@@ -382,6 +397,10 @@ pub(super) fn import_entry(files: &Files, entry: &session::RecordingEntry) {
 }
 
 #[cfg(test)]
+mod access_tests;
+#[cfg(test)]
 mod diagnosis_tests;
+#[cfg(test)]
+mod kept_tests;
 #[cfg(test)]
 mod tests;
