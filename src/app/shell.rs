@@ -3,6 +3,7 @@
 
 mod bars;
 mod diagnosis;
+mod drive;
 mod keep;
 mod kept;
 mod picture;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::sim::SimError;
 
@@ -22,7 +23,7 @@ use super::dialogs::Dialogs;
 use super::files::{Files, absolute};
 use super::history::History;
 use super::layout::Layout;
-use super::setup::{DriveChoice, Overlay, OverlayId, Picture, Setup, View};
+use super::setup::{OverlayId, Picture, Setup, View};
 use super::state::{About, Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
 use super::{WindowOptions, first_start, session, theme, workspaces};
@@ -222,27 +223,6 @@ impl Shell {
         }
     }
 
-    /// The drive with a recording's voltage resolved; made once per recording.
-    fn drive(&mut self) -> Result<Waveform, String> {
-        let id = match &self.state.setup.drive {
-            DriveChoice::Waveform(waveform) => return Ok(waveform.clone()),
-            DriveChoice::Recorded(id) => *id,
-        };
-        let overlay = self.state.setup.overlays.iter().find(|o| o.id == id);
-        let Some(overlay) = overlay else {
-            return Err("the recording that drives is gone; choose another drive".to_owned());
-        };
-        let shift = overlay.alignment.time_shift;
-        if let Some((known, drive)) = &self.recorded
-            && *known == (id, shift)
-        {
-            return drive.clone();
-        }
-        let drive = recorded_drive(overlay, shift);
-        self.recorded = Some(((id, shift), drive.clone()));
-        drive
-    }
-
     /// Sends the worker what is to be shown, if that has changed.
     fn ask_worker(&mut self) {
         let drive = match self.drive() {
@@ -362,22 +342,6 @@ impl Shell {
         self.keep(ui);
         self.layout.update(ui.ctx(), &self.state);
         self.picture(ui);
-    }
-}
-
-/// A recording's voltage as drive, on the recording's clock as it is drawn: shifted by
-/// `shift` [s].
-fn recorded_drive(overlay: &Overlay, shift: f64) -> Result<Waveform, String> {
-    let name = overlay.recording.name.clone();
-    match overlay.recording.drive_table() {
-        None => Err(format!("{name} has no voltage; choose another drive")),
-        Some((time, voltage)) => VoltageTable::from_recording(
-            name,
-            time.into_iter().map(|t| t + shift).collect(),
-            voltage,
-        )
-        .map(|table| Waveform::Table(Arc::new(table)))
-        .map_err(|error| error.to_string()),
     }
 }
 

@@ -12,7 +12,8 @@ use egui_kittest::{Harness, Node};
 
 use super::tests::{harness_of, preset, read_all, recording, wait};
 use super::*;
-use crate::app::setup::Mode;
+use crate::app::setup::{DriveChoice, Mode};
+use crate::model::drive::VoltageTable;
 
 /// What a person acts on.
 const CONTROLS: [Role; 12] = [

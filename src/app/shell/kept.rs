@@ -2,6 +2,7 @@
 //! has one.
 
 use super::Shell;
+use super::drive::recorded_drive;
 use crate::app::files::FileEvent;
 use crate::app::kept::Kept;
 use crate::app::setup::{DriveChoice, OverlayId};
@@ -101,7 +102,7 @@ impl Shell {
     fn voltage_of(&self, id: OverlayId, shift: f64) -> Result<Waveform, String> {
         let overlay = self.state.setup.overlays.iter().find(|o| o.id == id);
         match overlay {
-            Some(overlay) => super::recorded_drive(overlay, shift),
+            Some(overlay) => recorded_drive(overlay, shift),
             None => Err(
                 "the recording that drove it is gone; load it again, or drop the curve with G"
                     .to_owned(),

@@ -9,7 +9,7 @@ use egui_kittest::kittest::Queryable;
 
 use super::tests::{harness_of, preset, read_all, recording, set_alpha, settle, wait};
 use super::*;
-use crate::app::setup::Mode;
+use crate::app::setup::{DriveChoice, Mode};
 use crate::model::parameter::ParameterId;
 
 fn save(shell: &Shell, path: &Path) {
