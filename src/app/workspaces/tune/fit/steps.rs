@@ -6,6 +6,7 @@ use egui_plot::{Corner, Legend, Line, Plot, PlotPoints, Points};
 
 use super::heading;
 use crate::app::identification::Finding;
+use crate::app::plots::style;
 use crate::app::state::State;
 use crate::app::workspaces::tune::{error_color, small};
 use crate::fit::steps::adhesion::Adhesion;
@@ -279,6 +280,8 @@ fn adhesion(ui: &mut Ui, found: &Adhesion) {
 
 fn film(ui: &mut Ui, found: &Film) {
     if let Some(decay) = &found.decay {
+        let palette = style::palette(ui);
+        let (with, without) = (palette.proof_mass, palette.impact);
         // All three would lie on each other: what tells them apart is drawn below.
         let rest = |values: &[f64]| -> PlotPoints<'static> {
             let points: Vec<[f64; 2]> = (decay.time.iter())
@@ -297,16 +300,36 @@ fn film(ui: &mut Ui, found: &Film) {
             points.into()
         };
         plot("step film", "time after break-off [ms]", "xp [\u{b5}m]").show(ui, |plot| {
-            plot.line(Line::new("recording", line(&decay.measured)).width(2.5));
-            plot.line(Line::new("with film", line(&decay.with_film)).width(1.5));
-            plot.line(Line::new("without film", line(&decay.without_film)).width(1.0));
+            plot.line(
+                Line::new("recording", line(&decay.measured))
+                    .color(palette.text)
+                    .width(2.5),
+            );
+            plot.line(
+                Line::new("with film", line(&decay.with_film))
+                    .color(with)
+                    .width(1.5),
+            );
+            plot.line(
+                Line::new("without film", line(&decay.without_film))
+                    .color(without)
+                    .width(1.0),
+            );
         });
         let name = "model - recording [\u{b5}m]";
         plot("step film residual", "time after break-off [ms]", name)
             .height(170.0)
             .show(ui, |plot| {
-                plot.line(Line::new("with film", rest(&decay.with_film)).width(1.5));
-                plot.line(Line::new("without film", rest(&decay.without_film)).width(1.0));
+                plot.line(
+                    Line::new("with film", rest(&decay.with_film))
+                        .color(with)
+                        .width(1.5),
+                );
+                plot.line(
+                    Line::new("without film", rest(&decay.without_film))
+                        .color(without)
+                        .width(1.0),
+                );
             });
     }
     for p in &found.fit.parameters {
