@@ -159,15 +159,11 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             state.scrub = None;
             state.paused = false;
         }
-        Command::ToggleGhost => {
-            state.ghost = match state.ghost.take() {
-                Some(_) => None,
-                None => state.snapshot.clone(),
-            };
-        }
+        Command::ToggleGhost => shell.toggle_kept(),
         Command::TogglePicture(picture) => {
             if !state.view.pictures.remove(&picture) {
                 state.view.pictures.insert(picture);
+                state.reveal = Some(picture);
             }
         }
         Command::ZoomAll => state.view.time_range = None,

@@ -17,8 +17,10 @@ use crate::recording::align::Aligned;
 use crate::recording::csv::{ImportSettings, Preview, preview};
 
 use super::file_jobs::{Context, Jobs, Repaint};
+use super::kept::Kept;
 use super::session::{Loaded, RecordingEntry};
 use super::setup::OverlayId;
+use super::snapshot::Snapshot;
 use super::worker::panic_text;
 
 pub use super::file_jobs::Working;
@@ -51,6 +53,13 @@ pub enum FileEvent {
     Lost { id: OverlayId, message: String },
     /// A drive read from a file.
     Drive { waveform: Waveform },
+    /// A session's kept curve was computed again.
+    Kept {
+        kept: Box<Kept>,
+        run: Result<Arc<Snapshot>, String>,
+    },
+    /// The system has no file dialog: the path must be typed. `None` is for opening.
+    TypePath { purpose: Option<Purpose> },
     /// A place to save to was chosen.
     SaveTo { purpose: Purpose, path: PathBuf },
 }
@@ -217,7 +226,7 @@ impl Files {
             Arc::clone(&self.repaint),
             self.jobs.clone(),
         );
-        self.dialog(move || {
+        self.dialog(None, move || {
             let paths = rfd::FileDialog::new()
                 .add_filter(
                     "recordings, presets, sessions",
@@ -237,7 +246,7 @@ impl Files {
     /// Shows the system's dialog for saving.
     pub fn save_dialog(&self, purpose: Purpose) {
         let send = self.send.clone();
-        self.dialog(move || {
+        self.dialog(Some(purpose), move || {
             let path = rfd::FileDialog::new()
                 .set_file_name(purpose.file_name())
                 .save_file();
@@ -251,7 +260,8 @@ impl Files {
     }
 
     /// Runs a dialog of the system, one at a time; `show` says whether a file was chosen.
-    fn dialog(&self, show: impl FnOnce() -> bool + Send + 'static) {
+    /// Where there is none, the path is asked for.
+    fn dialog(&self, purpose: Option<Purpose>, show: impl FnOnce() -> bool + Send + 'static) {
         if self.asking.swap(true, Ordering::AcqRel) {
             return self.fail(
                 "the system's file dialog is already open, or hangs; \"Open path...\" and dropping a file on the window need none".to_owned(),
@@ -269,17 +279,18 @@ impl Files {
                 let outcome = catch_unwind(AssertUnwindSafe(show));
                 let message = match outcome {
                     Err(panic) => Some(format!(
-                        "the system's file dialog failed: {}; use \"Open path...\"",
+                        "the system's file dialog failed: {}: type the path",
                         panic_text(panic.as_ref())
                     )),
                     Ok(false) if since.elapsed() < UNSEEN => Some(
-                        "the system showed no file dialog; use \"Open path...\", type the path when saving, or drop a file on the window".to_owned(),
+                        "the system showed no file dialog: type the path, or drop a file on the window".to_owned(),
                     ),
                     Ok(_) => None,
                 };
                 asking.store(false, Ordering::Release);
                 if let Some(message) = message {
                     let _ = send.send(FileEvent::Failed { message });
+                    let _ = send.send(FileEvent::TypePath { purpose });
                 }
                 repaint();
             });

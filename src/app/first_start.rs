@@ -89,6 +89,7 @@ pub fn state(setup: Setup, view: View) -> State {
         paused: false,
         scrub: None,
         cursors: Cursors::default(),
+        reveal: None,
         commands: Vec::new(),
         notices: Vec::new(),
         drive_editor_open: false,

@@ -66,20 +66,23 @@ impl Layout {
             .collect();
         let parameters =
             serde_json::to_value(state.setup.preset.model.parameters).unwrap_or(Value::Null);
-        let contents = json!({
+        let mut contents = json!({
             "widgets": widgets,
             "residuals": residuals,
             "curve": curve,
             "parameters": parameters,
             "diagnosis": state.diagnosing.shown().map(|a| headline(&a.diagnosis)),
+            "time_range": state.view.time_range,
             "generation": state.snapshot.as_ref().map(|s| s.generation),
             "notices": state.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>(),
         });
         if contents != self.written {
+            self.written = contents.clone();
+            // How often the window was drawn so far; alone no reason to write.
+            contents["frames"] = context.cumulative_frame_nr().into();
             if let Err(error) = write_atomically(file, contents.to_string().as_bytes()) {
                 log::warn!("{error}");
             }
-            self.written = contents;
         }
     }
 }

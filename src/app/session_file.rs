@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::preset::Preset;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
 
+use super::drive_entry::DriveEntry;
 use super::first_start;
 use super::session::Loaded;
-use super::setup::{DriveChoice, Overlay, Role, Setup, View};
+use super::setup::{Overlay, Role, Setup, View};
 
 /// Version that is written and read.
 pub const FORMAT: u32 = 1;
@@ -48,22 +48,6 @@ struct File {
     recordings: Option<usize>,
     #[serde(default)]
     recording: Vec<RecordingEntry>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum DriveEntry {
-    Waveform(String),
-    Chirp {
-        text: String,
-        sweep: f64,
-    },
-    Table {
-        name: String,
-        time: Vec<f64>,
-        voltage: Vec<f64>,
-    },
-    Recorded(u64),
 }
 
 /// A recording that a session refers to.
@@ -107,27 +91,11 @@ pub fn to_text(
     absent: &[RecordingEntry],
     folder: &Path,
 ) -> Result<String, String> {
-    let drive = match &setup.drive {
-        DriveChoice::Recorded(id) => DriveEntry::Recorded(*id),
-        DriveChoice::Waveform(Waveform::Table(table)) => {
-            let (time, voltage) = table.points();
-            DriveEntry::Table {
-                name: table.name.clone(),
-                time: time.to_vec(),
-                voltage: voltage.to_vec(),
-            }
-        }
-        DriveChoice::Waveform(waveform @ Waveform::Chirp { duration, .. }) => DriveEntry::Chirp {
-            text: waveform.to_string(),
-            sweep: *duration,
-        },
-        DriveChoice::Waveform(waveform) => DriveEntry::Waveform(waveform.to_string()),
-    };
     let file = File {
         impactscope_session: FORMAT,
         duration: setup.duration,
         locked: setup.locked.clone(),
-        drive,
+        drive: DriveEntry::of(&setup.drive),
         preset: setup.preset.to_toml(),
         original: (setup.preset != *setup.original).then(|| setup.original.to_toml()),
         view: view.clone(),
@@ -223,20 +191,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
             .map_err(|error| error.to_string())?,
         None => preset.clone(),
     };
-    let parse = |text: &str, sweep| Waveform::parse(text, sweep).map_err(|error| error.to_string());
-    let drive = match file.drive {
-        DriveEntry::Recorded(id) => DriveChoice::Recorded(id),
-        DriveEntry::Waveform(text) => DriveChoice::Waveform(parse(&text, file.duration)?),
-        DriveEntry::Chirp { text, sweep } => DriveChoice::Waveform(parse(&text, sweep)?),
-        DriveEntry::Table {
-            name,
-            time,
-            voltage,
-        } => {
-            let table = VoltageTable::new(name, time, voltage, 0.0).map_err(|e| e.to_string())?;
-            DriveChoice::Waveform(Waveform::Table(Arc::new(table)))
-        }
-    };
+    let drive = file.drive.read(file.duration)?;
     let (shipped, recordings): (Vec<_>, Vec<_>) = file
         .recording
         .into_iter()

@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::app::first_start;
+use crate::app::kept::Kept;
 use crate::app::setup::{DriveChoice, Overlay, Role};
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::effects::{self, ActiveEffect};
@@ -264,4 +265,43 @@ fn a_failed_save_leaves_the_former_file_and_nothing_else() {
     assert!(save(&taken, &setup(), &View::default(), &[]).is_err());
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1, "{left:?}");
+}
+
+#[test]
+fn the_kept_curve_is_in_the_session_and_older_ones_have_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let mut setup = setup();
+    setup
+        .overlays
+        .push(overlay(7, &folder.path().join("one.csv")));
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let older = std::fs::read_to_string(&path).unwrap();
+    assert!(!older.contains("kept"), "{older}");
+    assert_eq!(load(&path).unwrap().view.kept, None);
+    let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0], 0.0).unwrap();
+    for drive in [
+        DriveChoice::Waveform(Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap()),
+        DriveChoice::Waveform(Waveform::Table(Arc::new(table))),
+        DriveChoice::Recorded(7),
+    ] {
+        let kept = Kept {
+            preset: Preset::embedded("oscillator").unwrap(),
+            drive,
+            shift: 1.5e-3,
+            duration: 0.3,
+        };
+        let view = View {
+            kept: Some(kept),
+            ..View::default()
+        };
+        save(&path, &setup, &view, &[]).unwrap();
+        let loaded = load(&path).unwrap();
+        assert_eq!(loaded.view, view);
+        assert_eq!(loaded.recordings.len(), 1);
+    }
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("duration = 0.3", "duration = -0.3")).unwrap();
+    let error = load(&path).unwrap_err();
+    assert!(error.to_string().contains("kept curve"), "{error}");
 }

@@ -11,6 +11,8 @@ use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
 
+use super::kept::Kept;
+
 /// Number of a recording within a session; never used again for another.
 pub type OverlayId = u64;
 
@@ -163,6 +165,8 @@ pub struct View {
     pub time_range: Option<(f64, f64)>,
     /// Name of the workspace.
     pub workspace: String,
+    /// The curve kept for comparison, if a session can bring it back.
+    pub kept: Option<Kept>,
 }
 
 impl Default for View {
@@ -184,6 +188,7 @@ impl Default for View {
             switched_curves: BTreeSet::new(),
             time_range: None,
             workspace: "tune".to_owned(),
+            kept: None,
         }
     }
 }

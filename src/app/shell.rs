@@ -3,7 +3,9 @@
 
 mod bars;
 mod diagnosis;
+mod drive;
 mod keep;
+mod kept;
 mod picture;
 mod toasts;
 
@@ -12,7 +14,7 @@ use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::sim::SimError;
 
@@ -21,11 +23,12 @@ use super::dialogs::Dialogs;
 use super::files::{Files, absolute};
 use super::history::History;
 use super::layout::Layout;
-use super::setup::{DriveChoice, OverlayId, Picture, Setup, View};
+use super::setup::{OverlayId, Picture, Setup, View};
 use super::state::{About, Notice, Refusal, State};
 use super::worker::{News, Wish, Worker};
 use super::{WindowOptions, first_start, session, theme, workspaces};
 
+pub(super) use kept::Return;
 pub use picture::PictureOutcome;
 
 /// The application.
@@ -48,6 +51,8 @@ pub struct Shell {
     pub(super) order: Vec<PathBuf>,
     /// Device whose usual live speed is set.
     pub(super) speed_of: String,
+    /// How far the kept curve of a session is.
+    pub(super) kept: Return,
     worker: Worker,
     sent: Option<Wish>,
     recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
@@ -143,6 +148,7 @@ impl Shell {
             next_overlay: last_id.max(shown),
             absent,
             order,
+            kept: Return::Open,
             worker,
             sent: None,
             recorded: None,
@@ -215,38 +221,6 @@ impl Shell {
             self.speed_of.clone_from(&setup.preset.model.name);
             self.state.view.slow_down = workspaces::tune::usual_speed(setup);
         }
-    }
-
-    /// The drive with a recording's voltage resolved; made once per recording.
-    fn drive(&mut self) -> Result<Waveform, String> {
-        let id = match &self.state.setup.drive {
-            DriveChoice::Waveform(waveform) => return Ok(waveform.clone()),
-            DriveChoice::Recorded(id) => *id,
-        };
-        let overlay = self.state.setup.overlays.iter().find(|o| o.id == id);
-        let Some(overlay) = overlay else {
-            return Err("the recording that drives is gone; choose another drive".to_owned());
-        };
-        let shift = overlay.alignment.time_shift;
-        if let Some((known, drive)) = &self.recorded
-            && *known == (id, shift)
-        {
-            return drive.clone();
-        }
-        let name = overlay.recording.name.clone();
-        let drive = match overlay.recording.drive_table() {
-            None => Err(format!("{name} has no voltage; choose another drive")),
-            // On the recording's clock as it is drawn: shifted.
-            Some((time, voltage)) => VoltageTable::from_recording(
-                name,
-                time.into_iter().map(|t| t + shift).collect(),
-                voltage,
-            )
-            .map(|table| Waveform::Table(Arc::new(table)))
-            .map_err(|error| error.to_string()),
-        };
-        self.recorded = Some(((id, shift), drive.clone()));
-        drive
     }
 
     /// Sends the worker what is to be shown, if that has changed.
@@ -342,7 +316,12 @@ impl Shell {
     /// One frame of the window.
     fn show(&mut self, ui: &mut Ui) {
         self.take_news();
+        let idle = self.files.pending() == 0;
         super::actions::take_files(self);
+        // What was read before has been taken over: the recordings are all here.
+        if idle && self.files.pending() == 0 {
+            self.bring_back_kept();
+        }
         self.take_diagnosis();
         if self.themed != Some(self.state.view.dark) {
             self.themed = Some(self.state.view.dark);
@@ -382,6 +361,10 @@ pub(super) fn import_entry(files: &Files, entry: &session::RecordingEntry) {
 }
 
 #[cfg(test)]
+mod access_tests;
+#[cfg(test)]
 mod diagnosis_tests;
+#[cfg(test)]
+mod kept_tests;
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::model::Model;
+use crate::model::drive::Waveform;
 use crate::recording::compare::{Comparison, compare};
 use crate::recording::features::Features;
 use crate::recording::{Channel, Grid};
@@ -31,6 +32,9 @@ pub struct Snapshot {
     pub comparisons: Vec<OverlayComparison>,
     /// What the run cost.
     pub cost: Duration,
+    /// Drive and span [s] of a run that starts at rest and can be repeated; a live one
+    /// cannot.
+    pub run_of: Option<(Waveform, f64)>,
     /// Set in Live mode.
     pub live: Option<LiveState>,
 }
@@ -83,6 +87,7 @@ impl Snapshot {
                 .map(|overlay| OverlayComparison::new(overlay, &trace))
                 .collect(),
             cost,
+            run_of: None,
             live: None,
             trace,
         }

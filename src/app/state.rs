@@ -7,7 +7,7 @@ use super::command::Command;
 use super::diagnosing::Diagnosing;
 use super::fitting::Fitting;
 use super::identification::Identification;
-use super::setup::{OverlayId, Setup, View};
+use super::setup::{OverlayId, Picture, Setup, View};
 use super::snapshot::Snapshot;
 
 /// The two time cursors, shared by all plots. Times in seconds.
@@ -100,6 +100,8 @@ pub struct State {
     pub scrub: Option<f64>,
     /// Cursors of the plots.
     pub cursors: Cursors,
+    /// The picture that was just switched on, to be brought into view.
+    pub reveal: Option<Picture>,
     /// The recording that commands act on.
     pub selected: Option<OverlayId>,
     /// Commands for the shell, run after the frame is drawn.

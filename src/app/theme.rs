@@ -1,6 +1,6 @@
 //! Colours and sizes of the whole window, dark and light.
 
-use eframe::egui::{Color32, Context, FontFamily, FontId, TextStyle, ThemePreference};
+use eframe::egui::{Color32, Context, FontFamily, FontId, TextStyle, Theme, ThemePreference};
 
 /// Sets sizes once and the colours of the theme.
 pub fn apply(context: &Context, dark: bool) {
@@ -8,6 +8,10 @@ pub fn apply(context: &Context, dark: bool) {
         ThemePreference::Dark
     } else {
         ThemePreference::Light
+    });
+    // White fields on near white would not be seen.
+    context.style_mut_of(Theme::Light, |style| {
+        style.visuals.text_edit_bg_color = Some(Color32::from_gray(0xe4));
     });
     context.all_styles_mut(|style| {
         style.text_styles.insert(

@@ -297,7 +297,9 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 None => started.elapsed(),
             };
             self.generation += 1;
-            let snapshot = Snapshot::new(self.generation, &wish.model, trace, &wish.overlays, cost);
+            let mut snapshot =
+                Snapshot::new(self.generation, &wish.model, trace, &wish.overlays, cost);
+            snapshot.run_of = Some((wish.drive.clone(), wish.duration));
             self.show(wish, snapshot.clone());
             snapshot
         };

@@ -8,7 +8,7 @@ use crate::app::diagnosing::Diagnosing;
 use crate::app::files::{FileEvent, Purpose};
 use crate::app::session::{Loaded, RecordingEntry};
 use crate::app::setup::{DriveChoice, Overlay, OverlayId};
-use crate::app::shell::{Shell, import_entry};
+use crate::app::shell::{Return, Shell, import_entry};
 use crate::app::state::{About, Cursors};
 use crate::app::workspaces::tune;
 use crate::model::unit::format_quantity;
@@ -70,6 +70,22 @@ pub fn take(shell: &mut Shell) {
             FileEvent::Drive { waveform } => {
                 shell.state.setup.drive = DriveChoice::Waveform(waveform);
             }
+            FileEvent::Kept { kept, run } => {
+                // It may have been dropped meanwhile, or another one kept.
+                if shell.state.view.kept.as_ref() == Some(&*kept) {
+                    match run {
+                        Ok(run) => shell.state.ghost = Some(run),
+                        Err(reason) => {
+                            shell.fail(format!("The kept curve (A/B) is not shown: {reason}"));
+                        }
+                    }
+                }
+            }
+            FileEvent::TypePath { purpose } => {
+                if !shell.dialogs.is_open() {
+                    shell.dialogs.ask_path(purpose);
+                }
+            }
             FileEvent::SaveTo { purpose, path } => save(shell, purpose, path),
         }
     }
@@ -90,6 +106,8 @@ fn adopt_session(shell: &mut Shell, path: PathBuf, loaded: Loaded) {
     let state = &mut shell.state;
     // What belongs to the former session ends with it.
     state.ghost = None;
+    shell.kept = Return::Open;
+    let state = &mut shell.state;
     let tally = state.diagnosing.trial.tally;
     state.diagnosing = Diagnosing::default();
     state.diagnosing.trial.tally = tally;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::Color32;
 
+use crate::app::setup::OverlayId;
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
 
@@ -61,6 +62,8 @@ pub struct Curve {
     pub dots: bool,
     /// Whether only its name is shown.
     pub hidden: bool,
+    /// The recording that it is of.
+    pub owner: Option<OverlayId>,
 }
 
 impl Curve {
@@ -75,6 +78,7 @@ impl Curve {
             dashed: false,
             dots: false,
             hidden: false,
+            owner: None,
         }
     }
 
@@ -99,6 +103,12 @@ impl Curve {
     /// Hidden until it is asked for.
     pub fn hidden(mut self) -> Self {
         self.hidden = true;
+        self
+    }
+
+    /// Of a recording.
+    pub fn owned(mut self, owner: OverlayId) -> Self {
+        self.owner = Some(owner);
         self
     }
 

@@ -104,12 +104,12 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     None => ui.add_space(SPACING),
                 }
             }
-            if !plots.is_empty()
-                && let Some(key) = readout.show(ui)
-            {
+            if !plots.is_empty() {
                 let switched = &mut state.view.switched_curves;
-                if !switched.remove(&key) {
-                    switched.insert(key);
+                for key in readout.show(ui) {
+                    if !switched.remove(&key) {
+                        switched.insert(key);
+                    }
                 }
             }
             time_plots(ui, state, plots, &heights);
@@ -120,7 +120,14 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             if !planes.is_empty() {
                 ui.add_space(SPACING);
                 side_by_side(ui, state, &planes, plane_height);
+                if state
+                    .reveal
+                    .is_some_and(|picture| planes.contains(&picture))
+                {
+                    ui.scroll_to_cursor(None);
+                }
             }
+            state.reveal = None;
         });
 }
 
@@ -204,7 +211,13 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(
         let lowest = i == last;
         let height = heights[i].1 + if lowest { TIME_AXIS } else { 0.0 };
         let name = format!("plot {}", plot.picture.name());
+        let reveal = state.reveal == Some(plot.picture);
         let reply = plot.show(ui, &common, height, lowest);
+        if reveal {
+            let mut rect = reply.response.rect;
+            rect.max.y += TIME_AXIS;
+            ui.scroll_to_rect(rect, None);
+        }
         layout::note(ui.ctx(), &name, reply.response.rect);
         window::react(ui, state, &reply);
         if !lowest {

@@ -8,8 +8,9 @@ use eframe::egui::{
 
 use crate::app::state::State;
 use crate::model::unit::format_quantity;
-use crate::recording::Grid;
+use crate::recording::{Channel, Grid};
 
+use super::curve::Curve;
 use super::layer::{Mark, mark};
 use super::style;
 use super::time_plot::TimePlot;
@@ -33,12 +34,17 @@ struct Entry {
     value: String,
     switch: Option<Switch>,
     mark: Option<Mark>,
+    /// Said when the pointer is over it, a line each.
+    details: Vec<String>,
 }
 
 /// What a click on an entry shows or hides.
 #[derive(Debug, Clone)]
 struct Switch {
-    key: String,
+    /// What it is called by screen readers.
+    name: String,
+    /// Curves that a click switches.
+    keys: Vec<String>,
     hidden: bool,
 }
 
@@ -61,14 +67,21 @@ impl Readout {
                 value: value.map_or_else(String::new, |value| format_quantity(value, base, 4)),
                 switch,
                 mark: None,
+                details: vec![name.to_owned()],
             });
         };
         add(None, "t", time, "s", None);
+        let crowd = is_crowd(state);
         for plot in plots {
             for curve in &plot.curves {
+                if crowd && curve.owner.is_some() {
+                    continue;
+                }
                 let value = time.and_then(|t| curve.value_at(t));
+                let key = plot.key(curve);
                 let switch = Switch {
-                    key: plot.key(curve),
+                    name: key.clone(),
+                    keys: vec![key],
                     hidden: curve.hidden,
                 };
                 let color = Some(curve.color);
@@ -99,13 +112,19 @@ impl Readout {
             let rate = (span != 0.0).then(|| 1.0 / span.abs());
             add(color, "1/dt", rate, "Hz", None);
             for plot in plots {
-                for curve in plot.drawn() {
+                let told = |curve: &&Curve| {
+                    !crowd || curve.owner.is_none() || curve.owner == state.selected
+                };
+                for curve in plot.drawn().filter(told) {
                     let ends = curve.value_at(second).zip(curve.value_at(first));
                     let name = format!("\u{394} {}", shortened(&curve.name));
                     let difference = ends.map(|(b, a)| b - a);
                     add(Some(curve.color), &name, difference, plot.base, None);
                 }
             }
+        }
+        if crowd {
+            entries.extend(of_recordings(ui, state, plots, time));
         }
         let has_ground = state.setup.preset.model.has_ground;
         if has_ground && plots.iter().any(|plot| plot.events.is_some()) {
@@ -120,6 +139,7 @@ impl Readout {
                     value: String::new(),
                     switch: None,
                     mark: Some(mark),
+                    details: Vec::new(),
                 });
             }
         }
@@ -148,9 +168,9 @@ impl Readout {
         self.rows(width).len() as f32 * ROW
     }
 
-    /// Draws it over the whole width. Returns the key of a curve that is to be switched.
-    pub fn show(&self, ui: &mut Ui) -> Option<String> {
-        let mut switched = None;
+    /// Draws it over the whole width. Returns the keys of curves that are to be switched.
+    pub fn show(&self, ui: &mut Ui) -> Vec<String> {
+        let mut switched = Vec::new();
         for row in self.rows(ui.available_width()) {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing = vec2(4.0, 0.0);
@@ -159,8 +179,10 @@ impl Readout {
                     let size = vec2(entry.width() - 4.0, ROW);
                     ui.allocate_ui_with_layout(size, layout, |ui| {
                         ui.set_min_size(size);
-                        if entry.show(ui) {
-                            switched = entry.switch.as_ref().map(|switch| switch.key.clone());
+                        if entry.show(ui)
+                            && let Some(switch) = &entry.switch
+                        {
+                            switched.clone_from(&switch.keys);
                         }
                     });
                 }
@@ -170,9 +192,66 @@ impl Readout {
     }
 }
 
+/// Most recordings whose curves all have a name of their own.
+const FEW: usize = 3;
+
+/// Whether there are so many recordings that each has one name for all its curves.
+fn is_crowd(state: &State) -> bool {
+    let visible = state.setup.overlays.iter().filter(|o| o.visible);
+    visible.count() > FEW
+}
+
+/// One entry for each recording that is drawn, with the value of its proof mass; the
+/// other values are said when the pointer is over it.
+fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for overlay in &state.setup.overlays {
+        let (mut keys, mut details) = (Vec::new(), vec![overlay.recording.name.clone()]);
+        let mut value = String::new();
+        let curves = plots.iter().flat_map(|plot| {
+            let own = plot.curves.iter().filter(|c| c.owner == Some(overlay.id));
+            own.map(move |curve| (plot, curve))
+        });
+        let all: Vec<_> = curves.collect();
+        let hidden = all.iter().all(|(_, curve)| curve.hidden);
+        for (plot, curve) in all {
+            // All are shown or hidden together.
+            if curve.hidden == hidden {
+                keys.push(plot.key(curve));
+            }
+            let Some(now) = time.and_then(|t| curve.value_at(t)) else {
+                continue;
+            };
+            let now = format_quantity(now, plot.base, 4);
+            let symbol = curve.name.split(' ').next().unwrap_or_default();
+            details.push(format!("{symbol} {now}"));
+            if symbol == Channel::ProofMass.symbol() {
+                value = now;
+            }
+        }
+        if keys.is_empty() {
+            continue;
+        }
+        let name = overlay.recording.name.clone();
+        entries.push(Entry {
+            color: Some(style::overlay_color(ui, overlay.color)),
+            switch: Some(Switch {
+                name: name.clone(),
+                keys,
+                hidden,
+            }),
+            name,
+            value,
+            mark: None,
+            details,
+        });
+    }
+    entries
+}
+
 /// A name that leaves room for others: without the usual ending, and where it is still
 /// long without its middle, since names of a series differ at the end.
-fn shortened(name: &str) -> String {
+pub fn shortened(name: &str) -> String {
     let name = name.strip_suffix(".csv").unwrap_or(name);
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= MOST {
@@ -225,8 +304,8 @@ impl Entry {
         let Some(switch) = &self.switch else {
             return false;
         };
-        let response = ui.interact(cell, Id::unique(("switch", &switch.key)), Sense::click());
-        let label = format!("Show {}", switch.key);
+        let response = ui.interact(cell, Id::unique(("switch", &switch.name)), Sense::click());
+        let label = format!("Show {}", switch.name);
         response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, !switch.hidden, &label));
         if response.has_focus() {
             let stroke = ui.visuals().selection.stroke;
@@ -235,7 +314,7 @@ impl Entry {
         }
         let verb = if hidden { "show" } else { "hide" };
         response
-            .on_hover_text(format!("{}\nClick to {verb} it.", self.name))
+            .on_hover_text(format!("{}\nClick to {verb} it.", self.details.join("\n")))
             .clicked()
     }
 }

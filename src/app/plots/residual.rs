@@ -37,7 +37,7 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
         let color = style::overlay_color(ui, overlay.color);
         let name = format!("res {}", overlay.recording.name);
         plot.curves
-            .push(Curve::new(name, Arc::clone(pyramid), color));
+            .push(Curve::new(name, Arc::clone(pyramid), color).owned(overlay.id));
         if let Some(sigma) = noise::sigma(ui, overlay) {
             let half = sigma * overlay.alignment.xp_scale.abs();
             plot.bands.push((half, color.gamma_multiply(0.18)));

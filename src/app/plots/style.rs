@@ -108,23 +108,36 @@ pub fn palette(ui: &Ui) -> &'static Palette {
     }
 }
 
-/// Colour of a recording, by its place in the palette.
+/// Colour of a recording, by its place in the palette: the first six the colour-blind can
+/// tell apart, the next six all others can.
 pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
-    const DARK: [Color32; 6] = [
+    const DARK: [Color32; 12] = [
         rgb(0xe69f00),
         rgb(0x00b386),
         rgb(0xcc79a7),
         rgb(0xe8602a),
         rgb(0xb5d85a),
         rgb(0xd8c890),
+        rgb(0xb18cff),
+        rgb(0xff6f91),
+        rgb(0x9c7a4a),
+        rgb(0xe8e8e8),
+        rgb(0x5f9a3c),
+        rgb(0xe25be0),
     ];
-    const LIGHT: [Color32; 6] = [
+    const LIGHT: [Color32; 12] = [
         rgb(0xc07f00),
         rgb(0x008a64),
         rgb(0xb0528a),
         rgb(0xc44a00),
         rgb(0x6a8a00),
         rgb(0x7a6640),
+        rgb(0x6a3fd0),
+        rgb(0xd81b52),
+        rgb(0x54391a),
+        rgb(0x303030),
+        rgb(0x2f6b12),
+        rgb(0xa800a6),
     ];
     let colors = if ui.visuals().dark_mode { DARK } else { LIGHT };
     colors[index % colors.len()]

@@ -69,7 +69,8 @@ pub fn recorded(ui: &Ui, state: &State, channel: Channel) -> Vec<Curve> {
         let name = format!("{} {}", channel.symbol(), overlay.recording.name);
         let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
         let placed = Placed::aligned(&overlay.alignment, channel);
-        Some(curve.placed(placed).width(THIN).dots())
+        let curve = curve.placed(placed).owned(overlay.id);
+        Some(curve.width(THIN).dots())
     };
     let overlays = &state.setup.overlays;
     overlays

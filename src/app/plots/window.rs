@@ -64,16 +64,25 @@ pub fn in_view(state: &State) -> (f64, f64) {
     chosen.unwrap_or_else(|| all(state))
 }
 
+/// First and last time of all there is to see [s].
+fn widest(state: &State) -> (f64, f64) {
+    union([simulated(state), recorded(state)].into_iter().flatten()).unwrap_or_else(|| all(state))
+}
+
+/// Longest time that can be shown [s].
+fn longest(state: &State) -> f64 {
+    let (first, last) = widest(state);
+    match live(state) {
+        Some(_) => state.setup.duration.max(SHORTEST),
+        None => (1.2 * (last - first)).max(SHORTEST),
+    }
+}
+
 /// Shows `from` to `to` [s], no further out than there is something to see.
 fn look_at(state: &mut State, from: f64, to: f64) {
     let live = live(state);
-    let widest = union([simulated(state), recorded(state)].into_iter().flatten())
-        .unwrap_or_else(|| all(state));
-    let limit = match live {
-        Some(_) => state.setup.duration,
-        None => 1.2 * (widest.1 - widest.0),
-    };
-    let width = (to - from).clamp(SHORTEST, limit.max(SHORTEST));
+    let widest = widest(state);
+    let width = (to - from).clamp(SHORTEST, longest(state));
     let middle = 0.5 * (from + to);
     let (mut from, mut to) = (middle - 0.5 * width, middle + 0.5 * width);
     if let Some(live) = live {
@@ -161,6 +170,9 @@ fn zoom(ui: &Ui, state: &mut State, (from, to): (f64, f64), time: f64) {
         look_at(state, from + shift, to + shift);
     }
     let factor = f64::from((-scroll.y / 220.0).exp() / pinch);
+    // At the widest and the narrowest nothing moves.
+    let width = (to - from).max(SHORTEST);
+    let factor = factor.clamp(SHORTEST / width, (longest(state) / width).max(1.0));
     if factor != 1.0 && factor.is_finite() {
         let following = live(state).is_some_and(|live| state.scrub.is_none() && !live.paused);
         let fixed = if following { to } else { time };

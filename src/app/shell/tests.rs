@@ -35,7 +35,7 @@ pub(super) fn harness_of(preset: Preset, options: WindowOptions) -> Harness<'sta
 }
 
 /// Draws until the worker has brought what `done` looks for.
-fn wait(harness: &mut Harness<'_, Shell>, done: impl Fn(&Snapshot) -> bool) {
+pub(super) fn wait(harness: &mut Harness<'_, Shell>, done: impl Fn(&Snapshot) -> bool) {
     for _ in 0..1000 {
         let shown = harness.state().state.snapshot.clone();
         if shown.is_some_and(|shown| done(&shown)) {
@@ -51,13 +51,13 @@ fn alpha(shell: &Shell) -> f64 {
     shell.state.setup.preset.model.parameters[ParameterId::Alpha]
 }
 
-fn set_alpha(shell: &mut Shell, value: f64) {
+pub(super) fn set_alpha(shell: &mut Shell, value: f64) {
     let parameters = &mut shell.state.setup.preset.model.parameters;
     parameters.set(ParameterId::Alpha, value);
 }
 
 /// Enough frames for a change to become an undo step.
-fn settle(harness: &mut Harness<'_, Shell>) {
+pub(super) fn settle(harness: &mut Harness<'_, Shell>) {
     harness.run_steps(60);
 }
 
@@ -204,7 +204,7 @@ pub(super) fn read_all(harness: &mut Harness<'_, Shell>) {
     panic!("the files were not read");
 }
 
-fn recording(samples: u32) -> String {
+pub(super) fn recording(samples: u32) -> String {
     let rows = (0..samples).map(|i| format!("{i}e-5,0,{}\n", i % 7));
     "t [s],V [V],xp [um]\n".to_owned() + &rows.collect::<String>()
 }

@@ -261,6 +261,30 @@ fn the_wheel_zooms_around_the_pointer_and_dragging_pans() {
 }
 
 #[test]
+fn zoomed_out_all_the_way_nothing_moves() {
+    let mut harness = harness(with(empty(), trace(20_000)));
+    let rect = plot(&harness, "Trajectory");
+    harness.event(Event::PointerMoved(rect.left_center() + vec2(90.0, 0.0)));
+    harness.step();
+    let mut seen = Vec::new();
+    for _ in 0..12 {
+        harness.event(Event::MouseWheel {
+            unit: MouseWheelUnit::Point,
+            delta: vec2(0.0, -120.0),
+            modifiers: Modifiers::NONE,
+            phase: TouchPhase::Move,
+            source: MouseWheelSource::Unknown,
+        });
+        harness.run_steps(12);
+        seen.push(window::in_view(harness.state()));
+    }
+    let (from, to) = seen[11];
+    assert!((to - from - 1.2 * 0.4).abs() < 1e-3, "{seen:?}");
+    let (before, _) = seen[8];
+    assert!((from - before).abs() < 1e-9, "{seen:?}");
+}
+
+#[test]
 fn a_live_run_ends_at_the_right_edge() {
     let mut state = with(empty(), trace(20_000));
     let mut snapshot = state.snapshot.as_ref().unwrap().as_ref().clone();

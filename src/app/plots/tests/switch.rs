@@ -36,6 +36,51 @@ fn a_click_on_its_name_shows_and_hides_a_curve() {
     assert!(harness.state().view.switched_curves.is_empty());
 }
 
+#[test]
+fn many_recordings_have_one_name_each_that_switches_all_their_curves() {
+    let mut state = empty();
+    for id in 0..9 {
+        state = recorded(state);
+        let overlay = state.setup.overlays.last_mut().unwrap();
+        let mut recording = overlay.recording.as_ref().clone();
+        recording.name = format!("tap-{id}.csv");
+        (overlay.id, overlay.color) = (id, id as usize);
+        overlay.recording = Arc::new(recording);
+    }
+    let mut harness = harness(with(state, trace(20_000)));
+    let entry = |harness: &Harness<'_, State>, name: &str| {
+        harness.query_all_by_label_contains(name).count()
+    };
+    assert_eq!(entry(&harness, "Show tap-4.csv"), 1);
+    assert_eq!(entry(&harness, "Show Trajectory: xp tap-4.csv"), 0);
+    assert_eq!(entry(&harness, "Show Trajectory: xp"), 1);
+    harness.get_by_label("Show tap-4.csv").click();
+    harness.run_steps(2);
+    let switched = &harness.state().view.switched_curves;
+    for key in [
+        "Voltage: V tap-4.csv",
+        "Trajectory: xp tap-4.csv",
+        "Residual: res tap-4.csv",
+    ] {
+        assert!(switched.contains(key), "{key} is not in {switched:?}");
+    }
+    harness.get_by_label("Show tap-4.csv").click();
+    harness.run_steps(2);
+    assert!(harness.state().view.switched_curves.is_empty());
+    let colors: std::collections::BTreeSet<_> = (0..12)
+        .map(|i| {
+            let mut color = None;
+            let context = eframe::egui::Context::default();
+            let mut output = context.run_ui(Default::default(), |ui| {
+                color = Some(crate::app::plots::style::overlay_color(ui, i).to_array());
+            });
+            output.textures_delta.clear();
+            color
+        })
+        .collect();
+    assert_eq!(colors.len(), 12, "no two recordings look alike");
+}
+
 fn heights(harness: &Harness<'_, State>) -> (f32, f32) {
     let height = |name| plot(harness, name).height();
     (height("Voltage"), height("Forces"))

@@ -33,6 +33,8 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
         .height(height)
         .x_axis_label(if milliseconds { "t [ms]" } else { "t [s]" })
         .y_axis_label("V [V]")
+        .x_grid_spacer(super::fit::round_steps())
+        .y_grid_spacer(super::fit::round_steps())
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)

@@ -68,13 +68,17 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
     ui.label(text).on_hover_text(name);
 }
 
-/// The first `limit` characters of a name.
+/// A name of at most `limit` characters: without its middle, since names of a series
+/// differ at the end.
 pub(super) fn short(name: &str, limit: usize) -> String {
-    if name.chars().count() <= limit {
-        name.to_owned()
-    } else {
-        format!("{}...", name.chars().take(limit - 3).collect::<String>())
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= limit {
+        return name.to_owned();
     }
+    let end = limit / 2;
+    let start: String = letters[..limit - end - 1].iter().collect();
+    let end: String = letters[letters.len() - end..].iter().collect();
+    format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
 }
 
 fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
@@ -153,7 +157,7 @@ fn plural(kind: EventKind, count: usize) -> String {
 
 fn ghost(ui: &mut Ui, state: &mut State) {
     let kept = state.ghost.clone();
-    let name = if kept.is_some() {
+    let name = if kept.is_some() || state.view.kept.is_some() {
         "Drop the kept curve"
     } else {
         "Keep this curve"
@@ -168,6 +172,9 @@ fn ghost(ui: &mut Ui, state: &mut State) {
     let Some(kept) = kept else {
         return;
     };
+    if kept.live.is_some() {
+        ui.label(small("Of a live run: it lasts until the window is closed.").weak());
+    }
     let rows = differences(&kept.model, &state.setup.preset.model);
     if rows.is_empty() {
         ui.weak("Same parameters as now.");

@@ -78,7 +78,11 @@ impl ParameterSlider<'_> {
             }
             Size::Small => {
                 let (rect, _) = ui.allocate_exact_size(vec2(width, 22.0), Sense::hover());
-                let field = if long_unit { 118.0 } else { 84.0 };
+                let field = match self.spec.unit.len() {
+                    0..=4 => 84.0,
+                    5..=6 => 100.0,
+                    _ => 118.0,
+                };
                 row = rect;
                 let (name, rest) = rect.split_left_right_at_x(rect.left() + 54.0);
                 let (rest, lock) = split_right(rest, ICON_SIZE + GAP);

@@ -145,7 +145,7 @@ fn obstacle(state: &State) -> Option<String> {
 }
 
 /// Grid lines at round values, some six across the plot.
-fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
+pub(super) fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
     uniform_grid_spacer(|input| {
         let rough = ((input.bounds.1 - input.bounds.0) / 6.0).max(f64::MIN_POSITIVE);
         let decade = 10f64.powf(rough.log10().floor());

@@ -62,8 +62,8 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
                 .find(|p| p.id == *id)
                 .map_or("", |p| p.unit);
             let largest = points.iter().fold(0.0f64, |a, p| a.max(p.value.abs()));
-            let (prefix, factor) = prefix_for(largest, unit);
-            let axis = format!("{} [{prefix}{unit}]", symbol(id));
+            let (factor, unit) = axis_unit(largest, unit);
+            let axis = format!("{} [{unit}]", symbol(id));
             let line: Vec<[f64; 2]> = points.iter().map(|p| [p.value / factor, p.rise]).collect();
             Plot::new("profile")
                 .height(180.0)
@@ -80,5 +80,32 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
                 });
             ui.label(small("The line marks 95 %: values below it agree with the data. A flat profile says that the data do not tell the parameter.").weak());
         }
+    }
+}
+
+/// A unit in which values up to `largest` are written with few digits: with a prefix, or
+/// as a multiple of ten to some power where the unit takes none.
+fn axis_unit(largest: f64, unit: &str) -> (f64, String) {
+    let (prefix, factor) = prefix_for(largest, unit);
+    let shown = largest / factor;
+    if shown == 0.0 || (1e-2..1e4).contains(&shown) {
+        return (factor, format!("{prefix}{unit}"));
+    }
+    let power = shown.log10().floor() as i32;
+    let text = format!("1e{power} {prefix}{unit}");
+    (factor * 10f64.powi(power), text.trim_end().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::axis_unit;
+
+    #[test]
+    fn axes_have_numbers_that_can_be_written() {
+        assert_eq!(axis_unit(7e-5, "m").1, "\u{b5}m");
+        assert_eq!(axis_unit(0.38, ""), (1.0, String::new()));
+        let (factor, text) = axis_unit(2.8e-21, "N m^2 s");
+        assert_eq!(text, "1e-21 N m^2 s");
+        assert!((factor / 1e-21 - 1.0).abs() < 1e-9);
     }
 }

@@ -144,6 +144,23 @@ fn distances(ui: &mut Ui, result: &FitResult) {
                 lines(ui, "kept out", held_out);
             }
         });
+    set_aside(ui, "fitted to", &result.train.0);
+    if let Some((held_out, _)) = &result.held_out {
+        set_aside(ui, "kept out", held_out);
+    }
+}
+
+/// Says why chi2 may be near one where rms is far above the noise.
+fn set_aside(ui: &mut Ui, kind: &str, all: &Misfit) {
+    // Less would be written as nothing.
+    if all.set_aside < 5e-4 {
+        return;
+    }
+    let text = format!(
+        "{kind}: {} % of the samples lie where an event could not be read; rms is with them, chi2 and the parameters are without.",
+        format_number(100.0 * all.set_aside, 2)
+    );
+    ui.label(small(text).color(ui.visuals().warn_fg_color));
 }
 
 fn lines(ui: &mut Ui, kind: &str, (all, each): &(Misfit, Vec<Misfit>)) {

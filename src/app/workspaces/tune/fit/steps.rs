@@ -6,6 +6,7 @@ use egui_plot::{Corner, Legend, Line, Plot, PlotPoints, Points};
 
 use super::heading;
 use crate::app::identification::Finding;
+use crate::app::plots::style;
 use crate::app::state::State;
 use crate::app::workspaces::tune::{error_color, small};
 use crate::fit::steps::adhesion::Adhesion;
@@ -19,6 +20,8 @@ use crate::model::unit::format_quantity;
 
 /// Points of a fitted curve.
 const CURVE: usize = 120;
+/// Most recordings that are named in the list.
+const FEW: usize = 3;
 
 /// Draws the window while it is open.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -87,6 +90,10 @@ fn list(ui: &mut Ui, state: &mut State) {
                 let text = format!("      not yet: {reason}. Record {}.", step.recipe());
                 ui.label(small(text).color(ui.visuals().warn_fg_color));
             }
+            Some(Ok(names)) if names.len() > FEW => {
+                let text = format!("      with {} recordings", names.len());
+                ui.label(small(text).weak()).on_hover_text(names.join("\n"));
+            }
             Some(Ok(names)) => {
                 ui.label(small(format!("      with {}", names.join(", "))).weak());
             }
@@ -118,7 +125,13 @@ fn finding(ui: &mut Ui, state: &mut State) {
     heading(ui, step.title());
     match state.identification.findings.get(step.id()).cloned() {
         None => {
-            ui.weak("Not taken yet.");
+            let taken = state.identification.job.as_ref();
+            let busy = taken.is_some_and(|(taken, _)| *taken == Some(step));
+            ui.weak(if busy {
+                "Being taken."
+            } else {
+                "Not taken yet."
+            });
         }
         Some(Err(error)) => {
             ui.colored_label(error_color(ui), error);
@@ -149,7 +162,11 @@ fn plot<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
         .height(250.0)
         .x_axis_label(x)
         .y_axis_label(y)
-        .legend(Legend::default().position(Corner::RightBottom))
+        .legend(
+            Legend::default()
+                .position(Corner::RightTop)
+                .background_alpha(0.6),
+        )
         .x_grid_spacer(super::round_steps())
         .y_grid_spacer(super::round_steps())
         .allow_scroll(false)
@@ -263,6 +280,16 @@ fn adhesion(ui: &mut Ui, found: &Adhesion) {
 
 fn film(ui: &mut Ui, found: &Film) {
     if let Some(decay) = &found.decay {
+        let palette = style::palette(ui);
+        let (with, without) = (palette.proof_mass, palette.impact);
+        // All three would lie on each other: what tells them apart is drawn below.
+        let rest = |values: &[f64]| -> PlotPoints<'static> {
+            let points: Vec<[f64; 2]> = (decay.time.iter())
+                .zip(values.iter().zip(&decay.measured))
+                .map(|(t, (x, measured))| [1e3 * t, 1e6 * (x - measured)])
+                .collect();
+            points.into()
+        };
         let line = |values: &[f64]| -> PlotPoints<'static> {
             let points: Vec<[f64; 2]> = decay
                 .time
@@ -273,10 +300,37 @@ fn film(ui: &mut Ui, found: &Film) {
             points.into()
         };
         plot("step film", "time after break-off [ms]", "xp [\u{b5}m]").show(ui, |plot| {
-            plot.line(Line::new("recording", line(&decay.measured)).width(2.5));
-            plot.line(Line::new("with film", line(&decay.with_film)).width(1.5));
-            plot.line(Line::new("without film", line(&decay.without_film)).width(1.0));
+            plot.line(
+                Line::new("recording", line(&decay.measured))
+                    .color(palette.text)
+                    .width(2.5),
+            );
+            plot.line(
+                Line::new("with film", line(&decay.with_film))
+                    .color(with)
+                    .width(1.5),
+            );
+            plot.line(
+                Line::new("without film", line(&decay.without_film))
+                    .color(without)
+                    .width(1.0),
+            );
         });
+        let name = "model - recording [\u{b5}m]";
+        plot("step film residual", "time after break-off [ms]", name)
+            .height(170.0)
+            .show(ui, |plot| {
+                plot.line(
+                    Line::new("with film", rest(&decay.with_film))
+                        .color(with)
+                        .width(1.5),
+                );
+                plot.line(
+                    Line::new("without film", rest(&decay.without_film))
+                        .color(without)
+                        .width(1.0),
+                );
+            });
     }
     for p in &found.fit.parameters {
         ui.label(format!(

@@ -88,6 +88,7 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
         features,
         comparisons,
         cost: Duration::from_micros(2300),
+        run_of: None,
         live: None,
     })
 }
