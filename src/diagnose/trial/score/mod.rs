@@ -85,6 +85,9 @@ pub struct Outcome {
     pub size: f64,
     /// The mark.
     pub mark: Mark,
+    /// The mark that an information criterion alone would have got; `None` where two
+    /// effects were concealed, of which it names one at most.
+    pub criterion_mark: Option<Mark>,
     /// Held-out rms of the proof mass over the noise, before and after.
     pub rms_over_noise: [f64; 2],
     /// Whether the held-out rms grew.
@@ -120,6 +123,7 @@ pub fn score(truth: &Truth, said: &Diagnosis, may_add: &[&str]) -> Outcome {
         Coverage::default()
     };
     let noise = truth.instruments.noise;
+    let concealed_ids = concealed.clone();
     let held = &said.held_out;
     let smallest = truth
         .effects
@@ -135,6 +139,7 @@ pub fn score(truth: &Truth, said: &Diagnosis, may_add: &[&str]) -> Outcome {
         verdict: said.verdict,
         size: if smallest.is_finite() { smallest } else { 0.0 },
         mark,
+        criterion_mark: criterion_mark(truth.class, &concealed_ids, said, may_add),
         rms_over_noise: [held.before.rms / noise, held.after.rms / noise],
         grew: held.after.rms > held.before.rms,
         coverage,
@@ -155,6 +160,29 @@ pub fn score_shuffled(truth: &Truth, said: &Diagnosis) -> Outcome {
         coverage: Coverage::default(),
         located: None,
         ..score(truth, said, &[])
+    }
+}
+
+/// The mark of an information criterion alone. It has no word for what the catalogue does
+/// not hold: naming nothing is right there.
+fn criterion_mark(
+    class: Class,
+    concealed: &[String],
+    said: &Diagnosis,
+    may_add: &[&str],
+) -> Option<Mark> {
+    let name = said
+        .by_criterion
+        .as_ref()
+        .filter(|id| concealed.contains(id) || !may_add.contains(&id.as_str()));
+    match (class, name) {
+        (Class::Two, _) => None,
+        (Class::Nothing | Class::Outside, None) => Some(Mark::Right),
+        (Class::Nothing, Some(_)) => Some(Mark::FalseAlarm),
+        (Class::Outside, Some(_)) => Some(Mark::Wrong),
+        (Class::One, None) => Some(Mark::Abstained),
+        (Class::One, Some(id)) if concealed.contains(id) => Some(Mark::Right),
+        (Class::One, Some(_)) => Some(Mark::Wrong),
     }
 }
 
@@ -247,6 +275,7 @@ mod tests {
             places: Vec::new(),
             train: both,
             held_out: both,
+            by_criterion: names.first().map(|(id, _)| (*id).to_owned()),
         }
     }
 
@@ -289,5 +318,14 @@ mod tests {
             Mark::Right
         );
         assert_eq!(of(Class::Outside, &one, said(Missing, &[lag])), Mark::Wrong);
+        let alone = |class, concealed: &[String], d: &Diagnosis| {
+            criterion_mark(class, concealed, d, &["extra_mode"])
+        };
+        let named = said(Missing, &[lag]);
+        assert_eq!(alone(Class::One, &one, &named), Some(Mark::Right));
+        assert_eq!(alone(Class::Nothing, &[], &named), Some(Mark::FalseAlarm));
+        assert_eq!(alone(Class::Two, &two, &named), None);
+        let mode = said(Missing, &[mode]);
+        assert_eq!(alone(Class::One, &one, &mode), Some(Mark::Abstained));
     }
 }

@@ -1,6 +1,7 @@
 //! What a diagnosis says of a trial, as far as it is scored.
 
 use crate::diagnose::result;
+use crate::model::effects::find;
 use serde::{Deserialize, Serialize};
 
 /// The verdict of a diagnosis.
@@ -81,6 +82,24 @@ pub struct Diagnosis {
     pub train: BeforeAfter,
     /// On those kept out.
     pub held_out: BeforeAfter,
+    /// What would have been named by an information criterion alone.
+    pub by_criterion: Option<String>,
+}
+
+/// The effect whose fit to the fitted recordings Akaike's information criterion prefers to
+/// the baseline's, and to those with the others: its parameters cost 2 of chi2 each. No
+/// recording kept out is asked, nor how many were tried.
+fn by_criterion(candidates: &[result::Candidate]) -> Option<String> {
+    let worth = |c: &result::Candidate| {
+        let own = find(&c.id).map_or(1, |spec| spec.parameters.len());
+        let gain = if c.gain.is_finite() { c.gain } else { c.score };
+        (gain - 2.0 * own as f64, c.id.clone())
+    };
+    let best = candidates
+        .iter()
+        .map(worth)
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 > 0.0).then_some(best.1)
 }
 
 impl Verdict {
@@ -153,6 +172,7 @@ impl From<&result::Diagnosis> for Diagnosis {
                 .collect(),
             train: (&diagnosis.train).into(),
             held_out: (&diagnosis.held_out).into(),
+            by_criterion: by_criterion(&diagnosis.candidates),
         }
     }
 }

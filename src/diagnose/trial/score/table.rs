@@ -17,7 +17,11 @@ pub struct Row {
 
 impl Row {
     fn new<'a>(label: impl Into<String>, outcomes: impl Iterator<Item = &'a Outcome>) -> Self {
-        let all: Vec<Mark> = outcomes.map(|o| o.mark).collect();
+        Self::of(label, outcomes.map(|o| o.mark))
+    }
+
+    fn of(label: impl Into<String>, marks: impl Iterator<Item = Mark>) -> Self {
+        let all: Vec<Mark> = marks.collect();
         let marks = Mark::ALL
             .map(|mark| {
                 let count = all.iter().filter(|m| **m == mark).count();
@@ -40,6 +44,8 @@ pub struct Table {
     pub by_effect: Vec<Row>,
     /// By size, one concealed.
     pub by_size: Vec<Row>,
+    /// The same by class for an information criterion alone, as a control.
+    pub by_criterion: Vec<Row>,
     /// How often each answer was given to each single concealed effect (`nothing`,
     /// `unexplained` and `several` are answers).
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
@@ -78,6 +84,17 @@ pub fn aggregate(outcomes: &[Outcome]) -> Table {
             (!shuffled.is_empty())
                 .then(|| Row::new("voltages exchanged", shuffled.iter().copied())),
         )
+        .collect();
+    let by_criterion = classes
+        .into_iter()
+        .filter(|(class, _)| *class != Class::Two)
+        .map(|(class, label)| {
+            let these = plain.iter().copied().filter(|o| o.class == class);
+            Row::of(
+                label,
+                these.filter(visible).filter_map(|o| o.criterion_mark),
+            )
+        })
         .collect();
     let single: Vec<&Outcome> = plain
         .iter()
@@ -126,6 +143,7 @@ pub fn aggregate(outcomes: &[Outcome]) -> Table {
         by_class,
         by_effect,
         by_size,
+        by_criterion,
         confusion,
         coverage: Share::new(sum(|c| c.within), compared),
         coverage_with_rig: Share::new(sum(|c| c.within_with_rig), compared),
@@ -162,6 +180,7 @@ impl Table {
             ("class (from 3 x smallest visible)", &self.by_class),
             ("effect (from 3 x smallest visible)", &self.by_effect),
             ("size (one effect)", &self.by_size),
+            ("an information criterion alone", &self.by_criterion),
         ];
         // Writing to a String cannot fail.
         for (title, rows) in sections {
