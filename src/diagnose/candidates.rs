@@ -9,6 +9,9 @@ use crate::model::parameter::ParameterId;
 /// than the skew between two clocks.
 const LEAST_LAG: f64 = 0.3;
 
+/// Least distance of electrodes at contact \[m\].
+const LEAST_GAP: f64 = 2e-6;
+
 /// One effect at one set of its nonlinear constants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Form {
@@ -22,6 +25,8 @@ pub struct Form {
     pub signed: bool,
     /// Which parameters are fitted.
     pub free: Vec<usize>,
+    /// Constants other than the strength make no sense below this.
+    pub least_constant: f64,
 }
 
 impl Form {
@@ -115,6 +120,12 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 strength,
                 signed,
                 free: free.to_vec(),
+                // The electrodes are apart even where the mass touches the ground.
+                least_constant: if spec.id == "electrostatic" {
+                    model.parameters[ParameterId::Dp] + LEAST_GAP
+                } else {
+                    0.0
+                },
             });
         };
         let dp = model.parameters[ParameterId::Dp];
@@ -153,8 +164,8 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 }
             }
             "long_range_attraction" if ground => {
-                for reach in [0.6e-6, 2e-6, 6e-6] {
-                    add(&[3e-9, reach, 2.0], 0, false, &[0, 1]);
+                for (reach, power) in [(0.6e-6, 2.0), (2e-6, 2.0), (6e-6, 2.0), (6e-6, 3.0)] {
+                    add(&[3e-9, reach, power], 0, false, &[0, 1]);
                 }
             }
             "zero_drift" => {

@@ -10,7 +10,7 @@ use super::explain::{self, HELD_GAIN, Stand, TRAIN_GAIN};
 use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
-use super::result::{BeforeAfter, Diagnosis, Distance, Verdict};
+use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
 use super::{events, size};
 use crate::fit::Part;
 use crate::model::Model;
@@ -163,10 +163,6 @@ pub fn diagnose(
             named_laws.clear();
         }
     }
-    if let Some(left) = left.filter(|_| verdict != Verdict::Adequate) {
-        remarks.push(left);
-    }
-
     say("proof", "", 0.92);
     let model_of = |stand: &Stand, laws_too: bool| {
         let mut m = laws::baseline(&stand.train.model, &seen.train);
@@ -243,14 +239,16 @@ pub fn diagnose(
         model: full,
         remarks,
         cancelled: control.cancelled(),
+        left,
     })
 }
 
 fn passes(test: &LawTest, held_events: bool) -> bool {
     let told = test.gain > TRAIN_GAIN && (!held_events || test.held_gain > 0.5 * HELD_GAIN);
+    // What both sides tell together counts where neither speaks against it.
     let foreseen = |least: f64| {
         let both = test.gain + test.held_gain;
-        test.gain > -HELD_GAIN && both > least && test.held_gain > 0.5 * least
+        test.gain > -HELD_GAIN && test.held_gain > 0.0 && both > least
     };
     told || test.foreseen.is_some_and(foreseen)
 }
@@ -261,8 +259,8 @@ fn excess(fitted: &Fitted) -> f64 {
     (fitted.cost - 1.03 * rows).max(0.0)
 }
 
-/// One sentence on what is not explained yet, if there is anything.
-fn whats_left(stand: &Stand, evidence: &Evidence, floor: f64) -> Option<String> {
+/// What is not explained yet, if there is anything.
+fn whats_left(stand: &Stand, evidence: &Evidence, floor: f64) -> Option<Left> {
     let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
     let worst = stand
         .held_out
@@ -270,20 +268,13 @@ fn whats_left(stand: &Stand, evidence: &Evidence, floor: f64) -> Option<String> 
         .map(per_value)
         .fold(per_value(&stand.train), f64::max);
     if worst > floor {
-        return Some(format!(
-            "what is left is {:.2} times the noise in the mean square: something is still not explained",
-            worst
-        ));
+        return Some(Left::Mean(worst));
     }
     if evidence.joint > NAMELESS {
         let what = evidence.strongest.map_or("state", |s| s.0.symbol());
-        return Some(format!(
-            "a force that depends on {what} would still take away {:.0} of chi2",
-            evidence.joint
-        ));
+        return Some(Left::Force(what, evidence.joint));
     }
     let local = locate::most_local(&stand.train)
         .max(stand.held_out.as_ref().map_or(0.0, locate::most_local));
-    (local > LOCAL)
-        .then(|| format!("one stretch is {local:.0} standard deviations above what noise leaves"))
+    (local > LOCAL).then_some(Left::Stretch(local))
 }

@@ -11,11 +11,11 @@ use crate::recording::quantile_in_place;
 
 /// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
 const TOLD: f64 = 30.0;
-/// Fall of chi2 on both sides together, most of it foreseen, from which adhesion bends:
+/// Fall of chi2 on both sides together from which adhesion bends:
 /// the best of two laws and several times.
 const FORESEEN_BEND: f64 = 60.0;
 /// The same for a ground that gives way, which is one law of one number.
-const FORESEEN_DWELL: f64 = 35.0;
+const FORESEEN_DWELL: f64 = 50.0;
 /// A shorter stay \[s\] may be one of the hops of a landing, from which the mass was not
 /// pulled off but rebounded.
 const HOP: f64 = 1e-3;
@@ -44,7 +44,7 @@ pub struct LawTest {
     pub held_gain: f64,
     /// Where that is of what the fitted ones foresee, all that they leave open averaged
     /// over, it counts even if these by themselves tell nothing: from this fall on both
-    /// sides together, most of it on those kept out.
+    /// sides together.
     pub foreseen: Option<f64>,
     /// Chi2 per event on those kept out, with the effect.
     pub held_chi2: f64,

@@ -17,8 +17,6 @@ const SPACING: f64 = 100.0;
 const SHAKE: f64 = 0.05;
 /// Height with which a step of the ground is looked for \[m\].
 const RISE: f64 = 1e-7;
-/// Significance of a hump in the spectrum from which a further mode is tried.
-const HUMP: f64 = 6.0;
 /// Share of a further mode's motion at the mass, of that of all modes.
 const UNNOTICED: f64 = 0.06;
 /// Factor by which constants may leave what was looked at.
@@ -126,7 +124,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
     }
     if let Some(spec) = find("extra_mode")
         && let Some(ring) = ring::find(&stand.train)?
-        && ring.significance > HUMP
+        && ring.significance > ring::HUMP
     {
         let (p, c) = ring.shape;
         // A mass-normalised shape is of the order of the structure's own; but a mode that
@@ -178,7 +176,7 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
         same.map(move |f| f.values[i]).filter(|v| *v > 0.0)
     };
     for &i in form.free.iter().filter(|i| **i != form.strength) {
-        let low = own(i).fold(f64::INFINITY, f64::min) / NEAR;
+        let low = (own(i).fold(f64::INFINITY, f64::min) / NEAR).max(form.least_constant);
         let high = own(i).fold(0.0, f64::max) * NEAR;
         if low < high {
             let id = format!("{}.{}", form.spec.id, form.spec.parameters[i].id);

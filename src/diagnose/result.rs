@@ -285,6 +285,34 @@ pub struct NextExperiment {
     pub expected: f64,
 }
 
+/// What is still there beyond the noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Left {
+    /// The mean square of the residuals, in units of the noise's.
+    Mean(f64),
+    /// A force that depends on this, and the fall of chi2 that it would bring.
+    Force(&'static str, f64),
+    /// One stretch, standard deviations above what chance leaves.
+    Stretch(f64),
+}
+
+impl Left {
+    /// As a sentence without a full stop.
+    pub fn text(self) -> String {
+        match self {
+            Self::Mean(worst) => format!(
+                "what is left is {worst:.2} times the noise in the mean square: something is still not explained"
+            ),
+            Self::Force(what, gain) => {
+                format!("a force that depends on {what} would still take away {gain:.0} of chi2")
+            }
+            Self::Stretch(local) => {
+                format!("one stretch is {local:.0} standard deviations above what noise leaves")
+            }
+        }
+    }
+}
+
 /// A diagnosis from beginning to end.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
@@ -322,4 +350,6 @@ pub struct Diagnosis {
     pub remarks: Vec<String>,
     /// Whether it was cancelled: then it is what was found so far.
     pub cancelled: bool,
+    /// What is still there beyond the noise, if anything.
+    pub left: Option<Left>,
 }

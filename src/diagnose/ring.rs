@@ -13,6 +13,10 @@ use crate::sim::{SimError, Stretcher};
 const SPACING: f64 = 100.0;
 /// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
 const LOWEST: f64 = 1500.0;
+/// Significance of a hump from which it stands out.
+pub const HUMP: f64 = 6.0;
+/// Frequencies nearer than by this factor to that of a mode are beside it.
+const BESIDE: f64 = 1.25;
 /// Stretches shorter than this many samples tell no frequency.
 const LEAST: usize = 40;
 
@@ -119,15 +123,29 @@ pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
     let mut sorted: Vec<f64> = power.iter().map(|p| p.0).collect();
     let usual = crate::recording::quantile_in_place(&mut sorted, 0.5);
     let spread = usual / n.sqrt();
-    let ring = power
-        .iter()
-        .zip(&frequencies)
-        .max_by(|a, b| a.0.0.total_cmp(&b.0.0))
-        .map(|((p, shape), f)| Ring {
-            frequency: *f,
-            shape: *shape,
-            significance: (p - usual) / spread,
-            gain: (p - usual) * n,
-        });
+    // What is left beside a mode that the model has is that mode's rather than
+    // another's, unless nothing else stands out.
+    let structure = fitted.model.structure();
+    let beside = |f: f64| {
+        let known = structure.modes.iter().map(|m| m.frequency);
+        known
+            .filter(|known| *known > 0.0)
+            .any(|known| f < BESIDE * known && known < BESIDE * f)
+    };
+    let highest = |which: &dyn Fn(f64) -> bool| {
+        power
+            .iter()
+            .zip(&frequencies)
+            .filter(|(_, f)| which(**f))
+            .max_by(|a, b| a.0.0.total_cmp(&b.0.0))
+            .map(|((p, shape), f)| Ring {
+                frequency: *f,
+                shape: *shape,
+                significance: (p - usual) / spread,
+                gain: (p - usual) * n,
+            })
+    };
+    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > HUMP);
+    let ring = elsewhere.or_else(|| highest(&|_| true));
     Ok(ring.filter(|r| r.gain.is_finite()))
 }

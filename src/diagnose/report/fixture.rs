@@ -85,6 +85,7 @@ pub fn drag() -> Diagnosis {
                 .into(),
         ],
         cancelled: false,
+        left: None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the named effects leave unexplained.
 
 use super::words::{self, listed};
-use crate::diagnose::result::{Diagnosis, Distance, Regime};
+use crate::diagnose::result::{Diagnosis, Distance, Left, Regime};
 
 /// A mean square this close to the noise alone is not worth words: the noise itself is
 /// known no better.
@@ -74,11 +74,21 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
         }
     }
     if left.is_empty() {
-        return vec![
-            "Nothing above the noise: residuals are what the instruments' noise makes them."
-                .to_owned(),
-        ];
+        return vec![match diagnosis.left {
+            Some(mean @ Left::Mean(_)) => format!("{}.", words::capitalised(&mean.text())),
+            Some(rest) => format!(
+                "In the mean nothing is above the noise, but {}.",
+                rest.text()
+            ),
+            None => {
+                "Nothing above the noise: residuals are what the instruments' noise makes them."
+                    .to_owned()
+            }
+        }];
     }
+    // The mean square has been told already.
+    let more = diagnosis.left.filter(|l| !matches!(l, Left::Mean(_)));
+    left.extend(more.map(|l| format!("{}.", words::capitalised(&l.text()))));
     let places = places(diagnosis);
     let most: Vec<String> = places
         .iter()

@@ -130,7 +130,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         &why_nothing,
     );
     let left = rest::sentences(d);
-    let more = d.held_out.after.chi2.max(d.train.after.chi2) > 1.1;
+    let more = d.left.is_some();
     let (share, text, why) = match d.verdict {
         Verdict::Unexplained => (
             1.0,
