@@ -19,6 +19,8 @@ const FORESEEN_DWELL: f64 = 50.0;
 /// A shorter stay \[s\] may be one of the hops of a landing, from which the mass was not
 /// pulled off but rebounded.
 const HOP: f64 = 1e-3;
+/// Standard errors below zero from which a force presses for certain.
+const PRESSED: f64 = 4.0;
 /// A force known so many times worse than the best is not used.
 const VAGUE: f64 = 15.0;
 /// Fewest events for a law.
@@ -69,11 +71,13 @@ fn ratios(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
 }
 
 /// (contact time, force, error) of the releases that tell the law. Where the drive jumped
-/// or the stay was short the force is known so badly that its error is not known either.
+/// or the stay was short the force is known so badly that its error is not known either; a
+/// mass that is pressed on the ground was not pulled off it.
 fn pulls(releases: &[Release]) -> Vec<(f64, f64, f64)> {
     let known = releases
         .iter()
-        .filter(|r| r.contact > HOP && r.error.is_finite());
+        .filter(|r| r.contact > HOP && r.error.is_finite())
+        .filter(|r| r.force > -PRESSED * r.error);
     let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
     let good = quantile_in_place(&mut errors, 0.1);
     known
