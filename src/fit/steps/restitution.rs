@@ -3,7 +3,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::StepError;
+use super::{StepError, counted};
 use crate::fit::readings::{Bounce, Readings};
 
 /// Bounces whose ratio is less certain than this do not count.
@@ -43,8 +43,8 @@ pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, Step
         return Err(StepError::Unsuited {
             recording: names.to_owned(),
             reason: format!(
-                "{} bounces tell the restitution, {LEAST} are needed",
-                bounces.len()
+                "{} the restitution, {LEAST} are needed",
+                counted(bounces.len(), "bounce tells", "bounces tell")
             ),
             remedy: "record a 300 Hz square or sine that just begins to hit the ground",
         });
