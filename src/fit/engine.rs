@@ -186,7 +186,7 @@ pub(super) fn estimate_states(
     let far = Huber(1e3);
     let mut point = settle(problem, &x, &prepared.segments, &used, far, 6)?;
     let plan = Plan {
-        stage: "held out",
+        stage: "beginnings and events",
         iterations: options.iterations.min(10),
         locked: &locked,
         enough: 1e-6,

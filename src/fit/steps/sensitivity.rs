@@ -8,7 +8,7 @@
 //! first, moved to the new zero, as nothing else in the data has changed; only where it
 //! then fits worse does it search from the beginning.
 
-use std::time::Instant;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::fit::engine::{Fitted, fitted, go_on};
 use crate::fit::prepare::Prepared;
@@ -60,13 +60,12 @@ pub fn sensitivity(
 ) -> Result<Sensitivity, FitError> {
     let mut options = options.clone();
     options.free.retain(|id| id != "dp");
-    let begun = Instant::now();
+    let most = AtomicUsize::new(0);
     let report = |p: &Progress| {
+        most.fetch_max(p.expected, Ordering::Relaxed);
         (control.progress)(&Progress {
             stage: "1 of 2: dp as it is",
-            expected: 2 * p.expected,
-            // The second takes no longer than the first.
-            remaining: 2 * p.remaining + begun.elapsed(),
+            expected: p.expected + options.iterations,
             ..p.clone()
         });
     };
@@ -78,11 +77,12 @@ pub fn sensitivity(
     if original.result.cancelled {
         return Err(FitError::Cancelled);
     }
+    let before = most.load(Ordering::Relaxed);
     let report = |p: &Progress| {
         (control.progress)(&Progress {
             stage: "2 of 2: dp shifted",
-            iteration: p.expected + p.iteration,
-            expected: 2 * p.expected,
+            iteration: before + p.iteration,
+            expected: before + p.expected,
             ..p.clone()
         });
     };

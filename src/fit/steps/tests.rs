@@ -130,8 +130,8 @@ fn sensitivity_follows_the_recording_from_either_zero() {
     // One count for both, which does not go back within either.
     let shares = shares.lock().unwrap().clone();
     for (stage, range) in [
-        ("1 of 2: dp as it is", 0.0..=0.5),
-        ("2 of 2: dp shifted", 0.5..=1.0),
+        ("1 of 2: dp as it is", 0.0..=0.75),
+        ("2 of 2: dp shifted", 0.75..=1.0),
     ] {
         let own: Vec<f64> = shares
             .iter()
