@@ -6,6 +6,7 @@ use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 use crate::app::plots::style;
 use crate::app::workspaces::tune::small;
 use crate::fit::FitResult;
+use crate::fit::readings::Release;
 use crate::fit::steps::adhesion::Adhesion;
 use crate::fit::steps::drive::DriveFit;
 use crate::fit::steps::film::Film;
@@ -17,8 +18,6 @@ use crate::model::unit::format_quantity;
 
 /// Points of a fitted curve.
 const CURVE: usize = 120;
-/// Place of the adhesion among the colours of forces.
-const ADHESION: usize = 5;
 
 fn plot<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
     Plot::new(name)
@@ -79,6 +78,12 @@ pub(super) fn restitution(ui: &mut Ui, found: &Restitution) {
     let end = number(points.len());
     plot("step restitution", "bounce", "-v+ / v-")
         .include_y(0.0)
+        // The ratios are far above zero: below them it is free.
+        .legend(
+            Legend::default()
+                .position(Corner::RightBottom)
+                .background_alpha(0.6),
+        )
         .show(ui, |plot| {
             for (i, b) in found.bounces.iter().enumerate() {
                 let bar = vec![
@@ -111,59 +116,54 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
     let palette = style::palette(ui);
     let longest = found.releases.iter().fold(0.0f64, |a, r| a.max(r.contact));
     let at = |i: usize| 1.05 * longest * i as f64 / CURVE as f64;
-    let curve = |side: f64| -> PlotPoints<'static> {
-        let points: Vec<[f64; 2]> = (0..=CURVE)
-            .map(|i| {
-                let (force, half) = found.band(at(i));
-                [1e3 * at(i), 1e9 * (force + side * half)]
-            })
-            .collect();
-        points.into()
-    };
-    plot(
-        "step adhesion",
-        "contact duration [ms]",
-        "pull-off force [nN]",
-    )
-    .include_y(0.0)
-    // The line rises: its upper left is free.
-    .legend(
-        Legend::default()
-            .position(Corner::LeftTop)
-            .background_alpha(0.6),
-    )
-    .show(ui, |plot| {
-        for side in [-1.0, 1.0] {
-            let band = Line::new("95 % band", curve(side));
-            let dashes = LineStyle::dashed_loose();
-            plot.line(
-                band.color(palette.forces[ADHESION])
-                    .style(dashes)
-                    .width(1.0),
+    let (fitted, read) = (palette.proof_mass, palette.impact);
+    // The force itself; and what is left of it beside the line, where band and errors show.
+    for (name, label, height, whole) in [
+        ("step adhesion", "pull-off force [nN]", 220.0, 1.0),
+        ("step adhesion rest", "force - line [nN]", 150.0, 0.0),
+    ] {
+        let on_line = |contact: f64| whole * found.line.at(contact);
+        let curve = |side: f64| -> PlotPoints<'static> {
+            let points: Vec<[f64; 2]> = (0..=CURVE)
+                .map(|i| {
+                    let half = found.band(at(i)).1;
+                    [1e3 * at(i), 1e9 * (on_line(at(i)) + side * half)]
+                })
+                .collect();
+            points.into()
+        };
+        let figure = plot(name, "contact duration [ms]", label)
+            .height(height)
+            .include_y(0.0)
+            // The line rises: its upper left is free.
+            .legend(
+                Legend::default()
+                    .position(Corner::LeftTop)
+                    .background_alpha(0.6),
             );
-        }
-        let line = Line::new("Ca t + Ca0", curve(0.0));
-        plot.line(line.color(palette.forces[ADHESION]).width(1.5));
-        for r in &found.releases {
-            let ends = [r.force - r.error, r.force + r.error];
-            let bar = ends.map(|force| [1e3 * r.contact, 1e9 * force]).to_vec();
-            plot.line(
-                Line::new("", PlotPoints::from(bar))
-                    .color(palette.release)
-                    .width(1.0),
-            );
-        }
-        let points: Vec<[f64; 2]> = found
-            .releases
-            .iter()
-            .map(|r| [1e3 * r.contact, 1e9 * r.force])
-            .collect();
-        plot.points(
-            Points::new("releases", points)
-                .color(palette.release)
-                .radius(3.0),
-        );
-    });
+        figure.show(ui, |plot| {
+            for side in [-1.0, 1.0] {
+                let band = Line::new("95 % band", curve(side)).color(palette.text);
+                plot.line(band.style(LineStyle::dashed_loose()).width(1.0));
+            }
+            let line = Line::new("Ca t + Ca0", curve(0.0));
+            plot.line(line.color(fitted).width(1.5));
+            let left = |r: &Release| r.force - found.line.at(r.contact) + on_line(r.contact);
+            for r in &found.releases {
+                let ends = [left(r) - r.error, left(r) + r.error];
+                let bar = ends.map(|force| [1e3 * r.contact, 1e9 * force]).to_vec();
+                let bar = Line::new("", PlotPoints::from(bar));
+                plot.line(bar.color(read).width(1.0));
+            }
+            let points: Vec<[f64; 2]> = found
+                .releases
+                .iter()
+                .map(|r| [1e3 * r.contact, 1e9 * left(r)])
+                .collect();
+            let points = Points::new("releases", points).color(read);
+            plot.points(points.radius(3.0));
+        });
+    }
     for (name, (value, error), unit) in [("Ca", found.rate, "N/s"), ("Ca0", found.start, "N")] {
         ui.label(format!(
             "{name} = {} \u{b1} {}",
@@ -272,7 +272,7 @@ pub(super) fn sensitivity(ui: &mut Ui, found: &Sensitivity) {
                     let moved = format_quantity(b - a, spec.unit, 3);
                     format!("+{moved}").replace("+-", "-")
                 } else if a != 0.0 {
-                    format!("{:+.2} %", 100.0 * (b / a - 1.0))
+                    percent(b / a - 1.0)
                 } else {
                     String::new()
                 });
@@ -306,5 +306,14 @@ fn with_error(fit: &FitResult, id: ParameterId) -> String {
         }
         Some(_) => format!("{value}, not told"),
         None => format!("{value}, kept"),
+    }
+}
+
+/// A relative change, without a sign where there is none to see.
+fn percent(change: f64) -> String {
+    if change.abs() < 5e-5 {
+        "below 0.01 %".to_owned()
+    } else {
+        format!("{:+.2} %", 100.0 * change)
     }
 }
