@@ -8,18 +8,19 @@ use eframe::egui::Context;
 
 use super::fitting::{Fitting, aligned};
 use super::job::Job;
-use super::setup::{Role, Setup};
-use crate::fit::readings::readings;
+use super::setup::{OverlayId, Role, Setup};
+use crate::fit::readings::{Readings, readings};
 use crate::fit::steps::adhesion::{Adhesion, adhesion};
 use crate::fit::steps::drive::{DriveFit, fit_drive};
 use crate::fit::steps::film::{Film, film};
-use crate::fit::steps::guide::{Allowance, Step, guide};
+use crate::fit::steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::steps::restitution::{Restitution, restitution};
 use crate::fit::steps::sensitivity::{Sensitivity, sensitivity};
 use crate::fit::{Control, FitOptions, Part, Progress};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
+use crate::recording::align::Alignment;
 
 /// What a step has found.
 #[derive(Debug, Clone)]
@@ -40,9 +41,19 @@ pub enum Finding {
 #[derive(Debug, Clone)]
 pub enum News {
     /// Which steps are allowed.
-    Guide(Vec<Allowance>),
+    Guide(Guidance),
     /// What one found.
     Found(Finding),
+}
+
+/// Recordings, where they are put, and the name of the device.
+type Seen = (Vec<(OverlayId, Alignment)>, String);
+
+/// What the guide has looked with and read; the steps need not read it again.
+#[derive(Debug, Clone)]
+struct Looked {
+    model: Arc<Model>,
+    readings: Option<Arc<Readings>>,
 }
 
 /// State of the window.
@@ -52,7 +63,9 @@ pub struct Identification {
     pub open: bool,
     /// Which steps are allowed, for the recordings and the device of `seen`.
     pub allowances: Vec<Allowance>,
-    seen: Option<(Vec<u64>, String)>,
+    seen: Option<Seen>,
+    /// The device that they hold for, with what was read of the ground.
+    looked: Option<Looked>,
     /// The step in work; none while the recordings are looked at.
     pub job: Option<(Option<Step>, Job<Progress, News>)>,
     /// What has been found, by the step's id; or why not.
@@ -77,62 +90,101 @@ impl Identification {
             && let Some(result) = job.take()
         {
             match (step, result) {
-                (_, Ok(News::Guide(allowances))) => self.allowances = allowances,
+                // What was broken off says nothing.
+                (_, Ok(News::Guide(_))) if job.is_cancelled() => self.looked = None,
+                (_, Ok(News::Guide(found))) => {
+                    self.allowances = found.allowances;
+                    if let Some(looked) = &mut self.looked {
+                        looked.readings = found.readings.map(Arc::new);
+                    }
+                }
                 (Some(step), Ok(News::Found(finding))) => {
                     self.findings.insert(step.id(), Ok(finding));
                 }
                 (Some(step), Err(error)) => {
                     self.findings.insert(step.id(), Err(error));
                 }
-                (None, _) => self.allowances.clear(),
+                (None, _) => self.looked = None,
             }
             self.job = None;
         }
-        let used = setup
-            .overlays
-            .iter()
-            .filter(|o| fitting.role(o) == Role::Train);
-        let seen = (
-            used.map(|o| o.id).collect(),
-            setup.preset.model.name.clone(),
-        );
-        if self.job.is_none() && self.seen.as_ref() != Some(&seen) {
-            self.seen = Some(seen);
-            let (model, recordings) = (setup.preset.model.clone(), recordings(setup, fitting));
-            let job = Job::start("guide", context, move |_| {
-                Ok(News::Guide(guide(&model, &recordings)))
-            });
-            self.job = Some((None, job));
+        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup, fitting)) {
+            self.look(setup, fitting, context);
         }
+    }
+
+    /// Looks which steps the recordings allow with the device as it is now.
+    pub fn look(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
+        let model = Arc::new(setup.preset.model.clone());
+        let recordings = recordings(setup, fitting);
+        self.seen = Some(seen(setup, fitting));
+        self.allowances.clear();
+        self.looked = Some(Looked {
+            model: Arc::clone(&model),
+            readings: None,
+        });
+        let job = Job::start("guide", context, move |desk| {
+            let report = |progress: &Progress| desk.report(progress.clone());
+            let control = Control {
+                cancel: desk.cancel(),
+                progress: &report,
+            };
+            let options = FitOptions::for_model(&model);
+            Ok(News::Guide(guide(&model, &recordings, &options, &control)))
+        });
+        self.job = Some((None, job));
+    }
+
+    /// Whether what the guide says holds for the device as it is now.
+    pub fn is_current(&self, setup: &Setup) -> bool {
+        let looked = self.looked.as_ref();
+        looked.is_some_and(|looked| *looked.model == setup.preset.model)
     }
 
     /// Takes a step with the device as it is now.
     pub fn start(&mut self, step: Step, setup: &Setup, fitting: &Fitting, context: &Context) {
         let (model, recordings) = (setup.preset.model.clone(), recordings(setup, fitting));
         self.chosen = Some(step);
+        let known = self.looked.as_ref().filter(|looked| {
+            *looked.model == model && self.seen.as_ref() == Some(&seen(setup, fitting))
+        });
+        let known = known.and_then(|looked| looked.readings.clone());
         let job = Job::start(step.id(), context, move |desk| {
             let report = |progress: &Progress| desk.report(progress.clone());
             let control = Control {
                 cancel: desk.cancel(),
                 progress: &report,
             };
-            take(step, &model, &recordings, &control).map(News::Found)
+            take(step, &model, &recordings, known, &control).map(News::Found)
         });
         self.job = Some((Some(step), job));
     }
+}
+
+fn seen(setup: &Setup, fitting: &Fitting) -> Seen {
+    let overlays = setup.overlays.iter();
+    let used = overlays.filter(|overlay| fitting.role(overlay) == Role::Train);
+    let placed = used.map(|overlay| (overlay.id, overlay.alignment));
+    (placed.collect(), setup.preset.model.name.clone())
 }
 
 fn take(
     step: Step,
     model: &Model,
     recordings: &[Arc<Recording>],
+    known: Option<Arc<Readings>>,
     control: &Control<'_>,
 ) -> Result<Finding, String> {
     let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
     let names = names.join(", ");
     let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
     let options = FitOptions::for_model(model);
-    let read = || readings(model, &parts, &options, control).map_err(|e| e.to_string());
+    let read = || match &known {
+        Some(readings) => Ok(Arc::clone(readings)),
+        None => readings(model, &parts, &options, control)
+            .map(Arc::new)
+            .map_err(|e| e.to_string()),
+    };
     match step {
         Step::Drive => {
             let slices: Vec<&Recording> = recordings.iter().map(Arc::as_ref).collect();
@@ -140,11 +192,11 @@ fn take(
             Ok(Finding::Drive(Arc::new(fit)))
         }
         Step::Restitution => {
-            let found = restitution(&names, &read()?).map_err(|e| e.to_string())?;
+            let found = restitution(&names, read()?.as_ref()).map_err(|e| e.to_string())?;
             Ok(Finding::Restitution(Arc::new(found)))
         }
         Step::Adhesion => {
-            let found = adhesion(&names, &read()?).map_err(|e| e.to_string())?;
+            let found = adhesion(&names, read()?.as_ref()).map_err(|e| e.to_string())?;
             Ok(Finding::Adhesion(Arc::new(found)))
         }
         Step::Film => {

@@ -85,7 +85,8 @@ pub fn run(name: &str, bench: &Bench<'_>, json_file: Option<&Path>) -> anyhow::R
 type Outcome = (String, Value);
 
 fn guided(bench: &Bench<'_>) -> Outcome {
-    let allowances = guide(bench.model, bench.recordings);
+    let found = guide(bench.model, bench.recordings, bench.options, bench.control);
+    let allowances = found.allowances;
     let mut text = String::from("Steps of the identification, in the paper's order:\n");
     for Allowance { step, by } in &allowances {
         match by {
@@ -262,7 +263,7 @@ fn damping(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
 fn twice(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
     let both = sensitivity(bench.model, &bench.parts(), bench.options, bench.control)?;
     let mut text = format!(
-        "Sensitivity (Table 2): identified with dp as it is, and with dp {} larger\n  {:6} {:>26} {:>26}\n",
+        "Sensitivity (Table 2): identified with the zero position as it is, and {} higher above the ground\n  {:6} {:>26} {:>26}\n",
         format_quantity(SHIFT, "m", 3),
         "",
         "original",
@@ -286,6 +287,8 @@ fn twice(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
             json!({ "original": a, "altered": b, "unit": spec.unit }),
         );
     }
+    text +=
+        "The drive's gain is shifted by as much; gp is counted from the zero and moves with it.\n";
     text += &format!(
         "rms {} and {}\n",
         format_quantity(both.original.train.0.rms, "m", 3),

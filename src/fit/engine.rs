@@ -2,7 +2,7 @@
 
 use super::check::check;
 use super::error::FitError;
-use super::global::search;
+use super::global::{all_parameters, read_again, search};
 use super::options::FitOptions;
 use super::prepare::{Part, Prepared, look, prepare};
 use super::profile::{ProfilePoint, profile};
@@ -16,6 +16,16 @@ use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, simulate};
+
+/// A fit with the problem and the point that it ended at, for one that goes on from there.
+pub(super) struct Fitted {
+    /// What was found.
+    pub result: FitResult,
+    /// The problem.
+    pub prepared: Prepared,
+    /// Where it ended.
+    pub point: Point,
+}
 
 /// Fits the free parameters of `model` to the parts `train`, and measures what is left
 /// on them and on `held_out`, where only initial states and the rig's nuisances are
@@ -31,6 +41,20 @@ pub fn fit(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<FitResult, FitError> {
+    Ok(fitted(model, train, held_out, options, control)?.result)
+}
+
+/// [`fit`] with the point that it ended at.
+///
+/// # Errors
+/// Those of [`fit`].
+pub(super) fn fitted(
+    model: &Model,
+    train: &[Part],
+    held_out: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Fitted, FitError> {
     let mut sound = model.clone();
     let p = &mut sound.parameters;
     // The film's thickness is found anew, so that a bad one does not matter.
@@ -62,11 +86,50 @@ pub fn fit(
     }
     let (prepared, mut best) = search(model, train, &findings, options, control)?;
     forget_untold(model, &prepared, &mut best)?;
-    let train = misfits(&prepared, &best)?;
-    let mut result = uncertainty(start, &prepared, &best, train.0.chi2)?;
+    let mut result = judged(start, &prepared, &best, control)?;
     if !held_out.is_empty() {
         result.held_out = Some(judge(&result.model, held_out, options, control)?);
     }
+    Ok(Fitted {
+        result,
+        prepared,
+        point: best,
+    })
+}
+
+/// Fits from where another fit ended: `begin` is that point, brought over to `model`.
+/// Neither a film is searched for nor are events read anew that fit.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used with `model`.
+pub(super) fn go_on(
+    model: &Model,
+    train: &[Part],
+    begin: impl FnOnce(&Prepared) -> Result<Point, SimError>,
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<FitResult, FitError> {
+    model.check()?;
+    let space = Space::new(model, &options.free)?;
+    let findings = look(model, train);
+    let prepared = prepare(model, &space, train, &findings, options)?;
+    let plan = all_parameters(options);
+    let mut clock = Clock::new(options.iterations);
+    let begin = begin(&prepared)?;
+    let point = improve(&prepared.problem, begin, &plan, control, &mut clock)?;
+    let best = read_again(&prepared, point, &plan, control, &mut clock)?;
+    judged(model, &prepared, &best, control)
+}
+
+/// What was found at a point: values with their errors, and what is left.
+fn judged(
+    start: &Model,
+    prepared: &Prepared,
+    point: &Point,
+    control: &Control<'_>,
+) -> Result<FitResult, FitError> {
+    let train = misfits(prepared, point)?;
+    let mut result = uncertainty(start, prepared, point, train.0.chi2)?;
     result.train = train;
     result.cancelled = control.cancelled();
     Ok(result)
@@ -123,7 +186,7 @@ pub(super) fn estimate_states(
     let far = Huber(1e3);
     let mut point = settle(problem, &x, &prepared.segments, &used, far, 6)?;
     let plan = Plan {
-        stage: "held out",
+        stage: "beginnings and events",
         iterations: options.iterations.min(10),
         locked: &locked,
         enough: 1e-6,

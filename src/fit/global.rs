@@ -159,12 +159,7 @@ fn attempt(
         enough: 1e-6,
     };
     let point = improve(problem, point, &first, control, &mut clock)?;
-    let all = Plan {
-        stage: "all parameters",
-        iterations: options.iterations,
-        locked: &[],
-        enough: 1e-6,
-    };
+    let all = all_parameters(options);
     let mut best = improve(problem, point, &all, control, &mut clock)?;
     best = read_again(&prepared, best, &all, control, &mut clock)?;
     soften(&mut prepared, 1.0 / SOFT);
@@ -173,9 +168,19 @@ fn attempt(
     Ok((prepared, best))
 }
 
+/// The plan by which everything moves.
+pub(super) fn all_parameters(options: &FitOptions) -> Plan<'static> {
+    Plan {
+        stage: "all parameters",
+        iterations: options.iterations,
+        locked: &[],
+        enough: 1e-6,
+    }
+}
+
 /// Sets segments aside that do not fit, fits the others, and reads the events of the
 /// former again, as long as that brings some back.
-fn read_again(
+pub(super) fn read_again(
     prepared: &Prepared,
     mut best: Point,
     plan: &Plan<'_>,

@@ -7,6 +7,7 @@ use eframe::egui::Ui;
 
 use crate::app::setup::Picture;
 use crate::app::state::State;
+use crate::model::Model;
 use crate::sim::{ForceTraces, Trace};
 
 use super::cache;
@@ -37,6 +38,9 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     if let Some(trace) = snapshot.map(|snapshot| &snapshot.trace) {
         if trace.forces.is_some() {
             plot.curves = curves(ui, trace);
+            if plot.curves.is_empty() && !trace.proof_mass.is_empty() {
+                plot.message = Some(why_none(&state.setup.preset.model));
+            }
             plot.contacts = Some(Arc::clone(trace));
         } else {
             plot.message = Some("Forces are being computed.".to_owned());
@@ -45,9 +49,18 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     plot
 }
 
+/// Why no force is drawn.
+fn why_none(model: &Model) -> String {
+    if model.piezo.is_none() && !model.has_ground && model.effects.is_empty() {
+        let device = &model.name;
+        return format!("No forces to show: {device} has no drive, no ground and no effects.");
+    }
+    "No forces to show: all are zero in this run.".to_owned()
+}
+
 fn curves(ui: &Ui, trace: &Arc<Trace>) -> Vec<Curve> {
     let palette = style::palette(ui);
-    FORCES
+    let mut curves: Vec<Curve> = FORCES
         .into_iter()
         .zip(palette.forces)
         .filter_map(|((name, decides, values), color)| {
@@ -69,5 +82,10 @@ fn curves(ui: &Ui, trace: &Arc<Trace>) -> Vec<Curve> {
                 }
             })
         })
-        .collect()
+        .collect();
+    // The drive hides behind its name so that the others are seen, where there are others.
+    if let [only] = curves.as_mut_slice() {
+        only.hidden = false;
+    }
+    curves
 }

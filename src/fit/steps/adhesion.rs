@@ -1,7 +1,7 @@
 //! Step 3, adhesion (figs. 7 and 8): the pull-off force at each release by eq (13) against
 //! the time in contact, and the line `Ca t + Ca0` through it, eq (14).
 
-use super::{Line, StepError, line};
+use super::{Line, StepError, counted, line};
 use crate::fit::readings::{Readings, Release};
 
 /// Forces less certain than this share of the largest do not count.
@@ -53,8 +53,8 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
     };
     if releases.len() < LEAST {
         return Err(unsuited(format!(
-            "{} releases tell the pull-off force, {LEAST} are needed",
-            releases.len()
+            "{} the pull-off force, {LEAST} are needed",
+            counted(releases.len(), "release tells", "releases tell")
         )));
     }
     let times = releases.iter().map(|r| r.contact);

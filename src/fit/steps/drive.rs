@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::StepError;
+use super::{StepError, counted};
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
@@ -109,9 +109,13 @@ pub fn fit_drive(model: &Model, recordings: &[&Recording]) -> Result<DriveFit, S
         fit_branch(&own, order, high - low).ok_or_else(|| StepError::Unsuited {
             recording: names(recordings),
             reason: format!(
-                "only {} slow blocks of free motion on the {} branch, over too little of the voltage",
-                own.len(),
-                if branch == Branch::Rising { "rising" } else { "falling" },
+                "only {} of free motion on the {} branch, over too little of the voltage",
+                counted(own.len(), "slow block", "slow blocks"),
+                if branch == Branch::Rising {
+                    "rising"
+                } else {
+                    "falling"
+                },
             ),
             remedy: REMEDY,
         })

@@ -6,8 +6,8 @@
 //! was held, and how it bounced before, does not matter. The fit without film is one of
 //! the starts of the fit with film, and what it is worth is compared on the same rings.
 
-use super::StepError;
 use super::break_off::{STAY, break_offs, problem};
+use super::{StepError, counted};
 use crate::fit::chain::{Encounter, run};
 use crate::fit::check::check as sensible;
 use crate::fit::prepare::{Prepared, look};
@@ -78,6 +78,48 @@ pub fn film(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<Film, StepError> {
+    let rings = rings_of(model, parts, options)?;
+    Ok(compare(
+        model,
+        &rings.sound,
+        &rings.prepared,
+        &rings.options,
+        control,
+    )?)
+}
+
+/// What the step is taken with.
+pub(super) struct Rings {
+    /// The model with a film that has a thickness.
+    sound: Model,
+    /// What the fit may do.
+    options: FitOptions,
+    /// One segment for each ring.
+    prepared: Prepared,
+}
+
+impl Rings {
+    /// Names of the recordings that show one.
+    pub(super) fn recordings(&self) -> Vec<String> {
+        let problem = &self.prepared.problem;
+        let segments = self.prepared.segments.iter();
+        let mut names: Vec<String> = segments
+            .map(|s| problem.data[s.recording].recording.name.clone())
+            .collect();
+        names.dedup();
+        names
+    }
+}
+
+/// The rings that can be fitted to.
+///
+/// # Errors
+/// Those of [`film`], except for what only the fit can show.
+pub(super) fn rings_of(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+) -> Result<Rings, StepError> {
     check(model)?;
     let mut sound = model.clone();
     let dp = sound.parameters[ParameterId::Dp];
@@ -112,7 +154,11 @@ pub fn film(
     if prepared.segments.is_empty() {
         return Err(none());
     }
-    Ok(compare(model, &sound, &prepared, &options, control)?)
+    Ok(Rings {
+        sound,
+        options,
+        prepared,
+    })
 }
 
 /// Fits the rings without the film and with it.
@@ -213,7 +259,8 @@ fn compare(
             vec!["no film is seen: the rings are followed as well without one".to_owned()];
     }
     let break_offs = prepared.segments.len();
-    fit.remarks.push(format!("from {break_offs} break-offs"));
+    let from = counted(break_offs, "break-off", "break-offs");
+    fit.remarks.push(format!("from {from}"));
     fit.train = misfits(prepared, &point)?;
     fit.cancelled = control.cancelled();
     let p = &fit.model.parameters;

@@ -53,6 +53,11 @@ pub enum StepError {
     },
 }
 
+/// A number with what it counts, singular or plural.
+fn counted(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
+}
+
 /// A straight line through weighted points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {

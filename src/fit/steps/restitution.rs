@@ -3,8 +3,9 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::StepError;
+use super::{StepError, counted};
 use crate::fit::readings::{Bounce, Readings};
+use crate::fit::timeline::LEAST_BOUNCE;
 
 /// Bounces whose ratio is less certain than this do not count.
 const CERTAIN: f64 = 0.2;
@@ -36,15 +37,16 @@ pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, Step
     let bounces: Vec<Bounce> = readings
         .bounces
         .iter()
-        .filter(|b| b.ratio > 0.0 && b.error < CERTAIN * b.ratio.max(0.1))
+        // Slower than that it has stayed on the ground, read as a bounce.
+        .filter(|b| b.ratio > LEAST_BOUNCE && b.error < CERTAIN * b.ratio.max(0.1))
         .copied()
         .collect();
     if bounces.len() < LEAST {
         return Err(StepError::Unsuited {
             recording: names.to_owned(),
             reason: format!(
-                "{} bounces tell the restitution, {LEAST} are needed",
-                bounces.len()
+                "{} the restitution, {LEAST} are needed",
+                counted(bounces.len(), "bounce tells", "bounces tell")
             ),
             remedy: "record a 300 Hz square or sine that just begins to hit the ground",
         });

@@ -1,12 +1,13 @@
 //! The steps on made-up recordings of the `paper` device.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use super::StepError;
 use super::adhesion::adhesion;
 use super::film::{Film, film};
 use super::restitution::restitution;
+use super::sensitivity::{ROWS, SHIFT, sensitivity};
 use crate::fit::readings::{Readings, readings};
 use crate::fit::{Control, FitOptions, Part};
 use crate::model::drive::Waveform;
@@ -88,6 +89,63 @@ fn adhesion_is_read_from_the_releases_alone() {
     alike.releases.extend(alike.releases.clone());
     let error = adhesion("one", &alike).unwrap_err();
     assert!(error.to_string().contains("several lambda"), "{error}");
+}
+
+#[test]
+fn sensitivity_follows_the_recording_from_either_zero() {
+    let model = Preset::default().model;
+    let parts = [Part::whole(recording("square:15Hz:8V", 0.1))];
+    let cancel = AtomicBool::new(false);
+    let shares = Mutex::new(Vec::new());
+    let control = Control {
+        cancel: &cancel,
+        progress: &|p| {
+            let share = p.iteration as f64 / p.expected as f64;
+            shares.lock().unwrap().push((p.stage, share));
+        },
+    };
+    let options = FitOptions::for_model(&model);
+    let both = sensitivity(&model, &parts, &options, &control).unwrap();
+    let (a, b) = (&both.original, &both.altered);
+    println!("{:?} {:?}", a.train.0, b.train.0);
+    // The same motion from another zero: as near to the data, and the ground as it was.
+    assert!((b.train.0.rms / a.train.0.rms - 1.0).abs() < 0.05);
+    assert!(a.train.0.rms < 1.1 * 20e-9);
+    let apart = b.model.parameters[ParameterId::Dp] - a.model.parameters[ParameterId::Dp];
+    assert!((apart - SHIFT).abs() < 1e-12);
+    for id in ROWS {
+        let of = |fit: &crate::fit::FitResult| {
+            let found = fit
+                .parameters
+                .iter()
+                .find(|p| p.id == id.spec().id)
+                .unwrap();
+            (found.value, found.std_error)
+        };
+        let ((x, error), (y, _)) = (of(a), of(b));
+        let moved = if id == ParameterId::Gp { SHIFT } else { 0.0 };
+        println!("{id:?} {x:e} +- {error:e} {y:e}");
+        assert!((y - moved - x).abs() < 0.5 * error, "{id:?}");
+    }
+    // One count for both, which does not go back within either.
+    let shares = shares.lock().unwrap().clone();
+    for (stage, range) in [
+        ("1 of 2: dp as it is", 0.0..=0.75),
+        ("2 of 2: dp shifted", 0.75..=1.0),
+    ] {
+        let own: Vec<f64> = shares
+            .iter()
+            .filter(|s| s.0 == stage)
+            .map(|s| s.1)
+            .collect();
+        assert!(
+            !own.is_empty() && own.iter().all(|s| range.contains(s)),
+            "{shares:?}"
+        );
+    }
+    // Cancelled, it ends without two columns.
+    cancel.store(true, Ordering::Relaxed);
+    assert!(sensitivity(&model, &parts, &options, &control).is_err());
 }
 
 /// The step with the `paper` device, whose film is another one than the recordings'.

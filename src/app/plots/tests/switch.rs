@@ -133,3 +133,28 @@ fn a_handle_obeys_the_arrow_keys() {
     let handle = harness.get_by_role(Role::Splitter);
     assert!(handle.accesskit_node().label().is_some());
 }
+
+#[test]
+fn a_device_without_forces_says_so() {
+    let mut state = with(empty(), trace(2000));
+    state.setup.preset = Preset::embedded("oscillator").unwrap();
+    state.view.pictures = [Picture::Forces].into();
+    let mut run = trace(2000);
+    run.forces = Some(ForceTraces::default());
+    let described = |state: &State| {
+        let mut said = None;
+        let context = eframe::egui::Context::default();
+        let mut output = context.run_ui(Default::default(), |ui| {
+            said = crate::app::plots::forces::describe(ui, state).message;
+        });
+        output.textures_delta.clear();
+        said
+    };
+    assert_eq!(described(&state), None);
+    let state = with(state, run);
+    let said = described(&state).unwrap();
+    assert!(
+        said.contains("no drive, no ground and no effects"),
+        "{said}"
+    );
+}

@@ -2,6 +2,7 @@
 //! it. Nothing is applied without being asked for.
 
 mod choose;
+mod figures;
 mod picture;
 mod profile;
 mod result;
