@@ -343,6 +343,7 @@ fn said(guess: &Guess) -> score::Diagnosis {
         places: Vec::new(),
         train: both,
         held_out: both,
+        by_criterion: None,
     }
 }
 
