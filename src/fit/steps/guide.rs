@@ -125,7 +125,8 @@ pub fn guide(
         (Step::Film, film.is_err()),
     ]
     .into_iter()
-    .filter_map(|(step, fails)| fails.then(|| step.id()))
+    .filter(|(_, fails)| *fails)
+    .map(|(step, _)| step.id())
     .collect();
     let sensitivity = if missing.is_empty() {
         Ok(everything())
