@@ -6,6 +6,7 @@ use super::laws::LawTest;
 use super::locate::{self, Sample};
 use super::next::experiment;
 use super::options::DiagnoseError;
+use super::promises::PROMISING;
 use super::result::{
     BounceSeen, Candidate, Estimate, EventsSeen, LevelSeen, NamedEffect, ReleaseSeen, Verdict,
 };
@@ -178,6 +179,8 @@ pub fn candidates(
                 } else {
                     "another effect improves the fit more, and leaves nothing for it".to_owned()
                 });
+            } else if weighed.is_some_and(|w| w.promise > PROMISING) {
+                remarks.push("it promises far less than the best, and was not fitted".to_owned());
             } else if weighed.is_some() {
                 remarks.push("re-tuning explains all that it could".to_owned());
             } else if test.is_none() {
