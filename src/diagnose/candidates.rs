@@ -5,8 +5,7 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::ParameterId;
 
-/// Shortest lag that is tried, as a share of the shortest form: a shorter one is no more
-/// than the skew between two clocks.
+/// Shortest lag that is tried, as a share of that of its form.
 const LEAST_LAG: f64 = 0.3;
 
 /// Least distance of electrodes at contact \[m\].
@@ -42,7 +41,8 @@ impl Form {
     }
 
     /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
-    /// a lag would only make the simulation stiff.
+    /// a lag, whose answer goes as its square beside a shift of the clocks, calls for a
+    /// shorter form.
     pub fn least(&self) -> f64 {
         if self.signed {
             f64::NEG_INFINITY
@@ -134,7 +134,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
         let sprung = model.parameters[ParameterId::F1] > 0.0;
         match spec.id {
             "amplifier_lag" if driven => {
-                for tau in [1e-5, 5e-5, 2e-4] {
+                for tau in [1e-6, 3e-6, 1e-5, 5e-5, 2e-4] {
                     add(&[tau], 0, false, &[0]);
                 }
             }
@@ -176,7 +176,9 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
             }
             "sensor_lag" => {
                 add(&[0.5 * scale.interval, 0.0], 0, false, &[0]);
-                add(&[0.0, 0.25 * scale.interval], 1, false, &[1]);
+                for share in [0.05, 0.25] {
+                    add(&[0.0, share * scale.interval], 1, false, &[1]);
+                }
             }
             "gravity" if !sprung => {
                 add(&[1.0], 0, true, &[0]);

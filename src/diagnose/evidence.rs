@@ -96,7 +96,7 @@ pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
 }
 
 /// Ranges of height \[m\], velocity \[m/s\] and voltage \[V\] in the recordings.
-fn spans(fitted: &Fitted) -> ((f64, f64), (f64, f64), (f64, f64)) {
+pub(super) fn spans(fitted: &Fitted) -> ((f64, f64), (f64, f64), (f64, f64)) {
     let (mut x, mut v, mut u) = (Vec::new(), Vec::new(), Vec::new());
     for data in &fitted.problem.data {
         let r = &data.recording;

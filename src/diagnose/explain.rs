@@ -2,6 +2,7 @@
 //! out, and added one by one as long as both sides improve beyond chance.
 
 use super::bench::{Bench, Bound, Fitted, with_effect};
+use super::kin;
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
 use crate::model::Model;
@@ -157,7 +158,7 @@ pub fn explain(
             TRAIN_GAIN
         };
         let chance = trial.gain < least || !held || trial.worth() < SHARE * explained;
-        if only.is_none() && chance {
+        if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;
         }
         explained += trial.worth();
@@ -181,6 +182,27 @@ pub fn explain(
         stand,
         weighed,
     })
+}
+
+/// Whether what `trial` brings is little more than the effects named before would bring if
+/// their laws were of somewhat other form.
+fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
+    let named: Vec<&'static EffectSpec> = stand.named.iter().map(|n| n.spec).collect();
+    if named.is_empty() {
+        return Ok(false);
+    }
+    let (before, after) = (
+        kin::gain(&stand.train, &named)?,
+        kin::gain(&trial.train, &named)?,
+    );
+    let own = 1.0 - (before - after).max(0.0) / trial.gain;
+    log::debug!(
+        "{}: kin of those named bring {before:.0} without it and {after:.0} with it, of {:.0}",
+        trial.hypothesis.start.spec.id,
+        trial.gain
+    );
+    let held = trial.held_out.is_some() && own * trial.held_gain < HELD_GAIN;
+    Ok(own * trial.gain < TRAIN_GAIN || held)
 }
 
 /// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it

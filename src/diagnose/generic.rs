@@ -57,7 +57,8 @@ impl Against {
 
 const ANY: (f64, f64) = (-1e300, 1e300);
 
-const fn number(id: &'static str) -> ParameterSpec {
+/// A number of a force without a name.
+pub(super) const fn number(id: &'static str) -> ParameterSpec {
     ParameterSpec {
         id,
         symbol: id,

@@ -20,6 +20,7 @@ pub mod evidence;
 pub mod example;
 pub mod explain;
 pub mod generic;
+pub mod kin;
 pub mod laws;
 pub mod locate;
 pub mod next;

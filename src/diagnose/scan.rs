@@ -169,8 +169,19 @@ impl Scan {
         Ok(Self::gather(linear, &products, effects.len()))
     }
 
+    /// What all directions would bring together, each known beforehand to be zero but for
+    /// `sigma` times itself.
+    pub fn within(&self, sigma: f64) -> Option<Joint> {
+        let all: Vec<usize> = (0..self.gradient.len() - self.unknowns).collect();
+        self.solve(&all, 1.0 / (sigma * sigma))
+    }
+
     /// What some of the directions would bring together, all other unknowns adjusted.
     pub fn joint(&self, which: &[usize]) -> Option<Joint> {
+        self.solve(which, 0.0)
+    }
+
+    fn solve(&self, which: &[usize], prior: f64) -> Option<Joint> {
         let n = self.unknowns;
         let base = Base::new(&self.normal, &self.gradient, n)?;
         let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
@@ -182,6 +193,7 @@ impl Scan {
                 let whole = self.normal[(n + which[i], n + which[j])];
                 normal[(i, j)] = whole - base.inner(&columns[i], &columns[j]);
             }
+            normal[(i, i)] += prior;
         }
         let slope = |i: usize| base.slope(&columns[i], self.gradient[n + which[i]]);
         evidence::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))

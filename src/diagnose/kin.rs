@@ -1,0 +1,312 @@
+//! What an effect that was named would leave behind if its law were of another form than
+//! the catalogue's: the same force, somewhat larger or smaller in windows of height,
+//! velocity or voltage, or beside it one of another time constant. A strong effect whose
+//! law is a little off leaves more than a weak one brings, and must not be given a name
+//! of its own for that.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::bench::{Fitted, LOSS};
+use super::evidence::spans;
+use super::generic::{self, Against, window};
+use super::scan::{Linear, Scan};
+use crate::model::drive::Segment;
+use crate::model::effects::{Action, ActiveEffect, CATALOGUE, EffectSpec, Kinematics, Need};
+use crate::model::parameter::ParameterSpec;
+use crate::model::piezo::Branch;
+use crate::model::sensor::Point;
+use crate::sim::SimError;
+
+/// By what share a law may be off in a window.
+const OFF: f64 = 0.3;
+/// Windows of height, velocity or voltage.
+const WINDOWS: usize = 5;
+/// Time constants of kin, over that of the effect.
+const TIMES: [f64; 3] = [0.2, 0.5, 3.0];
+/// Largest `gc` of the paper's transducer, in its unit.
+const GAIN: f64 = 5.0;
+/// Values of the wrapped effect that are passed on.
+const VALUES: usize = 6;
+/// Values before those.
+const OWN: usize = 4;
+
+static SPEC: EffectSpec = EffectSpec {
+    id: "kin",
+    name: "kin of an effect",
+    sentence: "An effect of the catalogue, in a window of one quantity.",
+    law: "F = hat((u - middle) / width) F0",
+    needs: Need::Nothing,
+    source: "",
+    parameters: &PARAMETERS,
+    build: |values, around| {
+        let index = (values[0].max(0.0) as usize).min(CATALOGUE.len() - 1);
+        let spec = CATALOGUE[index];
+        let own = &values[OWN..OWN + spec.parameters.len().min(VALUES)];
+        Box::new(Kin {
+            inner: (spec.build)(own, around),
+            against: match values[1] as i64 {
+                1 => Some(Against::Height),
+                2 => Some(Against::Velocity),
+                3 => Some(Against::Voltage),
+                _ => None,
+            },
+            middle: values[2],
+            width: values[3],
+        })
+    },
+};
+
+static PARAMETERS: [ParameterSpec; OWN + VALUES] = [
+    generic::number("which"),
+    generic::number("against"),
+    generic::number("middle"),
+    generic::number("width"),
+    generic::number("a"),
+    generic::number("b"),
+    generic::number("c"),
+    generic::number("d"),
+    generic::number("e"),
+    generic::number("f"),
+];
+
+/// `effect` with other values, wrapped so that it stands beside the effect itself; in a
+/// window of a quantity if there is one.
+fn wrapped(
+    effect: &ActiveEffect,
+    values: &[f64],
+    window: Option<(Against, f64, f64)>,
+) -> Option<ActiveEffect> {
+    let index = CATALOGUE.iter().position(|e| *e == effect.spec)?;
+    let (against, middle, width) = match window {
+        Some((Against::Height, m, w)) => (1.0, m, w),
+        Some((Against::Velocity, m, w)) => (2.0, m, w),
+        Some((_, m, w)) => (3.0, m, w),
+        None => (0.0, 0.0, 1.0),
+    };
+    let mut all = vec![index as f64, against, middle, width];
+    all.extend_from_slice(values);
+    all.resize(OWN + VALUES, 0.0);
+    Some(ActiveEffect {
+        spec: &SPEC,
+        values: all,
+    })
+}
+
+/// Directions of kin of an effect, each of the size by which its law may be off.
+fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
+    let (height, speed, volts) = spans(fitted);
+    let v = &effect.values;
+    let windows = |against: Against, (low, high): (f64, f64)| -> Vec<(Against, f64, f64)> {
+        if high.is_nan() || high <= low {
+            return Vec::new();
+        }
+        let width = (high - low) / (WINDOWS - 1) as f64;
+        let middle = |i: usize| low + i as f64 * width;
+        (0..WINDOWS).map(|i| (against, middle(i), width)).collect()
+    };
+    let scaled = |strength: usize, over: Option<(usize, f64)>| {
+        let mut values = v.clone();
+        values[strength] *= OFF;
+        if let Some((i, factor)) = over {
+            values[i] *= factor;
+        }
+        values
+    };
+    let in_windows = |strength: usize, all: Vec<(Against, f64, f64)>| -> Vec<ActiveEffect> {
+        let values = scaled(strength, None);
+        all.into_iter()
+            .filter_map(|w| wrapped(effect, &values, Some(w)))
+            .collect()
+    };
+    let other_times = |strength: usize, constant: usize| -> Vec<ActiveEffect> {
+        TIMES
+            .iter()
+            .filter_map(|t| wrapped(effect, &scaled(strength, Some((constant, *t))), None))
+            .collect()
+    };
+    match effect.spec.id {
+        "cubic_stiffness" | "long_range_attraction" => {
+            in_windows(0, windows(Against::Height, height))
+        }
+        "electrostatic" => {
+            let mut all = windows(Against::Height, height);
+            all.extend(windows(Against::Voltage, volts));
+            in_windows(0, all)
+        }
+        "quadratic_drag" => {
+            let mut all = windows(Against::Velocity, speed);
+            all.extend(windows(Against::Height, height));
+            in_windows(0, all)
+        }
+        "dry_friction" => windows(Against::Velocity, speed)
+            .into_iter()
+            .map(|(_, middle, width)| window(Against::Velocity, middle, width, OFF * v[0]))
+            .collect(),
+        "piezo_creep" | "zero_drift" => other_times(0, 1),
+        "amplifier_lag" | "film_spring" => wrapped(effect, &scaled(0, None), None)
+            .into_iter()
+            .collect(),
+        "hysteresis_memory" => windows(Against::Voltage, volts)
+            .into_iter()
+            .map(|(_, middle, width)| {
+                let size = OFF * v[0] * GAIN;
+                window(Against::Drive, middle, width, size)
+            })
+            .collect(),
+        "base_vibration" => [2.0, 3.0]
+            .into_iter()
+            .flat_map(|harmonic| [(harmonic, 0.0), (harmonic, FRAC_PI_2)])
+            .filter_map(|(harmonic, phase)| {
+                wrapped(effect, &[OFF * v[0], harmonic * v[1], phase], None)
+            })
+            .collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Fall of chi2 that kin of `named` would bring at a fit, none of them larger than the
+/// share by which a law may be off.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimError> {
+    let own = |e: &&ActiveEffect| named.iter().any(|n| *n == e.spec);
+    let of = |e: &ActiveEffect| directions(e, fitted);
+    let probes: Vec<ActiveEffect> = fitted
+        .model
+        .effects
+        .iter()
+        .filter(own)
+        .flat_map(of)
+        .collect();
+    if probes.is_empty() {
+        return Ok(0.0);
+    }
+    let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
+    // All stand side by side, of which a model has one each by kind: one after the other.
+    let scan = Scan::of(&linear, &fitted.model, &probes)?;
+    Ok(scan.within(1.0).map_or(0.0, |joint| joint.gain))
+}
+
+/// An effect in a window.
+#[derive(Debug)]
+struct Kin {
+    inner: Box<dyn Action>,
+    against: Option<Against>,
+    middle: f64,
+    width: f64,
+}
+
+impl Kin {
+    fn share(&self, u: f64) -> f64 {
+        let d = ((u - self.middle) / self.width).abs();
+        if d < 1.0 {
+            (FRAC_PI_2 * d).cos().powi(2)
+        } else {
+            0.0
+        }
+    }
+}
+
+impl Action for Kin {
+    fn does_nothing(&self) -> bool {
+        self.inner.does_nothing()
+    }
+
+    fn state_rates(&self) -> &[f64] {
+        self.inner.state_rates()
+    }
+
+    fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
+        self.inner.state_inputs(at, z, inputs);
+    }
+
+    fn piece(&self, segment: Segment, t: f64, z: &[f64]) -> Segment {
+        self.inner.piece(segment, t, z)
+    }
+
+    fn drive_voltage(&self, voltage: f64, at: &Kinematics, z: &[f64]) -> f64 {
+        self.inner.drive_voltage(voltage, at, z)
+    }
+
+    fn end_piece(&self, at: &Kinematics, z: &mut [f64]) {
+        self.inner.end_piece(at, z);
+    }
+
+    fn hysteresis(&self, gain: f64, voltage: f64, branch: Branch, z: &[f64]) -> f64 {
+        self.inner.hysteresis(gain, voltage, branch, z)
+    }
+
+    fn drive_gain(&self, gain: f64, at: &Kinematics, z: &[f64]) -> f64 {
+        self.inner.drive_gain(gain, at, z)
+    }
+
+    fn force_on_proof_mass(&self, at: &Kinematics, z: &[f64]) -> f64 {
+        let share = match self.against {
+            Some(Against::Height) => self.share(at.xp),
+            Some(Against::Velocity) => self.share(at.vp),
+            Some(_) => self.share(at.voltage),
+            None => 1.0,
+        };
+        share * self.inner.force_on_proof_mass(at, z)
+    }
+
+    fn film_force(&self, film: f64, z: &[f64]) -> f64 {
+        self.inner.film_force(film, z)
+    }
+
+    fn base_acceleration(&self, t: f64) -> f64 {
+        self.inner.base_acceleration(t)
+    }
+
+    fn reading(&self, reading: f64, point: Point, t: f64, z: &[f64]) -> f64 {
+        self.inner.reading(reading, point, t, z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::{Surroundings, find};
+    use crate::model::preset::Preset;
+
+    fn force(effect: &ActiveEffect, at: &Kinematics) -> f64 {
+        let model = Preset::embedded("paper").unwrap().model;
+        let structure = model.structure();
+        let around = Surroundings {
+            structure: &structure,
+            parameters: &model.parameters,
+            piezo: model.piezo,
+        };
+        (effect.spec.build)(&effect.values, &around).force_on_proof_mass(at, &[])
+    }
+
+    #[test]
+    fn kin_is_the_effect_itself_in_a_window() {
+        let cubic = ActiveEffect {
+            spec: find("cubic_stiffness").unwrap(),
+            values: vec![2e4],
+        };
+        let at = |xp: f64| Kinematics {
+            xp,
+            ..Kinematics::default()
+        };
+        let own = force(&cubic, &at(-4e-5));
+        assert!(own > 0.0);
+        let whole = wrapped(&cubic, &cubic.values, None).unwrap();
+        assert_eq!(force(&whole, &at(-4e-5)), own);
+        let window = (Against::Height, -4e-5, 1e-5);
+        let part = wrapped(&cubic, &cubic.values, Some(window)).unwrap();
+        assert_eq!(force(&part, &at(-4e-5)), own);
+        assert_eq!(force(&part, &at(-2e-5)), 0.0);
+        let share = force(&part, &at(-4.5e-5)) / force(&cubic, &at(-4.5e-5));
+        assert!((share - 0.5).abs() < 1e-9, "{share}");
+    }
+
+    #[test]
+    fn every_effect_fits_into_its_kin() {
+        for effect in CATALOGUE {
+            assert!(effect.parameters.len() <= VALUES, "{}", effect.id);
+        }
+    }
+}
