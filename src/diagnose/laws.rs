@@ -29,6 +29,16 @@ const LEAST: usize = 6;
 /// say in them.
 const SLOW: f64 = 0.03;
 
+/// Standard errors by which a mass that leaves the ground does so.
+const LEAVES: f64 = 4.0;
+/// A ratio of less than this share of the usual one is that of a landing.
+const LANDED: f64 = 0.3;
+/// Error of a ratio, as a share of the usual one, up to which it is told from a landing.
+const KNOWN: f64 = 0.15;
+/// Fall of chi2 on both sides together from which restitution goes with speed: one law of
+/// one number.
+const FORESEEN_SPEED: f64 = 50.0;
+
 /// How well the level of the ground is known from the stays on it \[m\].
 const LEVEL: f64 = 1e-7;
 
@@ -61,12 +71,24 @@ pub struct LawTest {
     pub evidence: String,
 }
 
-/// (speed, ratio, error) of the bounces that tell the law.
+/// (speed, ratio, error) of the bounces that tell the law. A mass that lands, or hops too
+/// low to be seen, reads as one that hardly leaves the ground, with an error that knows
+/// nothing of that; and bounces that are known too badly to tell the two apart say nothing.
 fn ratios(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
     let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
+    let quick = |b: &&Bounce| b.approach > SLOW * fastest && b.ratio < 1.5;
+    let leaves = |b: &&Bounce| b.ratio > LEAVES * b.error;
+    let mut seen: Vec<f64> = bounces
+        .iter()
+        .filter(quick)
+        .filter(leaves)
+        .map(|b| b.ratio)
+        .collect();
+    let usual = quantile_in_place(&mut seen, 0.5);
     let telling = bounces
         .iter()
-        .filter(|b| b.approach > SLOW * fastest && b.error < 0.2 && b.ratio > 0.0 && b.ratio < 1.5);
+        .filter(quick)
+        .filter(|b| b.error < KNOWN * usual && b.ratio > LANDED * usual);
     telling.map(|b| (b.approach, b.ratio, b.error)).collect()
 }
 
@@ -133,35 +155,51 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
         ratios(&ground.held_out.bounces),
     );
     let spec = find("velocity_restitution")?;
-    if train.len() < LEAST {
+    let all = [train.as_slice(), held.as_slice()].concat();
+    if train.is_empty() || all.len() < LEAST {
         return None;
     }
-    let constant = curve(&train, &[0.4], &|_, p| p[0]);
     let v0 = 0.1;
     let law = |v: f64, p: &[f64]| (p[0] * (v / v0).powf(-p[1])).min(1.0);
-    let power = curve(&train, &[constant.values[0], 0.05], &law);
-    let scale = scatter(&train, 2, &|v| law(v, &power.values));
-    let held_scale = scale.max(scatter(&held, 0, &|v| law(v, &power.values)));
-    let before = cost(&held, &|_| constant.values[0]);
-    let after = cost(&held, &|v| law(v, &power.values));
+    let constant = |points: &[(f64, f64, f64)]| curve(points, &[0.4], &|_, p| p[0]);
+    let power =
+        |points: &[(f64, f64, f64)], level: &Curve| curve(points, &[level.values[0], 0.05], &law);
+    let (level, level_all) = (constant(&train), constant(&all));
+    let (fit, fit_all) = (power(&train, &level), power(&all, &level_all));
+    let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
     let root = scale.sqrt();
+    let gain = (level.cost - fit.cost) / scale;
+    let held_gain = if held.is_empty() {
+        0.0
+    } else {
+        level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
+    };
+    // A few bounces tell little by themselves.
+    let together = gain <= TOLD && held_gain > 0.0;
+    let (told, points) = if together {
+        (&fit_all, &all)
+    } else {
+        (&fit, &train)
+    };
+    let after = cost(&held, &|v| law(v, &told.values));
     Some(LawTest {
         id: spec.id,
-        gain: (constant.cost - power.cost) / scale,
-        held_gain: (before - after) / held_scale,
-        foreseen: None,
+        gain,
+        held_gain,
+        foreseen: Some(FORESEEN_SPEED),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
-            values: vec![power.values[1], v0],
+            values: vec![told.values[1], v0],
         },
-        errors: vec![power.errors[1] * root, f64::INFINITY],
-        sets: vec![(ParameterId::Alpha, power.values[0].clamp(0.0, 1.0))],
+        errors: vec![told.errors[1] * root, f64::INFINITY],
+        sets: vec![(ParameterId::Alpha, told.values[0].clamp(0.0, 1.0))],
         evidence: format!(
-            "{} bounces: restitution goes as speed to the power {:.3} +- {:.3}",
-            train.len(),
-            -power.values[1],
-            power.errors[1] * root
+            "{} bounces: restitution goes as speed to the power {:.3} +- {:.3}{}",
+            points.len(),
+            -told.values[1],
+            told.errors[1] * root,
+            if together { ALSO_HELD_OUT } else { "" }
         ),
     })
 }
@@ -366,3 +404,7 @@ pub fn mismatches(
     }
     out
 }
+
+#[cfg(test)]
+#[path = "laws_tests.rs"]
+mod laws_tests;

@@ -6,13 +6,21 @@ use rayon::prelude::*;
 use super::bench::LOSS;
 use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
-use crate::fit::segment::Segment;
+use crate::fit::segment::{Joint, Segment};
 use crate::fit::solve::Point;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator, StretchState};
 
 /// A stretch this many times farther off than nine in ten of the others was misread.
 const OFF: f64 = 2.5;
+/// Fall of the cost from which a stretch read as held is told as flight.
+const WORSE: f64 = 40.0;
+/// Cost per row up to which it is told well.
+const FITS: f64 = 1.3;
+/// Heights above the ground that may be taken for contact, in units of the noise.
+const UNSEEN: f64 = 6.0;
+/// Most steps of a stretch's own fit.
+const ROUNDS: usize = 8;
 /// One in this many stretches is used on the way.
 const THIN: usize = 3;
 /// So many of each recording, in flight and held, are used at least.
@@ -65,7 +73,88 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
         }
         point.used[i] = left <= OFF * usual;
     }
-    Ok(!off.is_empty())
+    let above = hovering(problem, point, &simulator, &states);
+    for &i in &above {
+        point.used[i] = false;
+    }
+    Ok(!off.is_empty() || !above.is_empty())
+}
+
+/// Stretches read as held in which the mass is off the ground by less than the noise shows
+/// in a sample: they are far better told as flight, a little above the ground.
+fn hovering(
+    problem: &Problem,
+    point: &Point,
+    simulator: &StretchSimulator,
+    states: &[Vec<f64>],
+) -> Vec<usize> {
+    let one = |i: usize| {
+        let held = &point.segments[i];
+        let data = &problem.data[held.recording];
+        let nuisances = problem.nuisances_of(&point.x, held.recording);
+        let cost = |segment: &Segment, rounds| {
+            let start = segment.locals.clone();
+            problem.refine(
+                segment, &states[i], simulator, &nuisances, start, LOSS, rounds,
+            )
+        };
+        let rows = problem.rows(held).len() as f64;
+        let (_, on_ground) = cost(held, 1);
+        if on_ground < rows + WORSE {
+            return false;
+        }
+        let level = simulator.ground_level(data.recording.time[held.samples.start] + data.epoch);
+        let flying = in_flight(held, simulator, level, data.sigmas.xp);
+        let (locals, in_air) = cost(&flying, ROUNDS);
+        let modes = simulator.modes();
+        let q: Vec<f64> = (0..modes).map(|k| flying.value(&locals, k)).collect();
+        let (phi_p, _) = simulator.flight_shapes();
+        let height = q.iter().zip(phi_p).map(|(q, p)| q * p).sum::<f64>() - level;
+        in_air + WORSE < on_ground
+            && in_air < FITS * rows
+            && height > 0.0
+            && height < UNSEEN * data.sigmas.xp
+    };
+    (0..point.segments.len())
+        .into_par_iter()
+        .filter(|&i| point.used[i] && point.segments[i].starts_held && one(i))
+        .collect()
+}
+
+/// A held stretch told as flight from the same state.
+fn in_flight(held: &Segment, simulator: &StretchSimulator, level: f64, noise: f64) -> Segment {
+    let joints: usize = held.joints.iter().map(Joint::unknowns).sum();
+    let own = held.locals.len() - joints;
+    let value = |i: usize| held.value(&held.locals, i);
+    let mut state = StretchState {
+        q: (0..own / 2).map(value).collect(),
+        v: (own / 2..own).map(value).collect(),
+        z: Vec::new(),
+    };
+    simulator.lift(level, &mut state);
+    let (p, c) = simulator.flight_shapes();
+    let sizes: Vec<f64> = p
+        .iter()
+        .zip(c)
+        .map(|(p, c)| noise / p.hypot(*c).max(1e-300))
+        .collect();
+    let speeds = sizes
+        .iter()
+        .zip(simulator.flight_omega2())
+        .map(|(size, omega2)| size * omega2.sqrt().max(1.0));
+    let mut units: Vec<f64> = sizes.iter().copied().chain(speeds).collect();
+    let start = state.q.iter().chain(&state.v);
+    let mut locals: Vec<f64> = start.zip(&units).map(|(x, unit)| x / unit).collect();
+    units.extend_from_slice(&held.units[own..]);
+    locals.extend_from_slice(&held.locals[own..]);
+    Segment {
+        starts_held: false,
+        since: None,
+        settled: false,
+        locals,
+        units,
+        ..held.clone()
+    }
 }
 
 /// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with

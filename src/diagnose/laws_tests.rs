@@ -1,0 +1,80 @@
+//! Laws of the ground from readings made up here.
+
+use super::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Standard error of the ratios.
+const ERROR: f64 = 4e-3;
+
+/// Bounces at speeds of 0.02 to 0.6 m/s that rebound by `law`, and some landings that read as
+/// bounces which hardly leave the ground, very well known as it seems.
+fn bounces(seed: u64, count: usize, landings: usize, law: &dyn Fn(f64) -> f64) -> Readings {
+    let mut dice = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
+    let mut out = Readings::default();
+    for i in 0..count + landings {
+        let share = (i % count) as f64 / (count - 1) as f64;
+        let approach = 0.02 * 30f64.powf(share);
+        let (ratio, error) = if i < count {
+            (law(approach) + ERROR * normal(), ERROR)
+        } else {
+            (1e-3 + 1e-3 * normal().abs(), 3e-3)
+        };
+        out.bounces.push(Bounce {
+            recording: i % 3,
+            time: 0.01 * i as f64,
+            approach,
+            departure: ratio * approach,
+            ratio,
+            error,
+            miss: 0.0,
+            miss_error: 1e-7,
+        });
+    }
+    out
+}
+
+fn restitution_of(train: Readings, held_out: Readings) -> LawTest {
+    let ground = Ground {
+        train,
+        held_out,
+        mass: 3.5e-7,
+    };
+    let all = tests(&ground);
+    let found = all.into_iter().find(|t| t.id == "velocity_restitution");
+    found.expect("enough bounces")
+}
+
+#[test]
+fn restitution_that_goes_with_speed_is_told_from_landings_and_noise() {
+    let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.1);
+    let test = restitution_of(bounces(1, 20, 8, &falls), bounces(2, 12, 8, &falls));
+    assert!(
+        test.gain > 300.0 && test.held_gain > 100.0,
+        "{} {}",
+        test.gain,
+        test.held_gain
+    );
+    assert!((test.effect.values[0] - 0.1).abs() < 4.0 * test.errors[0]);
+}
+
+#[test]
+fn constant_restitution_is_no_law_whatever_the_landings() {
+    for seed in 10..30 {
+        let test = restitution_of(
+            bounces(seed, 14, 6, &|_| 0.35),
+            bounces(seed + 100, 10, 6, &|_| 0.35),
+        );
+        let both = test.gain + test.held_gain;
+        assert!(both < 12.0, "seed {seed}: {} {}", test.gain, test.held_gain);
+    }
+}
+
+#[test]
+fn a_few_bounces_count_with_those_kept_out() {
+    let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.15);
+    let test = restitution_of(bounces(5, 2, 0, &falls), bounces(6, 24, 4, &falls));
+    assert!(test.gain < 30.0 && test.gain + test.held_gain > 100.0);
+    assert!(test.evidence.ends_with(ALSO_HELD_OUT));
+}
