@@ -11,10 +11,10 @@ use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
-use super::{events, size};
+use super::{events, kin, size};
 use crate::fit::Part;
 use crate::model::Model;
-use crate::model::effects::{CATALOGUE, find};
+use crate::model::effects::{CATALOGUE, EffectSpec, find};
 use crate::recording::quantile_in_place;
 
 /// Chi2 per value from which something is left if the noise were known exactly.
@@ -23,12 +23,13 @@ const FLOOR: f64 = 1.04;
 const SURELY: f64 = 3.5;
 /// Fall of chi2 by forces without a name from which something is left.
 const NAMELESS: f64 = 110.0;
-/// A single stretch this far above the others, in units of what chance leaves.
-const LOCAL: f64 = 8.0;
+/// Single stretches this far above the others, in units of what chance leaves; where
+/// nothing is left out they come to 5.
+const LOCAL: f64 = 7.0;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
 /// Share of what is missing that named effects must carry.
-const CARRIED: f64 = 0.6;
+const CARRIED: f64 = 0.8;
 
 /// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first.
 /// Deterministic. Cancelled, it says what it has found so far.
@@ -160,12 +161,22 @@ pub fn diagnose(
     if some && options.by_hand.is_none() {
         let named = &found.stand.named;
         let carried: f64 = named.iter().map(|n| n.gain.0).sum();
+        // What laws of somewhat other form would carry is not missing.
+        let specs: Vec<&'static EffectSpec> = named.iter().map(|n| n.spec).collect();
+        let formal = if left.is_some() {
+            kin::gain(&found.stand.train, &specs)?
+        } else {
+            0.0
+        };
         let rest = after_evidence.joint.max(0.0) + excess(&found.stand.train);
-        let mut share = carried / (carried + rest);
+        let mut share = carried / (carried + (rest - formal).max(0.0));
         if let Some(held) = &found.stand.held_out {
-            let carried: f64 = named.iter().map(|n| n.gain.1).sum();
-            share = share.min(carried / (carried + excess(held)));
+            let held_carried: f64 = named.iter().map(|n| n.gain.1).sum();
+            let formal = formal * (held_carried / carried).clamp(0.0, 1.0);
+            let rest = (excess(held) - formal).max(0.0);
+            share = share.min(held_carried / (held_carried + rest));
         }
+        log::debug!("{share:.2} carried, {formal:.0} formal, left: {left:?}");
         if share < CARRIED && left.is_some() {
             verdict = Verdict::Unexplained;
             let names: Vec<&str> = found.stand.named.iter().map(|n| n.spec.name).collect();

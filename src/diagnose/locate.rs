@@ -379,7 +379,8 @@ pub fn strips(
 /// A stay shorter than this may be no stay \[s\].
 const LANDING: f64 = 1e-3;
 
-/// How far the worst stretch is above the usual, in units of what chance leaves.
+/// How far single stretches are above the usual, in units of what chance leaves: the worst,
+/// and with it all others that chance would not bring.
 pub fn most_local(fitted: &Fitted) -> f64 {
     let Ok(samples) = samples(fitted) else {
         return 0.0;
@@ -404,5 +405,17 @@ pub fn most_local(fitted: &Fitted) -> f64 {
         .collect();
     // Chance is measured by the stretches themselves.
     let spread = quantile_in_place(&mut deviations, 0.84).max(1.0);
-    deviations.iter().fold(0.0f64, |a, d| a.max(*d)) / spread
+    deviations.sort_unstable_by(|a, b| b.total_cmp(a));
+    log::debug!(
+        "stretches farthest off, in units of {spread:.2}: {:.1?}",
+        deviations
+            .iter()
+            .take(8)
+            .map(|d| d / spread)
+            .collect::<Vec<_>>()
+    );
+    // Of so many stretches chance brings about one this far.
+    let usual = (2.0 * (deviations.len().max(2) as f64).ln()).sqrt();
+    let far = deviations.iter().map(|d| d / spread).filter(|d| *d > usual);
+    far.map(|d| d * d).sum::<f64>().sqrt()
 }
