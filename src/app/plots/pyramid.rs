@@ -111,9 +111,20 @@ impl Pyramid {
     pub fn xy(times: &[f64], values: &[f64]) -> Self {
         let count = times.len().min(values.len());
         let gap = GAP_FACTOR * median_interval(&times[..count]);
+        let gap = if gap.is_finite() { gap } else { f64::INFINITY };
+        Self::listed(times, values, gap)
+    }
+
+    /// The same for samples with nothing missing between them, however far apart.
+    pub fn unbroken(times: &[f64], values: &[f64]) -> Self {
+        Self::listed(times, values, f64::INFINITY)
+    }
+
+    fn listed(times: &[f64], values: &[f64], gap: f64) -> Self {
+        let count = times.len().min(values.len());
         let times = Times::Listed {
             times: times[..count].into(),
-            gap: if gap.is_finite() { gap } else { f64::INFINITY },
+            gap,
         };
         Self::build(times, &values[..count])
     }
