@@ -39,6 +39,7 @@ struct Window {
     frame: eframe::Frame,
     pointer: Pos2,
     frames: usize,
+    pans: usize,
 }
 
 impl Window {
@@ -57,6 +58,7 @@ impl Window {
             frame: eframe::Frame::_new_kittest(),
             pointer: MIDDLE,
             frames: 0,
+            pans: 0,
         })
     }
 
@@ -77,18 +79,21 @@ impl Window {
         output
     }
 
-    /// Draws until the recording is read, compared and nothing is to be drawn any more.
-    fn settle(&mut self) -> Result<(), Failed> {
+    /// Draws until all of `texts` are to be read and nothing is to be drawn any more.
+    fn settle(&mut self, texts: &[&str]) -> Result<(), Failed> {
         let started = Instant::now();
         let mut still = 0;
         while still < 50 {
             if started.elapsed() > Duration::from_secs(120) {
-                return Err("the window does not come to rest".into());
+                return Err(format!("{texts:?} are not there, or it does not come to rest").into());
             }
             let output = self.draw(Vec::new());
             let root = output.viewport_output.get(&ViewportId::ROOT);
             let rests = root.is_none_or(|root| root.repaint_delay > Duration::from_secs(1));
-            still = if rests { still + 1 } else { 0 };
+            let shown = written(&output);
+            let done = |text: &&str| shown.iter().any(|(known, _)| known.contains(*text));
+            let all = texts.iter().all(done);
+            still = if rests && all { still + 1 } else { 0 };
             std::thread::sleep(Duration::from_millis(20));
         }
         Ok(())
@@ -116,7 +121,8 @@ impl Window {
 
     /// A frame in which the view is dragged on.
     fn pan(&mut self) -> FullOutput {
-        let back = (self.frames / TURN) % 2 == 1;
+        let back = (self.pans / TURN) % 2 == 1;
+        self.pans += 1;
         self.pointer += vec2(if back { -STEP } else { STEP }, 0.0);
         let moved = Event::PointerMoved(self.pointer);
         self.draw(vec![moved])
@@ -136,8 +142,8 @@ impl Window {
     }
 }
 
-/// Places of all texts.
-fn texts(output: &FullOutput) -> Vec<(String, Pos2)> {
+/// All texts and their places.
+fn written(output: &FullOutput) -> Vec<(String, Pos2)> {
     fn collect(shape: &Shape, texts: &mut Vec<(String, Pos2)>) {
         match shape {
             Shape::Text(text) => texts.push((text.galley.text().to_owned(), text.pos)),
@@ -155,8 +161,8 @@ fn texts(output: &FullOutput) -> Vec<(String, Pos2)> {
 /// Whether the ticks of the time axis went with the pointer: otherwise the figures would
 /// be those of a window at rest.
 fn follows(window: &mut Window) -> bool {
-    let (before, from) = (texts(&window.pan()), window.pointer.x);
-    let (after, to) = (texts(&window.pan()), window.pointer.x);
+    let (before, from) = (written(&window.pan()), window.pointer.x);
+    let (after, to) = (written(&window.pan()), window.pointer.x);
     let moved = before.iter().filter(|(text, place)| {
         let goes = |(other, now): &&(String, Pos2)| {
             other == text && now.y == place.y && (now.x - place.x - (to - from)).abs() < 1.5
@@ -210,13 +216,20 @@ fn main() -> Result<(), Failed> {
             _ => vec![recording(folder.path(), samples)?],
         };
         let mut window = Window::new(files)?;
-        window.settle()?;
+        // The comparison with the recording comes last.
+        let name = format!("xp samples-{samples}");
+        let texts = [name.as_str(), "NRMSE"];
+        let texts = if samples > 0 { &texts[..] } else { &[] };
+        window.settle(texts)?;
         for &key in more {
             window.key(key);
         }
-        window.settle()?;
+        window.settle(texts)?;
         window.button(true);
-        window.pan();
+        // A few points are a click still.
+        for _ in 0..5 {
+            window.pan();
+        }
         if !follows(&mut window) {
             return Err("the view does not follow the pointer".into());
         }
