@@ -180,7 +180,7 @@ impl Pyramid {
                 let position = ((t - t0) / dt - 1e-9).ceil();
                 (position.max(0.0) as usize).min(self.len())
             }
-            Times::Listed { times, .. } => times.partition_point(|&time| time < t),
+            Times::Listed { times, .. } => first_from(times, t),
         }
     }
 
@@ -332,6 +332,31 @@ impl Pyramid {
         if b.is_finite() && last > first {
             line.point(self.time(last), b);
         }
+    }
+}
+
+/// First of the increasing `times` at or after `t`; their number if there is none. Looks
+/// first where it would be among even ones: a search through a million from the middle
+/// takes twenty glances at memory that is far away, for each column of a picture.
+fn first_from(times: &[f64], t: f64) -> usize {
+    let (Some(first), Some(last)) = (times.first(), times.last()) else {
+        return 0;
+    };
+    if t.is_nan() || t <= *first {
+        return 0;
+    }
+    if t > *last {
+        return times.len();
+    }
+    let guess = ((t - first) / (last - first) * (times.len() - 1) as f64) as usize;
+    let mut reach = 4;
+    loop {
+        let from = guess.saturating_sub(reach);
+        let to = (guess + reach).min(times.len() - 1);
+        if (from == 0 || times[from] < t) && times[to] >= t {
+            return from + times[from..=to].partition_point(|&time| time < t);
+        }
+        reach *= 4;
     }
 }
 
