@@ -143,6 +143,12 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
                 // Whoever asks for it wants to see it run, also after a pause long ago.
                 state.paused = false;
             }
+            if mode == Mode::Window && state.view.mode != mode {
+                // A live run goes on for ever: what the span does not hold is left behind.
+                let span = 0.0..=state.setup.duration;
+                let held = |(from, to): &(f64, f64)| span.contains(from) && span.contains(to);
+                state.view.time_range = state.view.time_range.filter(held);
+            }
             state.view.mode = mode;
             state.scrub = None;
             state.cursors = Cursors::default();

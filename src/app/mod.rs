@@ -108,7 +108,7 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
             )?))
         }),
     )
-    .map_err(|error| AppError::NoWindow(error.to_string()))?;
+    .map_err(|error| AppError::NoWindow(reason(&error)))?;
     let saved = outcome
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
@@ -119,5 +119,20 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
             "the window was closed first".to_owned(),
         )),
         _ => Ok(()),
+    }
+}
+
+/// Why the system gives no window. What the libraries say of a display is where in their
+/// own source it failed: that is for the log.
+fn reason(error: &eframe::Error) -> String {
+    log::debug!("{error}");
+    match error {
+        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
+            let named = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
+            let display = named("WAYLAND_DISPLAY").or_else(|| named("DISPLAY"));
+            let display = display.unwrap_or_default();
+            format!("the display {display} cannot be used")
+        }
+        error => error.to_string(),
     }
 }

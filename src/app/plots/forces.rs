@@ -3,15 +3,16 @@
 
 use std::sync::Arc;
 
-use eframe::egui::Ui;
+use eframe::egui::{Id, Ui};
 
 use crate::app::setup::Picture;
 use crate::app::state::State;
 use crate::model::Model;
-use crate::sim::{ForceTraces, Trace};
+use crate::sim::{Event, EventKind, ForceTraces, Trace};
 
-use super::cache;
+use super::cache::{self, Source};
 use super::curve::Curve;
+use super::pyramid::Pyramid;
 use super::style;
 use super::time_plot::TimePlot;
 
@@ -20,14 +21,24 @@ const DRIVE: &str = "drive";
 
 type Column = fn(&ForceTraces) -> &[f64];
 
-/// Name, whether it is one of the two that decide a release, and the samples.
-const FORCES: [(&str, bool, Column); 6] = [
-    (DRIVE, false, |forces| &forces.drive),
-    ("film", false, |forces| &forces.film),
-    ("effects", false, |forces| &forces.effects),
-    ("ground", false, |forces| &forces.ground),
-    ("pull-off", true, |forces| &forces.pull_off),
-    ("adhesion", true, |forces| &forces.adhesion),
+/// What a force has to do with a release.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    None,
+    /// It brings it about.
+    PullOff,
+    /// It holds the mass until then.
+    Adhesion,
+}
+
+/// Name, part in a release, samples.
+const FORCES: [(&str, Part, Column); 6] = [
+    (DRIVE, Part::None, |forces| &forces.drive),
+    ("film", Part::None, |forces| &forces.film),
+    ("effects", Part::None, |forces| &forces.effects),
+    ("ground", Part::None, |forces| &forces.ground),
+    ("pull-off", Part::PullOff, |forces| &forces.pull_off),
+    ("adhesion", Part::Adhesion, |forces| &forces.adhesion),
 ];
 
 /// The picture.
@@ -63,10 +74,18 @@ fn curves(ui: &Ui, trace: &Arc<Trace>) -> Vec<Curve> {
     let mut curves: Vec<Curve> = FORCES
         .into_iter()
         .zip(palette.forces)
-        .filter_map(|((name, decides, values), color)| {
-            let pyramid = cache::column(ui, name, trace, |trace| {
-                trace.forces.as_ref().map_or(&[], values)
-            });
+        .filter_map(|((name, part, values), color)| {
+            let pyramid = if part == Part::None {
+                cache::column(ui, name, trace, |trace| {
+                    trace.forces.as_ref().map_or(&[], values)
+                })
+            } else {
+                let id = Id::unique(("plot force", name));
+                cache::kept(ui, id, Source::of(trace), || {
+                    let samples = trace.forces.as_ref().map_or(&[][..], values);
+                    to_the_end(trace, samples, part)
+                })
+            };
             // A device without effects has no curve of them.
             let (low, high) = pyramid.extremes()?;
             let curve = Curve::new(name, pyramid, color);
@@ -75,10 +94,10 @@ fn curves(ui: &Ui, trace: &Arc<Trace>) -> Vec<Curve> {
                 _ => curve,
             };
             (low != 0.0 || high != 0.0).then(|| {
-                if decides {
-                    curve.width(style::THICK)
-                } else {
+                if part == Part::None {
                     curve
+                } else {
+                    curve.width(style::THICK)
                 }
             })
         })
@@ -88,4 +107,88 @@ fn curves(ui: &Ui, trace: &Arc<Trace>) -> Vec<Curve> {
         only.hidden = false;
     }
     curves
+}
+
+/// One of the two forces that decide a release, drawn up to the instant at which it
+/// happens: what is between two samples there is the crossing that frees the mass.
+fn to_the_end(trace: &Trace, values: &[f64], part: Part) -> Pyramid {
+    /// Between the last instant of a contact and the flight [s].
+    const AFTER: f64 = 1e-12;
+    let decisive = |event: &&Event| matches!(event.kind, EventKind::Stick | EventKind::Release);
+    let count = trace.events.iter().filter(decisive).count();
+    if count == 0 || count > values.len() {
+        return Pyramid::new(trace.t0, trace.dt, values);
+    }
+    let (mut times, mut forces) = (Vec::new(), Vec::new());
+    let mut add = |time: f64, force: f64| {
+        if times.last().is_none_or(|last| time > *last) {
+            times.push(time);
+            forces.push(force);
+        }
+    };
+    let (mut next, mut since) = (0, 0);
+    for event in trace.events.iter().filter(decisive) {
+        while next < values.len() && trace.time(next) < event.time {
+            add(trace.time(next), values[next]);
+            next += 1;
+        }
+        if event.kind == EventKind::Stick {
+            since = next;
+            add(event.time, 0.0);
+        } else {
+            // Adhesion grows slowly: its last sample holds. Where a contact has none, the
+            // force that overcame it is as large.
+            let sampled = values[since..next].last().copied();
+            let holding = sampled.filter(|_| part == Part::Adhesion);
+            add(event.time, holding.unwrap_or(event.pull_off_force));
+            add(event.time + AFTER, 0.0);
+        }
+    }
+    for (i, &value) in values.iter().enumerate().skip(next) {
+        add(trace.time(i), value);
+    }
+    Pyramid::unbroken(&times, &forces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parameter::ParameterId;
+    use crate::model::preset::Preset;
+    use crate::sim::{Options, simulate};
+
+    #[test]
+    fn the_pull_off_force_reaches_the_adhesion_at_each_release() {
+        let preset = Preset::embedded("paper").unwrap();
+        let drive = crate::model::drive::Waveform::parse("square:15Hz:8V", 0.1).unwrap();
+        let options = Options {
+            forces: true,
+            ..Options::default()
+        };
+        let trace = simulate(&preset.model, &drive, 0.1, &options).unwrap();
+        let forces = trace.forces.as_ref().unwrap();
+        let pull_off = to_the_end(&trace, &forces.pull_off, Part::PullOff);
+        let adhesion = to_the_end(&trace, &forces.adhesion, Part::Adhesion);
+        let releases = trace.events.iter().filter(|e| e.kind == EventKind::Release);
+        let growth = 1.01 * preset.model.parameters[ParameterId::Ca] * trace.dt;
+        let mut count = 0;
+        for release in releases {
+            let at = |curve: &Pyramid, t| curve.value_at(t).unwrap();
+            let (pull, hold) = (at(&pull_off, release.time), at(&adhesion, release.time));
+            // Adhesion has grown since its last sample.
+            assert!(
+                (-1e-15..growth).contains(&(pull - hold)),
+                "{pull} {hold} {release:?}"
+            );
+            let free = release.time + 1e-11;
+            assert!(at(&pull_off, free).abs() < 1e-3 * pull, "{release:?}");
+            count += 1;
+        }
+        assert!(count > 3);
+        // Nothing else has changed.
+        for i in (0..trace.len()).step_by(97) {
+            let shown = pull_off.value_at(trace.time(i)).unwrap();
+            assert_eq!(shown, forces.pull_off[i], "sample {i}");
+        }
+    }
 }

@@ -10,7 +10,7 @@ use eframe::egui::{DroppedFile, Key};
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, Node};
 
-use super::tests::{harness_of, preset, read_all, recording, wait};
+use super::tests::{WithRecording, harness_of, preset, read_all, recording, wait};
 use super::*;
 use crate::app::setup::{DriveChoice, Mode};
 use crate::model::drive::VoltageTable;
@@ -30,21 +30,6 @@ const CONTROLS: [Role; 12] = [
     Role::TextInput,
     Role::MultilineTextInput,
 ];
-
-/// A window with a recording that is looked at.
-fn window() -> Harness<'static, Shell> {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("tap.csv");
-    std::fs::write(&file, recording(4000)).unwrap();
-    let options = WindowOptions {
-        files: vec![file],
-        ..WindowOptions::default()
-    };
-    let mut harness = harness_of(preset("paper"), options);
-    read_all(&mut harness);
-    wait(&mut harness, |shown| !shown.comparisons.is_empty());
-    harness
-}
 
 fn name(node: &Node<'_>) -> String {
     node.accesskit_node().label().unwrap_or_default()
@@ -119,12 +104,13 @@ fn check(harness: &mut Harness<'_, Shell>, what: &str) {
 
 #[test]
 fn every_control_of_the_tune_workspace_is_reached() {
-    let mut harness = window();
-    check(&mut harness, "Tune");
+    let mut window = WithRecording::open();
+    let harness = &mut window.harness;
+    check(harness, "Tune");
     harness.state_mut().state.view.mode = Mode::Live;
     harness.state_mut().state.paused = true;
-    wait(&mut harness, |shown| shown.live.is_some());
-    check(&mut harness, "Tune, live");
+    wait(harness, |shown| shown.live.is_some());
+    check(harness, "Tune, live");
 }
 
 #[test]
@@ -135,7 +121,8 @@ fn every_control_of_the_panels_is_reached() {
         Command::Validation,
         Command::DriveEditor,
     ] {
-        let mut harness = window();
+        let mut window = WithRecording::open();
+        let harness = &mut window.harness;
         let setup = &mut harness.state_mut().state.setup;
         if panel == Command::DriveEditor {
             let (times, volts) = (vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0]);
@@ -144,20 +131,21 @@ fn every_control_of_the_panels_is_reached() {
         }
         harness.state_mut().state.ask(panel);
         harness.run_steps(4);
-        work_done(&mut harness);
-        check(&mut harness, panel.text().0);
+        work_done(harness);
+        check(harness, panel.text().0);
     }
 }
 
 #[test]
 fn every_control_of_the_diagnose_workspace_is_reached() {
-    let mut harness = window();
+    let mut window = WithRecording::open();
+    let harness = &mut window.harness;
     let state = &mut harness.state_mut().state;
     state.view.workspace = workspaces::diagnose::NAME.to_owned();
-    check(&mut harness, "Diagnose");
+    check(harness, "Diagnose");
     harness.state_mut().state.ask(Command::SealedTrial);
     harness.run_steps(4);
-    check(&mut harness, "Diagnose, sealed trial");
+    check(harness, "Diagnose, sealed trial");
 }
 
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use super::tests::{harness_of, preset, read_all, recording, set_alpha, settle, wait};
+use super::tests::{WithRecording, harness_of, preset, read_all, set_alpha, settle, wait};
 use super::*;
 use crate::app::setup::{DriveChoice, Mode};
 use crate::model::parameter::ParameterId;
@@ -39,27 +39,17 @@ fn curve(shell: &Shell) -> Option<Vec<f64>> {
 
 #[test]
 fn a_kept_curve_comes_back_with_the_session() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("tap.csv");
-    std::fs::write(&file, recording(4000)).unwrap();
-    let options = WindowOptions {
-        files: vec![file],
-        ..WindowOptions::default()
-    };
-    let mut first = harness_of(preset("paper"), options);
-    read_all(&mut first);
-    wait(&mut first, |shown| {
-        shown.comparisons.iter().any(|c| c.comparison.is_ok())
-    });
+    let mut window = WithRecording::open();
+    let first = &mut window.harness;
     first.key_press(Key::G);
     first.run_steps(2);
     // What is kept is neither the present device nor its drive.
     set_alpha(first.state_mut(), 0.2);
     first.state_mut().state.setup.drive = DriveChoice::Waveform(Waveform::Rest);
-    wait(&mut first, |shown| {
+    wait(first, |shown| {
         shown.model.parameters[ParameterId::Alpha] == 0.2
     });
-    let saved = folder.path().join("s.impactscope.toml");
+    let saved = window.folder.path().join("s.impactscope.toml");
     save(first.state(), &saved);
     let before = curve(first.state()).unwrap();
     let second = opened(&saved);
@@ -75,18 +65,11 @@ fn a_kept_curve_comes_back_with_the_session() {
 
 #[test]
 fn a_curve_driven_by_a_recording_comes_back_with_it_or_says_that_it_is_gone() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("tap.csv");
-    std::fs::write(&file, recording(4000)).unwrap();
-    let options = WindowOptions {
-        files: vec![file.clone()],
-        ..WindowOptions::default()
-    };
-    let mut first = harness_of(preset("paper"), options);
-    read_all(&mut first);
+    let mut window = WithRecording::open();
+    let first = &mut window.harness;
     let id = first.state().state.setup.overlays[0].id;
     first.state_mut().state.setup.drive = DriveChoice::Recorded(id);
-    wait(&mut first, |shown| {
+    wait(first, |shown| {
         let drive = shown.run_of.as_ref().map(|(drive, _)| drive);
         matches!(drive, Some(Waveform::Table(_)))
     });
@@ -94,13 +77,13 @@ fn a_curve_driven_by_a_recording_comes_back_with_it_or_says_that_it_is_gone() {
     first.run_steps(2);
     let kept = first.state().state.view.kept.clone().unwrap();
     assert_eq!(kept.drive, DriveChoice::Recorded(id));
-    let saved = folder.path().join("s.impactscope.toml");
+    let saved = window.folder.path().join("s.impactscope.toml");
     save(first.state(), &saved);
     let before = curve(first.state()).unwrap();
     let second = opened(&saved);
     assert_eq!(curve(second.state()).unwrap(), before);
     drop(second);
-    std::fs::remove_file(&file).unwrap();
+    std::fs::remove_file(&window.file).unwrap();
     let mut third = opened(&saved);
     assert_eq!(curve(third.state()), None);
     let said = |harness: &Harness<'_, Shell>| {

@@ -11,6 +11,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use super::*;
 use crate::app::setup::Mode;
 use crate::app::snapshot::Snapshot;
+use crate::model::effects::{self, ActiveEffect};
 use crate::model::parameter::ParameterId;
 
 pub(super) fn preset(name: &str) -> Preset {
@@ -136,6 +137,62 @@ fn a_live_run_is_started_and_paused_by_keys() {
 }
 
 #[test]
+fn a_live_run_that_diverges_is_paused_says_so_and_can_start_again() {
+    let mut harness = harness(preset("oscillator"));
+    wait(&mut harness, |_| true);
+    harness.key_press(Key::L);
+    wait(&mut harness, |shown| {
+        shown.live.is_some_and(|live| live.time > 0.0)
+    });
+    // A spring that pushes away, the farther the harder.
+    let mut softening = ActiveEffect::new(effects::find("cubic_stiffness").unwrap());
+    assert!(softening.set("k3", -1e5));
+    let device = &mut harness.state_mut().state.setup.preset.model;
+    device.effects.push(softening);
+    for _ in 0..1000 {
+        harness.run_steps(1);
+        if harness.state().state.paused {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let state = &harness.state().state;
+    assert!(state.paused);
+    let said = |text: &str| text.contains("Live run paused") && text.contains("diverges");
+    assert!(state.notices.iter().any(|n| n.is_error && said(&n.text)));
+    assert!(state.snapshot.is_some(), "what it did until then stays");
+    let device = &mut harness.state_mut().state.setup.preset.model;
+    device.effects.clear();
+    harness.run_steps(2);
+    harness.key_press(Key::R);
+    let begun = |shown: &Snapshot| {
+        shown
+            .live
+            .is_some_and(|live| !live.paused && live.time > 0.0)
+    };
+    wait(&mut harness, begun);
+    assert!(!harness.state().state.paused);
+}
+
+#[test]
+fn back_from_a_live_run_the_window_shows_what_there_is() {
+    let mut harness = harness(preset("paper"));
+    wait(&mut harness, |_| true);
+    for (looked_at, shown) in [
+        // Seconds into the run, long after the span; part of both.
+        ((5.0, 5.2), None),
+        ((0.01, 0.02), Some((0.01, 0.02))),
+    ] {
+        harness.key_press(Key::L);
+        wait(&mut harness, |shown| shown.live.is_some());
+        harness.state_mut().state.view.time_range = Some(looked_at);
+        harness.key_press(Key::W);
+        wait(&mut harness, |shown| shown.live.is_none());
+        assert_eq!(harness.state().state.view.time_range, shown);
+    }
+}
+
+#[test]
 fn a_wrong_value_is_said_and_the_last_curve_stays() {
     let mut harness = harness(preset("paper"));
     wait(&mut harness, |_| true);
@@ -190,6 +247,36 @@ fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
             .is_some()
     );
     assert_eq!(place(&harness), before);
+}
+
+/// A window with a recording that is looked at. The recording's file and its folder last
+/// as long as the window.
+pub(super) struct WithRecording {
+    pub(super) harness: Harness<'static, Shell>,
+    pub(super) file: PathBuf,
+    pub(super) folder: tempfile::TempDir,
+}
+
+impl WithRecording {
+    pub(super) fn open() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("tap.csv");
+        std::fs::write(&file, recording(4000)).unwrap();
+        let options = WindowOptions {
+            files: vec![file.clone()],
+            ..WindowOptions::default()
+        };
+        let mut harness = harness_of(preset("paper"), options);
+        read_all(&mut harness);
+        wait(&mut harness, |shown| {
+            shown.comparisons.iter().any(|c| c.comparison.is_ok())
+        });
+        Self {
+            harness,
+            file,
+            folder,
+        }
+    }
 }
 
 /// Draws until all files are read.
