@@ -23,9 +23,8 @@ const FLOOR: f64 = 1.04;
 const SURELY: f64 = 3.5;
 /// Fall of chi2 by forces without a name from which something is left.
 const NAMELESS: f64 = 110.0;
-/// Single stretches this far above the others, in units of what chance leaves; where
-/// nothing is left out they come to 5.
-const LOCAL: f64 = 7.0;
+/// A single stretch this far above the others, in units of what chance leaves.
+const LOCAL: f64 = 8.0;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
 /// Share of what is missing that named effects must carry.

@@ -379,8 +379,7 @@ pub fn strips(
 /// A stay shorter than this may be no stay \[s\].
 const LANDING: f64 = 1e-3;
 
-/// How far single stretches are above the usual, in units of what chance leaves: the worst,
-/// and with it all others that chance would not bring.
+/// How far the worst stretch is above the usual, in units of what chance leaves.
 pub fn most_local(fitted: &Fitted) -> f64 {
     let Ok(samples) = samples(fitted) else {
         return 0.0;
@@ -414,8 +413,5 @@ pub fn most_local(fitted: &Fitted) -> f64 {
             .map(|d| d / spread)
             .collect::<Vec<_>>()
     );
-    // Of so many stretches chance brings about one this far.
-    let usual = (2.0 * (deviations.len().max(2) as f64).ln()).sqrt();
-    let far = deviations.iter().map(|d| d / spread).filter(|d| *d > usual);
-    far.map(|d| d * d).sum::<f64>().sqrt()
+    deviations.first().map_or(0.0, |d| d.max(0.0) / spread)
 }

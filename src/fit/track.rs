@@ -23,6 +23,13 @@ const STEEPER: f64 = 4.0;
 /// And at least this share of the voltage's span.
 const LEAST_JUMP: f64 = 0.02;
 
+/// Most samples on either side of a turn from which its instant is read.
+const WIDEST: usize = 60;
+/// How far off the extreme those are, in units of the voltage's tolerance.
+const WELL_OFF: f64 = 10.0;
+/// Turns with sides that differ by more than this factor are read by their sample.
+const UNEVEN: f64 = 3.0;
+
 /// An instant at which the drive's force jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
@@ -120,6 +127,7 @@ impl Track {
                 continue;
             }
             let own = branch(from + 1);
+            let mut turned = None;
             if jumped.is_none() && track.pieces.last().is_some_and(|p| p.branch != own) {
                 // The voltage turned here, or noise hides for how long it lingered.
                 let near = |i: &usize| (volts[*i] - volts[from]).abs() <= tolerance;
@@ -129,18 +137,19 @@ impl Track {
                 } else {
                     0.3 * interval
                 };
-                track.edge(
-                    time[from],
-                    sigma.max(0.3 * interval),
-                    (2.0 * sigma).max(interval),
-                );
+                let begun = track.pieces.last().map_or(f64::INFINITY, |p| p.start);
+                let at = vertex((time, volts), from, own == Branch::Rising, tolerance)
+                    .filter(|t| *t > begun && (t - time[from]).abs() < linger + 2.0 * interval)
+                    .unwrap_or(time[from]);
+                track.edge(at, sigma.max(0.3 * interval), (2.0 * sigma).max(interval));
+                turned = Some(at);
             }
             let most = (from + 1..n.min(from + LONGEST))
                 .take_while(|&i| branch(i) == own && !jumps(i))
                 .last()
                 .unwrap_or(from + 1);
             let (to, shape) = longest(time, volts, from, most, tolerance);
-            let start = jumped.take().unwrap_or(time[from]);
+            let start = jumped.take().or(turned).unwrap_or(time[from]);
             if let Some(before) = track.pieces.last_mut() {
                 before.end = start;
             }
@@ -180,6 +189,31 @@ impl Track {
             reach,
         });
     }
+}
+
+/// When a voltage that was seen to turn near sample `near`, from its lowest value if it
+/// `rises` after, did so: the vertex of the parabola through the extreme and two samples
+/// beside it that are well off it. `None` where it lingered or turned unevenly.
+fn vertex(
+    (time, volts): (&[f64], &[f64]),
+    near: usize,
+    rises: bool,
+    tolerance: f64,
+) -> Option<f64> {
+    let up = |i: usize| if rises { -volts[i] } else { volts[i] };
+    let e = (near.saturating_sub(WIDEST)..(near + 2).min(volts.len()))
+        .max_by(|&a, &b| up(a).total_cmp(&up(b)))?;
+    let below = |i: usize| up(e) - up(i);
+    let inside = |m: &usize| *m <= e && e + m < volts.len();
+    let m = (1..=WIDEST)
+        .take_while(inside)
+        .find(|m| below(e - m).min(below(e + m)) > WELL_OFF * tolerance)?;
+    let (left, right) = (below(e - m), below(e + m));
+    if left > UNEVEN * right || right > UNEVEN * left {
+        return None;
+    }
+    let step = 0.5 * (time[e + m] - time[e - m]);
+    Some(time[e] + 0.5 * step * (left - right) / (left + right))
 }
 
 fn constant(voltage: f64) -> Shape {
@@ -262,6 +296,30 @@ mod tests {
         let xp = time.clone();
         let recording = Recording::new("test", time, Some(volts), xp, None).unwrap();
         (drive, recording)
+    }
+
+    #[test]
+    fn slow_turns_are_found_between_the_samples() {
+        let model = Preset::embedded("paper").unwrap().model;
+        for frequency in [3.0, 15.0, 47.0] {
+            // Sampling that has no part in the drive's own clock.
+            let late = 7.3e-6;
+            let time: Vec<f64> = (0..20_000).map(|i| i as f64 / 50e3).collect();
+            let turn = std::f64::consts::TAU * frequency;
+            let volts: Vec<f64> = time
+                .iter()
+                .map(|t| 8.0 * (turn * (t - late)).sin())
+                .collect();
+            let recording = Recording::new("test", time.clone(), Some(volts), time, None).unwrap();
+            let track = Track::new(&model, &recording).unwrap();
+            assert!(track.edges.len() >= (2.0 * 0.4 * frequency) as usize - 1);
+            for edge in &track.edges {
+                let quarters = (edge.time - late) * frequency * 4.0;
+                let off = (quarters - quarters.round()) / (frequency * 4.0);
+                assert!(off.abs() < 1e-6, "{frequency} Hz: {off:e} s off");
+                assert_eq!(track.pieces[edge.piece].start, edge.time);
+            }
+        }
     }
 
     #[test]
