@@ -119,14 +119,18 @@ struct Window {
 
 impl Window {
     fn at(&self, u: f64) -> f64 {
-        let d = ((u - self.middle) / self.width).abs();
-        // Smooth, so that the simulation needs no breaks.
-        if d < 1.0 {
-            let c = (0.5 * std::f64::consts::PI * d).cos();
-            self.size * c * c
-        } else {
-            0.0
-        }
+        self.size * hat(u, self.middle, self.width)
+    }
+}
+
+/// 1 in the middle, falling to nothing `width` away; smooth, so that the simulation needs no
+/// breaks.
+pub(super) fn hat(u: f64, middle: f64, width: f64) -> f64 {
+    let d = ((u - middle) / width).abs();
+    if d < 1.0 {
+        (0.5 * std::f64::consts::PI * d).cos().powi(2)
+    } else {
+        0.0
     }
 }
 

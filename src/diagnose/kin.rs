@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::bench::{Fitted, LOSS};
 use super::evidence::spans;
-use super::generic::{self, Against, window};
+use super::generic::{self, Against, hat, window};
 use super::scan::{Linear, Scan};
 use crate::model::drive::Segment;
 use crate::model::effects::{Action, ActiveEffect, CATALOGUE, EffectSpec, Kinematics, Need};
@@ -197,17 +197,6 @@ struct Kin {
     width: f64,
 }
 
-impl Kin {
-    fn share(&self, u: f64) -> f64 {
-        let d = ((u - self.middle) / self.width).abs();
-        if d < 1.0 {
-            (FRAC_PI_2 * d).cos().powi(2)
-        } else {
-            0.0
-        }
-    }
-}
-
 impl Action for Kin {
     fn does_nothing(&self) -> bool {
         self.inner.does_nothing()
@@ -242,10 +231,11 @@ impl Action for Kin {
     }
 
     fn force_on_proof_mass(&self, at: &Kinematics, z: &[f64]) -> f64 {
+        let within = |u: f64| hat(u, self.middle, self.width);
         let share = match self.against {
-            Some(Against::Height) => self.share(at.xp),
-            Some(Against::Velocity) => self.share(at.vp),
-            Some(_) => self.share(at.voltage),
+            Some(Against::Height) => within(at.xp),
+            Some(Against::Velocity) => within(at.vp),
+            Some(_) => within(at.voltage),
             None => 1.0,
         };
         share * self.inner.force_on_proof_mass(at, z)

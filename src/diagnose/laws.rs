@@ -42,6 +42,10 @@ const FORESEEN_SPEED: f64 = 50.0;
 /// How well the level of the ground is known from the stays on it \[m\].
 const LEVEL: f64 = 1e-7;
 
+/// Fewer bounces than this prove nothing.
+const FEW: usize = 3;
+/// What is said where the recordings kept out have too few bounces.
+const IN_TURN: &str = ", as each of the recordings shows when it is left out in turn";
 /// What is said where the fitted recordings by themselves tell nothing.
 const ALSO_HELD_OUT: &str = ", as only those of the recordings kept out tell";
 
@@ -169,14 +173,16 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
     let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
     let root = scale.sqrt();
     let gain = (level.cost - fit.cost) / scale;
-    let held_gain = if held.is_empty() {
-        0.0
+    let held_gain = if held.len() < FEW {
+        in_turn(&ground.train.bounces, ratios, scale, &|others, left_out| {
+            let level = constant(others);
+            let fit = power(others, &level);
+            cost(left_out, &|_| level.values[0]) - cost(left_out, &|v| law(v, &fit.values))
+        })
     } else {
         level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
     };
-    // A few bounces tell little by themselves.
-    let together = gain <= TOLD && held_gain > 0.0;
-    let (told, points) = if together {
+    let (told, points) = if together(gain, held_gain, &held) {
         (&fit_all, &all)
     } else {
         (&fit, &train)
@@ -199,7 +205,7 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
             points.len(),
             -told.values[1],
             told.errors[1] * root,
-            if together { ALSO_HELD_OUT } else { "" }
+            proved(gain, held_gain, &held)
         ),
     })
 }
@@ -286,23 +292,66 @@ fn adhesion(ground: &Ground) -> Option<LawTest> {
     })
 }
 
+/// (speed, height, error) of the bounces that tell how long the mass stays below the level.
+fn misses(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
+    let fast = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
+    let telling = bounces
+        .iter()
+        .filter(|b| b.approach > SLOW * fast && b.miss_error.is_finite());
+    telling
+        .map(|b| (b.approach, b.miss, b.miss_error.hypot(2e-9)))
+        .collect()
+}
+
+/// Whether the fitted recordings tell a law only together with those kept out: a few bounces
+/// tell little by themselves.
+fn together(gain: f64, held_gain: f64, held: &[(f64, f64, f64)]) -> bool {
+    held.len() >= FEW && gain <= TOLD && held_gain > 0.0
+}
+
+/// By which recordings a law was proved, to be added to its evidence.
+fn proved(gain: f64, held_gain: f64, held: &[(f64, f64, f64)]) -> &'static str {
+    if together(gain, held_gain, held) {
+        ALSO_HELD_OUT
+    } else if held.len() < FEW {
+        IN_TURN
+    } else {
+        ""
+    }
+}
+
+/// Where those kept out have too few bounces: fall of chi2 over the fitted recordings, each
+/// left out in turn. `gain` is that of points left out for a law fitted to others.
+fn in_turn(
+    bounces: &[Bounce],
+    points: fn(&[Bounce]) -> Vec<(f64, f64, f64)>,
+    scale: f64,
+    gain: &dyn Fn(&[(f64, f64, f64)], &[(f64, f64, f64)]) -> f64,
+) -> f64 {
+    let count = bounces.iter().map(|b| b.recording + 1).max().unwrap_or(0);
+    let part = |own: bool, k: usize| -> Vec<(f64, f64, f64)> {
+        let all = bounces.iter().copied();
+        let some: Vec<Bounce> = all.filter(|b| (b.recording == k) == own).collect();
+        points(&some)
+    };
+    let one = |k: usize| {
+        let (others, left_out) = (part(false, k), part(true, k));
+        if others.len() < FEW {
+            0.0
+        } else {
+            gain(&others, &left_out)
+        }
+    };
+    (0..count).map(one).sum::<f64>() / scale
+}
+
 /// Time between touch and rebound, against none.
 fn compliance(ground: &Ground) -> Option<LawTest> {
     let spec = find("compliant_ground")?;
-    let misses = |readings: &Readings| -> Vec<(f64, f64, f64)> {
-        let fast = readings
-            .bounces
-            .iter()
-            .fold(0.0f64, |a, b| a.max(b.approach));
-        let telling = readings
-            .bounces
-            .iter()
-            .filter(|b| b.approach > SLOW * fast && b.miss_error.is_finite());
-        telling
-            .map(|b| (b.approach, b.miss, b.miss_error.hypot(2e-9)))
-            .collect()
-    };
-    let (train, held) = (misses(&ground.train), misses(&ground.held_out));
+    let (train, held) = (
+        misses(&ground.train.bounces),
+        misses(&ground.held_out.bounces),
+    );
     let all = [train.as_slice(), held.as_slice()].concat();
     if train.is_empty() || all.len() < LEAST {
         return None;
@@ -324,14 +373,19 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
     } else {
         0.0
     };
-    let held_gain = if gives(&fit_all) && !held.is_empty() {
+    let held_gain = if held.len() < FEW {
+        in_turn(&ground.train.bounces, misses, scale, &|others, left_out| {
+            let level = rigid(others);
+            let fit = soft(others, &level);
+            let left_out = with_level(left_out);
+            cost(&left_out, &|_| level.values[0]) - cost(&left_out, &|v| law(v, &fit.values))
+        })
+    } else if gives(&fit_all) {
         level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
     } else {
         0.0
     };
-    // A few bounces tell little by themselves.
-    let together = gain <= TOLD && held_gain > 0.0;
-    let (told, points) = if together {
+    let (told, points) = if together(gain, held_gain, &held) {
         (&fit_all, &all)
     } else {
         (&fit, &train)
@@ -362,7 +416,7 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
             points.len(),
             1e6 * dwell,
             1e6 * told.errors[1] * root,
-            if together { ALSO_HELD_OUT } else { "" }
+            proved(gain, held_gain, &held)
         ),
     })
 }

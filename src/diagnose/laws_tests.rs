@@ -78,3 +78,15 @@ fn a_few_bounces_count_with_those_kept_out() {
     assert!(test.gain < 30.0 && test.gain + test.held_gain > 100.0);
     assert!(test.evidence.ends_with(ALSO_HELD_OUT));
 }
+
+#[test]
+fn without_bounces_kept_out_recordings_are_left_out_in_turn() {
+    let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.1);
+    let test = restitution_of(bounces(7, 20, 4, &falls), Readings::default());
+    assert!(test.gain > 300.0 && test.held_gain > 100.0, "{test:?}");
+    assert!(test.evidence.ends_with(IN_TURN));
+    for seed in 40..60 {
+        let none = restitution_of(bounces(seed, 20, 4, &|_| 0.3), Readings::default());
+        assert!(none.gain + none.held_gain < 12.0, "seed {seed}: {none:?}");
+    }
+}
