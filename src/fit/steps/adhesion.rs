@@ -4,19 +4,19 @@
 //! Not every release lies on that line, even on a device that obeys it. The law is of
 //! *sustained* contact, in which a pull grows until it has become as large as the adhesion.
 //! Where the drive's force jumps, the pull passes the adhesion in one step: the adhesion is
-//! somewhere between before and after. A contact shorter than a swing of the held cantilever
-//! is a hop: the impact's own kick ends it, a force that goes through hundreds of nN between
-//! two samples. And a mass that is pressed down is not pulled off at all: there the events
-//! were misread. Such releases are set aside and counted.
+//! somewhere between before and after. A contact of a few swings of the held cantilever is a
+//! hop, or several that the noise hides: the impact's own kick ends it, a force that goes
+//! through hundreds of nN between two samples. And a mass that is pressed down is not pulled
+//! off at all: there the events were misread. Such releases are set aside and counted.
 
 use std::fmt;
 
+use super::break_off::STAY;
 use super::line::{Line, robust_line};
 use super::{StepError, counted};
 use crate::fit::readings::{Readings, Release};
+use crate::recording::quantile_in_place;
 
-/// Shortest sustained contact \[s\]: as in Table A.1, and one swing of the held cantilever.
-const SUSTAINED: f64 = 0.2e-3;
 /// Samples that a sustained contact has at least.
 const SAMPLES: f64 = 8.0;
 /// A pressure of so many standard errors is one.
@@ -56,7 +56,7 @@ impl Aside {
     }
 
     fn of(release: &Release, largest: f64) -> Option<Self> {
-        if release.contact < SUSTAINED || release.samples < SAMPLES {
+        if release.contact < STAY || release.samples < SAMPLES {
             Some(Aside::Brief)
         } else if release.jump > release.error {
             Some(Aside::Jump)
@@ -74,7 +74,7 @@ impl fmt::Display for Aside {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Aside::Brief => {
-                "after less than 0.2 ms or 8 samples on the ground, no sustained contact"
+                "after less than 0.5 ms or 8 samples on the ground, no sustained contact"
             }
             Aside::Jump => {
                 "where the drive jumps, so that the pull passes the adhesion in one step"
@@ -162,9 +162,13 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
             1e3 * longest
         )));
     }
+    // An error that comes of linearising can be much too small: none counts as less than
+    // half of all errors are.
+    let mut errors: Vec<f64> = releases.iter().map(|r| r.error).collect();
+    let usual = quantile_in_place(&mut errors, 0.5);
     let points: Vec<[f64; 3]> = releases
         .iter()
-        .map(|r| [r.contact, r.force, r.error])
+        .map(|r| [r.contact, r.force, r.error.max(usual)])
         .collect();
     let line = robust_line(&points)
         .ok_or_else(|| unsuited("the releases determine no line".to_owned()))?;

@@ -160,7 +160,7 @@ mod tests {
             let points: Vec<[f64; 3]> = (0..20)
                 .map(|i| {
                     let x = f64::from(i);
-                    let error = if i % 4 == 0 { 3.0 } else { 0.1 };
+                    let error: f64 = if i % 4 == 0 { 3.0 } else { 0.1 };
                     let far = if i == 11 || i == 13 { -8.0 } else { 0.0 };
                     let y = 5.0 + 2.0 * x + error.hypot(0.5) * normal(&mut rng) + far;
                     [x, y, error]

@@ -151,15 +151,16 @@ fn adhesion_sets_aside_what_the_law_does_not_speak_of() {
     let error = adhesion("one", &alike).unwrap_err();
     assert!(error.to_string().contains("several lambda"), "{error}");
     // What is pressed down is not pulled off.
+    let stay = *alike.releases.last().unwrap();
     let pressed = Release {
         force: -1e-7,
         error: 1e-9,
         jump: 0.0,
-        ..alike.releases[0]
+        ..stay
     };
     alike.releases.push(Release {
         contact: 2.0 * pressed.contact,
-        ..alike.releases[0]
+        ..stay
     });
     alike.releases.push(pressed);
     let found = adhesion("pressed", &alike).unwrap();
