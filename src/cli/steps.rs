@@ -180,11 +180,15 @@ fn bounces(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
         found.exponent.1,
         found.constant,
     );
+    if found.aside.count() > 0 {
+        text += &format!("{}\n", found.aside);
+    }
     Ok((
         text,
         json!({
             "alpha": { "value": found.mean, "std_error": found.error, "scatter": found.scatter },
             "exponent": { "value": found.exponent.0, "std_error": found.exponent.1, "p_constant": found.constant },
+            "set_aside": found.aside.count(),
             "bounces": found.bounces.iter().map(|b| json!([b.time, -b.approach, b.departure, b.ratio, b.error])).collect::<Vec<_>>(),
         }),
     ))
@@ -202,6 +206,9 @@ fn pull_off(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
             1e9 * r.error
         );
     }
+    for sentence in found.set_aside() {
+        text += &format!("set aside: {sentence}\n");
+    }
     let (at, half) = found.band(found.line.center);
     text += &format!(
         "Ca  = {} +- {}\nCa0 = {} +- {}\n95 % band at {:.1} ms: {} +- {}\n",
@@ -218,7 +225,9 @@ fn pull_off(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
         json!({
             "Ca": { "value": found.rate.0, "std_error": found.rate.1, "unit": "N/s" },
             "Ca0": { "value": found.start.0, "std_error": found.start.1, "unit": "N" },
+            "scatter": found.line.scatter,
             "releases": found.releases.iter().map(|r| json!([r.contact, r.force, r.error])).collect::<Vec<_>>(),
+            "set_aside": found.aside.iter().map(|(r, why)| json!([r.contact, r.force, r.error, why.id()])).collect::<Vec<_>>(),
         }),
     ))
 }

@@ -8,6 +8,7 @@
 use super::colour::Colour;
 use super::segment::{Joint, JointKind, Segment};
 use super::timeline::Kind;
+use crate::model::drive::Segment as Piece;
 use crate::recording::Recording;
 use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
 
@@ -15,6 +16,8 @@ use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
 const SHORT: f64 = 6.0;
 /// A sensor whose memory fades by more than this exponent from sample to sample has none.
 const MEMORY: f64 = 3.0;
+/// An edge of the drive this many samples from a release may be what releases.
+const EDGE: f64 = 3.0;
 /// By how much less the force at the end of a short stay is trusted.
 const VAGUE: f64 = 30.0;
 
@@ -157,6 +160,8 @@ pub struct PullOff {
     pub contact: f64,
     /// With what force \[N\].
     pub force: f64,
+    /// The largest step of that force at an edge of the drive close by \[N\].
+    pub jump: f64,
     /// Whether the stay was long enough to tell the force.
     pub telling: bool,
 }
@@ -326,6 +331,7 @@ pub fn run(
                     time: t,
                     contact: t - since,
                     force: sim.pull_off(&pieces, t, level, &state),
+                    jump: jump(sim, &pieces, t, level, &state, r.interval()),
                     telling,
                 })));
                 sim.lift(level, &mut state);
@@ -341,6 +347,25 @@ pub fn run(
         priors,
         rest,
     })
+}
+
+/// The largest step of the pull-off force at an edge of the drive that is so close to `t`
+/// that the release may be its doing \[N\].
+fn jump(
+    sim: &StretchSimulator,
+    pieces: &[Piece],
+    t: f64,
+    level: f64,
+    state: &StretchState,
+    interval: f64,
+) -> f64 {
+    let force = |at: f64| sim.pull_off(pieces, at, level, state);
+    pieces
+        .iter()
+        .map(|piece| piece.start)
+        .filter(|start| (start - t).abs() < EDGE * interval)
+        .map(|start| (force(start + 1e-3 * interval) - force(start - 1e-3 * interval)).abs())
+        .fold(0.0, f64::max)
 }
 
 /// What an event leaves of the laws of the ground, in standard deviations.

@@ -11,9 +11,10 @@ use super::engine::estimate_states;
 use super::error::FitError;
 use super::options::FitOptions;
 use super::prepare::{Part, Prepared, look, prepare};
-use super::segment::Segment;
+use super::segment::{Joint, JointKind, Segment};
 use super::solve::{Control, Point};
 use super::space::Space;
+use super::timeline::Kind;
 use crate::model::Model;
 use crate::sim::{SimError, Stretcher};
 
@@ -54,10 +55,14 @@ pub struct Release {
     pub time: f64,
     /// Time on the ground before \[s\].
     pub contact: f64,
+    /// The same in samples.
+    pub samples: f64,
     /// Pull-off force \[N\].
     pub force: f64,
     /// Its standard error \[N\].
     pub error: f64,
+    /// By how much the drive makes it jump at about that instant \[N\].
+    pub jump: f64,
 }
 
 /// Everything read at the ground, in order of recording and time.
@@ -67,6 +72,8 @@ pub struct Readings {
     pub bounces: Vec<Bounce>,
     /// Releases after stays long enough to tell the force.
     pub releases: Vec<Release>,
+    /// Bounces that were seen in stretches too far from the model to be read.
+    pub unread: usize,
 }
 
 /// Reads bounces and releases in `parts` with `model` as it is.
@@ -102,16 +109,22 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
         .segments
         .par_iter()
         .enumerate()
-        .filter(|(i, _)| point.used[*i])
         .map(|(i, segment)| {
             let mut stretcher = Stretcher::new(&simulator);
-            one(prepared, point, segment, &states[i], &mut stretcher).unwrap_or_default()
+            let read = point.used[i]
+                .then(|| one(prepared, point, segment, &states[i], &mut stretcher))
+                .flatten();
+            read.unwrap_or_else(|| Readings {
+                unread: bounces_in(segment),
+                ..Readings::default()
+            })
         })
         .collect();
     let mut all = Readings::default();
     for readings in own {
         all.bounces.extend(readings.bounces);
         all.releases.extend(readings.releases);
+        all.unread += readings.unread;
     }
     let key = |recording: usize, time: f64| (recording, time);
     all.bounces.sort_by(|a, b| {
@@ -123,6 +136,11 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
     Ok(all)
+}
+
+fn bounces_in(segment: &Segment) -> usize {
+    let bounce = |j: &&Joint| matches!(j.what, JointKind::Event(Kind::Bounce { .. }));
+    segment.joints.iter().filter(bounce).count()
 }
 
 /// The quantities of interest of a run: ratios and misses of the bounces, forces of the
@@ -159,7 +177,7 @@ fn one(
     let base = run(segment, &setting, stretcher, &nuisances, locals).ok()?;
     let values = quantities(&base);
     if values.is_empty() {
-        return None;
+        return Some(Readings::default());
     }
     let mut r0 = Vec::new();
     residuals(segment, &setting, stretcher, &nuisances, locals, &mut r0).ok()?;
@@ -215,7 +233,9 @@ fn one(
                 recording: segment.recording,
                 time: pull.time - skew,
                 contact: pull.contact,
+                samples: pull.contact / segment.interval,
                 force: pull.force,
+                jump: pull.jump,
                 error: errors.next()?,
             }),
             _ => {}

@@ -1,8 +1,11 @@
 //! Step 2, restitution (fig. 5): the ratio of velocities at each bounce, its mean and
 //! scatter, and whether it depends on the speed.
 
+use std::fmt;
+
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::line::line;
 use super::{StepError, counted};
 use crate::fit::readings::{Bounce, Readings};
 use crate::fit::timeline::LEAST_BOUNCE;
@@ -27,6 +30,49 @@ pub struct Restitution {
     pub constant: f64,
     /// The bounces that count.
     pub bounces: Vec<Bounce>,
+    /// The landings that do not.
+    pub aside: Aside,
+}
+
+/// Landings that were seen but tell no ratio.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Aside {
+    /// In stretches that could not be read, as where a landing chatters: the next impact is
+    /// there before the speed of the last one shows.
+    pub unread: usize,
+    /// So short a hop, or so noisy, that the ratio is not certain.
+    pub vague: usize,
+    /// Too slow a departure to be a bounce: it has stayed on the ground.
+    pub stayed: usize,
+}
+
+impl Aside {
+    /// All of them.
+    pub fn count(self) -> usize {
+        self.unread + self.vague + self.stayed
+    }
+}
+
+/// One sentence about them; empty where there are none.
+impl fmt::Display for Aside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kinds = [
+            (
+                self.vague,
+                "in hops so short or slow that their speeds are not certain",
+            ),
+            (self.unread, "in chattering that could not be followed"),
+            (self.stayed, "left so slowly that the mass has stayed"),
+        ];
+        let kinds: Vec<String> = (kinds.iter().filter(|(n, _)| *n > 0))
+            .map(|(n, what)| format!("{n} {what}"))
+            .collect();
+        if kinds.is_empty() {
+            return Ok(());
+        }
+        let landings = counted(self.count(), "landing was", "landings were");
+        write!(f, "{landings} set aside: {}.", kinds.join(", "))
+    }
 }
 
 /// Mean, scatter and dependence on speed.
@@ -34,20 +80,31 @@ pub struct Restitution {
 /// # Errors
 /// [`StepError::Unsuited`] if there are too few bounces that tell.
 pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, StepError> {
-    let bounces: Vec<Bounce> = readings
-        .bounces
-        .iter()
-        // Slower than that it has stayed on the ground, read as a bounce.
-        .filter(|b| b.ratio > LEAST_BOUNCE && b.error < CERTAIN * b.ratio.max(0.1))
-        .copied()
-        .collect();
+    let mut aside = Aside {
+        unread: readings.unread,
+        ..Aside::default()
+    };
+    let mut bounces: Vec<Bounce> = Vec::new();
+    for b in &readings.bounces {
+        if b.ratio <= LEAST_BOUNCE {
+            aside.stayed += 1;
+        } else if b.error < CERTAIN * b.ratio.max(0.1) {
+            bounces.push(*b);
+        } else {
+            aside.vague += 1;
+        }
+    }
     if bounces.len() < LEAST {
+        let mut reason = format!(
+            "{} the restitution, {LEAST} are needed",
+            counted(bounces.len(), "bounce tells", "bounces tell")
+        );
+        if aside.count() > 0 {
+            reason += &format!(" ({})", aside.to_string().trim_end_matches('.'));
+        }
         return Err(StepError::Unsuited {
             recording: names.to_owned(),
-            reason: format!(
-                "{} the restitution, {LEAST} are needed",
-                counted(bounces.len(), "bounce tells", "bounces tell")
-            ),
+            reason,
             remedy: "record a 300 Hz square or sine that just begins to hit the ground",
         });
     }
@@ -71,7 +128,7 @@ pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, Step
             [b.approach.ln(), b.ratio.ln(), 1.0 / relative.max(1e-12)]
         })
         .collect();
-    let line = super::line(&points);
+    let line = line(&points);
     let exponent = line.map_or((0.0, f64::INFINITY), |l| (-l.slope, l.slope_error));
     let constant = match StudentsT::new(0.0, 1.0, (n - 2.0).max(1.0)) {
         Ok(t) if exponent.1.is_finite() && exponent.1 > 0.0 => {
@@ -86,5 +143,6 @@ pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, Step
         exponent,
         constant,
         bounces,
+        aside,
     })
 }

@@ -20,15 +20,19 @@ use crate::model::unit::format_quantity;
 const CURVE: usize = 120;
 
 fn plot<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
+    bare(name, x, y).legend(
+        Legend::default()
+            .position(Corner::RightTop)
+            .background_alpha(0.6),
+    )
+}
+
+/// A figure without a legend.
+fn bare<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
     Plot::new(name)
         .height(250.0)
         .x_axis_label(x)
         .y_axis_label(y)
-        .legend(
-            Legend::default()
-                .position(Corner::RightTop)
-                .background_alpha(0.6),
-        )
         .x_grid_spacer(super::round_steps())
         .y_grid_spacer(super::round_steps())
         .allow_scroll(false)
@@ -110,6 +114,9 @@ pub(super) fn restitution(ui: &mut Ui, found: &Restitution) {
         "If it is constant, a dependence on speed this strong has probability {:.2}.",
         found.constant
     )));
+    if found.aside.count() > 0 {
+        ui.label(small(found.aside.to_string()));
+    }
 }
 
 pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
@@ -118,6 +125,10 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
     let at = |i: usize| 1.05 * longest * i as f64 / CURVE as f64;
     let (fitted, read) = (palette.proof_mass, palette.impact);
     // The force itself; and what is left of it beside the line, where band and errors show.
+    // Towards contacts that were not seen the band grows: it must not set the scale.
+    let reach = (found.releases.iter())
+        .map(|r| (r.force - found.line.at(r.contact)).abs() + r.error)
+        .fold(0.0, f64::max);
     for (name, label, height, whole) in [
         ("step adhesion", "pull-off force [nN]", 220.0, 1.0),
         ("step adhesion rest", "force - line [nN]", 150.0, 0.0),
@@ -132,15 +143,20 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
                 .collect();
             points.into()
         };
-        let figure = plot(name, "contact duration [ms]", label)
-            .height(height)
-            .include_y(0.0)
+        let figure = bare(name, "contact duration [ms]", label).height(height);
+        let figure = if whole > 0.0 {
             // The line rises: its upper left is free.
-            .legend(
+            figure.include_y(0.0).legend(
                 Legend::default()
                     .position(Corner::LeftTop)
                     .background_alpha(0.6),
-            );
+            )
+        } else {
+            // The colours are those above: a legend would lie on points.
+            figure
+                .default_y_bounds(-2.2e9 * reach, 2.2e9 * reach)
+                .default_x_bounds(0.0, 1.05e3 * longest)
+        };
         figure.show(ui, |plot| {
             for side in [-1.0, 1.0] {
                 let band = Line::new("95 % band", curve(side)).color(palette.text);
@@ -175,6 +191,9 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
         "The line through {} releases; bars are their standard errors.",
         found.releases.len()
     )));
+    for sentence in found.set_aside() {
+        ui.label(small(format!("Set aside: {sentence}.")));
+    }
 }
 
 pub(super) fn film(ui: &mut Ui, found: &Film) {
