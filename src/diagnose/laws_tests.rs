@@ -74,9 +74,12 @@ fn constant_restitution_is_no_law_whatever_the_landings() {
 #[test]
 fn a_few_bounces_count_with_those_kept_out() {
     let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.15);
-    let test = restitution_of(bounces(5, 2, 0, &falls), bounces(6, 24, 4, &falls));
-    assert!(test.gain < 30.0 && test.gain + test.held_gain > 100.0);
-    assert!(test.evidence.ends_with(ALSO_HELD_OUT));
+    let mut train = bounces(5, 20, 0, &falls);
+    // Two of nearly one speed.
+    train.bounces = train.bounces[9..11].to_vec();
+    let test = restitution_of(train, bounces(6, 24, 4, &falls));
+    assert!(test.gain < 30.0 && test.held_gain > 100.0, "{test:?}");
+    assert!(test.foreseen.is_some() && test.evidence.ends_with(ALSO_HELD_OUT));
 }
 
 #[test]
@@ -87,6 +90,8 @@ fn without_bounces_kept_out_recordings_are_left_out_in_turn() {
     assert!(test.evidence.ends_with(IN_TURN));
     for seed in 40..60 {
         let none = restitution_of(bounces(seed, 20, 4, &|_| 0.3), Readings::default());
-        assert!(none.gain + none.held_gain < 12.0, "seed {seed}: {none:?}");
+        // Of one number, by chance, in one of a thousand.
+        assert!(none.gain < 11.0, "seed {seed}: {none:?}");
+        assert!(none.foreseen.is_none(), "not to be counted twice");
     }
 }
