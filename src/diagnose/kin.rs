@@ -170,7 +170,7 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimError> {
-    let own = |e: &&ActiveEffect| named.iter().any(|n| *n == e.spec);
+    let own = |e: &&ActiveEffect| named.contains(&e.spec);
     let of = |e: &ActiveEffect| directions(e, fitted);
     let probes: Vec<ActiveEffect> = fitted
         .model

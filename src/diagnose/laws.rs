@@ -75,10 +75,13 @@ pub struct LawTest {
     pub evidence: String,
 }
 
+/// Where a quantity was read, the quantity, and its standard error.
+type Reading = (f64, f64, f64);
+
 /// (speed, ratio, error) of the bounces that tell the law. A mass that lands, or hops too
 /// low to be seen, reads as one that hardly leaves the ground, with an error that knows
 /// nothing of that; and bounces that are known too badly to tell the two apart say nothing.
-fn ratios(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
+fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
     let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
     let quick = |b: &&Bounce| b.approach > SLOW * fastest && b.ratio < 1.5;
     let leaves = |b: &&Bounce| b.ratio > LEAVES * b.error;
@@ -99,7 +102,7 @@ fn ratios(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
 /// (contact time, force, error) of the releases that tell the law. Where the drive jumped
 /// or the stay was short the force is known so badly that its error is not known either; a
 /// mass that is pressed on the ground was not pulled off it.
-fn pulls(releases: &[Release]) -> Vec<(f64, f64, f64)> {
+fn pulls(releases: &[Release]) -> Vec<Reading> {
     let known = releases
         .iter()
         .filter(|r| r.contact > HOP && r.error.is_finite())
@@ -132,7 +135,7 @@ pub fn baseline(model: &Model, readings: &Readings) -> Model {
     model
 }
 
-fn line(points: &[(f64, f64, f64)]) -> Curve {
+fn line(points: &[Reading]) -> Curve {
     curve(points, &[2e-8, 1e-6], &|t, p| p[0] + p[1] * t)
 }
 
@@ -165,9 +168,8 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
     }
     let v0 = 0.1;
     let law = |v: f64, p: &[f64]| (p[0] * (v / v0).powf(-p[1])).min(1.0);
-    let constant = |points: &[(f64, f64, f64)]| curve(points, &[0.4], &|_, p| p[0]);
-    let power =
-        |points: &[(f64, f64, f64)], level: &Curve| curve(points, &[level.values[0], 0.05], &law);
+    let constant = |points: &[Reading]| curve(points, &[0.4], &|_, p| p[0]);
+    let power = |points: &[Reading], level: &Curve| curve(points, &[level.values[0], 0.05], &law);
     let (level, level_all) = (constant(&train), constant(&all));
     let (fit, fit_all) = (power(&train, &level), power(&all, &level_all));
     let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
@@ -223,7 +225,7 @@ fn bent(t: f64, p: &[f64], share: f64) -> f64 {
 }
 
 /// The best bent law through the points and its share; `None` if none makes sense.
-fn bend(points: &[(f64, f64, f64)], start: f64) -> Option<(Curve, f64)> {
+fn bend(points: &[Reading], start: f64) -> Option<(Curve, f64)> {
     let mut best: Option<(Curve, f64)> = None;
     for share in [0.0, 1.0] {
         for tau in [3e-4, 1e-3, 4e-3, 15e-3] {
@@ -294,7 +296,7 @@ fn adhesion(ground: &Ground) -> Option<LawTest> {
 }
 
 /// (speed, height, error) of the bounces that tell how long the mass stays below the level.
-fn misses(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
+fn misses(bounces: &[Bounce]) -> Vec<Reading> {
     let fast = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
     let telling = bounces
         .iter()
@@ -306,12 +308,12 @@ fn misses(bounces: &[Bounce]) -> Vec<(f64, f64, f64)> {
 
 /// Whether the fitted recordings tell a law only together with those kept out: a few bounces
 /// tell little by themselves.
-fn together(gain: f64, held_gain: f64, held: &[(f64, f64, f64)]) -> bool {
+fn together(gain: f64, held_gain: f64, held: &[Reading]) -> bool {
     held.len() >= FEW && gain <= TOLD && held_gain > 0.0
 }
 
 /// By which recordings a law was proved, to be added to its evidence.
-fn proved(gain: f64, held_gain: f64, held: &[(f64, f64, f64)]) -> &'static str {
+fn proved(gain: f64, held_gain: f64, held: &[Reading]) -> &'static str {
     if together(gain, held_gain, held) {
         ALSO_HELD_OUT
     } else if held.len() < FEW {
@@ -325,12 +327,12 @@ fn proved(gain: f64, held_gain: f64, held: &[(f64, f64, f64)]) -> &'static str {
 /// left out in turn. `gain` is that of points left out for a law fitted to others.
 fn in_turn(
     bounces: &[Bounce],
-    points: fn(&[Bounce]) -> Vec<(f64, f64, f64)>,
+    points: fn(&[Bounce]) -> Vec<Reading>,
     scale: f64,
-    gain: &dyn Fn(&[(f64, f64, f64)], &[(f64, f64, f64)]) -> f64,
+    gain: &dyn Fn(&[Reading], &[Reading]) -> f64,
 ) -> f64 {
     let count = bounces.iter().map(|b| b.recording + 1).max().unwrap_or(0);
-    let part = |own: bool, k: usize| -> Vec<(f64, f64, f64)> {
+    let part = |own: bool, k: usize| -> Vec<Reading> {
         let all = bounces.iter().copied();
         let some: Vec<Bounce> = all.filter(|b| (b.recording == k) == own).collect();
         points(&some)
@@ -359,9 +361,9 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
     }
     let law = |v: f64, p: &[f64]| p[0] - p[1] * v;
     // What is known of the level beforehand is one more reading, of a bounce without speed.
-    let with_level = |points: &[(f64, f64, f64)]| [&[(0.0, 0.0, LEVEL)], points].concat();
-    let rigid = |points: &[(f64, f64, f64)]| curve(&with_level(points), &[1e-10], &|_, p| p[0]);
-    let soft = |points: &[(f64, f64, f64)], level: &Curve| {
+    let with_level = |points: &[Reading]| [&[(0.0, 0.0, LEVEL)], points].concat();
+    let rigid = |points: &[Reading]| curve(&with_level(points), &[1e-10], &|_, p| p[0]);
+    let soft = |points: &[Reading], level: &Curve| {
         curve(&with_level(points), &[level.values[0], 1e-7], &law)
     };
     let (level, level_all) = (rigid(&train), rigid(&all));
