@@ -14,7 +14,7 @@ use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
 use super::{events, kin, size};
 use crate::fit::Part;
 use crate::model::Model;
-use crate::model::effects::{CATALOGUE, EffectSpec, find};
+use crate::model::effects::{CATALOGUE, find};
 use crate::recording::quantile_in_place;
 
 /// Chi2 per value from which something is left if the noise were known exactly.
@@ -161,9 +161,8 @@ pub fn diagnose(
         let named = &found.stand.named;
         let carried: f64 = named.iter().map(|n| n.gain.0).sum();
         // What laws of somewhat other form would carry is not missing.
-        let specs: Vec<&'static EffectSpec> = named.iter().map(|n| n.spec).collect();
         let formal = if left.is_some() {
-            kin::gain(&found.stand.train, &specs)?
+            kin::gain(&found.stand.train, &found.stand.specs())?
         } else {
             0.0
         };

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::bench::{Fitted, LOSS};
-use super::generic::{Against, window};
+use super::generic::{Against, side_by_side, window};
 use super::result::ForceCurve;
 use super::scan::{Linear, Scan};
 use crate::model::effects::ActiveEffect;
@@ -41,7 +41,7 @@ pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
     let mut probes: Vec<ActiveEffect> = Vec::new();
     let mut groups: Vec<(Against, std::ops::Range<usize>, Vec<f64>, f64)> = Vec::new();
     for against in Against::ALL {
-        let ((low, high), count, size) = match against {
+        let (range, count, size) = match against {
             Against::Height => (spans.0, 9, FORCE),
             Against::DampingAtHeight => (spans.0, 5, DAMPING),
             Against::Velocity => (spans.1, 7, FORCE),
@@ -50,12 +50,9 @@ pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
             Against::StiffnessAtVoltage => (spans.2, 4, STIFFNESS),
             Against::Drive => (spans.2, 6, GAIN),
         };
-        // A device without a drive has no voltage to speak of.
-        if high.is_nan() || high <= low {
+        let Some((at, width)) = side_by_side(range, count) else {
             continue;
-        }
-        let width = (high - low) / (count - 1) as f64;
-        let at: Vec<f64> = (0..count).map(|i| low + i as f64 * width).collect();
+        };
         let first = probes.len();
         probes.extend(at.iter().map(|&u| window(against, u, width, size)));
         groups.push((against, first..probes.len(), at, size));

@@ -73,6 +73,13 @@ pub struct Stand {
     pub named: Vec<Named>,
 }
 
+impl Stand {
+    /// The effects named.
+    pub fn specs(&self) -> Vec<&'static EffectSpec> {
+        self.named.iter().map(|n| n.spec).collect()
+    }
+}
+
 /// An effect that was named.
 #[derive(Debug, Clone)]
 pub struct Named {
@@ -187,7 +194,7 @@ pub fn explain(
 /// Whether what `trial` brings is little more than the effects named before would bring if
 /// their laws were of somewhat other form.
 fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
-    let named: Vec<&'static EffectSpec> = stand.named.iter().map(|n| n.spec).collect();
+    let named = stand.specs();
     if named.is_empty() {
         return Ok(false);
     }

@@ -36,6 +36,17 @@ impl Against {
         Self::Drive,
     ];
 
+    /// As a parameter's value.
+    pub(super) fn number(self) -> f64 {
+        Self::ALL.iter().position(|a| *a == self).unwrap_or(0) as f64
+    }
+
+    /// From a parameter's value; `None` below zero.
+    pub(super) fn of(number: f64) -> Option<Self> {
+        let last = Self::ALL.len() - 1;
+        (number >= 0.0).then(|| Self::ALL[(number as usize).min(last)])
+    }
+
     /// Symbol of the quantity.
     pub fn symbol(self) -> &'static str {
         match self {
@@ -88,9 +99,8 @@ static SPEC: EffectSpec = EffectSpec {
         number("size"),
     ],
     build: |values, _| {
-        let index = (values[0].max(0.0) as usize).min(Against::ALL.len() - 1);
         Box::new(Window {
-            against: Against::ALL[index],
+            against: Against::of(values[0]).unwrap_or(Against::Height),
             middle: values[1],
             width: values[2],
             size: values[3],
@@ -102,10 +112,9 @@ static SPEC: EffectSpec = EffectSpec {
 /// Its unit is that of `against`: \[N\], or of a damping \[N s/m\], a stiffness \[N/m\], or
 /// of `gc`.
 pub fn window(against: Against, middle: f64, width: f64, size: f64) -> ActiveEffect {
-    let index = Against::ALL.iter().position(|a| *a == against).unwrap_or(0);
     ActiveEffect {
         spec: &SPEC,
-        values: vec![index as f64, middle, width, size],
+        values: vec![against.number(), middle, width, size],
     }
 }
 
@@ -121,6 +130,17 @@ impl Window {
     fn at(&self, u: f64) -> f64 {
         self.size * hat(u, self.middle, self.width)
     }
+}
+
+/// Middles of `count` windows side by side over a range, and their width; `None` for a range
+/// of nothing.
+pub(super) fn side_by_side((low, high): (f64, f64), count: usize) -> Option<(Vec<f64>, f64)> {
+    // A device without a drive has no voltage to speak of.
+    if high.is_nan() || high <= low {
+        return None;
+    }
+    let width = (high - low) / (count - 1) as f64;
+    Some(((0..count).map(|i| low + i as f64 * width).collect(), width))
 }
 
 /// 1 in the middle, falling to nothing `width` away; smooth, so that the simulation needs no

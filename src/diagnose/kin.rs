@@ -8,12 +8,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::bench::{Fitted, LOSS};
 use super::evidence::spans;
-use super::generic::{self, Against, hat, window};
+use super::generic::{self, Against, hat, side_by_side, window};
 use super::scan::{Linear, Scan};
 use crate::model::drive::Segment;
 use crate::model::effects::{Action, ActiveEffect, CATALOGUE, EffectSpec, Kinematics, Need};
 use crate::model::parameter::ParameterSpec;
-use crate::model::piezo::Branch;
 use crate::model::sensor::Point;
 use crate::sim::SimError;
 
@@ -25,6 +24,8 @@ const WINDOWS: usize = 5;
 const TIMES: [f64; 3] = [0.2, 0.5, 3.0];
 /// Largest `gc` of the paper's transducer, in its unit.
 const GAIN: f64 = 5.0;
+/// In place of a quantity where there is no window.
+const NOWHERE: f64 = -1.0;
 /// Values of the wrapped effect that are passed on.
 const VALUES: usize = 6;
 /// Values before those.
@@ -44,12 +45,7 @@ static SPEC: EffectSpec = EffectSpec {
         let own = &values[OWN..OWN + spec.parameters.len().min(VALUES)];
         Box::new(Kin {
             inner: (spec.build)(own, around),
-            against: match values[1] as i64 {
-                1 => Some(Against::Height),
-                2 => Some(Against::Velocity),
-                3 => Some(Against::Voltage),
-                _ => None,
-            },
+            against: Against::of(values[1]),
             middle: values[2],
             width: values[3],
         })
@@ -77,12 +73,9 @@ fn wrapped(
     window: Option<(Against, f64, f64)>,
 ) -> Option<ActiveEffect> {
     let index = CATALOGUE.iter().position(|e| *e == effect.spec)?;
-    let (against, middle, width) = match window {
-        Some((Against::Height, m, w)) => (1.0, m, w),
-        Some((Against::Velocity, m, w)) => (2.0, m, w),
-        Some((_, m, w)) => (3.0, m, w),
-        None => (0.0, 0.0, 1.0),
-    };
+    let (against, middle, width) = window.map_or((NOWHERE, 0.0, 1.0), |(against, m, w)| {
+        (against.number(), m, w)
+    });
     let mut all = vec![index as f64, against, middle, width];
     all.extend_from_slice(values);
     all.resize(OWN + VALUES, 0.0);
@@ -96,13 +89,9 @@ fn wrapped(
 fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
     let (height, speed, volts) = spans(fitted);
     let v = &effect.values;
-    let windows = |against: Against, (low, high): (f64, f64)| -> Vec<(Against, f64, f64)> {
-        if high.is_nan() || high <= low {
-            return Vec::new();
-        }
-        let width = (high - low) / (WINDOWS - 1) as f64;
-        let middle = |i: usize| low + i as f64 * width;
-        (0..WINDOWS).map(|i| (against, middle(i), width)).collect()
+    let windows = |against: Against, range: (f64, f64)| -> Vec<(Against, f64, f64)> {
+        let (middles, width) = side_by_side(range, WINDOWS).unwrap_or_default();
+        middles.into_iter().map(|m| (against, m, width)).collect()
     };
     let scaled = |strength: usize, over: Option<(usize, f64)>| {
         let mut values = v.clone();
@@ -188,7 +177,8 @@ pub fn gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimEr
     Ok(scan.within(1.0).map_or(0.0, |joint| joint.gain))
 }
 
-/// An effect in a window.
+/// An effect in a window: of those places where the effects that have kin by being wrapped
+/// attach.
 #[derive(Debug)]
 struct Kin {
     inner: Box<dyn Action>,
@@ -216,14 +206,6 @@ impl Action for Kin {
 
     fn drive_voltage(&self, voltage: f64, at: &Kinematics, z: &[f64]) -> f64 {
         self.inner.drive_voltage(voltage, at, z)
-    }
-
-    fn end_piece(&self, at: &Kinematics, z: &mut [f64]) {
-        self.inner.end_piece(at, z);
-    }
-
-    fn hysteresis(&self, gain: f64, voltage: f64, branch: Branch, z: &[f64]) -> f64 {
-        self.inner.hysteresis(gain, voltage, branch, z)
     }
 
     fn drive_gain(&self, gain: f64, at: &Kinematics, z: &[f64]) -> f64 {
@@ -257,18 +239,13 @@ impl Action for Kin {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::effects::{Surroundings, find};
+    use crate::diagnose::size::action;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
 
     fn force(effect: &ActiveEffect, at: &Kinematics) -> f64 {
         let model = Preset::embedded("paper").unwrap().model;
-        let structure = model.structure();
-        let around = Surroundings {
-            structure: &structure,
-            parameters: &model.parameters,
-            piezo: model.piezo,
-        };
-        (effect.spec.build)(&effect.values, &around).force_on_proof_mass(at, &[])
+        action(effect, &model).force_on_proof_mass(at, &[])
     }
 
     #[test]

@@ -8,7 +8,8 @@ use crate::model::effects::{Action, ActiveEffect, Kinematics, Surroundings};
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
 
-fn action(effect: &ActiveEffect, model: &Model) -> Box<dyn Action> {
+/// What an effect does on the device of `model`.
+pub(super) fn action(effect: &ActiveEffect, model: &Model) -> Box<dyn Action> {
     let structure = model.structure();
     (effect.spec.build)(
         &effect.values,

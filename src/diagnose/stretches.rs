@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::bench::LOSS;
 use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
-use crate::fit::segment::{Joint, Segment};
+use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::Point;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator, StretchState};
@@ -121,28 +121,25 @@ fn hovering(
         .collect()
 }
 
-/// A held stretch told as flight from the same state.
-fn in_flight(held: &Segment, simulator: &StretchSimulator, level: f64, noise: f64) -> Segment {
-    let joints: usize = held.joints.iter().map(Joint::unknowns).sum();
-    let own = held.locals.len() - joints;
-    let value = |i: usize| held.value(&held.locals, i);
-    let mut state = StretchState {
+/// State at a stretch's start, and how many of its unknowns that takes.
+fn start_of(segment: &Segment) -> (StretchState, usize) {
+    let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
+    let own = segment.locals.len() - joints;
+    let value = |i: usize| segment.value(&segment.locals, i);
+    let state = StretchState {
         q: (0..own / 2).map(value).collect(),
         v: (own / 2..own).map(value).collect(),
         z: Vec::new(),
     };
+    (state, own)
+}
+
+/// A held stretch told as flight from the same state.
+fn in_flight(held: &Segment, simulator: &StretchSimulator, level: f64, noise: f64) -> Segment {
+    let (mut state, own) = start_of(held);
     simulator.lift(level, &mut state);
-    let (p, c) = simulator.flight_shapes();
-    let sizes: Vec<f64> = p
-        .iter()
-        .zip(c)
-        .map(|(p, c)| noise / p.hypot(*c).max(1e-300))
-        .collect();
-    let speeds = sizes
-        .iter()
-        .zip(simulator.flight_omega2())
-        .map(|(size, omega2)| size * omega2.sqrt().max(1.0));
-    let mut units: Vec<f64> = sizes.iter().copied().chain(speeds).collect();
+    let span = held.samples.len().saturating_sub(1) as f64 * held.interval;
+    let mut units = state_units(simulator, false, noise, span);
     let start = state.q.iter().chain(&state.v);
     let mut locals: Vec<f64> = start.zip(&units).map(|(x, unit)| x / unit).collect();
     units.extend_from_slice(&held.units[own..]);
@@ -169,17 +166,10 @@ pub fn adopt(
         return fresh;
     }
     let one = |(k, mut f): (&Segment, Segment)| {
-        let joints: usize = k.joints.iter().map(|j| j.unknowns()).sum();
-        let states = k.locals.len() - joints;
         if k.samples != f.samples || k.joints.len() != f.joints.len() {
             return f;
         }
-        let value = |i: usize| k.value(&k.locals, i);
-        let mut state = StretchState {
-            q: (0..states / 2).map(value).collect(),
-            v: (states / 2..states).map(value).collect(),
-            z: Vec::new(),
-        };
+        let (mut state, states) = start_of(k);
         let data = &problem.data[k.recording];
         let level = old.ground_level(data.recording.time[k.samples.start] + data.epoch);
         if k.starts_held {

@@ -301,6 +301,25 @@ fn segment(c: &Cut<'_>, samples: Range<usize>, quiet: f64) -> Option<Segment> {
     Some(segment)
 }
 
+/// Units of coordinates, then velocities, of a stretch of `span` \[s\]: motions as large as
+/// the `noise` \[m\].
+pub fn state_units(sim: &StretchSimulator, held: bool, noise: f64, span: f64) -> Vec<f64> {
+    let (shapes, omega2): (Vec<f64>, Vec<f64>) = if held {
+        let structure = sim.held_structure();
+        (structure.cantilever.clone(), structure.omega2.clone())
+    } else {
+        let (p, c) = sim.flight_shapes();
+        let both = p.iter().zip(c).map(|(p, c)| p.hypot(*c)).collect();
+        (both, sim.flight_omega2().collect())
+    };
+    let size = |shape: &f64| noise / shape.abs().max(1e-300);
+    let speeds = shapes
+        .iter()
+        .zip(&omega2)
+        .map(|(shape, omega2)| size(shape) * omega2.sqrt().max(1.0 / span));
+    shapes.iter().map(size).chain(speeds).collect()
+}
+
 /// First guess of the unknowns, and their units: motions as large as the noise.
 fn guess(c: &Cut<'_>, segment: &mut Segment) {
     let sim = c.simulator;
@@ -308,26 +327,9 @@ fn guess(c: &Cut<'_>, segment: &mut Segment) {
     let level = sim.ground_level(start);
     let held = segment.starts_held.then_some(level);
     let mut state = sim.rest_state(&segment.pieces, start, held);
-    let shapes: Vec<f64> = if segment.starts_held {
-        sim.held_structure().cantilever.clone()
-    } else {
-        let (p, c) = sim.flight_shapes();
-        p.iter().zip(c).map(|(p, c)| p.hypot(*c)).collect()
-    };
-    let fast: Vec<f64> = if segment.starts_held {
-        sim.held_structure()
-            .omega2
-            .iter()
-            .map(|w| w.sqrt())
-            .collect()
-    } else {
-        sim.flight_omega2().map(f64::sqrt).collect()
-    };
-    let span = c.recording.time[segment.samples.end - 1] - start;
-    let shape = |i: usize| shapes[i].abs().max(1e-300);
     let n = state.q.len();
-    let mut units: Vec<f64> = (0..n).map(|i| c.noise / shape(i)).collect();
-    units.extend((0..n).map(|i| c.noise / shape(i) * fast[i].max(1.0 / span)));
+    let span = c.recording.time[segment.samples.end - 1] - start;
+    let mut units = state_units(sim, segment.starts_held, c.noise, span);
     if !segment.starts_held {
         follow_data(c, segment, &mut state);
     }
