@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use eframe::egui::Context;
 
@@ -16,7 +17,7 @@ use crate::fit::steps::film::{Film, film};
 use crate::fit::steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::steps::restitution::{Restitution, restitution};
 use crate::fit::steps::sensitivity::{Sensitivity, sensitivity};
-use crate::fit::{Control, FitOptions, Part, Progress};
+use crate::fit::{Control, FitError, FitOptions, Part, Progress};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
@@ -98,6 +99,8 @@ impl Identification {
                         looked.readings = found.readings.map(Arc::new);
                     }
                 }
+                // Nor does a step that a person broke off fail: what it found before stays.
+                (Some(_), Err(_)) if job.is_cancelled() => {}
                 (Some(step), Ok(News::Found(finding))) => {
                     self.findings.insert(step.id(), Ok(finding));
                 }
@@ -181,9 +184,14 @@ fn take(
     let options = FitOptions::for_model(model);
     let read = || match &known {
         Some(readings) => Ok(Arc::clone(readings)),
-        None => readings(model, &parts, &options, control)
-            .map(Arc::new)
-            .map_err(|e| e.to_string()),
+        None => {
+            let read = readings(model, &parts, &options, control).map(Arc::new);
+            // Readings broken off are some of them: a law through those would not say so.
+            if control.cancel.load(Ordering::Relaxed) {
+                return Err(FitError::Cancelled.to_string());
+            }
+            read.map_err(|e| e.to_string())
+        }
     };
     match step {
         Step::Drive => {

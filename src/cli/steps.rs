@@ -228,6 +228,7 @@ fn pull_off(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
             "scatter": found.line.scatter,
             "releases": found.releases.iter().map(|r| json!([r.contact, r.force, r.error])).collect::<Vec<_>>(),
             "set_aside": found.aside.iter().map(|(r, why)| json!([r.contact, r.force, r.error, why.id()])).collect::<Vec<_>>(),
+            "unread": found.unread,
         }),
     ))
 }

@@ -74,6 +74,9 @@ pub struct Readings {
     pub releases: Vec<Release>,
     /// Bounces that were seen in stretches too far from the model to be read.
     pub unread: usize,
+    /// Releases that were seen and say no force: in such stretches, or after a contact of
+    /// too few samples or one that began before the recording.
+    pub unread_releases: usize,
 }
 
 /// Reads bounces and releases in `parts` with `model` as it is.
@@ -114,10 +117,13 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
             let read = point.used[i]
                 .then(|| one(prepared, point, segment, &states[i], &mut stretcher))
                 .flatten();
-            read.unwrap_or_else(|| Readings {
-                unread: bounces_in(segment),
+            let mut read = read.unwrap_or_else(|| Readings {
+                unread: seen_in(segment, |kind| matches!(kind, Kind::Bounce { .. })),
                 ..Readings::default()
-            })
+            });
+            let releases = seen_in(segment, |kind| matches!(kind, Kind::Release { .. }));
+            read.unread_releases = releases - read.releases.len();
+            read
         })
         .collect();
     let mut all = Readings::default();
@@ -125,6 +131,7 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
         all.bounces.extend(readings.bounces);
         all.releases.extend(readings.releases);
         all.unread += readings.unread;
+        all.unread_releases += readings.unread_releases;
     }
     let key = |recording: usize, time: f64| (recording, time);
     all.bounces.sort_by(|a, b| {
@@ -138,9 +145,9 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
     Ok(all)
 }
 
-fn bounces_in(segment: &Segment) -> usize {
-    let bounce = |j: &&Joint| matches!(j.what, JointKind::Event(Kind::Bounce { .. }));
-    segment.joints.iter().filter(bounce).count()
+fn seen_in(segment: &Segment, what: impl Fn(&Kind) -> bool) -> usize {
+    let seen = |j: &&Joint| matches!(&j.what, JointKind::Event(kind) if what(kind));
+    segment.joints.iter().filter(seen).count()
 }
 
 /// The quantities of interest of a run: ratios and misses of the bounces, forces of the

@@ -98,6 +98,8 @@ pub struct Adhesion {
     pub releases: Vec<Release>,
     /// The releases that do not, and why not.
     pub aside: Vec<(Release, Aside)>,
+    /// Releases that were seen and could not be read.
+    pub unread: usize,
 }
 
 impl Adhesion {
@@ -108,16 +110,22 @@ impl Adhesion {
 
     /// What was set aside, one sentence for each reason there is.
     pub fn set_aside(&self) -> Vec<String> {
-        said(&self.aside)
+        said(&self.aside, self.unread)
     }
 }
 
-fn said(aside: &[(Release, Aside)]) -> Vec<String> {
+fn said(aside: &[(Release, Aside)], unread: usize) -> Vec<String> {
     let sentences = Aside::ALL.into_iter().filter_map(|reason| {
         let n = aside.iter().filter(|(_, own)| *own == reason).count();
         (n > 0).then(|| format!("{} {reason}", counted(n, "release", "releases")))
     });
-    sentences.collect()
+    let unread = (unread > 0).then(|| {
+        format!(
+            "{} that could not be read: too far from the model, after too few samples on the ground, or on the ground since before the recording",
+            counted(unread, "release", "releases")
+        )
+    });
+    sentences.chain(unread).collect()
 }
 
 /// Fits the line.
@@ -148,7 +156,7 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
             "{} the pull-off force, {LEAST} are needed",
             counted(releases.len(), "release tells", "releases tell")
         );
-        let said = said(&aside);
+        let said = said(&aside, readings.unread_releases);
         if !said.is_empty() {
             reason += &format!(" (set aside: {})", said.join("; "));
         }
@@ -178,5 +186,6 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
         line,
         releases,
         aside,
+        unread: readings.unread_releases,
     })
 }
