@@ -1,0 +1,177 @@
+//! The baseline re-tuned to the fitted recordings: from far off, in steps.
+
+use super::{Bench, FINE, Fitted, LOSS, ROUGH, positions, skews};
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::stretches::{heal, thinned};
+use crate::fit::problem::Problem;
+use crate::fit::robust::Huber;
+use crate::fit::solve::{Point, settle};
+use crate::fit::space::Space;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::recording::quantile_in_place;
+
+/// Others that are tried where much is left.
+const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
+/// Chi2 per value above which other films are tried.
+const MUCH: f64 = 1.15;
+/// Another film must bring it below this share for more to be tried.
+const BETTER: f64 = 0.95;
+/// What is not moved at first.
+const LATER: [&str; 8] = [
+    "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
+];
+/// Chi2 per value after the first step above which a drive that is shared otherwise among
+/// the modes is tried.
+const ASTRAY: f64 = 3.0;
+/// Thickness of the film at contact at first, as a share of `dp`.
+const FILM: f64 = 0.2;
+
+impl Bench {
+    /// The baseline, re-tuned to the fitted recordings from `model`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn baseline(
+        &self,
+        model: &Model,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let mut start = model.clone();
+        if model.has_ground {
+            let known = self
+                .train
+                .findings
+                .iter()
+                .filter_map(|f| f.level.clone().ok());
+            let mut known: Vec<f64> = known.collect();
+            let level = quantile_in_place(&mut known, 0.5);
+            let p = &mut start.parameters;
+            if level.is_finite() && level < 0.0 {
+                p.set(ParameterId::Dp, -level);
+            }
+            p.set(ParameterId::Gp, (1.0 + FILM) * p[ParameterId::Dp]);
+        }
+        // A part of the stretches is enough to come near, and three times as fast.
+        let few = thinned(&self.train.calm.prepared.segments);
+        let (mut problem, mut point) = self.near(&start, &few, control)?;
+        let off = |point: &Point| point.cost / point.rows.max(1) as f64;
+        if off(&point) > ASTRAY && model.uses(ParameterId::ShapeP2) && model.piezo.is_some() {
+            // A film that bends the beam by moments drives the second mode the other way
+            // round than a force at its centre.
+            let p = &mut start.parameters;
+            for id in [ParameterId::ShapeC2, ParameterId::ShapeP2] {
+                p.set(id, -p[id]);
+            }
+            let (flipped, other) = self.near(&start, &few, control)?;
+            if off(&other) < off(&point) {
+                (problem, point) = (flipped, other);
+            }
+        }
+        let segments = &self.train.calm.prepared.segments;
+        // What acts most comes first: frequencies and dampings of motions that are far off
+        // in size would go astray.
+        let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
+        for ids in late {
+            let mut locked = positions(&problem, ids);
+            if locked.len() == problem.space.len() {
+                continue;
+            }
+            if ids.len() > 2 {
+                locked.extend(skews(&problem));
+            }
+            point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
+            heal(&problem, &mut point, segments)?;
+        }
+        let before = point.clone();
+        point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+        let rough = point.cost / point.rows.max(1) as f64;
+        let mut best = self.whole(problem, point, &few, control)?;
+        // Strength and thickness of the film trade against each other along a valley
+        // that may lead astray: other thicknesses are tried where much is left.
+        let thickness = best.problem.space.position("gp");
+        for share in FILMS {
+            let left = best.cost / best.point.rows.max(1) as f64;
+            let Some(at) = thickness.filter(|_| left > MUCH && !control.cancelled()) else {
+                break;
+            };
+            let problem = best.problem.clone();
+            let entry = &problem.space.entries[at];
+            let mut x = before.x.clone();
+            let gap = share * best.model.parameters[ParameterId::Dp];
+            x[at] = gap.ln().clamp(entry.low, entry.high);
+            let mut point = settle(&problem, &x, &before.segments, &before.used, LOSS, 2)?;
+            let locked = positions(&problem, &["gp"]);
+            point = self.improve(&problem, point, &locked, (5, ROUGH), control)?;
+            point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+            // All stretches only where the few promise something.
+            let reached = point.cost / point.rows.max(1) as f64;
+            if reached > BETTER * rough {
+                break;
+            }
+            let other = self.whole(problem, point, &few, control)?;
+            let per_row = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
+            let better = per_row(&other) < BETTER * per_row(&best);
+            if per_row(&other) < per_row(&best) {
+                best = other;
+            }
+            // Where the film is not to blame no other will do better.
+            if !better {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// The first step of a fit of `start` to the `few` stretches: sizes, and what damps
+    /// the slow motion.
+    fn near(
+        &self,
+        start: &Model,
+        few: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(Problem, Point), DiagnoseError> {
+        let segments = &self.train.calm.prepared.segments;
+        let mut problem = self.train.calm.prepared.problem.clone();
+        problem.space = Space::new(start, &self.free)?;
+        for (id, range) in &self.bounds {
+            problem.space.keep_between(id, *range);
+        }
+        let mut x = problem.space.coordinates(start);
+        x.resize(problem.unknowns(), 0.0);
+        let mut point = settle(&problem, &x, segments, few, Huber(1e4), 3)?;
+        let mut locked = positions(&problem, &LATER);
+        if locked.len() < problem.space.len() {
+            locked.extend(skews(&problem));
+            point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
+            heal(&problem, &mut point, segments)?;
+        }
+        Ok((problem, point))
+    }
+
+    /// Goes on with all stretches where a fit was to the `few` only.
+    fn whole(
+        &self,
+        problem: Problem,
+        point: Point,
+        few: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let segments = &self.train.calm.prepared.segments;
+        // The others begin from their first guess.
+        let others: Vec<bool> = few.iter().map(|f| !f).collect();
+        let rest = settle(&problem, &point.x, segments, &others, Huber(1e4), 3)?;
+        let (mut own, mut used) = (point.segments, point.used);
+        for i in (0..few.len()).filter(|&i| !few[i]) {
+            own[i] = rest.segments[i].clone();
+            used[i] = true;
+        }
+        let mut point = settle(&problem, &point.x, &own, &used, LOSS, 2)?;
+        heal(&problem, &mut point, segments)?;
+        point = self.improve(&problem, point, &[], (20, FINE), control)?;
+        if heal(&problem, &mut point, segments)? {
+            point = self.improve(&problem, point, &[], (10, FINE), control)?;
+        }
+        self.finish(problem, point)
+    }
+}

@@ -1,0 +1,194 @@
+//! A model with effects: fitted from a fit near by, and judged by what was kept out.
+
+use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, skews};
+use crate::diagnose::calm::prepare_calm;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::stretches::{adopt, heal, thinned};
+use crate::fit::problem::Problem;
+use crate::fit::robust::Huber;
+use crate::fit::segment::Segment;
+use crate::fit::solve::settle;
+use crate::fit::space::Space;
+use crate::model::Model;
+use crate::recording::quantile_in_place;
+use crate::sim::{SimError, StretchSimulator};
+
+/// Modes that are simulated quickly.
+const QUICK_MODES: usize = 2;
+
+impl Bench {
+    /// A model with effects, fitted to the fitted recordings from `start`, whose values
+    /// for the baseline's freedoms and the ids of `free` are moved; those in `bounds` stay
+    /// within them. `from` is a fit of a model near by.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn fit(
+        &self,
+        start: &Model,
+        free: &[String],
+        bounds: &[Bound],
+        from: &Fitted,
+        iterations: usize,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let mut ids = self.free.clone();
+        ids.extend_from_slice(free);
+        let mut problem = self.train.calm.prepared.problem.clone();
+        problem.space = Space::new(start, &ids)?;
+        for (id, bound) in self.bounds.iter().chain(bounds) {
+            problem.space.keep_between(id, *bound);
+        }
+        let mut x = problem.space.coordinates(start);
+        x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
+        shift_skews(&problem, &mut x, delay(start)? - delay(&from.model)?);
+        let fresh = modes(start) != modes(&from.model);
+        let mut point = if fresh {
+            let side = &self.train;
+            let space = &problem.space;
+            let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
+            let segments = calm.prepared.segments;
+            // The same stretches, with more unknowns each: what was misread stays aside.
+            let used = if segments.len() == from.point.used.len() {
+                from.point.used.clone()
+            } else {
+                vec![true; segments.len()]
+            };
+            let (old, new) = (
+                from.problem.simulator(&from.point.x)?,
+                StretchSimulator::new(start, &problem.options)?,
+            );
+            let segments = adopt(&from.point.segments, segments, (&old, &new), &problem);
+            // What is new finds its place first, on a part of the stretches.
+            let few = some_of(&segments, &used);
+            let start = settle(&problem, &x, &segments, &few, LOSS, 3)?;
+            let known: Vec<usize> = (0..self.free.len()).collect();
+            let near = self.improve(&problem, start, &known, (12, ROUGH), control)?;
+            let near = self.improve(&problem, near, &[], (6, ROUGH), control)?;
+            let mut all = segments;
+            for i in (0..all.len()).filter(|&i| few[i]) {
+                all[i] = near.segments[i].clone();
+            }
+            settle(&problem, &near.x, &all, &used, LOSS, 3)?
+        } else if modes(start) > QUICK_MODES {
+            // Fast modes make short steps: the way is gone on a part of the stretches.
+            let own = &from.point;
+            let few = some_of(&own.segments, &own.used);
+            let start = settle(&problem, &x, &own.segments, &few, LOSS, 2)?;
+            let near = self.improve(&problem, start, &[], (iterations, ROUGH), control)?;
+            settle(&problem, &near.x, &own.segments, &own.used, LOSS, 2)?
+        } else {
+            let own = &from.point;
+            settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
+        };
+        point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
+        self.finish(problem, point)
+    }
+
+    /// A model against the recordings kept out, its parameters frozen; `None` if there are
+    /// none. `train` is its fit, or a fit near by; `from` is the judgement of a model near
+    /// by.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn judge(
+        &self,
+        model: &Model,
+        (train, from): (&Fitted, Option<&Fitted>),
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
+        let Some(side) = &self.held_out else {
+            return Ok(None);
+        };
+        let mut problem = side.calm.prepared.problem.clone();
+        problem.space = Space::new(model, &self.free)?;
+        let mut x = problem.space.coordinates(model);
+        let near = from.filter(|f| modes(&f.model) == modes(model));
+        // The clocks are those of the fitted recordings.
+        let (clocks, late) = match from {
+            Some(from) => (0.0, delay(model)? - delay(&from.model)?),
+            None => (usual_skew(train), delay(model)? - delay(&train.model)?),
+        };
+        let (segments, point) = match near {
+            Some(from) => {
+                x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
+                shift_skews(&problem, &mut x, clocks + late);
+                let own = &from.point;
+                let point = settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?;
+                (side.calm.prepared.segments.clone(), point)
+            }
+            None => {
+                match from {
+                    Some(from) => x.extend_from_slice(&from.point.x[from.problem.space.len()..]),
+                    None => x.resize(problem.unknowns(), 0.0),
+                }
+                shift_skews(&problem, &mut x, clocks + late);
+                let space = &problem.space;
+                let (parts, findings) = (&side.parts, &side.findings);
+                let segments = prepare_calm(model, space, parts, findings, &self.options)?
+                    .prepared
+                    .segments;
+                let used = match from {
+                    Some(from) if from.point.used.len() == segments.len() => {
+                        from.point.used.clone()
+                    }
+                    _ => vec![true; segments.len()],
+                };
+                let (segments, loss) = match from {
+                    Some(from) => {
+                        let old = from.problem.simulator(&from.point.x)?;
+                        let new = StretchSimulator::new(model, &problem.options)?;
+                        let own = &from.point.segments;
+                        (adopt(own, segments, (&old, &new), &problem), LOSS)
+                    }
+                    None => (segments, Huber(1e4)),
+                };
+                let point = settle(&problem, &x, &segments, &used, loss, 3)?;
+                (segments, point)
+            }
+        };
+        let locked: Vec<usize> = (0..problem.space.len()).collect();
+        let mut point = self.improve(&problem, point, &locked, (10, FINE), control)?;
+        if from.is_none() && heal(&problem, &mut point, &segments)? {
+            point = self.improve(&problem, point, &locked, (5, FINE), control)?;
+        }
+        Ok(Some(self.finish(problem, point)?))
+    }
+}
+
+/// Time by which the effects make readings late \[s\].
+fn delay(model: &Model) -> Result<f64, SimError> {
+    let options = crate::sim::Options::default();
+    Ok(StretchSimulator::new(model, &options)?.reading_delay())
+}
+
+/// Skew of the clocks in most recordings of a fit \[s\].
+fn usual_skew(fitted: &Fitted) -> f64 {
+    let first = fitted.problem.space.len();
+    let mut all: Vec<f64> = skews(&fitted.problem)
+        .into_iter()
+        .map(|i| fitted.point.x[i] * fitted.problem.nuisances[i - first].unit)
+        .collect();
+    let skew = quantile_in_place(&mut all, 0.5);
+    if skew.is_finite() { skew } else { 0.0 }
+}
+
+/// Moves all skews by `by` \[s\]: a delay of the readings that comes or goes is taken out
+/// of them, or left to them.
+fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
+    let first = problem.space.len();
+    for i in skews(problem) {
+        x[i] += by / problem.nuisances[i - first].unit;
+    }
+}
+
+/// Those of `used` that are used on the way.
+fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
+    let few = thinned(segments).into_iter();
+    few.zip(used).map(|(few, used)| few && *used).collect()
+}
+
+fn modes(model: &Model) -> usize {
+    let further = model.effects.iter().filter(|e| e.spec.id == "extra_mode");
+    model.modes.len() + further.count()
+}

@@ -1,0 +1,362 @@
+//! Recordings made ready for a diagnosis, and fits of models to them.
+//!
+//! All fits here are over calm stretches ([`super::calm`]): what happens at the ground is
+//! looked at by itself ([`super::events`]).
+
+mod baseline;
+mod fits;
+mod freedoms;
+
+use std::time::Duration;
+
+use self::freedoms::{freedoms, structure_bounds};
+use super::calm::{Calm, prepare_calm};
+use super::noise::{self, Noise, Stays};
+use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::fit::chain::Sigmas;
+use crate::fit::prepare::{Findings, Prepared, default_length, look, prepare};
+use crate::fit::problem::{Nuisance, Problem};
+use crate::fit::robust::Huber;
+use crate::fit::segment::Segment;
+use crate::fit::solve::{Clock, Plan, Point, improve, settle};
+use crate::fit::space::Space;
+use crate::fit::{Control, FitError, FitOptions, FreeNuisances, Part, Progress};
+use crate::model::Model;
+use crate::model::effects::ActiveEffect;
+use crate::sim::StretchSimulator;
+
+/// Standard deviation of what is known of the skew between the clocks of voltage and
+/// readings \[s\].
+const SKEW: f64 = 5e-6;
+/// Loss by which fits are compared, in units of the noise.
+pub const LOSS: Huber = Huber(6.0);
+/// Share of the cost by which an iteration must lower it to be followed by another, at
+/// the end.
+const FINE: f64 = 2e-6;
+/// The same on the way.
+const ROUGH: f64 = 2e-3;
+
+/// A parameter's id, `effect.parameter`, with its least and largest value.
+pub type Bound = (String, (f64, f64));
+
+/// Recordings on one side: fitted, or kept out.
+#[derive(Debug, Clone)]
+pub struct Side {
+    /// The recordings.
+    pub parts: Vec<Part>,
+    findings: Vec<Findings>,
+    /// Cut into calm stretches.
+    pub calm: Calm,
+}
+
+/// Everything that does not change while hypotheses are weighed.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    /// To fit.
+    pub train: Side,
+    /// Kept out; without recordings if there are none.
+    pub held_out: Option<Side>,
+    /// Noise of the readings.
+    pub noise: Noise,
+    /// Relative standard error of its size.
+    pub noise_error: f64,
+    /// Ids of the baseline's own freedoms.
+    pub free: Vec<String>,
+    bounds: Vec<Bound>,
+    options: FitOptions,
+}
+
+/// A model fitted to one side.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The model at the fit.
+    pub model: Model,
+    /// The problem with its parameters.
+    pub problem: Problem,
+    /// Where it ended.
+    pub point: Point,
+    /// Robust cost by [`LOSS`], corrected for the stretches' own unknowns.
+    pub cost: f64,
+}
+
+impl Fitted {
+    /// Rows minus the stretches' own unknowns.
+    pub fn freedom(&self) -> f64 {
+        let own: usize = self.point.segments.iter().map(|s| s.locals.len()).sum();
+        self.point.rows.saturating_sub(own).max(1) as f64
+    }
+}
+
+impl Bench {
+    /// Makes recordings ready.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a recording or the model cannot be used.
+    pub fn new(
+        model: &Model,
+        train: &[Part],
+        held_out: &[Part],
+        options: &DiagnoseOptions,
+    ) -> Result<Self, DiagnoseError> {
+        if train.is_empty() {
+            return Err(DiagnoseError::NoRecording);
+        }
+        let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
+        let free = freedoms(model, lone);
+        // One length for all models, so that all are judged by the same stretches.
+        let simulation = crate::sim::Options {
+            tolerance: options.tolerance,
+            ..crate::sim::Options::default()
+        };
+        let longest = default_length(&StretchSimulator::new(model, &simulation)?, lone);
+        let fit = FitOptions {
+            free: free.clone(),
+            longest: Some(longest),
+            nuisances: FreeNuisances {
+                offsets: true,
+                scales: None,
+                skew: Some(SKEW),
+            },
+            tolerance: options.tolerance,
+            ..FitOptions::for_model(model)
+        };
+        let space = Space::new(model, &free)?;
+        let side = |parts: &[Part]| -> Result<Side, FitError> {
+            let findings = look(model, parts);
+            let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
+            Ok(Side {
+                parts: parts.to_vec(),
+                findings,
+                calm,
+            })
+        };
+        let mut train = side(train)?;
+        let mut held_out = if held_out.is_empty() {
+            None
+        } else {
+            Some(side(held_out)?)
+        };
+        let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
+        let mut information = 0.0;
+        for pick in picks {
+            let mut all: Vec<(usize, &mut f64)> = std::iter::once(&mut train)
+                .chain(&mut held_out)
+                .flat_map(|s| &mut s.calm.prepared.problem.data)
+                .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
+                .collect();
+            information += noise::pool(&mut all).powi(-2);
+        }
+        let sides = || std::iter::once(&train).chain(&held_out);
+        let stays: Vec<Stays<'_>> = sides()
+            .flat_map(|s| s.calm.prepared.problem.data.iter().zip(&s.calm.timelines))
+            .map(|(d, timeline)| Stays {
+                recording: &d.recording,
+                timeline,
+                sigma: d.sigmas.xp,
+            })
+            .collect();
+        let noise = noise::estimate(&stays);
+        for side in std::iter::once(&mut train).chain(&mut held_out) {
+            side.colour(&noise);
+        }
+        for data in std::iter::once(&train)
+            .chain(&held_out)
+            .flat_map(|s| &s.calm.prepared.problem.data)
+        {
+            log::debug!("{}: {:?}", data.recording.name, data.sigmas);
+        }
+        Ok(Self {
+            train,
+            held_out,
+            noise,
+            noise_error: information.max(1.0).powf(-0.5),
+            free,
+            bounds: structure_bounds(model),
+            options: fit,
+        })
+    }
+
+    /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].
+    pub fn epochs(&self) -> Vec<f64> {
+        let mut at = 0.0;
+        let parts = self.train.parts.iter();
+        parts
+            .map(|part| {
+                let (begin, end) = part.recording.span();
+                let epoch = at - begin;
+                at += end - begin;
+                epoch
+            })
+            .collect()
+    }
+
+    /// The same recordings as one series in time: what happens to the ground once, happens
+    /// to all later ones. Those kept out come last.
+    pub fn in_series(&self) -> Self {
+        let mut series = self.clone();
+        let mut epochs = self.epochs();
+        let length = |p: &Part| p.recording.span().1 - p.recording.span().0;
+        let mut at: f64 = self.train.parts.iter().map(length).sum();
+        for (data, epoch) in series
+            .train
+            .calm
+            .prepared
+            .problem
+            .data
+            .iter_mut()
+            .zip(&epochs)
+        {
+            data.epoch = *epoch;
+        }
+        epochs.clear();
+        if let Some(held_out) = &mut series.held_out {
+            for (data, part) in held_out
+                .calm
+                .prepared
+                .problem
+                .data
+                .iter_mut()
+                .zip(&held_out.parts)
+            {
+                data.epoch = at - part.recording.span().0;
+                at += length(part);
+            }
+        }
+        series
+    }
+
+    /// Recordings of a side cut with their events, into stretches of at most `longest`
+    /// \[s\], for `model`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn with_events(
+        &self,
+        side: &Side,
+        model: &Model,
+        longest: f64,
+    ) -> Result<Prepared, DiagnoseError> {
+        let space = Space::new(model, &self.free)?;
+        let options = FitOptions {
+            longest: Some(longest),
+            ..self.options.clone()
+        };
+        Ok(prepare(
+            model,
+            &space,
+            &side.parts,
+            &side.findings,
+            &options,
+        )?)
+    }
+
+    fn improve(
+        &self,
+        problem: &Problem,
+        point: Point,
+        locked: &[usize],
+        (iterations, enough): (usize, f64),
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Point, DiagnoseError> {
+        let quiet = |_: &Progress| {};
+        let control = Control {
+            cancel: control.cancel,
+            progress: &quiet,
+        };
+        let plan = Plan {
+            stage: "calm stretches",
+            iterations,
+            locked,
+            enough,
+        };
+        let mut clock = Clock::new(iterations);
+        let point = improve(problem, point, &plan, &control, &mut clock)?;
+        log::debug!(
+            "chi2 {:.1} of {} rows with {:?}",
+            point.cost,
+            point.rows,
+            Values(problem, &point)
+        );
+        Ok(point)
+    }
+
+    fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
+        let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
+        let mut own: usize = point.segments.iter().map(|s| s.locals.len()).sum();
+        let model = problem.space.model(&point.x);
+        if problem.simulator(&point.x)?.reading_states().is_some() {
+            // The first reading of each stretch is taken over, and its noise fades with
+            // the lag.
+            let channels = |s: &Segment| {
+                let data = &problem.data[s.recording].recording;
+                2 * (1 + usize::from(data.cantilever.is_some()))
+            };
+            own += point.segments.iter().map(channels).sum::<usize>();
+        }
+        Ok(Fitted {
+            model,
+            cost: point.cost + own as f64,
+            problem,
+            point,
+        })
+    }
+}
+
+impl Side {
+    /// Takes over what was found of the noise.
+    fn colour(&mut self, noise: &Noise) {
+        for data in &mut self.calm.prepared.problem.data {
+            data.sigmas.xp *= noise.factor;
+            data.sigmas.xc *= noise.factor;
+            data.sigmas.colour = noise.colour;
+        }
+    }
+
+    /// The stretches as first guessed.
+    pub fn segments(&self) -> &[Segment] {
+        &self.calm.prepared.segments
+    }
+}
+
+/// Where a fit stands, for the log.
+struct Values<'a>(&'a Problem, &'a Point);
+
+impl std::fmt::Debug for Values<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(problem, point) = self;
+        let values = problem.space.values(&point.x);
+        for (entry, value) in problem.space.entries.iter().zip(values) {
+            write!(f, "{} {value:.4e}, ", entry.id)?;
+        }
+        write!(f, "{} stretches", point.segments.len())
+    }
+}
+
+/// `model` with one more effect, in place of one of the same kind.
+pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
+    let mut with = model.clone();
+    with.effects.retain(|e| e.spec != effect.spec);
+    with.effects.push(effect);
+    with
+}
+
+fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
+    ids.iter()
+        .filter_map(|id| problem.space.position(id))
+        .collect()
+}
+
+fn skews(problem: &Problem) -> Vec<usize> {
+    let all = problem.nuisances.iter().enumerate();
+    all.filter(|(_, n)| n.what == Nuisance::Skew)
+        .map(|(i, _)| problem.space.len() + i)
+        .collect()
+}
+
+/// An estimate of the time left from the share done and the time it took.
+pub fn remaining(done: f64, elapsed: Duration) -> Duration {
+    if done <= 0.0 {
+        return Duration::ZERO;
+    }
+    elapsed.mul_f64(((1.0 - done) / done).clamp(0.0, 1e4))
+}
