@@ -1,0 +1,236 @@
+//! A step of flight: the film's force depends on the motion that it causes.
+
+// The indices are those of the method's matrices; iterators would hide them.
+#![allow(clippy::needless_range_loop)]
+
+use super::tables::{Table, Tables};
+use super::{Reject, Step};
+use crate::model::drive::Segment;
+use crate::sim::device::{Device, dot};
+use crate::sim::nodes::{S, top_coefficient};
+
+impl Step {
+    /// A step of flight from `(q, v, z)` at `t`.
+    ///
+    /// `tolerance` [m] bounds the iteration's remaining error; the discretisation's is
+    /// left in `self.error` for the caller to judge.
+    #[allow(clippy::too_many_arguments)]
+    pub fn flight(
+        &mut self,
+        device: &Device,
+        tables: &Tables,
+        level: usize,
+        segment: &Segment,
+        t: f64,
+        state: (&[f64], &[f64], &[f64]),
+        tolerance: f64,
+    ) -> Result<(), Reject> {
+        let table = tables.get(level);
+        self.h = table.h;
+        let (q0, v0, z0) = state;
+        self.start(q0, v0, z0);
+        let growth = device.mobility * table.h * device.time_scale.max(table.h);
+        if device.has_effects() {
+            self.flight_with_effects(device, table, segment, t, tolerance / growth)?;
+        } else {
+            self.flight_plain(device, table, segment, t, tolerance / growth)?;
+        }
+        self.settle(table);
+        let top = dot(top_coefficient(), &self.force).abs();
+        let drive_top = dot(top_coefficient(), &self.drive).abs();
+        // A residual Legendre part of degree 4 moves the end by a small share of its
+        // size: its mean over the step is zero.
+        self.error = 0.02 * growth * (top + drive_top * device.drive_ratio);
+        self.error += self.state_error() + self.base_error(device, growth);
+        if self.error.is_finite() && self.xp.iter().all(|x| device.is_inside_film(*x)) {
+            Ok(())
+        } else {
+            Err(Reject)
+        }
+    }
+
+    fn flight_plain(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        segment: &Segment,
+        t: f64,
+        force_tolerance: f64,
+    ) -> Result<(), Reject> {
+        let constant = self.plain_drive(device, segment, t);
+        let m = self.modes;
+        self.xp[0] = dot(&device.phi_p, self.q_at(0));
+        self.vp[0] = dot(&device.phi_p, self.v_at(0));
+        // Motion of the proof mass without force on it.
+        let (mut base_x, mut base_v) = ([0.0; S - 1], [0.0; S - 1]);
+        for k in 0..S - 1 {
+            for i in 0..m {
+                let e = &table.modes[i].state[k];
+                base_x[k] += device.phi_p[i] * (e[0] * self.q[i] + e[1] * self.v[i]);
+                base_v[k] += device.phi_p[i] * (e[2] * self.q[i] + e[3] * self.v[i]);
+            }
+            let (wx, wv) = (&table.p_from_d[0][k], &table.p_from_d[1][k]);
+            if constant {
+                base_x[k] += self.drive[0] * wx.iter().sum::<f64>();
+                base_v[k] += self.drive[0] * wv.iter().sum::<f64>();
+            } else {
+                base_x[k] += dot(wx, &self.drive);
+                base_v[k] += dot(wv, &self.drive);
+            }
+        }
+        self.force = [device.film_force(self.xp[0], self.vp[0]); S];
+        let mut previous = f64::INFINITY;
+        let mut settled = false;
+        for sweep in 0..24 {
+            for k in 0..S - 1 {
+                self.xp[k + 1] = base_x[k] + dot(&table.p_from_p[0][k], &self.force);
+                self.vp[k + 1] = base_v[k] + dot(&table.p_from_p[1][k], &self.force);
+            }
+            let mut residual = [0.0; S - 1];
+            let mut change = 0.0f64;
+            for k in 0..S - 1 {
+                if !device.is_inside_film(self.xp[k + 1]) {
+                    return Err(Reject);
+                }
+                residual[k] = device.film_force(self.xp[k + 1], self.vp[k + 1]) - self.force[k + 1];
+                change = change.max(residual[k].abs());
+            }
+            if !change.is_finite() {
+                return Err(Reject);
+            }
+            if change > 0.3 * previous && change > force_tolerance {
+                // The film is stiff over this step: Newton's method instead.
+                self.newton(device, table, &mut residual);
+            }
+            for k in 0..S - 1 {
+                self.force[k + 1] += residual[k];
+            }
+            if change <= 0.02 * force_tolerance
+                || change <= 4.0 * f64::EPSILON * self.force[0].abs()
+            {
+                settled = true;
+                break;
+            }
+            if sweep > 1 && change > 10.0 * previous {
+                return Err(Reject);
+            }
+            previous = change;
+        }
+        if !settled {
+            return Err(Reject);
+        }
+        let (force, drive) = (self.force, self.drive);
+        self.propagate(table, |i| {
+            std::array::from_fn(|j| device.phi_p[i] * force[j] + device.phi_d[i] * drive[j])
+        });
+        Ok(())
+    }
+
+    /// Turns the residual of the film force at the points into the Newton correction.
+    fn newton(&self, device: &Device, table: &Table, residual: &mut [f64; S - 1]) {
+        const N: usize = S - 1;
+        let mut a = [[0.0; N]; N];
+        for k in 0..N {
+            let (mut dx, mut dv) = if device.film_is_plain {
+                device.film_slopes(self.xp[k + 1], self.vp[k + 1])
+            } else {
+                (0.0, 0.0)
+            };
+            if let Some(touch) = self.touch {
+                let depth = touch.level - self.xp[k + 1];
+                let ground = device.contact_slopes(depth, -self.vp[k + 1]);
+                (dx, dv) = (dx + ground.0, dv + ground.1);
+            }
+            for j in 0..N {
+                a[k][j] = -dx * table.p_from_p[0][k][j + 1] - dv * table.p_from_p[1][k][j + 1];
+            }
+            a[k][k] += 1.0;
+        }
+        // Elimination with row pivoting; a singular system leaves a non-finite
+        // correction, which the caller rejects.
+        for i in 0..N {
+            let pivot = (i..N)
+                .max_by(|&x, &y| a[x][i].abs().total_cmp(&a[y][i].abs()))
+                .unwrap_or(i);
+            a.swap(i, pivot);
+            residual.swap(i, pivot);
+            for r in i + 1..N {
+                let factor = a[r][i] / a[i][i];
+                for c in i..N {
+                    a[r][c] -= factor * a[i][c];
+                }
+                residual[r] -= factor * residual[i];
+            }
+        }
+        for i in (0..N).rev() {
+            for c in i + 1..N {
+                residual[i] -= a[i][c] * residual[c];
+            }
+            residual[i] /= a[i][i];
+        }
+    }
+
+    fn flight_with_effects(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        segment: &Segment,
+        t: f64,
+        force_tolerance: f64,
+    ) -> Result<(), Reject> {
+        let mut residual = [0.0; S];
+        self.shake(device, t);
+        self.evaluate(device, segment, t, 0..1, None, &mut residual);
+        self.force = [residual[0]; S];
+        self.drive = [self.drive[0]; S];
+        let states = self.z.len() / S;
+        for k in 1..S {
+            self.inputs.copy_within(0..states, k * states);
+        }
+        // Forces and states settle in turn: every other change may be far smaller.
+        let (mut previous, mut older) = (f64::INFINITY, f64::INFINITY);
+        for sweep in 0..40 {
+            let (force, drive, base) = (self.force, self.drive, self.base);
+            self.propagate(table, |i| {
+                std::array::from_fn(|j| {
+                    device.phi_p[i] * force[j]
+                        + device.phi_d[i] * drive[j]
+                        + device.flight_base[i] * base[j]
+                })
+            });
+            self.propagate_states(table);
+            self.evaluate(device, segment, t, 1..S, None, &mut residual);
+            let mut change = 0.0f64;
+            for k in 1..S {
+                if !device.is_inside_film(self.xp[k]) {
+                    return Err(Reject);
+                }
+                residual[k] -= force[k];
+                change = change
+                    .max(residual[k].abs())
+                    .max((self.drive[k] - drive[k]).abs() * device.drive_ratio);
+            }
+            if !change.is_finite() {
+                return Err(Reject);
+            }
+            let mut correction: [f64; S - 1] = std::array::from_fn(|k| residual[k + 1]);
+            if change > 0.3 * previous && change > force_tolerance {
+                self.newton(device, table, &mut correction);
+            }
+            for k in 0..S - 1 {
+                self.force[k + 1] += correction[k];
+            }
+            let size = self.force[0].abs().max(self.drive[0].abs());
+            if change <= 0.02 * force_tolerance || change <= 8.0 * f64::EPSILON * size {
+                // States that nothing feels are not judged by the forces.
+                self.propagate_states(table);
+                return Ok(());
+            }
+            if sweep > 1 && change > 10.0 * previous.max(older) {
+                return Err(Reject);
+            }
+            (older, previous) = (previous, change);
+        }
+        Err(Reject)
+    }
+}

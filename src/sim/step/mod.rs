@@ -1,0 +1,329 @@
+//! One step: forces as polynomials through the Lobatto points, the linear structure's
+//! answer exact, forces and answer iterated until they agree (exponential collocation).
+//! Flight and held structure are both a [`Step`] over independent oscillators; they
+//! differ in what forces act.
+
+// The indices are those of the method's matrices; iterators would hide them.
+#![allow(clippy::needless_range_loop)]
+
+mod dense;
+mod flight;
+mod tables;
+
+pub(super) use self::tables::{LEVELS, Tables};
+
+use self::tables::Table;
+use super::device::{Device, dot};
+use super::linear::{Oscillator, Swing};
+use super::nodes::{NODES, S, top_coefficient};
+use crate::model::drive::Segment;
+
+/// The film is singular on the way or the iteration does not settle: a shorter step
+/// may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Reject;
+
+/// The mass in a compliant ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Touch {
+    /// Level at which the ground begins [m].
+    pub level: f64,
+    /// When contact began [s].
+    pub since: f64,
+}
+
+/// Scratch of one step: everything at the five points. Row-major `[point][mode]`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Step {
+    pub h: f64,
+    /// Modal coordinates and velocities at the points.
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    /// Extra states at the points.
+    pub z: Vec<f64>,
+    /// Proof mass at the points.
+    pub xp: [f64; S],
+    pub vp: [f64; S],
+    /// Forces at the points [N].
+    pub force: [f64; S],
+    pub drive: [f64; S],
+    /// Acceleration of the base at the points [m/s^2].
+    base: [f64; S],
+    /// Direction in which the mass slides, which friction opposes: 1, -1, or 0.
+    pub sliding: f64,
+    /// Whether the mass of a step of flight is in a compliant ground.
+    pub touch: Option<Touch>,
+    inputs: Vec<f64>,
+    rates: Vec<f64>,
+    v_before: Vec<f64>,
+    /// Force on each mode at the points, per unit modal mass.
+    mode_force: Vec<[f64; S]>,
+    /// Each mode's motion between the points.
+    pub swings: Vec<Swing>,
+    modes: usize,
+    /// Estimated error of the step, as displacement of the proof mass [m].
+    pub error: f64,
+}
+
+impl Step {
+    /// Scratch for so many modes, and extra states that decay at `rates` [1/s].
+    pub fn new(modes: usize, rates: &[f64]) -> Self {
+        let states = rates.len();
+        Self {
+            rates: rates.to_vec(),
+            q: vec![0.0; S * modes],
+            v: vec![0.0; S * modes],
+            z: vec![0.0; S * states],
+            inputs: vec![0.0; S * states],
+            v_before: vec![0.0; S * modes],
+            mode_force: vec![[0.0; S]; modes],
+            swings: vec![Swing::new(Oscillator::default(), 0.0, 0.0, 0.0, &[0.0; S]); modes],
+            modes,
+            ..Self::default()
+        }
+    }
+
+    /// Modal coordinates at a point.
+    pub fn q_at(&self, point: usize) -> &[f64] {
+        &self.q[point * self.modes..(point + 1) * self.modes]
+    }
+
+    /// Modal velocities at a point.
+    pub fn v_at(&self, point: usize) -> &[f64] {
+        &self.v[point * self.modes..(point + 1) * self.modes]
+    }
+
+    /// Extra states at a point.
+    pub fn z_at(&self, point: usize) -> &[f64] {
+        let states = self.z.len() / S;
+        &self.z[point * states..(point + 1) * states]
+    }
+
+    /// What the inputs of the extra states leave beyond the polynomial, as a share of the
+    /// state and of the displacement: states have units of their own.
+    fn state_error(&self) -> f64 {
+        let states = self.z.len() / S;
+        let size = self.xp.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        let worst = (0..states).fold(0.0f64, |worst, i| {
+            let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
+            let within = self.h.min(1.0 / self.rates[i].max(1e-300));
+            let scale = (0..S).fold(0.0f64, |a, k| {
+                a.max(self.z[k * states + i].abs())
+                    .max(input[k].abs() * within)
+            });
+            let top = dot(top_coefficient(), &input).abs() * within;
+            if top > 0.0 {
+                worst.max(top / scale)
+            } else {
+                worst
+            }
+        });
+        0.02 * worst * size
+    }
+
+    /// The same for the shaking of the base, whose acceleration acts like a force of that
+    /// over the mobility.
+    fn base_error(&self, device: &Device, growth: f64) -> f64 {
+        0.02 * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
+    }
+
+    /// Acceleration of the base at the points of a step from `t`.
+    fn shake(&mut self, device: &Device, t: f64) {
+        for k in 0..S {
+            self.base[k] = device.base_acceleration(t + NODES[k] * self.h);
+        }
+    }
+
+    /// Makes ready what dense output needs, once the forces have settled.
+    fn settle(&mut self, table: &Table) {
+        for i in 0..self.modes {
+            let oscillator = table.modes[i].oscillator;
+            self.swings[i] = Swing::new(
+                oscillator,
+                self.h,
+                self.q[i],
+                self.v[i],
+                &self.mode_force[i],
+            );
+        }
+    }
+
+    fn start(&mut self, q: &[f64], v: &[f64], z: &[f64]) {
+        self.q[..q.len()].copy_from_slice(q);
+        self.v[..v.len()].copy_from_slice(v);
+        self.z[..z.len()].copy_from_slice(z);
+    }
+
+    /// Free motion of all modes plus the answer to the forces at the points that
+    /// `per_mode` gives for each.
+    fn propagate(&mut self, table: &Table, per_mode: impl Fn(usize) -> [f64; S]) {
+        let m = self.modes;
+        for i in 0..m {
+            let (q0, v0) = (self.q[i], self.v[i]);
+            let force = per_mode(i);
+            self.mode_force[i] = force;
+            let mode = &table.modes[i];
+            for k in 0..S - 1 {
+                let e = &mode.state[k];
+                self.q[(k + 1) * m + i] =
+                    e[0] * q0 + e[1] * v0 + dot(&mode.displacement[k], &force);
+                self.v[(k + 1) * m + i] = e[2] * q0 + e[3] * v0 + dot(&mode.velocity[k], &force);
+            }
+        }
+    }
+
+    fn propagate_states(&mut self, table: &Table) {
+        let states = self.z.len() / S;
+        for i in 0..states {
+            let z0 = self.z[i];
+            let decay = &table.decays[i];
+            for k in 0..S - 1 {
+                let mut z = decay.state[k] * z0;
+                for j in 0..S {
+                    z += decay.input[k][j] * self.inputs[j * states + i];
+                }
+                self.z[(k + 1) * states + i] = z;
+            }
+        }
+    }
+
+    /// Drive force at the points without effects; true if it is the same at all.
+    fn plain_drive(&mut self, device: &Device, segment: &Segment, t: f64) -> bool {
+        use crate::model::drive::Shape;
+        if let Shape::Constant { voltage } = segment.shape {
+            self.drive = [device.piezo_force(voltage, segment.branch); S];
+            return true;
+        }
+        for (k, c) in NODES.iter().enumerate() {
+            let voltage = segment.shape.voltage(t + c * self.h);
+            self.drive[k] = device.piezo_force(voltage, segment.branch);
+        }
+        false
+    }
+
+    /// Forces with effects at some of the points: on the mass into `force`, the drive's
+    /// and the inputs of the extra states in place. Held at `ground`, or in flight.
+    fn evaluate(
+        &mut self,
+        device: &Device,
+        segment: &Segment,
+        t: f64,
+        points: std::ops::Range<usize>,
+        ground: Option<f64>,
+        force: &mut [f64; S],
+    ) {
+        let states = self.z.len() / S;
+        for k in points {
+            let (q, v) = (self.q_at(k), self.v_at(k));
+            let t = t + NODES[k] * self.h;
+            let voltage = segment.shape.voltage(t);
+            let mut at = match ground {
+                Some(ground) => device.held_kinematics(t, voltage, ground, q, v),
+                None => device.flight_kinematics(t, voltage, q, v),
+            };
+            let z = &self.z[k * states..(k + 1) * states];
+            force[k] = if ground.is_some() {
+                device.force_on_held(&at, z)
+            } else {
+                let force = device.effect_force(&at, z) + device.altered_film_force(&at, z);
+                force - device.friction * self.sliding
+                    + self.touch.map_or(0.0, |touch| {
+                        device.contact_force(touch.level - at.xp, -at.vp, t - touch.since)
+                    })
+            };
+            self.drive[k] = device.drive_force(&mut at, segment.branch, z);
+            (self.xp[k], self.vp[k]) = (at.xp, at.vp);
+            device.state_inputs(&at, z, &mut self.inputs[k * states..(k + 1) * states]);
+        }
+    }
+
+    /// A step with the proof mass held at `level` [m]. `q`, `v` are held coordinates.
+    #[allow(clippy::too_many_arguments)]
+    pub fn held(
+        &mut self,
+        device: &Device,
+        tables: &Tables,
+        level: usize,
+        segment: &Segment,
+        t: f64,
+        state: (&[f64], &[f64], &[f64]),
+        ground: f64,
+        tolerance: f64,
+    ) -> Result<(), Reject> {
+        let table = tables.get(level);
+        self.h = table.h;
+        let (q0, v0, z0) = state;
+        self.start(q0, v0, z0);
+        let m = self.modes;
+        let states = self.z.len() / S;
+        let held = &device.held;
+        let effects = device.has_effects();
+        if effects {
+            self.shake(device, t);
+        } else {
+            self.plain_drive(device, segment, t);
+        }
+        for k in 1..S {
+            self.q.copy_within(0..m, k * m);
+            self.v.copy_within(0..m, k * m);
+            self.z.copy_within(0..states, k * states);
+        }
+        let growth = device.mobility * table.h * device.time_scale.max(table.h);
+        // Without effects and damping between modes the first answer is exact.
+        let sweeps = if effects || m > 1 { 40 } else { 1 };
+        let mut on_mass = [0.0; S];
+        let mut previous = [f64::INFINITY; S];
+        for sweep in 0..=sweeps {
+            if effects {
+                self.evaluate(device, segment, t, 0..S, Some(ground), &mut on_mass);
+            }
+            let (drive, base) = (self.drive, self.base);
+            self.v_before.copy_from_slice(&self.v);
+            let v_before = std::mem::take(&mut self.v_before);
+            self.propagate(table, |i| {
+                std::array::from_fn(|j| {
+                    let row = i * m..(i + 1) * m;
+                    let cross = dot(&held.cross_damping[row], &v_before[j * m..(j + 1) * m]);
+                    let shaken = if effects {
+                        device.held_base[i] * base[j]
+                    } else {
+                        0.0
+                    };
+                    held.drive[i] * drive[j] + held.level_force[i] * ground + shaken - cross
+                })
+            });
+            self.v_before = v_before;
+            self.propagate_states(table);
+            let pull: [f64; S] = std::array::from_fn(|k| {
+                device.pull_held(
+                    self.q_at(k),
+                    self.v_at(k),
+                    ground,
+                    self.drive[k],
+                    on_mass[k],
+                )
+            });
+            let change = (0..S)
+                .map(|k| (pull[k] - previous[k]).abs())
+                .fold(0.0, f64::max);
+            previous = pull;
+            if sweeps == 1 || change * growth <= 0.02 * tolerance || change <= 1e-14 * pull[0].abs()
+            {
+                break;
+            }
+            if sweep == sweeps {
+                return Err(Reject);
+            }
+        }
+        self.settle(table);
+        self.force = previous;
+        let drive_top = dot(top_coefficient(), &self.drive).abs();
+        self.error = 0.02 * growth * drive_top * device.drive_ratio;
+        self.error += self.state_error() + self.base_error(device, growth);
+        if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
+            Ok(())
+        } else {
+            Err(Reject)
+        }
+    }
+}
