@@ -4,7 +4,7 @@
 mod device;
 #[path = "support/difference.rs"]
 mod difference;
-#[path = "effects/twin.rs"]
+#[path = "effects/twin/mod.rs"]
 mod twin;
 
 use device::with;

@@ -1,3 +1,4 @@
+use super::segments::direction;
 use super::*;
 
 fn all() -> Vec<Waveform> {

@@ -1,0 +1,199 @@
+//! A segment carried from event to event with given unknowns.
+
+use super::{Encounter, Nuisances, PullOff, Run, Setting};
+use crate::fit::segment::{JointKind, Segment};
+use crate::fit::timeline::Kind;
+use crate::model::drive::Segment as Piece;
+use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
+
+/// A sensor whose memory fades by more than this exponent from sample to sample has none.
+const MEMORY: f64 = 3.0;
+/// An edge of the drive this many samples from a release may be what releases.
+const EDGE: f64 = 3.0;
+
+/// Simulates `segment` with the unknowns `locals`.
+///
+/// # Errors
+/// [`SimError`] where no simulation is possible.
+pub fn run(
+    segment: &Segment,
+    setting: &Setting<'_>,
+    stretcher: &mut Stretcher<'_>,
+    nuisances: &Nuisances,
+    locals: &[f64],
+) -> Result<Run, SimError> {
+    let sim = stretcher.simulator();
+    let r = setting.recording;
+    let samples = segment.samples.clone();
+    // What a late reading shows happened before.
+    let skew = nuisances.skew - sim.reading_delay();
+    let value = |i: usize| segment.value(locals, i);
+    let start = r.time[samples.start] + skew;
+    let end = r.time[samples.end - 1] + skew;
+    let times: Vec<f64> = r.time[samples.clone()].iter().map(|t| t + skew).collect();
+    let (mut xp, mut xc) = (vec![f64::NAN; times.len()], vec![f64::NAN; times.len()]);
+
+    // The instants, each kept within its reach and after the one before.
+    let mut pieces = segment.pieces.clone();
+    let modes = sim.modes();
+    let n = if segment.starts_held {
+        modes - 1
+    } else {
+        modes
+    };
+    let mut k = 2 * n;
+    let mut instants = Vec::with_capacity(segment.joints.len());
+    let mut priors = Vec::with_capacity(segment.joints.len());
+    for joint in &segment.joints {
+        // Both kinds are shifted by the reading's clock. Were an edge by the drive's, a skew
+        // and all edges of a recording could hardly be told apart.
+        let away = match joint.what {
+            JointKind::Event(_) => value(k),
+            JointKind::Edge(_) => value(k) + skew,
+        };
+        priors.push(away / joint.sigma);
+        let away = away.clamp(-joint.reach, joint.reach);
+        k += 1;
+        let v_after = match joint.what {
+            JointKind::Event(Kind::Bounce { .. }) => {
+                k += 1;
+                value(k - 1)
+            }
+            _ => 0.0,
+        };
+        match joint.what {
+            JointKind::Edge(piece) => {
+                let low = pieces[piece - 1].start;
+                let high = pieces[piece].end;
+                let at = (joint.time + away).clamp(low + 1e-12, (high - 1e-12).max(low + 1e-12));
+                pieces[piece - 1].end = at;
+                pieces[piece].start = at;
+            }
+            JointKind::Event(kind) => instants.push((joint.time + away + skew, v_after, kind)),
+        }
+    }
+
+    let mut state = StretchState {
+        q: (0..n).map(value).collect(),
+        v: (n..2 * n).map(value).collect(),
+        z: if setting.states.is_empty() {
+            sim.rest_state(&pieces, start, None).z
+        } else {
+            setting.states.to_vec()
+        },
+    };
+    if let Some(at) = sim.reading_states() {
+        // A lag longer than a sample goes on from what was read; a shorter one has no
+        // memory, and must not take over the noise.
+        let lasting = sim.state_rates()[at] * segment.interval < MEMORY;
+        let points = if segment.starts_held {
+            sim.held_points(sim.ground_level(start + setting.epoch), &state)
+        } else {
+            sim.flight_points(&state)
+        };
+        let n = nuisances;
+        let i = samples.start;
+        let begun = |x: f64, shown: Option<f64>, offset: f64, scale: f64| match shown {
+            Some(shown) if lasting && shown.is_finite() => (shown - offset) / scale,
+            _ => x,
+        };
+        let xc = r.cantilever.as_ref().map(|xc| xc[i]);
+        state.z[at] = begun(points.xp, Some(r.proof_mass[i]), n.offset_p, n.scale_p);
+        state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
+    }
+    let mut t = start;
+    let mut level = sim.ground_level(start + setting.epoch);
+    let mut held = segment.starts_held.then_some(level);
+    let rest = held.map(|_| sim.rest_state(&pieces, start, held));
+    let mut since = segment.since.unwrap_or(start) + skew;
+    let mut next = 0;
+    let mut encounters = Vec::with_capacity(instants.len());
+    for i in 0..=instants.len() {
+        let event = instants.get(i);
+        let to = event.map_or(end, |e| e.0.clamp(t, end.max(t)));
+        let upto = if event.is_some() {
+            times.partition_point(|&s| s <= to)
+        } else {
+            times.len()
+        };
+        let upto = upto.max(next);
+        let out = |i: usize, p: f64, c: f64| {
+            xp[next + i] = p;
+            xc[next + i] = c;
+        };
+        stretcher.carry(&pieces, held, t, to, &mut state, &times[next..upto], out)?;
+        next = upto;
+        t = to;
+        let Some(&(_, v_after, kind)) = event else {
+            break;
+        };
+        match kind {
+            Kind::Bounce { .. } | Kind::Touch => {
+                level = sim.ground_level(t + setting.epoch);
+                // A mark in the wrong place may find the mass held already.
+                if held.is_some() {
+                    sim.lift(level, &mut state);
+                }
+                let points = sim.flight_points(&state);
+                let bounces = !matches!(kind, Kind::Touch);
+                encounters.push(Encounter::Meeting {
+                    time: t,
+                    miss: points.xp - level,
+                    speed: (-points.vp).max(0.0),
+                    after: bounces.then_some(v_after),
+                });
+                if !bounces {
+                    sim.kick(level, 0.0, &mut state);
+                    sim.land(level, &mut state);
+                    held = Some(level);
+                    since = t;
+                } else {
+                    sim.kick(level, v_after, &mut state);
+                    held = None;
+                }
+            }
+            Kind::Release { telling } => {
+                if held.is_none() {
+                    encounters.push(Encounter::PullOff(None));
+                    continue;
+                }
+                encounters.push(Encounter::PullOff(Some(PullOff {
+                    time: t,
+                    contact: t - since,
+                    force: sim.pull_off(&pieces, t, level, &state),
+                    jump: jump(sim, &pieces, t, level, &state, r.interval()),
+                    telling,
+                })));
+                sim.lift(level, &mut state);
+                held = None;
+            }
+        }
+    }
+
+    Ok(Run {
+        xp,
+        xc,
+        encounters,
+        priors,
+        rest,
+    })
+}
+
+/// The largest step of the pull-off force at an edge of the drive that is so close to `t`
+/// that the release may be its doing \[N\].
+fn jump(
+    sim: &StretchSimulator,
+    pieces: &[Piece],
+    t: f64,
+    level: f64,
+    state: &StretchState,
+    interval: f64,
+) -> f64 {
+    let force = |at: f64| sim.pull_off(pieces, at, level, state);
+    pieces
+        .iter()
+        .map(|piece| piece.start)
+        .filter(|start| (start - t).abs() < EDGE * interval)
+        .map(|start| (force(start + 1e-3 * interval) - force(start - 1e-3 * interval)).abs())
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,240 @@
+//! Segments linearised: their Jacobians, and what is left with their own unknowns
+//! eliminated.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::Problem;
+use crate::fit::robust::Huber;
+use crate::fit::segment::Segment;
+use crate::sim::{SimError, StretchSimulator, Stretcher};
+
+/// Step of a parameter's coordinate for differences.
+const STEP: f64 = 1e-4;
+/// Ridge that keeps a segment's unknowns determined, as a share of their columns.
+const RIDGE: f64 = 1e-7;
+
+/// A segment's linearised residuals with its own unknowns eliminated: what is left is
+/// `|s d + c|^2` for a change `d` of the unknowns in `columns`.
+#[derive(Debug, Clone)]
+pub struct Reduced {
+    /// Unknowns of the whole problem that bear on the segment.
+    pub columns: Vec<usize>,
+    local: DMatrix<f64>,
+    coupling: DMatrix<f64>,
+    local_right: DVector<f64>,
+    /// Reduced Jacobian.
+    pub s: DMatrix<f64>,
+    /// Reduced residual.
+    pub c: DVector<f64>,
+}
+
+impl Reduced {
+    /// Best change of the segment's own unknowns for a change `d` of all others. First the
+    /// whole of it, then only what follows from `d`: where the segment is not quadratic
+    /// the former may lead astray, however small `d` is.
+    pub fn local_changes(&self, d: &[f64]) -> Option<[DVector<f64>; 2]> {
+        let own = DVector::from_iterator(self.columns.len(), self.columns.iter().map(|&c| d[c]));
+        let follows = -(&self.coupling * own);
+        let whole = self
+            .local
+            .solve_upper_triangular(&(&follows - &self.local_right))?;
+        Some([whole, self.local.solve_upper_triangular(&follows)?])
+    }
+}
+
+/// A segment's linearised residuals, weighted.
+#[derive(Debug, Clone)]
+pub struct Jacobian {
+    /// Unknowns of the whole problem that bear on the segment.
+    pub columns: Vec<usize>,
+    /// Its own unknowns' columns, those of `columns`, and the residuals.
+    pub matrix: DMatrix<f64>,
+    /// Roots of the rows' weights.
+    pub weights: Vec<f64>,
+    /// Number of its own unknowns.
+    pub locals: usize,
+}
+
+/// Simulators that are a step away in one parameter.
+trait Moved {
+    /// The step, the simulator there, and the effects' states at the segment's start.
+    fn by(&self, parameter: usize) -> (f64, &StretchSimulator, &[f64]);
+}
+
+struct Steps<'a>(&'a [(f64, StretchSimulator, Vec<Vec<f64>>)], usize);
+
+impl Moved for Steps<'_> {
+    fn by(&self, parameter: usize) -> (f64, &StretchSimulator, &[f64]) {
+        let (step, simulator, states) = &self.0[parameter];
+        (*step, simulator, &states[self.1])
+    }
+}
+
+impl Problem {
+    /// Linearises the segments that are used at unknowns `x`; `None` for the others and
+    /// for those that cannot be simulated.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense at `x`.
+    pub fn linearise(
+        &self,
+        x: &[f64],
+        segments: &[Segment],
+        used: &[bool],
+        huber: Huber,
+    ) -> Result<Vec<Option<Reduced>>, SimError> {
+        self.each(x, segments, used, |segment, base, moved| {
+            self.reduce(x, segment, huber, base, moved)
+        })
+    }
+
+    /// The segments' Jacobians at unknowns `x`, as [`Self::linearise`] uses them.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense at `x`.
+    pub fn jacobians(
+        &self,
+        x: &[f64],
+        segments: &[Segment],
+        used: &[bool],
+        huber: Huber,
+    ) -> Result<Vec<Option<Jacobian>>, SimError> {
+        self.each(x, segments, used, |segment, base, moved| {
+            self.jacobian(x, segment, huber, base, moved)
+        })
+    }
+
+    /// Calls `make` for each segment that is used, with the simulator at `x` and those a
+    /// step away in each parameter.
+    fn each<T: Send>(
+        &self,
+        x: &[f64],
+        segments: &[Segment],
+        used: &[bool],
+        make: impl Fn(&Segment, (&StretchSimulator, &[f64]), &dyn Moved) -> Option<T> + Sync,
+    ) -> Result<Vec<Option<T>>, SimError> {
+        let base = self.simulator(x)?;
+        let mut steps = Vec::with_capacity(self.space.len());
+        for (j, entry) in self.space.entries.iter().enumerate() {
+            let mut there = x.to_vec();
+            there[j] += if there[j] + STEP > entry.high {
+                -STEP
+            } else {
+                STEP
+            };
+            let step = there[j] - x[j];
+            let simulator = self.simulator(&there)?;
+            let states = self.states(&simulator, segments);
+            steps.push((step, simulator, states));
+        }
+        let states = self.states(&base, segments);
+        let one = |(i, segment): (usize, &Segment)| {
+            used[i]
+                .then(|| make(segment, (&base, &states[i]), &Steps(&steps, i)))
+                .flatten()
+        };
+        Ok(segments.par_iter().enumerate().map(one).collect())
+    }
+
+    fn reduce(
+        &self,
+        x: &[f64],
+        segment: &Segment,
+        huber: Huber,
+        base: (&StretchSimulator, &[f64]),
+        moved: &dyn Moved,
+    ) -> Option<Reduced> {
+        let Jacobian {
+            columns,
+            mut matrix,
+            weights,
+            locals: l,
+        } = self.jacobian(x, segment, huber, base, moved)?;
+        let (m, g) = (weights.len(), columns.len());
+        let height = (m + l).max(l + g + 1);
+        matrix = matrix.resize_vertically(height, 0.0);
+        for j in 0..l {
+            let norm = matrix.column(j).norm().max(1e-12);
+            matrix[(m.min(height - l) + j, j)] = RIDGE * norm;
+        }
+        let upper = matrix.qr().unpack_r();
+        Some(Reduced {
+            columns,
+            local: upper.view((0, 0), (l, l)).into_owned(),
+            coupling: upper.view((0, l), (l, g)).into_owned(),
+            local_right: upper.view((0, l + g), (l, 1)).column(0).into_owned(),
+            s: upper.view((l, l), (g, g)).into_owned(),
+            c: upper.view((l, l + g), (g, 1)).column(0).into_owned(),
+        })
+    }
+
+    fn jacobian(
+        &self,
+        x: &[f64],
+        segment: &Segment,
+        huber: Huber,
+        (base, states): (&StretchSimulator, &[f64]),
+        moved: &dyn Moved,
+    ) -> Option<Jacobian> {
+        let nuisances = self.nuisances_of(x, segment.recording);
+        let mut stretcher = Stretcher::new(base);
+        let mut r0 = Vec::new();
+        let locals = &segment.locals;
+        if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r0) {
+            return None;
+        }
+        let own: Vec<usize> = (0..self.nuisances.len())
+            .filter(|&i| self.nuisances[i].recording == segment.recording)
+            .collect();
+        let parameters = self.space.len();
+        let mut columns: Vec<usize> = (0..parameters).collect();
+        columns.extend(own.iter().map(|i| parameters + i));
+        let (l, g, m) = (locals.len(), columns.len(), r0.len());
+        let mut a = DMatrix::zeros(m, l + g + 1);
+        let weights: Vec<f64> = r0.iter().map(|r| huber.root_weight(*r)).collect();
+        let mut r = Vec::with_capacity(m);
+        let mut fill = |column: usize, r: &[f64], step: f64| {
+            for i in 0..m {
+                a[(i, column)] = weights[i] * (r[i] - r0[i]) / step;
+            }
+        };
+        let mut there = locals.clone();
+        for j in 0..l {
+            let step = segment.step(locals, j);
+            there[j] = locals[j] + step;
+            if !self.evaluate(segment, states, &mut stretcher, &nuisances, &there, &mut r) {
+                return None;
+            }
+            fill(j, &r, step);
+            there[j] = locals[j];
+        }
+        for j in 0..parameters {
+            let (step, simulator, states) = moved.by(j);
+            let mut stretcher = Stretcher::new(simulator);
+            if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
+                return None;
+            }
+            fill(l + j, &r, step);
+        }
+        for (k, &i) in own.iter().enumerate() {
+            let mut there = x.to_vec();
+            let step = 0.5;
+            there[parameters + i] += step;
+            let nuisances = self.nuisances_of(&there, segment.recording);
+            if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
+                return None;
+            }
+            fill(l + parameters + k, &r, step);
+        }
+        for i in 0..m {
+            a[(i, l + g)] = weights[i] * r0[i];
+        }
+        Some(Jacobian {
+            columns,
+            matrix: a,
+            weights,
+            locals: l,
+        })
+    }
+}

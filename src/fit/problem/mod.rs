@@ -1,0 +1,187 @@
+//! The least-squares problem: recordings cut into segments, parameters and nuisances as
+//! one vector, and each segment's residuals linearised with its own unknowns eliminated.
+
+mod linear;
+mod own;
+
+pub use self::linear::{Jacobian, Reduced};
+
+use std::sync::Arc;
+
+use super::chain::{Nuisances, Row, Setting, Sigmas, residuals, rows};
+use super::segment::Segment;
+use super::space::Space;
+use super::track::Track;
+use crate::recording::{Channel, Recording};
+use crate::sim::{Options, Points, SimError, StretchSimulator, Stretcher};
+
+/// One of a recording's nuisances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nuisance {
+    /// Offset of xp.
+    OffsetP,
+    /// Offset of xc.
+    OffsetC,
+    /// Scale of xp.
+    ScaleP,
+    /// Scale of xc.
+    ScaleC,
+    /// Skew of the clocks.
+    Skew,
+}
+
+/// A nuisance that is left free.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FreeNuisance {
+    /// Of which recording.
+    pub recording: usize,
+    /// Which.
+    pub what: Nuisance,
+    /// SI value of one unit.
+    pub unit: f64,
+    /// Standard deviation of what was known before \[SI\]; infinite if nothing.
+    pub sigma: f64,
+}
+
+/// A recording made ready.
+#[derive(Debug, Clone)]
+pub struct Data {
+    /// The recording.
+    pub recording: Arc<Recording>,
+    /// Its drive.
+    pub track: Track,
+    /// Standard deviations.
+    pub sigmas: Sigmas,
+    /// Time from the beginning of the series to that of the recording \[s\].
+    pub epoch: f64,
+}
+
+/// Everything that does not change while the fit runs.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// The parameters.
+    pub space: Space,
+    /// The recordings.
+    pub data: Vec<Data>,
+    /// The nuisances, after the parameters in the vector of unknowns.
+    pub nuisances: Vec<FreeNuisance>,
+    /// Tolerance of the simulations.
+    pub options: Options,
+}
+
+impl Problem {
+    /// Number of unknowns but for the segments' own.
+    pub fn unknowns(&self) -> usize {
+        self.space.len() + self.nuisances.len()
+    }
+
+    /// Nuisances of a recording at unknowns `x`.
+    pub fn nuisances_of(&self, x: &[f64], recording: usize) -> Nuisances {
+        let mut result = Nuisances::default();
+        for (n, x) in self.nuisances.iter().zip(&x[self.space.len()..]) {
+            if n.recording == recording {
+                let value = x * n.unit;
+                match n.what {
+                    Nuisance::OffsetP => result.offset_p = value,
+                    Nuisance::OffsetC => result.offset_c = value,
+                    Nuisance::ScaleP => result.scale_p = 1.0 + value,
+                    Nuisance::ScaleC => result.scale_c = 1.0 + value,
+                    Nuisance::Skew => result.skew = value,
+                }
+            }
+        }
+        result
+    }
+
+    /// The simulator at unknowns `x`.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense there.
+    pub fn simulator(&self, x: &[f64]) -> Result<StretchSimulator, SimError> {
+        StretchSimulator::new(&self.space.model(x), &self.options)
+    }
+
+    /// Extra states of the effects at the start of each segment, if there are any.
+    pub fn states(&self, simulator: &StretchSimulator, segments: &[Segment]) -> Vec<Vec<f64>> {
+        let count = simulator.state_rates().len();
+        let mut out = vec![Vec::new(); segments.len()];
+        if count == 0 {
+            return out;
+        }
+        for (index, data) in self.data.iter().enumerate() {
+            let own: Vec<usize> = (0..segments.len())
+                .filter(|&i| segments[i].recording == index)
+                .collect();
+            let r = &data.recording;
+            let times: Vec<f64> = own
+                .iter()
+                .map(|&i| r.time[segments[i].samples.start])
+                .collect();
+            let half = r.interval();
+            let motion = |t: f64| {
+                let at = |c, t| r.value_at(c, t);
+                // Slopes over two samples on either side: less noise, and still quick.
+                let slope = |c| {
+                    let (a, b) = (at(c, t - 2.0 * half)?, at(c, t + 2.0 * half)?);
+                    Some((b - a) / (4.0 * half))
+                };
+                Points {
+                    xp: at(Channel::ProofMass, t).unwrap_or(0.0),
+                    vp: slope(Channel::ProofMass).unwrap_or(0.0),
+                    xc: at(Channel::Cantilever, t).unwrap_or(0.0),
+                    vc: slope(Channel::Cantilever).unwrap_or(0.0),
+                }
+            };
+            let states = simulator.states_from_drive(&data.track.pieces, &times, &motion);
+            for (&i, z) in own.iter().zip(states.chunks(count)) {
+                out[i] = z.to_vec();
+            }
+        }
+        out
+    }
+
+    /// Surroundings of a segment.
+    pub fn setting<'a>(&'a self, segment: &Segment, states: &'a [f64]) -> Setting<'a> {
+        let data = &self.data[segment.recording];
+        Setting {
+            recording: &data.recording,
+            sigmas: &data.sigmas,
+            states,
+            epoch: data.epoch,
+        }
+    }
+
+    /// Kinds of a segment's rows.
+    pub fn rows(&self, segment: &Segment) -> Vec<Row> {
+        rows(segment, &self.setting(segment, &[]))
+    }
+
+    /// What the priors of the nuisances add: residuals with their unknowns.
+    pub fn priors(&self, x: &[f64]) -> Vec<(usize, f64, f64)> {
+        let first = self.space.len();
+        self.nuisances
+            .iter()
+            .enumerate()
+            .filter(|(_, n)| n.sigma.is_finite())
+            .map(|(i, n)| {
+                let slope = n.unit / n.sigma;
+                (first + i, slope, slope * x[first + i])
+            })
+            .collect()
+    }
+
+    /// Residuals of one segment; infinite cost where no simulation is possible.
+    pub fn evaluate(
+        &self,
+        segment: &Segment,
+        states: &[f64],
+        stretcher: &mut Stretcher<'_>,
+        nuisances: &Nuisances,
+        locals: &[f64],
+        out: &mut Vec<f64>,
+    ) -> bool {
+        let setting = self.setting(segment, states);
+        residuals(segment, &setting, stretcher, nuisances, locals, out).is_ok()
+            && out.iter().all(|r| r.is_finite())
+    }
+}

@@ -1,0 +1,187 @@
+//! Second thoughts on events. Where a segment does not come down to the noise although
+//! the others have, the data may have been misread there: a hop too small to be seen, a
+//! quick stay taken for a bounce, a sharp turn in the air taken for an impact. Each
+//! such reading is tried, and kept if the segment then fits clearly better.
+
+mod predict;
+mod readings;
+
+use rayon::prelude::*;
+
+use self::readings::readings;
+use super::problem::Problem;
+use super::robust::Huber;
+use super::segment::Segment;
+use super::solve::Point;
+use crate::model::Model;
+use crate::recording::quantile_in_place;
+use crate::sim::{SimError, StretchSimulator};
+
+/// A segment whose mean cost is above this is looked at again.
+const SUSPECT: f64 = 1.6;
+/// Another reading must bring the cost below this share.
+const BETTER: f64 = 0.8;
+/// Changes made to one segment, one after the other.
+const MOST_CHANGES: usize = 2;
+/// Segments with more joints than this are not changed joint by joint.
+const MOST_JOINTS: usize = 7;
+/// Factors on the restitution with which events are predicted.
+const RESTITUTIONS: [f64; 5] = [1.0, 0.8, 1.25, 0.6, 1.6];
+/// Rounds of fitting for each reading tried.
+const ROUNDS: usize = 8;
+/// Loss while a reading settles: hardly robust.
+const LOOSE: Huber = Huber(100.0);
+
+/// Takes the say from segments that do not fit while the others do; returns how many.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub fn set_suspects_aside(
+    problem: &Problem,
+    point: &mut Point,
+    huber: Huber,
+) -> Result<usize, SimError> {
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let fitted: Vec<(Vec<f64>, f64)> = point
+        .segments
+        .par_iter()
+        .enumerate()
+        .map(|(i, segment)| {
+            let nuisances = problem.nuisances_of(&point.x, segment.recording);
+            let start = segment.locals.clone();
+            let (locals, cost) =
+                problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
+            (locals, cost / problem.rows(segment).len().max(1) as f64)
+        })
+        .collect();
+    // Measured by the others: where all are off, it is not the reading of events.
+    let mut costs: Vec<f64> = fitted.iter().map(|f| f.1).collect();
+    let usual = quantile_in_place(&mut costs, 0.5);
+    let grounded = problem.space.model(&point.x).has_ground;
+    let mut aside = 0;
+    for (i, (locals, cost)) in fitted.into_iter().enumerate() {
+        point.segments[i].locals = locals;
+        // Without a ground there are no events to misread.
+        point.used[i] = !grounded || cost <= SUSPECT * usual.max(1.0);
+        aside += usize::from(!point.used[i]);
+    }
+    Ok(aside)
+}
+
+/// Tries other readings of the events in the segments set aside, and takes those back
+/// that then fit. `first` are the segments as first guessed. Returns how many came back.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub fn revise(
+    problem: &Problem,
+    point: &mut Point,
+    first: &[Segment],
+    huber: Huber,
+) -> Result<usize, SimError> {
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let model = problem.space.model(&point.x);
+    let revised: Vec<Option<(Segment, f64)>> = point
+        .segments
+        .par_iter()
+        .enumerate()
+        .map(|(i, segment)| {
+            let trial = Trial {
+                problem,
+                simulator: &simulator,
+                model: &model,
+                states: &states[i],
+                x: &point.x,
+                huber,
+            };
+            (!point.used[i]).then(|| trial.revised(segment, &first[i]))
+        })
+        .collect();
+    let mut back = 0;
+    for (i, revised) in revised.into_iter().enumerate() {
+        if let Some((segment, cost)) = revised {
+            point.segments[i] = segment;
+            point.used[i] = cost < SUSPECT;
+            back += usize::from(point.used[i]);
+        }
+    }
+    Ok(back)
+}
+
+struct Trial<'a> {
+    problem: &'a Problem,
+    simulator: &'a StretchSimulator,
+    model: &'a Model,
+    states: &'a [f64],
+    x: &'a [f64],
+    huber: Huber,
+}
+
+impl Trial<'_> {
+    /// Fits a segment's own unknowns; its mean cost per row.
+    fn fit(&self, segment: &mut Segment) -> f64 {
+        let nuisances = self.problem.nuisances_of(self.x, segment.recording);
+        let refine = |s: &Segment, huber: Huber, rounds| {
+            let start = s.locals.clone();
+            let p = self.problem;
+            p.refine(
+                s,
+                self.states,
+                self.simulator,
+                &nuisances,
+                start,
+                huber,
+                rounds,
+            )
+        };
+        segment.locals = refine(segment, LOOSE, ROUNDS).0;
+        let (locals, cost) = refine(segment, self.huber, ROUNDS);
+        segment.locals = locals;
+        cost / self.problem.rows(segment).len().max(1) as f64
+    }
+
+    /// The best reading found, with its mean cost per row.
+    fn revised(&self, segment: &Segment, first: &Segment) -> (Segment, f64) {
+        let mut best = segment.clone();
+        let mut cost = self.fit(&mut best);
+        // The same reading from the first guess: the fit may have gone astray before.
+        let mut others = vec![first.clone()];
+        // Restitution is told by the bounces, so that it may be off as long as they are
+        // misread.
+        others.extend(
+            RESTITUTIONS
+                .iter()
+                .filter_map(|f| self.predicted(first, *f)),
+        );
+        others.retain(Segment::is_consistent);
+        for mut other in others {
+            if cost < SUSPECT {
+                break;
+            }
+            let now = self.fit(&mut other);
+            if now < BETTER * cost {
+                (best, cost) = (other, now);
+            }
+        }
+        for _ in 0..MOST_CHANGES {
+            if cost < SUSPECT || best.joints.len() > MOST_JOINTS {
+                break;
+            }
+            let mut found: Option<(Segment, f64)> = None;
+            let mut others = readings(&best);
+            others.extend(self.overlooked(&best));
+            others.retain(Segment::is_consistent);
+            for mut other in others {
+                let now = self.fit(&mut other);
+                if now < found.as_ref().map_or(BETTER * cost, |f| f.1) {
+                    found = Some((other, now));
+                }
+            }
+            let Some((segment, now)) = found else { break };
+            (best, cost) = (segment, now);
+        }
+        (best, cost)
+    }
+}

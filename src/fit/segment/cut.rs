@@ -1,0 +1,185 @@
+//! Recordings cut into segments, away from events, edges and gaps.
+
+use std::ops::Range;
+
+use super::guess::guess;
+use super::{Joint, JointKind, Segment};
+use crate::fit::timeline::{Kind, Mark, Timeline};
+use crate::fit::track::{Edge, Track};
+use crate::recording::Recording;
+use crate::sim::StretchSimulator;
+
+/// A stretch is not cut closer than this many samples to an event.
+const GUARD: usize = 4;
+/// Fewest samples of a stretch.
+const LEAST: usize = 6;
+/// Time constants after which a held cantilever counts as come to rest.
+const SETTLED: f64 = 7.0;
+
+/// What cutting needs to know.
+#[derive(Debug, Clone, Copy)]
+pub struct Cut<'a> {
+    /// Index of the recording.
+    pub index: usize,
+    /// The recording.
+    pub recording: &'a Recording,
+    /// Its drive.
+    pub track: &'a Track,
+    /// Its events.
+    pub timeline: &'a Timeline,
+    /// The device as guessed at first.
+    pub simulator: &'a StretchSimulator,
+    /// Longest stretch \[s\].
+    pub longest: f64,
+    /// Whether only the proof mass was recorded: then stretches are cut in flight, or
+    /// where the held cantilever is at rest.
+    pub lone: bool,
+    /// Noise of the proof mass \[m\].
+    pub noise: f64,
+}
+
+/// Cuts `samples` of a recording into segments.
+pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
+    let time = &c.recording.time;
+    let marks = &c.timeline.marks;
+    let mut segments = Vec::new();
+    let mut from = samples.start;
+    // A segment never spans a gap.
+    let mut ends: Vec<usize> = (samples.start..samples.end.saturating_sub(1))
+        .filter(|&i| c.recording.is_gap(i))
+        .map(|i| i + 1)
+        .collect();
+    ends.push(samples.end);
+    let damping = c
+        .simulator
+        .held_structure()
+        .damping
+        .iter()
+        .fold(f64::INFINITY, |a, &b| a.min(0.5 * b));
+    let quiet = SETTLED / damping.max(1.0);
+    for end in ends {
+        while from + LEAST <= end {
+            let limit = time[from] + c.longest;
+            let mut to = time[..end]
+                .partition_point(|&t| t < limit)
+                .max(from + LEAST);
+            // On to a place that no event is near.
+            while to < end && !may_cut(c, marks, to, quiet) {
+                to += 1;
+            }
+            if end < to + LEAST {
+                to = end;
+            }
+            segments.extend(segment(c, from..to.min(end), quiet));
+            from = to;
+        }
+        from = end;
+    }
+    segments
+}
+
+/// Whether the stretch may be cut before sample `at`.
+fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
+    let time = &c.recording.time;
+    let guard = GUARD as f64 * c.recording.interval();
+    let t = time[at];
+    let next = marks.partition_point(|m| m.time <= t);
+    let close = |m: &Mark| (m.time - t).abs() < guard;
+    if marks[..next].last().is_some_and(close) || marks.get(next).is_some_and(close) {
+        return false;
+    }
+    let near_edge = |e: &Edge| (e.time - t).abs() < e.reach + guard;
+    if c.track.edges.iter().any(near_edge) {
+        return false;
+    }
+    if !c.lone {
+        return true;
+    }
+    // The cantilever's unseen motion must be known: where it has come to rest.
+    let held = held_at(c, next);
+    let calm = |since: f64| t - since > quiet;
+    !held
+        || (marks[..next].last().is_some_and(|m| calm(m.time))
+            && c.track.edges.iter().all(|e| e.time > t || calm(e.time)))
+}
+
+/// Whether the mass is on the ground after the first `passed` marks.
+fn held_at(c: &Cut<'_>, passed: usize) -> bool {
+    match passed.checked_sub(1).map(|i| c.timeline.marks[i].kind) {
+        None => c.timeline.starts_held,
+        Some(Kind::Touch) => true,
+        Some(_) => false,
+    }
+}
+
+fn segment(c: &Cut<'_>, samples: Range<usize>, quiet: f64) -> Option<Segment> {
+    let time = &c.recording.time;
+    let interval = c.recording.interval();
+    let (start, end) = (time[samples.start], time[samples.end - 1]);
+    let marks = &c.timeline.marks;
+    let first = marks.partition_point(|m| m.time <= start);
+    let last = marks.partition_point(|m| m.time <= end);
+    let starts_held = held_at(c, first);
+    let since = first
+        .checked_sub(1)
+        .map(|i| marks[i].time)
+        .filter(|_| starts_held);
+    let mut clock_known = !starts_held || since.is_some();
+    let margin = 2.0 * interval;
+    let begin_piece = c.track.pieces.partition_point(|p| p.end <= start - margin);
+    let end_piece = c.track.pieces.partition_point(|p| p.start < end + margin);
+    let pieces = c.track.pieces[begin_piece..end_piece.max(begin_piece + 1)].to_vec();
+    let mut joints: Vec<Joint> = marks[first..last]
+        .iter()
+        .map(|m| {
+            // How long a stay has lasted that the recording's begin cuts is not known.
+            let kind = match m.kind {
+                Kind::Release { telling } => Kind::Release {
+                    telling: telling && clock_known,
+                },
+                other => other,
+            };
+            clock_known = true;
+            Joint {
+                time: m.time,
+                reach: 5.0 * interval,
+                sigma: 2.0 * interval,
+                what: JointKind::Event(kind),
+            }
+        })
+        .collect();
+    for edge in &c.track.edges {
+        if edge.piece > begin_piece && edge.piece < end_piece && edge.time > start - margin {
+            joints.push(Joint {
+                time: edge.time,
+                reach: edge.reach,
+                sigma: edge.sigma,
+                what: JointKind::Edge(edge.piece - begin_piece),
+            });
+        }
+    }
+    joints.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let lasts = |t: Option<f64>| t.is_none_or(|t| start - t > quiet);
+    let last_edge = c
+        .track
+        .edges
+        .iter()
+        .rev()
+        .find(|e| e.time <= start)
+        .map(|e| e.time);
+    let mut segment = Segment {
+        recording: c.index,
+        samples,
+        starts_held,
+        since,
+        settled: starts_held && lasts(since) && lasts(last_edge),
+        joints,
+        pieces,
+        locals: Vec::new(),
+        units: Vec::new(),
+        velocity_unit: 0.05 * c.noise / interval,
+        interval,
+    };
+    guess(c, &mut segment);
+    Some(segment)
+}

@@ -1,0 +1,131 @@
+//! Stretches of a recording that are simulated in one piece: from a free initial state,
+//! through the events that the data show, at free instants.
+
+mod cut;
+mod guess;
+
+pub use self::cut::{Cut, cut};
+pub use self::guess::state_units;
+
+use std::ops::Range;
+
+use super::timeline::Kind;
+use crate::model::drive::Segment as Piece;
+
+/// Step of an unknown for differences, in its unit.
+const STEP: f64 = 0.5;
+
+/// An instant that a segment leaves free.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Joint {
+    /// First guess \[s\], by the reading's clock for events, by the drive's for edges; how
+    /// far it is from there is by the reading's clock for both.
+    pub time: f64,
+    /// How far it may be from the guess \[s\].
+    pub reach: f64,
+    /// Standard deviation of the guess \[s\].
+    pub sigma: f64,
+    /// An event, or the edge at which this piece of the drive begins.
+    pub what: JointKind,
+}
+
+/// See [`Joint`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointKind {
+    /// At the ground.
+    Event(Kind),
+    /// Index into the segment's own pieces.
+    Edge(usize),
+}
+
+/// A stretch with its unknowns.
+#[derive(Debug, Clone)]
+pub struct Segment {
+    /// Which recording it is of.
+    pub recording: usize,
+    /// Its samples.
+    pub samples: Range<usize>,
+    /// Whether the mass is on the ground at its start.
+    pub starts_held: bool,
+    /// When that stay began \[s\], if it is known.
+    pub since: Option<f64>,
+    /// Whether, started on the ground, everything has come to rest by then.
+    pub settled: bool,
+    /// Instants left free, in order of time.
+    pub joints: Vec<Joint>,
+    /// The drive's pieces that it needs.
+    pub pieces: Vec<Piece>,
+    /// Unknowns: coordinates, velocities, then for each joint its time, and for a
+    /// bounce the velocity after. In the units of [`Segment::unit`].
+    pub locals: Vec<f64>,
+    /// Unit of each unknown.
+    pub units: Vec<f64>,
+    /// Unit of velocities after a bounce \[m/s\].
+    pub velocity_unit: f64,
+    /// Interval of the samples \[s\].
+    pub interval: f64,
+}
+
+impl Joint {
+    /// Number of its unknowns: its time, and the velocity after a bounce.
+    pub fn unknowns(&self) -> usize {
+        1 + usize::from(matches!(self.what, JointKind::Event(Kind::Bounce { .. })))
+    }
+}
+
+impl Segment {
+    /// Value of unknown `i` in SI.
+    pub fn value(&self, locals: &[f64], i: usize) -> f64 {
+        locals[i] * self.units[i]
+    }
+
+    /// Whether something happens at the ground in it.
+    pub fn has_events(&self) -> bool {
+        let event = |j: &Joint| matches!(j.what, JointKind::Event(_));
+        self.joints.iter().any(event)
+    }
+
+    /// Whether the mass is in the air where it hits the ground, and on it where it leaves.
+    pub fn is_consistent(&self) -> bool {
+        let mut held = self.starts_held;
+        self.joints.iter().all(|joint| match joint.what {
+            JointKind::Edge(_) => true,
+            JointKind::Event(kind) => {
+                let before = std::mem::replace(&mut held, kind == Kind::Touch);
+                before == matches!(kind, Kind::Release { .. })
+            }
+        })
+    }
+
+    /// Brings instants back within their reach.
+    pub fn keep_within(&self, locals: &mut [f64]) {
+        let joints: usize = self.joints.iter().map(Joint::unknowns).sum();
+        let mut k = locals.len() - joints;
+        for joint in &self.joints {
+            // An edge is shifted by the skew of the clocks, and kept within its reach after.
+            if let JointKind::Event(_) = joint.what {
+                let reach = joint.reach / self.units[k];
+                locals[k] = locals[k].clamp(-reach, reach);
+            }
+            k += joint.unknowns();
+        }
+    }
+
+    /// Step of unknown `k` for differences: about as large as the noise, which is well
+    /// above rounding and still small; inwards from the end of an instant's reach.
+    pub fn step(&self, locals: &[f64], k: usize) -> f64 {
+        let mut there = locals.to_vec();
+        there[k] += STEP;
+        self.keep_within(&mut there);
+        if there[k] < locals[k] + 0.5 * STEP {
+            -STEP
+        } else {
+            STEP
+        }
+    }
+
+    /// Unit of instants \[s\].
+    pub fn time_unit(&self) -> f64 {
+        0.02 * self.interval
+    }
+}

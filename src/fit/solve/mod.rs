@@ -1,0 +1,188 @@
+//! Bounded Levenberg-Marquardt over parameters and nuisances, with each segment's own
+//! unknowns eliminated and brought along.
+
+mod point;
+mod step;
+
+pub use self::point::{Point, scales, settle, threshold};
+pub use self::step::normal_equations;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use nalgebra::DVector;
+
+use self::point::at;
+use self::step::bounded_step;
+use super::problem::Problem;
+use crate::sim::SimError;
+
+/// A step is small if it is below this share of the squared standard error.
+const SETTLED: f64 = 1e-2;
+
+/// How far a fit has come.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// Iterations done in all.
+    pub iteration: usize,
+    /// Iterations expected in all.
+    pub expected: usize,
+    /// Misfit: root of the robust cost per row, 1 at the noise.
+    pub misfit: f64,
+    /// Values of the parameters in SI, in the order of the free ones.
+    pub values: Vec<f64>,
+    /// Time left, as far as one can tell.
+    pub remaining: Duration,
+}
+
+/// Means to watch a fit and to end it early.
+#[derive(Clone, Copy)]
+pub struct Control<'a> {
+    /// Set to true, the fit ends soon with the best so far.
+    pub cancel: &'a AtomicBool,
+    /// Called after each iteration.
+    pub progress: &'a (dyn Fn(&Progress) + Sync),
+}
+
+impl Control<'_> {
+    /// Whether to stop.
+    pub fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+}
+
+/// Counts iterations for the estimate of the time left.
+#[derive(Debug)]
+pub struct Clock {
+    started: Instant,
+    done: usize,
+    /// Iterations expected in all.
+    pub expected: usize,
+}
+
+impl Clock {
+    /// Started now.
+    pub fn new(expected: usize) -> Self {
+        Self {
+            started: Instant::now(),
+            done: 0,
+            expected,
+        }
+    }
+}
+
+/// Which unknowns may move, and for how long.
+#[derive(Debug, Clone)]
+pub struct Plan<'a> {
+    /// What is being done, for people.
+    pub stage: &'static str,
+    /// Most iterations.
+    pub iterations: usize,
+    /// Unknowns that stay where they are.
+    pub locked: &'a [usize],
+    /// Fall of the cost in one iteration, as a share of it, that is not worth another.
+    pub enough: f64,
+}
+
+/// Improves `point` as planned.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the start.
+pub fn improve(
+    problem: &Problem,
+    mut point: Point,
+    plan: &Plan<'_>,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Point, SimError> {
+    let n = problem.unknowns();
+    // Damping after Nielsen (1999): it follows how well the step was foreseen.
+    let (mut damping, mut growth) = (1e-4, 2.0);
+    let mut huber = threshold(problem, &point)?;
+    point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
+    for _ in 0..plan.iterations {
+        if control.cancelled() {
+            break;
+        }
+        let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber)?;
+        let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
+        let mut accepted = None;
+        let mut converged = false;
+        for _ in 0..7 {
+            let Some(step) =
+                bounded_step(problem, &point.x, &normal, &gradient, damping, plan.locked)
+            else {
+                damping *= growth;
+                growth *= 2.0;
+                continue;
+            };
+            let there: Vec<f64> = (0..n).map(|i| point.x[i] + step[i]).collect();
+            let change = DVector::from_column_slice(&step);
+            let size = (&change.transpose() * &normal * &change)[(0, 0)];
+            let starts = point
+                .segments
+                .iter()
+                .zip(&reduced)
+                .map(|(segment, r)| {
+                    let Some(changes) = r.as_ref().and_then(|r| r.local_changes(&step)) else {
+                        return vec![segment.locals.clone()];
+                    };
+                    let moved = |change: &DVector<f64>| {
+                        let all = segment.locals.iter().zip(change.iter());
+                        all.map(|(x, d)| x + d).collect()
+                    };
+                    changes.iter().map(moved).collect()
+                })
+                .collect();
+            let whole = (&point.segments[..], &point.used[..]);
+            let trial = at(problem, &there, whole, starts, huber, 1);
+            if let Ok(trial) = trial
+                && trial.cost < point.cost
+            {
+                let gain = point.cost - trial.cost;
+                converged = size < SETTLED || gain < SETTLED.max(plan.enough * point.cost);
+                accepted = Some(trial);
+                let foreseen = -2.0 * gradient.dot(&change) - size;
+                let ratio = (gain / foreseen.max(1e-12)).min(1.0);
+                damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1)).max(1e-9);
+                growth = 2.0;
+                break;
+            }
+            if size < SETTLED {
+                converged = true;
+                break;
+            }
+            damping = (growth * damping).max(1e-8);
+            growth *= 2.0;
+        }
+        clock.done += 1;
+        let moved = accepted.is_some();
+        if let Some(trial) = accepted {
+            point = trial;
+        }
+        report(problem, &point, plan, control, clock);
+        let finer = threshold(problem, &point)?;
+        if finer.0 < 0.9 * huber.0 {
+            huber = finer;
+            point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
+        } else if converged || !moved {
+            break;
+        }
+    }
+    Ok(point)
+}
+
+fn report(problem: &Problem, point: &Point, plan: &Plan<'_>, control: &Control<'_>, clock: &Clock) {
+    let each = clock.started.elapsed().div_f64(clock.done.max(1) as f64);
+    let left = clock.expected.saturating_sub(clock.done);
+    (control.progress)(&Progress {
+        stage: plan.stage,
+        iteration: clock.done,
+        expected: clock.expected.max(clock.done),
+        misfit: (point.cost / point.rows.max(1) as f64).sqrt(),
+        values: problem.space.values(&point.x),
+        remaining: each.mul_f64(left as f64),
+    });
+}

@@ -1,0 +1,218 @@
+//! The drive voltage as a sequence of smooth segments.
+//!
+//! The simulator restarts at each segment's start, so that steps, corners and changes
+//! of the hysteresis branch are met exactly.
+
+mod segments;
+mod table;
+#[cfg(test)]
+mod tests;
+mod text;
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::piezo::Branch;
+use super::unit::{UnitError, format_quantity};
+
+pub use self::table::VoltageTable;
+
+/// A drive that cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum DriveError {
+    /// The text does not name a waveform.
+    #[error(
+        "\"{0}\" is not a drive; write rest, sine:F:A, square:F:A, triangle:F:A, ramped:F:A:LAMBDA, chirp:F0:F1:A, table:FILE or recorded"
+    )]
+    Unknown(String),
+    /// Too few or too many fields.
+    #[error("\"{text}\" has {found} values after the name; {form} needs {needed}")]
+    Fields {
+        text: String,
+        found: usize,
+        needed: usize,
+        form: &'static str,
+    },
+    /// A field is not a quantity.
+    #[error("drive \"{text}\": {source}")]
+    Quantity { text: String, source: UnitError },
+    /// A value is out of its range.
+    #[error("drive: {0}")]
+    Value(String),
+    /// A table that is no function of time.
+    #[error("voltage table \"{name}\": {reason}")]
+    Table { name: String, reason: String },
+}
+
+/// The drive voltage as a function of time. Frequencies in Hz, amplitudes in V.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Waveform {
+    /// No voltage since poling: no force.
+    #[default]
+    Rest,
+    /// `A sin(2 pi f t)`.
+    Sine { frequency: f64, amplitude: f64 },
+    /// Starts with `+A`.
+    Square { frequency: f64, amplitude: f64 },
+    /// Starts at 0, rising.
+    Triangle { frequency: f64, amplitude: f64 },
+    /// Rises from `-A` over `lambda T`, holds to `T/2`, falls over `lambda T`, holds (fig. 6).
+    Ramped {
+        frequency: f64,
+        amplitude: f64,
+        lambda: f64,
+    },
+    /// Sine whose frequency goes linearly from `from` to `to` over `duration` [s].
+    Chirp {
+        from: f64,
+        to: f64,
+        amplitude: f64,
+        duration: f64,
+    },
+    /// Straight lines through samples: a file, an editor, or a recording's own voltage.
+    Table(Arc<VoltageTable>),
+}
+
+/// One smooth stretch of the drive. `shape` may be evaluated outside `start..end`,
+/// where it continues smoothly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// Begin [s].
+    pub start: f64,
+    /// End [s]; infinite where nothing more changes.
+    pub end: f64,
+    /// The voltage.
+    pub shape: Shape,
+    /// The hysteresis branch in force.
+    pub branch: Branch,
+}
+
+/// A smooth voltage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// Constant [V].
+    Constant { voltage: f64 },
+    /// `voltage + slope (t - at)`.
+    Line { voltage: f64, slope: f64, at: f64 },
+    /// `amplitude sin(omega (t - at))`.
+    Sine { amplitude: f64, omega: f64, at: f64 },
+    /// `amplitude sin(2 pi (from t + rate t^2 / 2))`.
+    Chirp {
+        amplitude: f64,
+        from: f64,
+        rate: f64,
+    },
+    /// `c0 + c1 u + c2 u^2 + c3 u^3`, `u = (t - at) / unit`.
+    Cubic { c: [f64; 4], at: f64, unit: f64 },
+}
+
+impl Shape {
+    /// Voltage [V] at `t` [s].
+    #[inline]
+    pub fn voltage(&self, t: f64) -> f64 {
+        match *self {
+            Shape::Constant { voltage } => voltage,
+            Shape::Line { voltage, slope, at } => voltage + slope * (t - at),
+            Shape::Sine {
+                amplitude,
+                omega,
+                at,
+            } => amplitude * (omega * (t - at)).sin(),
+            Shape::Chirp {
+                amplitude,
+                from,
+                rate,
+            } => amplitude * (TAU * t * (from + 0.5 * rate * t)).sin(),
+            Shape::Cubic { c, at, unit } => {
+                let u = (t - at) / unit;
+                c[0] + u * (c[1] + u * (c[2] + u * c[3]))
+            }
+        }
+    }
+}
+
+impl Waveform {
+    /// Voltage [V] at `t` [s].
+    pub fn voltage(&self, t: f64) -> f64 {
+        self.segment(self.index_at(t)).shape.voltage(t)
+    }
+
+    /// The longest time over which the voltage repeats [s], if it does.
+    pub fn period(&self) -> Option<f64> {
+        match self {
+            Waveform::Sine { frequency, .. }
+            | Waveform::Square { frequency, .. }
+            | Waveform::Triangle { frequency, .. }
+            | Waveform::Ramped { frequency, .. } => Some(1.0 / frequency),
+            _ => None,
+        }
+    }
+
+    /// Checks all values.
+    ///
+    /// # Errors
+    /// [`DriveError::Value`] naming the value and its range.
+    pub fn check(&self) -> Result<(), DriveError> {
+        let within = |what: &str, value: f64, low: f64, high: f64, unit: &str| {
+            if value >= low && value <= high {
+                Ok(())
+            } else {
+                Err(DriveError::Value(format!(
+                    "{what} {} is outside {} .. {}",
+                    format_quantity(value, unit, 5),
+                    format_quantity(low, unit, 5),
+                    format_quantity(high, unit, 5)
+                )))
+            }
+        };
+        let frequency = |f| within("frequency", f, 1e-6, 1e6, "Hz");
+        let amplitude = |a: f64| within("amplitude", a, -1e4, 1e4, "V");
+        match *self {
+            Waveform::Rest => Ok(()),
+            Waveform::Sine {
+                frequency: f,
+                amplitude: a,
+            }
+            | Waveform::Square {
+                frequency: f,
+                amplitude: a,
+            }
+            | Waveform::Triangle {
+                frequency: f,
+                amplitude: a,
+            } => frequency(f).and(amplitude(a)),
+            Waveform::Ramped {
+                frequency: f,
+                amplitude: a,
+                lambda,
+            } => frequency(f)
+                .and(amplitude(a))
+                .and(within("lambda", lambda, 0.0, 0.5, "")),
+            Waveform::Chirp {
+                from,
+                to,
+                amplitude: a,
+                duration,
+            } => frequency(from)
+                .and(frequency(to))
+                .and(amplitude(a))
+                .and(within("sweep time", duration, 1e-9, 1e6, "s")),
+            Waveform::Table(ref table) => amplitude(table.amplitude()),
+        }
+    }
+
+    /// Largest voltage by magnitude [V].
+    pub fn amplitude(&self) -> f64 {
+        match self {
+            Waveform::Rest => 0.0,
+            Waveform::Sine { amplitude, .. }
+            | Waveform::Square { amplitude, .. }
+            | Waveform::Triangle { amplitude, .. }
+            | Waveform::Ramped { amplitude, .. }
+            | Waveform::Chirp { amplitude, .. } => amplitude.abs(),
+            Waveform::Table(table) => table.amplitude(),
+        }
+    }
+}

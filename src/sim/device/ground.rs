@@ -1,0 +1,55 @@
+//! The ground as effects alter it: its level, its law of contact, adhesion, restitution.
+
+use super::Device;
+
+impl Device {
+    /// Whether the mass sinks into the ground.
+    pub fn is_compliant(&self) -> bool {
+        self.compliant.is_some()
+    }
+
+    /// Force on the mass from a compliant ground [N]: its reaction at a depth [m] and rate
+    /// [m/s], less the adhesion after `contact_time` [s].
+    pub fn contact_force(&self, depth: f64, rate: f64, contact_time: f64) -> f64 {
+        let law = self.compliant.and_then(|i| self.effects.get(i));
+        let reaction = law.and_then(|e| e.action.contact_force(depth, rate));
+        reaction.unwrap_or(0.0) - self.adhesion(contact_time).max(0.0)
+    }
+
+    /// Change of [`Self::contact_force`] per displacement and per velocity of the mass.
+    pub fn contact_slopes(&self, depth: f64, rate: f64) -> (f64, f64) {
+        let force = |depth, rate| self.contact_force(depth, rate, 0.0);
+        let (dx, dv) = (1e-6 * depth.abs() + 1e-16, 1e-6 * rate.abs() + 1e-12);
+        (
+            (force(depth - dx, rate) - force(depth + dx, rate)) / (2.0 * dx),
+            (force(depth, rate - dv) - force(depth, rate + dv)) / (2.0 * dv),
+        )
+    }
+
+    /// Level of the ground at `t` [m].
+    #[inline]
+    pub fn ground_level(&self, t: f64) -> f64 {
+        let level = self.ground.map_or(f64::NEG_INFINITY, |g| g.level);
+        self.effects
+            .iter()
+            .fold(level, |level, e| e.action.ground_level(level, t))
+    }
+
+    /// Adhesion after `contact_time` [N].
+    #[inline]
+    pub fn adhesion(&self, contact_time: f64) -> f64 {
+        let adhesion = self.ground.map_or(0.0, |g| g.adhesion(contact_time));
+        let at_touch = self.ground.map_or(0.0, |g| g.adhesion_start);
+        self.effects.iter().fold(adhesion, |adhesion, e| {
+            e.action.adhesion(adhesion, at_touch, contact_time)
+        })
+    }
+
+    /// Coefficient of restitution at approach speed `speed` [m/s].
+    pub fn restitution(&self, speed: f64) -> f64 {
+        let alpha = self.ground.map_or(0.0, |g| g.alpha);
+        self.effects
+            .iter()
+            .fold(alpha, |alpha, e| e.action.restitution(alpha, speed))
+    }
+}

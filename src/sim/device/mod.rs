@@ -1,0 +1,265 @@
+//! A model made ready for time stepping: numbers instead of names, checked once.
+
+mod forces;
+mod ground;
+mod states;
+
+use std::sync::Arc;
+
+use super::MAX_STATES;
+use super::linear::Oscillator;
+use crate::model::effects::{Action, Kinematics, Surroundings};
+use crate::model::film::SqueezeFilm;
+use crate::model::ground::Ground;
+use crate::model::parameter::ParameterId;
+use crate::model::piezo::Piezo;
+use crate::model::sensor::Sensor;
+use crate::model::structure::{Held, Mode};
+use crate::model::{Model, ModelError};
+
+/// An effect's action and which of the extra states are its own.
+#[derive(Debug, Clone)]
+struct Attached {
+    id: &'static str,
+    action: Arc<dyn Action>,
+    first: usize,
+    count: usize,
+}
+
+/// The device as the stepper sees it.
+#[derive(Debug, Clone)]
+pub(super) struct Device {
+    /// Modes in flight.
+    pub flight: Vec<Oscillator>,
+    /// Their shapes at the proof mass, the cantilever and the drive.
+    pub phi_p: Vec<f64>,
+    pub phi_c: Vec<f64>,
+    pub phi_d: Vec<f64>,
+    /// `phi_p . phi_p` [1/kg].
+    pub mobility: f64,
+    /// Modes with the mass held.
+    pub held: Held,
+    pub held_modes: Vec<Oscillator>,
+    /// Decay rates of the extra states.
+    pub rates: Vec<f64>,
+    pub ground: Option<Ground>,
+    film: Option<SqueezeFilm>,
+    /// Thickness below which the film counts as no thinner [m]; 0 leaves it singular.
+    thinnest_film: f64,
+    piezo: Option<Piezo>,
+    eta: f64,
+    effects: Vec<Attached>,
+    /// Coulomb friction of the mass [N].
+    pub friction: f64,
+    /// Whether the film's force is that of eq (10), at the same instant.
+    pub film_is_plain: bool,
+    /// Which effect's law of contact stands in place of the rigid stop.
+    compliant: Option<usize>,
+    /// Force on each mode, in flight and held, per acceleration of the base.
+    pub flight_base: Vec<f64>,
+    pub held_base: Vec<f64>,
+    /// Pull-off force per held coordinate, per its velocity, per level and per drive force.
+    pull_position: Vec<f64>,
+    pull_velocity: Vec<f64>,
+    pull_level: f64,
+    pull_drive: f64,
+    /// Static displacement of the cantilever per level of the held mass.
+    pub anchor_c: f64,
+    pub sensor: Sensor,
+    pub has_cantilever: bool,
+    /// Longest time over which an error in velocity grows into displacement [s].
+    pub time_scale: f64,
+    /// Displacement and velocity of the proof mass at t = 0.
+    pub initial: (f64, f64),
+    /// Displacement of either point per drive force, over that of the proof mass per
+    /// force on it: weighs errors of the drive.
+    pub drive_ratio: f64,
+}
+
+impl Device {
+    /// Checks and compiles `model`.
+    pub fn new(model: &Model) -> Result<Self, ModelError> {
+        model.check()?;
+        let parameters = &model.parameters;
+        let mut structure = model.structure();
+        let mut effects = Vec::with_capacity(model.effects.len());
+        let mut rates = Vec::new();
+        for effect in &model.effects {
+            let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
+                &effect.values,
+                &Surroundings {
+                    structure: &structure,
+                    parameters,
+                    piezo: model.piezo,
+                },
+            ));
+            if action.does_nothing() {
+                continue;
+            }
+            action.alter_structure(&mut structure);
+            let first = rates.len();
+            rates.extend_from_slice(action.state_rates());
+            effects.push(Attached {
+                id: effect.spec.id,
+                action,
+                first,
+                count: rates.len() - first,
+            });
+        }
+        if rates.len() > MAX_STATES {
+            return Err(ModelError {
+                parameter: "effects".to_owned(),
+                reason: format!(
+                    "the effects have {} states together, more than {}; switch some off",
+                    rates.len(),
+                    MAX_STATES
+                ),
+            });
+        }
+        let friction = effects.iter().map(|e| e.action.friction().max(0.0)).sum();
+        let film_is_plain = effects.iter().all(|e: &Attached| {
+            let unmoved = [0.0; MAX_STATES];
+            e.action.film_force(1.0, &unmoved[..e.count]) == 1.0
+        });
+        let yields = |e: &Attached| e.action.contact_force(0.0, 0.0).is_some();
+        let compliant = effects.iter().position(yields).filter(|_| model.has_ground);
+        let column = |f: fn(&Mode) -> f64| structure.modes.iter().map(f).collect();
+        let phi_p: Vec<f64> = column(|m| m.phi_p);
+        let phi_c: Vec<f64> = column(|m| m.phi_c);
+        let phi_d: Vec<f64> = column(|m| m.phi_drive);
+        let flight: Vec<Oscillator> = structure
+            .modes
+            .iter()
+            .map(|m| Oscillator {
+                omega2: m.omega() * m.omega(),
+                damping: m.damping(),
+            })
+            .collect();
+        let mobility = structure.mobility();
+        let held = structure.held();
+        let flight_base: Vec<f64> = structure.participation().iter().map(|g| -g).collect();
+        let held_base = held.project(&flight_base);
+        let held_modes: Vec<Oscillator> = held
+            .omega2
+            .iter()
+            .zip(&held.damping)
+            .map(|(&omega2, &damping)| Oscillator { omega2, damping })
+            .collect();
+        let m = held_modes.len();
+        let onto_mass = |weight: &dyn Fn(usize) -> f64| -> f64 {
+            (0..flight.len()).map(|i| phi_p[i] * weight(i)).sum::<f64>() / mobility
+        };
+        let pull_position = (0..m)
+            .map(|k| -onto_mass(&|i| flight[i].omega2 * held.basis[i * m + k]))
+            .collect();
+        let pull_velocity = (0..m)
+            .map(|k| -onto_mass(&|i| flight[i].damping * held.basis[i * m + k]))
+            .collect();
+        let slowest = flight
+            .iter()
+            .map(|o| o.omega2.sqrt())
+            .filter(|&w| w > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let drive_ratio = (0..flight.len())
+            .map(|i| phi_d[i].abs() * phi_p[i].abs().max(phi_c[i].abs()))
+            .sum::<f64>()
+            / mobility;
+        let film = model.has_ground.then(|| SqueezeFilm::new(parameters));
+        let ground = model.has_ground.then(|| Ground::new(parameters));
+        let mut device = Self {
+            friction,
+            film_is_plain,
+            compliant,
+            flight_base,
+            held_base,
+            drive_ratio,
+            anchor_c: dot(&phi_c, &held.anchor),
+            pull_level: -onto_mass(&|i| flight[i].omega2 * held.anchor[i]),
+            pull_drive: onto_mass(&|i| phi_d[i]),
+            pull_position,
+            pull_velocity,
+            flight,
+            phi_p,
+            phi_c,
+            phi_d,
+            mobility,
+            held,
+            held_modes,
+            rates,
+            ground,
+            film,
+            thinnest_film: 0.0,
+            piezo: model.piezo,
+            eta: parameters[ParameterId::Eta],
+            effects,
+            sensor: Sensor::new(parameters),
+            has_cantilever: model.has_cantilever,
+            time_scale: if slowest.is_finite() {
+                1.0 / slowest
+            } else {
+                1.0
+            },
+            initial: (parameters[ParameterId::X0], parameters[ParameterId::V0]),
+        };
+        if device.is_compliant() {
+            device.bound_film();
+        }
+        Ok(device)
+    }
+
+    /// Whether forces beyond film and drive act.
+    pub fn has_effects(&self) -> bool {
+        !self.effects.is_empty()
+    }
+
+    /// Longest step that follows the structure's motion, in flight and held [s].
+    pub fn longest_step(&self) -> f64 {
+        self.flight
+            .iter()
+            .chain(&self.held_modes)
+            .map(Oscillator::longest_step)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// What effects see in flight, from modal coordinates.
+    pub fn flight_kinematics(&self, t: f64, voltage: f64, q: &[f64], v: &[f64]) -> Kinematics {
+        let (xp, vp) = (dot(&self.phi_p, q), dot(&self.phi_p, v));
+        Kinematics {
+            t,
+            xp,
+            vp,
+            xc: dot(&self.phi_c, q),
+            vc: dot(&self.phi_c, v),
+            voltage,
+            gain: 0.0,
+            film: self.film_force(xp, vp),
+        }
+    }
+
+    /// What effects see with the mass held at `level`, from held coordinates.
+    pub fn held_kinematics(
+        &self,
+        t: f64,
+        voltage: f64,
+        level: f64,
+        r: &[f64],
+        dr: &[f64],
+    ) -> Kinematics {
+        Kinematics {
+            t,
+            xp: level,
+            vp: 0.0,
+            xc: level * self.anchor_c + dot(&self.held.cantilever, r),
+            vc: dot(&self.held.cantilever, dr),
+            voltage,
+            gain: 0.0,
+            film: 0.0,
+        }
+    }
+}
+
+/// Sum of products.
+#[inline]
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

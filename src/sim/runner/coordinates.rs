@@ -1,0 +1,57 @@
+//! The mass moved by impulses, and the change between the coordinates of flight and
+//! those of the held structure.
+
+use super::{Phase, Runner};
+use crate::sim::device::dot;
+
+impl Runner {
+    pub(super) fn proof_mass(&self) -> (f64, f64) {
+        (
+            dot(&self.device.phi_p, &self.q),
+            dot(&self.device.phi_p, &self.v),
+        )
+    }
+
+    /// Moves the proof mass to `x` with velocity `v` by an impulse on it alone.
+    pub(super) fn place(&mut self, x: f64, v: f64) {
+        let (x0, v0) = self.proof_mass();
+        for i in 0..self.q.len() {
+            let anchor = self.device.held.anchor[i];
+            self.q[i] += anchor * (x - x0);
+            self.v[i] += anchor * (v - v0);
+        }
+    }
+
+    /// From flight coordinates to held ones on the ground.
+    pub(super) fn land(&mut self, since: f64, level: f64) {
+        self.hold_at(level);
+        self.sliding = 0.0;
+        self.phase = Phase::Held { since, level };
+    }
+
+    /// From flight coordinates to held ones.
+    pub(super) fn hold_at(&mut self, level: f64) {
+        let held = &self.device.held;
+        let m = self.r.len();
+        for k in 0..m {
+            self.r[k] = 0.0;
+            self.dr[k] = 0.0;
+            for i in 0..self.q.len() {
+                let z = held.basis[i * m + k];
+                self.r[k] += z * (self.q[i] - level * held.anchor[i]);
+                self.dr[k] += z * self.v[i];
+            }
+        }
+    }
+
+    /// From held coordinates to flight ones; the phase is left to the caller.
+    pub(super) fn lift(&mut self, level: f64) {
+        let held = &self.device.held;
+        let m = self.r.len();
+        for i in 0..self.q.len() {
+            let row = &held.basis[i * m..(i + 1) * m];
+            self.q[i] = level * held.anchor[i] + dot(row, &self.r);
+            self.v[i] = dot(row, &self.dr);
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! The hybrid automaton: flight and held phases, events between them, output.
+
+mod budget;
+mod change;
+mod contact;
+mod coordinates;
+mod emit;
+mod motion;
+
+use super::device::{Device, dot};
+use super::error::{Options, SimError};
+use super::linear::Oscillator;
+use super::step::{Step, Tables, Touch};
+use super::stretch::StretchState;
+use super::trace::{Event, EventKind, Trace};
+use crate::model::Model;
+use crate::model::drive::{Segment, Waveform};
+
+/// What the proof mass is doing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    Flight,
+    /// On the ground since `since` [s], at `level` [m].
+    Held {
+        since: f64,
+        level: f64,
+    },
+    /// Held by friction at `level` [m], away from a rigid ground.
+    Stuck {
+        level: f64,
+    },
+}
+
+/// A device in motion that can be advanced piece by piece and changed on the way.
+#[derive(Debug, Clone)]
+pub struct Runner {
+    options: Options,
+    device: Device,
+    drive: Waveform,
+    index: usize,
+    /// The drive's segment, and the piece of it that is run through.
+    whole: Segment,
+    segment: Segment,
+    t: f64,
+    phase: Phase,
+    /// Direction in which the mass slides against friction, and its contact with a
+    /// compliant ground.
+    sliding: f64,
+    touch: Option<Touch>,
+    /// Modal state in flight, held state on the ground, extra states.
+    q: Vec<f64>,
+    v: Vec<f64>,
+    r: Vec<f64>,
+    dr: Vec<f64>,
+    z: Vec<f64>,
+    flight_tables: Tables,
+    held_tables: Tables,
+    flight: Step,
+    held: Step,
+    /// Free motion of the modes over one sample interval.
+    flight_sampling: Vec<[f64; 4]>,
+    held_sampling: Vec<[f64; 4]>,
+    level: usize,
+    /// Time by which samples are late [s].
+    delay: f64,
+    next_sample: u64,
+    steps: u64,
+    events: u64,
+}
+
+impl Runner {
+    /// A device at its initial state at t = 0.
+    ///
+    /// # Errors
+    /// [`SimError`] if model, drive or options make no sense.
+    pub fn new(model: &Model, drive: &Waveform, options: &Options) -> Result<Self, SimError> {
+        options.check()?;
+        drive.check()?;
+        let device = Device::new(model)?;
+        let index = drive.index_at(0.0);
+        let (q, v) = initial_state(&device);
+        // Before t = 0 the device rested where it starts, without a voltage.
+        let still = vec![0.0; v.len()];
+        let z = device.settled_states(&device.flight_kinematics(0.0, 0.0, &q, &still));
+        let m = device.held_modes.len();
+        let [flight_tables, held_tables] = tables(&device, options);
+        let mut runner = Self {
+            options: *options,
+            drive: drive.clone(),
+            whole: drive.segment(index),
+            segment: device.piece(drive.segment(index), 0.0, &z),
+            index,
+            t: 0.0,
+            phase: Phase::Flight,
+            sliding: 0.0,
+            touch: None,
+            flight_sampling: sampling(&device.flight, options),
+            held_sampling: sampling(&device.held_modes, options),
+            flight: Step::new(q.len(), &device.rates),
+            held: Step::new(m, &device.rates),
+            q,
+            v,
+            r: vec![0.0; m],
+            dr: vec![0.0; m],
+            z: z.clone(),
+            flight_tables,
+            held_tables,
+            level: 0,
+            delay: device.reading_delay(),
+            next_sample: 0,
+            steps: 0,
+            events: 0,
+            device,
+        };
+        runner.set_out();
+        Ok(runner)
+    }
+
+    /// A device at a given state at `t` \[s\]; `held_since` if the mass is on the ground.
+    /// The readings are of no use: samples are counted from zero.
+    ///
+    /// # Errors
+    /// As [`Runner::new`].
+    pub fn from_state(
+        model: &Model,
+        drive: &Waveform,
+        options: &Options,
+        t: f64,
+        state: &StretchState,
+        held_since: Option<f64>,
+    ) -> Result<Self, SimError> {
+        let mut runner = Self::new(model, drive, options)?;
+        runner.t = t;
+        runner.index = runner.drive.index_at(t);
+        runner.whole = runner.drive.segment(runner.index);
+        runner.phase = Phase::Flight;
+        runner.next_sample = (t * options.rate).ceil().max(0.0) as u64;
+        let (q, v) = match held_since {
+            None => (&mut runner.q, &mut runner.v),
+            Some(since) => {
+                let level = runner.device.ground_level(t);
+                runner.phase = Phase::Held { since, level };
+                (&mut runner.r, &mut runner.dr)
+            }
+        };
+        for (own, given) in [(q, &state.q), (v, &state.v), (&mut runner.z, &state.z)] {
+            own.iter_mut().zip(given).for_each(|(a, b)| *a = *b);
+        }
+        runner.segment = runner.device.piece(runner.whole, t, &runner.z);
+        if let Phase::Held { since, level } = runner.phase
+            && runner.device.is_compliant()
+        {
+            runner.lift(level);
+            runner.touch = Some(Touch { level, since });
+        }
+        if !matches!(runner.phase, Phase::Held { .. }) {
+            runner.set_out();
+        }
+        Ok(runner)
+    }
+
+    /// An empty trace to advance into; its first sample is the next one due.
+    pub fn new_trace(&self) -> Trace {
+        let sensor = self.device.sensor;
+        Trace {
+            t0: self.next_sample as f64 / self.options.rate,
+            dt: 1.0 / self.options.rate,
+            ground_level: self.device.ground.map(|g| g.level + sensor.offset_p),
+            forces: self.options.forces.then(Default::default),
+            ..Trace::default()
+        }
+    }
+
+    /// Time reached [s].
+    pub fn time(&self) -> f64 {
+        self.t
+    }
+
+    /// Runs on until `until` [s] is passed, appending samples, events and contacts to
+    /// `trace`. Whole steps are taken: the run may reach a little further than asked,
+    /// and gives the same result in one piece or in many.
+    ///
+    /// # Errors
+    /// [`SimError`]; `trace` holds what was reached.
+    pub fn advance(&mut self, until: f64, trace: &mut Trace) -> Result<(), SimError> {
+        while self.t <= until {
+            self.enter_segment(trace)?;
+            match self.phase {
+                Phase::Flight => self.fly(trace)?,
+                Phase::Held { since, level } => self.hold(since, level, trace)?,
+                Phase::Stuck { level } => self.rest(level, trace)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn enter_segment(&mut self, trace: &mut Trace) -> Result<(), SimError> {
+        while self.segment.end <= self.t {
+            let before = self
+                .device
+                .piezo_force(self.segment.shape.voltage(self.t), self.segment.branch);
+            self.device.end_piece(&self.segment, self.t, &mut self.z);
+            if self.whole.end <= self.t {
+                self.index += 1;
+                self.whole = self.drive.segment(self.index);
+            }
+            self.segment = self.device.piece(self.whole, self.t, &self.z);
+            let after = self
+                .device
+                .piezo_force(self.segment.shape.voltage(self.t), self.segment.branch);
+            if (after - before).abs() > 1e-6 * before.abs().max(after.abs()) {
+                let velocity = match self.phase {
+                    Phase::Flight => self.proof_mass().1,
+                    Phase::Held { .. } | Phase::Stuck { .. } => 0.0,
+                };
+                self.report(trace, EventKind::DriveStep, [velocity; 2], 0.0, 0.0)?;
+            }
+        }
+        if self.device.has_effects() {
+            self.follow_ground(trace)?;
+        }
+        Ok(())
+    }
+
+    fn report(
+        &mut self,
+        trace: &mut Trace,
+        kind: EventKind,
+        velocity: [f64; 2],
+        pull_off_force: f64,
+        contact_duration: f64,
+    ) -> Result<(), SimError> {
+        trace.events.push(Event {
+            time: self.t,
+            kind,
+            velocity_before: velocity[0],
+            velocity_after: velocity[1],
+            pull_off_force,
+            contact_duration,
+        });
+        self.events += 1;
+        if self.events > self.options.max_events as u64 {
+            return Err(SimError::too_much(
+                self.t,
+                "events",
+                self.events,
+                self.burden(trace),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Free motion of each oscillator over one sample interval.
+fn sampling(oscillators: &[Oscillator], options: &Options) -> Vec<[f64; 4]> {
+    oscillators
+        .iter()
+        .map(|o| o.free_motion(1.0 / options.rate))
+        .collect()
+}
+
+/// Modal state for the initial displacement (bent as by a static force on the mass)
+/// and velocity (given as by an impulse on it).
+fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
+    let (x0, v0) = device.initial;
+    let anchor = &device.held.anchor;
+    let v = anchor.iter().map(|a| a * v0).collect();
+    let free = device.flight.iter().any(|o| o.omega2 == 0.0);
+    let q = if free {
+        anchor.iter().map(|a| a * x0).collect()
+    } else {
+        let shape: Vec<f64> = device
+            .flight
+            .iter()
+            .zip(&device.phi_p)
+            .map(|(o, phi)| phi / o.omega2)
+            .collect();
+        let force = x0 / dot(&device.phi_p, &shape);
+        shape.iter().map(|s| s * force).collect()
+    };
+    (q, v)
+}
+
+/// Tables of both phases; levels have the same length in both.
+pub(super) fn tables(device: &Device, options: &Options) -> [Tables; 2] {
+    let structure = device.longest_step();
+    let by_itself = if structure.is_finite() {
+        structure
+    } else {
+        64.0 / options.rate
+    };
+    let limit = options.longest_step.unwrap_or(f64::INFINITY);
+    let longest = options.fixed_step.unwrap_or(by_itself.min(limit));
+    let none = vec![0.0; device.held_modes.len()];
+    [
+        Tables::new(
+            longest,
+            &device.flight,
+            &device.rates,
+            &device.phi_p,
+            &device.phi_d,
+        ),
+        Tables::new(longest, &device.held_modes, &device.rates, &none, &none),
+    ]
+}

@@ -1,0 +1,281 @@
+//! A state carried through a stretch, step by step, and read on the way.
+
+use super::{StretchSimulator, StretchState, segment_at};
+use crate::model::MAX_MODES;
+use crate::model::drive::Segment;
+use crate::model::sensor::Point;
+use crate::sim::crossing::first_below;
+use crate::sim::error::{Burden, SimError};
+use crate::sim::nodes::S;
+use crate::sim::step::{LEVELS, Step};
+
+/// Steps after which a stretch is given up, to begin with: where the film is thought to be
+/// all but singular, a fit must not crawl through it.
+const MOST_STEPS: u64 = 20_000;
+/// And so many more for each reading.
+const STEPS_PER_READING: u64 = 200;
+
+/// Steps through stretches of one simulator with scratch of its own.
+#[derive(Debug)]
+pub struct Stretcher<'a> {
+    simulator: &'a StretchSimulator,
+    flight: Step,
+    held: Step,
+    level: usize,
+}
+
+impl<'a> Stretcher<'a> {
+    /// For stretches of `simulator`.
+    pub fn new(simulator: &'a StretchSimulator) -> Self {
+        Self {
+            simulator,
+            flight: Step::new(simulator.modes(), &simulator.device.rates),
+            held: Step::new(simulator.device.held_modes.len(), &simulator.device.rates),
+            level: 0,
+        }
+    }
+
+    /// The simulator.
+    pub fn simulator(&self) -> &'a StretchSimulator {
+        self.simulator
+    }
+
+    /// Carries `state` from `from` to `to` \[s\], in flight (`held` is `None`) or with the
+    /// mass held at a level \[m\]. At each of the increasing `times` within, `out` gets the
+    /// number of the time, and the readings of `xp` and `xc` without the sensor's offsets
+    /// \[m\].
+    ///
+    /// The drive is a list of segments in order of time; the first and last reach on.
+    ///
+    /// # Errors
+    /// [`SimError`] if the motion diverges or no step is small enough.
+    #[allow(clippy::too_many_arguments)]
+    pub fn carry(
+        &mut self,
+        drive: &[Segment],
+        held: Option<f64>,
+        from: f64,
+        to: f64,
+        state: &mut StretchState,
+        times: &[f64],
+        mut out: impl FnMut(usize, f64, f64),
+    ) -> Result<(), SimError> {
+        let device = &self.simulator.device;
+        let mut t = from;
+        let mut next = 0;
+        let mut steps = 0;
+        let most = MOST_STEPS + STEPS_PER_READING * times.len() as u64;
+        // Each stretch starts afresh, so that its answer does not depend on the one before.
+        self.level = 0;
+        self.flight.sliding = 0.0;
+        let (on_ground, mut held) = (held.is_some(), held);
+        while t < to {
+            let mut segment = segment_at(drive, t);
+            if device.has_effects() {
+                segment = device.piece(segment, t, &state.z);
+            }
+            if device.friction > 0.0 && !on_ground {
+                self.rub(&segment, t, &mut held, state);
+            }
+            let end = to.min(if segment.end > t { segment.end } else { to });
+            let h = self.step(&segment, held, t, end, state, (&mut steps, most))?;
+            let mut share = ((end - t) / h).min(1.0);
+            let mut reached = if share < 1.0 { end } else { t + h };
+            let step = if held.is_some() {
+                &self.held
+            } else {
+                &self.flight
+            };
+            let mut turned = false;
+            if device.friction > 0.0 && !on_ground {
+                let turn = match held {
+                    None => step.first_turn(&device.phi_p, share),
+                    Some(x) => {
+                        let pull = |s: f64| step.held_pull(device, &segment, t, s, x);
+                        first_below(|s| device.friction - pull(s).abs(), share, 0.0)
+                    }
+                };
+                if let Some(s) = turn {
+                    (share, reached, turned) = (s, t + s * h, true);
+                }
+            }
+            if times.get(next).is_some_and(|&s| s <= reached) {
+                let none = [0.0; MAX_MODES];
+                let (phi_p, phi_c, level_p, level_c) = match held {
+                    None => (&device.phi_p[..], &device.phi_c[..], 0.0, 0.0),
+                    Some(level) => (
+                        &none[..device.held_modes.len()],
+                        &device.held.cantilever[..],
+                        level,
+                        level * device.anchor_c,
+                    ),
+                };
+                let (p, c) = (step.smooth(phi_p), step.smooth(phi_c));
+                while let Some(&at) = times.get(next).filter(|&&s| s <= reached) {
+                    let s = ((at - t) / h).max(0.0);
+                    let (mut xp, mut xc) = (level_p + p.value(s), level_c + c.value(s));
+                    for (i, swing) in step.swings.iter().enumerate() {
+                        if swing.fast {
+                            let (x, _) = swing.free(s * h);
+                            xp += phi_p[i] * x;
+                            xc += phi_c[i] * x;
+                        }
+                    }
+                    if device.has_effects() {
+                        let z = step.states_at(s);
+                        xp = device.apparent(xp, Point::ProofMass, at, z.as_slice());
+                        xc = device.apparent(xc, Point::Cantilever, at, z.as_slice());
+                    }
+                    out(next, xp, xc);
+                    next += 1;
+                }
+            }
+            if share >= 1.0 {
+                state.q.copy_from_slice(step.q_at(S - 1));
+                state.v.copy_from_slice(step.v_at(S - 1));
+                state.z.copy_from_slice(step.z_at(S - 1));
+            } else {
+                step.modal_at(share, &mut state.q, &mut state.v);
+                state.z.copy_from_slice(step.states_at(share).as_slice());
+            }
+            t = reached;
+            if turned && held.is_none() {
+                // At rest to the last bit, for what follows to be decided by the forces.
+                let x = self.simulator.flight_points(state).xp;
+                self.simulator.kick(x, 0.0, state);
+                self.flight.sliding = 0.0;
+            }
+            if device.has_effects() && t >= segment.end {
+                device.end_piece(&segment, t, &mut state.z);
+            }
+        }
+        if let (Some(x), false) = (held, on_ground) {
+            self.simulator.lift(x, state);
+            held = None;
+        }
+        // What is asked for at the very start, of a stretch without length.
+        while let Some(&at) = times.get(next).filter(|&&s| s <= to) {
+            debug_assert!(at >= from - 1e-9);
+            let points = match held {
+                None => self.simulator.flight_points(state),
+                Some(level) => self.simulator.held_points(level, state),
+            };
+            let xp = device.apparent(points.xp, Point::ProofMass, at, &state.z);
+            let xc = device.apparent(points.xc, Point::Cantilever, at, &state.z);
+            out(next, xp, xc);
+            next += 1;
+        }
+        Ok(())
+    }
+
+    /// Friction away from the ground: a mass that does not slide yet sets out as it moves
+    /// or as it is pulled, or is held at `held` until it is pulled hard enough.
+    fn rub(&mut self, segment: &Segment, t: f64, held: &mut Option<f64>, state: &mut StretchState) {
+        let sim = self.simulator;
+        let device = &sim.device;
+        if let Some(level) = *held {
+            let pull = sim.pull_off(&[*segment], t, level, state);
+            // What was freed at a root of the force is on the edge, and pulled outward.
+            if pull.abs() < device.friction * (1.0 - 1e-12) {
+                return;
+            }
+            sim.lift(level, state);
+            *held = None;
+            self.flight.sliding = pull.signum();
+        } else if self.flight.sliding == 0.0 {
+            let points = sim.flight_points(state);
+            if points.vp.abs() > 1e-12 {
+                self.flight.sliding = points.vp.signum();
+                return;
+            }
+            sim.land(points.xp, state);
+            let pull = sim.pull_off(&[*segment], t, points.xp, state);
+            if pull.abs() > device.friction {
+                sim.lift(points.xp, state);
+                self.flight.sliding = pull.signum();
+            } else {
+                *held = Some(points.xp);
+            }
+        }
+    }
+
+    /// One step into the scratch; returns its length.
+    fn step(
+        &mut self,
+        segment: &Segment,
+        held: Option<f64>,
+        t: f64,
+        end: f64,
+        state: &StretchState,
+        (steps, most): (&mut u64, u64),
+    ) -> Result<f64, SimError> {
+        let sim = self.simulator;
+        let longest = sim.flight.length(0);
+        let remaining = end - t;
+        // The first level whose step does not reach far beyond what is left.
+        let covering = if remaining >= longest {
+            0
+        } else {
+            (longest / remaining)
+                .log2()
+                .floor()
+                .clamp(0.0, (LEVELS - 1) as f64) as usize
+        };
+        let mut level = self.level.max(covering);
+        let mut rejected = false;
+        loop {
+            *steps += 1;
+            if *steps > most {
+                return Err(SimError::too_much(t, "steps", *steps, Burden::Film));
+            }
+            let from = (&state.q[..], &state.v[..], &state.z[..]);
+            let (taken, step, length) = match held {
+                Some(ground) => (
+                    self.held.held(
+                        &sim.device,
+                        &sim.held,
+                        level,
+                        segment,
+                        t,
+                        from,
+                        ground,
+                        sim.tolerance,
+                    ),
+                    &self.held,
+                    sim.held.length(level),
+                ),
+                None => (
+                    self.flight.flight(
+                        &sim.device,
+                        &sim.flight,
+                        level,
+                        segment,
+                        t,
+                        from,
+                        sim.tolerance,
+                    ),
+                    &self.flight,
+                    sim.flight.length(level),
+                ),
+            };
+            let tolerance = sim.tolerance + 16.0 * f64::EPSILON * step.xp[0].abs();
+            if taken.is_ok() && step.error <= tolerance {
+                if rejected {
+                    self.level = level;
+                } else if step.error < tolerance / 64.0 && level == self.level && level > 0 {
+                    self.level -= 1;
+                }
+                return Ok(length);
+            }
+            rejected = true;
+            level += 1;
+            if level >= LEVELS {
+                return Err(if state.q.iter().all(|q| q.is_finite()) {
+                    SimError::step_too_small(t)
+                } else {
+                    SimError::diverged(t)
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! States that the drive leaves behind: at rest under it, and the effects' extra states
+//! over all of it.
+
+use super::{Points, StretchSimulator, StretchState, segment_at};
+use crate::model::drive::Segment;
+use crate::model::effects::Kinematics;
+
+/// Time constants after which a decaying state is forgotten.
+const FORGOTTEN: f64 = 35.0;
+
+impl StretchSimulator {
+    /// The static state under the drive at `t`: where the modes come to rest, the extra
+    /// states too. In flight, or held at a level \[m\]. A free mass stays at zero.
+    pub fn rest_state(&self, drive: &[Segment], t: f64, held: Option<f64>) -> StretchState {
+        let d = &self.device;
+        let segment = segment_at(drive, t);
+        let voltage = segment.shape.voltage(t);
+        let mut z = vec![0.0; d.rates.len()];
+        let mut input = vec![0.0; d.rates.len()];
+        let mut at = Kinematics {
+            t,
+            voltage,
+            ..Kinematics::default()
+        };
+        for _ in 0..3 {
+            d.state_inputs(&at, &z, &mut input);
+            for ((z, u), rate) in z.iter_mut().zip(&input).zip(&d.rates) {
+                *z = if *rate > 0.0 { u / rate } else { 0.0 };
+            }
+        }
+        let force = d.drive_force(&mut at, segment.branch, &z);
+        let q: Vec<f64> = match held {
+            None => (0..d.flight.len())
+                .map(|i| (d.phi_d[i] * force, d.flight[i].omega2))
+                .map(|(f, k)| if k > 0.0 { f / k } else { 0.0 })
+                .collect(),
+            Some(level) => (0..d.held_modes.len())
+                .map(|k| {
+                    (d.held.drive[k] * force + d.held.level_force[k] * level)
+                        / d.held_modes[k].omega2
+                })
+                .collect(),
+        };
+        StretchState {
+            v: vec![0.0; q.len()],
+            q,
+            z,
+        }
+    }
+
+    /// The effects' extra states over the whole drive, from its first instant on, at
+    /// increasing `times` \[s\]; row-major `[time][state]`. `motion` gives the points'
+    /// displacements and velocities where they matter, from the data or zero.
+    pub fn states_from_drive(
+        &self,
+        drive: &[Segment],
+        times: &[f64],
+        motion: &dyn Fn(f64) -> Points,
+    ) -> Vec<f64> {
+        let d = &self.device;
+        let count = d.rates.len();
+        let mut out = Vec::with_capacity(times.len() * count);
+        let Some(&first) = times.first().filter(|_| count > 0) else {
+            return out;
+        };
+        let begin = drive
+            .first()
+            .map_or(first, |s| if s.start.is_finite() { s.start } else { s.end })
+            .min(first);
+        let mut t = begin;
+        let mut z = self.rest_state(drive, begin, None).z;
+        let mut u = vec![0.0; count];
+        let fastest = d.rates.iter().fold(0.0f64, |a, &b| a.max(b));
+        let longest = (0.2 / fastest.max(1.0)).min(2e-4);
+        // What decays is forgotten, unless an effect keeps a memory of its own.
+        let slowest = d.rates.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let memory = if slowest > 0.0 {
+            FORGOTTEN / slowest
+        } else {
+            f64::INFINITY
+        };
+        for &target in times {
+            if target - t > memory {
+                t = target - memory;
+            }
+            while t < target {
+                let segment = d.piece(segment_at(drive, t), t, &z);
+                let end = target.min(segment.end).min(t + longest).max(t + 1e-12);
+                let h = end - t;
+                let middle = t + 0.5 * h;
+                let p = motion(middle);
+                let mut at = Kinematics {
+                    t: middle,
+                    xp: p.xp,
+                    vp: p.vp,
+                    xc: p.xc,
+                    vc: p.vc,
+                    voltage: segment.shape.voltage(middle),
+                    gain: 0.0,
+                    film: d.film_force(p.xp, p.vp),
+                };
+                d.drive_force(&mut at, segment.branch, &z);
+                d.state_inputs(&at, &z, &mut u);
+                for ((z, u), rate) in z.iter_mut().zip(&u).zip(&d.rates) {
+                    let decay = (-rate * h).exp();
+                    let gain = if *rate > 0.0 {
+                        -(-rate * h).exp_m1() / rate
+                    } else {
+                        h
+                    };
+                    *z = *z * decay + u * gain;
+                }
+                t = end;
+                if t >= segment.end {
+                    d.end_piece(&segment, t, &mut z);
+                }
+            }
+            out.extend_from_slice(&z);
+        }
+        out
+    }
+}
