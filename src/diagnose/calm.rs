@@ -25,6 +25,13 @@ const LEAST_CLEAR: f64 = 0.25e-6;
 /// Standard errors by which the variance of a reading must exceed that of the noise for the
 /// mass to be moving.
 const MOVES: f64 = 6.0;
+/// So long after a landing the mass may still hop, lower than its bounces can be told
+/// apart \[s\].
+const HOPS: f64 = 3e-3;
+/// Samples whose mean shows such a hop.
+const BLOCK: usize = 8;
+/// Height of that mean above the rest of the stay that is one, in units of the noise.
+const HOP: f64 = 0.8;
 /// How far the zeros of two recordings may be apart \[m\].
 const ZEROS: f64 = 5e-6;
 /// The ground is looked for within this height of the lowest samples \[m\].
@@ -107,6 +114,23 @@ fn still(xp: &[f64], noise: f64) -> bool {
     left < (1.0 + MOVES * (2.0 / n).sqrt()) * noise * noise
 }
 
+/// Number of samples at the start of a stay, `xp` \[m\] at every `interval` \[s\], in which
+/// the mass still hops.
+fn hopping(xp: &[f64], interval: f64, noise: f64) -> usize {
+    let finite =
+        |xp: &[f64]| -> Vec<f64> { xp.iter().copied().filter(|x| x.is_finite()).collect() };
+    let first = ((HOPS / interval) as usize).min(xp.len() / 2);
+    let rest = quantile_in_place(&mut finite(&xp[first..]), 0.5);
+    let hops = |block: &[f64]| {
+        let known = finite(block);
+        let mean = known.iter().sum::<f64>() / known.len() as f64;
+        mean - rest > HOP * noise
+    };
+    let starts = (0..first).step_by(BLOCK / 2);
+    let hopping = starts.filter(|&i| hops(&xp[i..(i + BLOCK).min(xp.len())]));
+    hopping.last().map_or(0, |i| (i + 2 * BLOCK).min(first))
+}
+
 /// Level at which the reading is most often when it is low \[m\].
 fn densest_low(xp: &[f64], noise: f64) -> Option<f64> {
     let mut low: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
@@ -172,7 +196,11 @@ pub fn prepare_calm(
             .longest
             .unwrap_or_else(|| crate::fit::prepare::default_length(&simulator, lone));
         let mut samples = 0;
-        for interval in intervals(recording, &timeline, &part.samples, ground) {
+        for mut interval in intervals(recording, &timeline, &part.samples, ground) {
+            if interval.held {
+                let xp = &recording.proof_mass[interval.samples.clone()];
+                interval.samples.start += hopping(xp, recording.interval(), noise);
+            }
             let quiet = Timeline {
                 marks: Vec::new(),
                 starts_held: interval.held,

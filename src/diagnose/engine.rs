@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::answer::{Side, candidates, events_seen, names, next};
 use super::bench::{Bench, Fitted, remaining, with_effect};
 use super::condition::condition;
+use super::continuity::{Joins, joins};
 use super::evidence::{self, Evidence};
 use super::explain::{self, HELD_GAIN, Stand, TRAIN_GAIN};
 use super::laws::{self, LawTest};
@@ -25,6 +26,11 @@ const SURELY: f64 = 3.5;
 const NAMELESS: f64 = 110.0;
 /// A single stretch this far above the others, in units of what chance leaves.
 const LOCAL: f64 = 8.0;
+/// Standard deviations by which the flight does not go on from stretch to stretch from which
+/// something is left.
+const BROKEN: f64 = 5.0;
+/// A single join this many times worse than chance.
+const TORN: f64 = 14.0;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
 /// Share of what is missing that named effects must carry.
@@ -144,7 +150,8 @@ pub fn diagnose(
     };
     // Chi2 goes as the inverse square of the noise.
     let floor = FLOOR + 2.0 * SURELY * bench.noise_error;
-    let left = whats_left(&found.stand, &after_evidence, floor);
+    let joins = joins_of(&found.stand)?;
+    let left = whats_left(&found.stand, &after_evidence, joins, floor);
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.
@@ -173,6 +180,9 @@ pub fn diagnose(
             let formal = formal * (held_carried / carried).clamp(0.0, 1.0);
             let rest = (excess(held) - formal).max(0.0);
             share = share.min(held_carried / (held_carried + rest));
+        }
+        if joins.sigmas > BROKEN {
+            share = share.min(1.0 - joins.excess / joins_of(&found.baseline)?.excess);
         }
         log::debug!("{share:.2} carried, {formal:.0} formal, left: {left:?}");
         if share < CARRIED && left.is_some() {
@@ -285,7 +295,7 @@ fn excess(fitted: &Fitted) -> f64 {
 }
 
 /// What is not explained yet, if there is anything.
-fn whats_left(stand: &Stand, evidence: &Evidence, floor: f64) -> Option<Left> {
+fn whats_left(stand: &Stand, evidence: &Evidence, joins: Joins, floor: f64) -> Option<Left> {
     let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
     let worst = stand
         .held_out
@@ -301,5 +311,17 @@ fn whats_left(stand: &Stand, evidence: &Evidence, floor: f64) -> Option<Left> {
     }
     let local = locate::most_local(&stand.train)
         .max(stand.held_out.as_ref().map_or(0.0, locate::most_local));
-    (local > LOCAL).then_some(Left::Stretch(local))
+    if local > LOCAL {
+        return Some(Left::Stretch(local));
+    }
+    (joins.sigmas > BROKEN || joins.worst > TORN).then_some(Left::Joins(joins.sigmas))
+}
+
+/// How the flight of both sides goes on from stretch to stretch.
+fn joins_of(stand: &Stand) -> Result<Joins, DiagnoseError> {
+    let train = joins(&stand.train)?;
+    Ok(match &stand.held_out {
+        Some(held) => train.with(joins(held)?),
+        None => train,
+    })
 }

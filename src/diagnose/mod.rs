@@ -13,6 +13,7 @@ pub mod bench;
 pub mod calm;
 pub mod candidates;
 pub mod condition;
+mod continuity;
 mod curve;
 pub mod engine;
 pub mod events;

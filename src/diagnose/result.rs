@@ -294,6 +294,8 @@ pub enum Left {
     Force(&'static str, f64),
     /// One stretch, standard deviations above what chance leaves.
     Stretch(f64),
+    /// The motion from one stretch of flight to the next, in standard deviations of chance.
+    Joins(f64),
 }
 
 impl Left {
@@ -309,6 +311,9 @@ impl Left {
             Self::Stretch(local) => {
                 format!("one stretch is {local:.0} standard deviations above what noise leaves")
             }
+            Self::Joins(sigmas) => format!(
+                "the flight does not go on from stretch to stretch as it is simulated, by {sigmas:.0} standard deviations of chance in all"
+            ),
         }
     }
 }

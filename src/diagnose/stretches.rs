@@ -8,17 +8,22 @@ use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
 use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::Point;
-use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator, StretchState};
 
-/// A stretch this many times farther off than nine in ten of the others was misread.
+/// A stretch this many times farther off than is usual was misread.
 const OFF: f64 = 2.5;
 /// Fall of the cost from which a stretch read as held is told as flight.
 const WORSE: f64 = 40.0;
+/// Cost above that of noise from which it is tried.
+const SUSPECT: f64 = 20.0;
+/// So many in a recording make its others likely.
+const ALIKE: usize = 2;
 /// Cost per row up to which it is told well.
 const FITS: f64 = 1.3;
 /// Heights above the ground that may be taken for contact, in units of the noise.
 const UNSEEN: f64 = 6.0;
+/// A loss that forgives nothing.
+const WIDE: Huber = Huber(1e4);
 /// Most steps of a stretch's own fit.
 const ROUNDS: usize = 8;
 /// One in this many stretches is used on the way.
@@ -49,19 +54,21 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
         .into_par_iter()
         .map(|i| fit(i, point.segments[i].locals.clone(), LOSS, 1))
         .collect();
-    let mut known: Vec<f64> = (0..now.len())
-        .filter(|&i| point.used[i])
-        .map(|i| per_row(i, now[i].1))
-        .filter(|c| c.is_finite())
-        .collect();
-    let usual = quantile_in_place(&mut known, 0.9).max(1.0);
+    let known = (0..now.len()).filter(|&i| point.used[i]);
+    let usual = usual(known.map(|i| (per_row(i, now[i].1), rows[i])).collect());
     let off: Vec<usize> = (0..now.len())
         .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * usual)
+        .collect();
+    // A bounce between two samples makes a few samples far off, which the loss forgives.
+    let grazing: Vec<usize> = (0..now.len())
+        .into_par_iter()
+        .filter(|&i| point.used[i] && grazes(problem, point, &simulator, i))
+        .filter(|&i| per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1) > OFF * usual)
         .collect();
     let fresh: Vec<(Vec<f64>, f64)> = off
         .par_iter()
         .map(|&i| {
-            let (loose, _) = fit(i, first[i].locals.clone(), Huber(1e4), 8);
+            let (loose, _) = fit(i, first[i].locals.clone(), WIDE, 8);
             fit(i, loose, LOSS, 8)
         })
         .collect();
@@ -73,22 +80,58 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
         }
         point.used[i] = left <= OFF * usual;
     }
+    for &i in &grazing {
+        point.used[i] = false;
+    }
     let above = hovering(problem, point, &simulator, &states);
     for &i in &above {
         point.used[i] = false;
     }
-    Ok(!off.is_empty() || !above.is_empty())
+    Ok(!off.is_empty() || !grazing.is_empty() || !above.is_empty())
+}
+
+/// Whether a stretch of flight comes so low that the mass may have touched the ground between
+/// two of its samples.
+fn grazes(problem: &Problem, point: &Point, simulator: &StretchSimulator, i: usize) -> bool {
+    let segment = &point.segments[i];
+    let data = &problem.data[segment.recording];
+    let xp = &data.recording.proof_mass[segment.samples.clone()];
+    let lowest = xp.iter().copied().fold(f64::INFINITY, f64::min);
+    let travel = xp
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .fold(0.0, f64::max);
+    let level = simulator.ground_level(data.recording.time[segment.samples.start] + data.epoch);
+    let offset = problem.nuisances_of(&point.x, segment.recording).offset_p;
+    !segment.starts_held && lowest - offset < level + travel
+}
+
+/// What nine in ten of the rows are told no worse than, of at least what noise leaves. By
+/// rows: the many short stretches between the hops of a landing, in which a bounce is easily
+/// overlooked, must not pass for usual.
+fn usual(mut of_stretches: Vec<(f64, usize)>) -> f64 {
+    of_stretches.retain(|(cost, _)| cost.is_finite());
+    of_stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let all: usize = of_stretches.iter().map(|(_, rows)| rows).sum();
+    let mut passed = 0;
+    let nine_in_ten = of_stretches.iter().find(|(_, rows)| {
+        passed += rows;
+        10 * passed >= 9 * all
+    });
+    nine_in_ten.map_or(1.0, |(cost, _)| cost.max(1.0))
 }
 
 /// Stretches read as held in which the mass is off the ground by less than the noise shows
-/// in a sample: they are far better told as flight, a little above the ground.
+/// in a sample: they are far better told as flight, a little above the ground. Where a
+/// recording has some, its others need only be somewhat better told.
 fn hovering(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
     states: &[Vec<f64>],
 ) -> Vec<usize> {
-    let one = |i: usize| {
+    // How much better it is told as flight, and whether it is told well then.
+    let one = |i: usize| -> Option<(usize, f64, bool)> {
         let held = &point.segments[i];
         let data = &problem.data[held.recording];
         let nuisances = problem.nuisances_of(&point.x, held.recording);
@@ -100,8 +143,8 @@ fn hovering(
         };
         let rows = problem.rows(held).len() as f64;
         let (_, on_ground) = cost(held, 1);
-        if on_ground < rows + WORSE {
-            return false;
+        if on_ground < rows + SUSPECT {
+            return None;
         }
         let level = simulator.ground_level(data.recording.time[held.samples.start] + data.epoch);
         let flying = in_flight(held, simulator, level, data.sigmas.xp);
@@ -110,14 +153,27 @@ fn hovering(
         let q: Vec<f64> = (0..modes).map(|k| flying.value(&locals, k)).collect();
         let (phi_p, _) = simulator.flight_shapes();
         let height = q.iter().zip(phi_p).map(|(q, p)| q * p).sum::<f64>() - level;
-        in_air + WORSE < on_ground
-            && in_air < FITS * rows
-            && height > 0.0
-            && height < UNSEEN * data.sigmas.xp
+        let near = height > 0.0 && height < UNSEEN * data.sigmas.xp;
+        near.then_some((i, on_ground - in_air, in_air < FITS * rows))
     };
-    (0..point.segments.len())
-        .into_par_iter()
-        .filter(|&i| point.used[i] && point.segments[i].starts_held && one(i))
+    let held = (0..point.segments.len()).into_par_iter();
+    let nearly: Vec<(usize, f64, bool)> = held
+        .filter(|&i| point.used[i] && point.segments[i].starts_held)
+        .filter_map(one)
+        .collect();
+    let of = |i: usize| point.segments[i].recording;
+    let surely: Vec<usize> = nearly
+        .iter()
+        .filter(|(_, gain, well)| *gain > WORSE && *well)
+        .map(|(i, ..)| *i)
+        .collect();
+    nearly
+        .iter()
+        .filter(|(i, gain, _)| {
+            let alike = surely.iter().filter(|&&k| of(k) == of(*i)).count();
+            surely.contains(i) || (alike >= ALIKE && *gain > 0.1 * WORSE)
+        })
+        .map(|(i, ..)| *i)
         .collect()
 }
 

@@ -1,0 +1,115 @@
+//! Whether the motion goes on unbroken from one stretch to the next where nothing happens
+//! to the mass. Every stretch starts from a state of its own, which takes over a kick or a
+//! burst of force that came before: only where two stretches are told as one does it show.
+
+use rayon::prelude::*;
+
+use super::bench::{Fitted, LOSS};
+use crate::fit::segment::Segment;
+use crate::recording::quantile_in_place;
+use crate::sim::SimError;
+
+/// Flight lower than this share of the travel may touch the ground unseen.
+const NEAR: f64 = 0.15;
+/// Steps of the fit of two stretches as one.
+const ROUNDS: usize = 6;
+/// Fewest joins that say something.
+const LEAST: usize = 8;
+/// No single join counts for more than this, in units of what chance gives.
+const CAP: f64 = 12.0;
+
+/// By how much chi2 rises where two stretches are told as one.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Joins {
+    /// Sum over all joins, less what chance gives.
+    pub excess: f64,
+    /// The same with single ones capped, in standard deviations of chance.
+    pub sigmas: f64,
+    /// The worst, in units of what chance gives.
+    pub worst: f64,
+}
+
+impl Joins {
+    /// Both sides together.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            excess: self.excess + other.excess,
+            sigmas: (self.sigmas + other.sigmas) / std::f64::consts::SQRT_2,
+            worst: self.worst.max(other.worst),
+        }
+    }
+}
+
+/// The joins of a fit's stretches of flight away from the ground; all 0 where there are few.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn joins(fitted: &Fitted) -> Result<Joins, SimError> {
+    let (problem, point) = (&fitted.problem, &fitted.point);
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let lowest: Vec<f64> = problem
+        .data
+        .iter()
+        .map(|d| {
+            let mut x = d.recording.proof_mass.clone();
+            x.retain(|x| x.is_finite());
+            let low = quantile_in_place(&mut x, 0.002);
+            low + NEAR * (quantile_in_place(&mut x, 0.998) - low)
+        })
+        .collect();
+    let flies_free = |i: usize| {
+        let s = &point.segments[i];
+        let xp = &problem.data[s.recording].recording.proof_mass[s.samples.clone()];
+        let high = !fitted.model.has_ground || xp.iter().all(|x| *x > lowest[s.recording]);
+        point.used[i] && !s.starts_held && s.joints.is_empty() && high
+    };
+    let cost = |i: usize, segment: &Segment, rounds| {
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        let start = segment.locals.clone();
+        let told = problem.refine(
+            segment, &states[i], &simulator, &nuisances, start, LOSS, rounds,
+        );
+        told.1
+    };
+    // The state at the later one's start is no longer free.
+    let unknowns = 2.0 * simulator.modes() as f64;
+    let rises: Vec<f64> = (1..point.segments.len())
+        .into_par_iter()
+        .filter(|&i| {
+            let (a, b) = (&point.segments[i - 1], &point.segments[i]);
+            a.recording == b.recording
+                && a.samples.end == b.samples.start
+                && flies_free(i - 1)
+                && flies_free(i)
+        })
+        .map(|i| {
+            let (a, b) = (&point.segments[i - 1], &point.segments[i]);
+            let apart = cost(i - 1, a, 2) + cost(i, b, 2);
+            (cost(i - 1, &joined(a, b), ROUNDS) - apart) / unknowns
+        })
+        .filter(|rise| rise.is_finite())
+        .collect();
+    if rises.len() < LEAST {
+        return Ok(Joins::default());
+    }
+    let n = rises.len() as f64;
+    let capped: f64 = rises.iter().map(|rise| rise.min(CAP)).sum();
+    let found = Joins {
+        excess: unknowns * (rises.iter().sum::<f64>() - n),
+        sigmas: (capped - n) / (2.0 * n / unknowns).sqrt(),
+        worst: rises.iter().copied().fold(0.0, f64::max),
+    };
+    log::debug!("{n} joins: {found:?}");
+    Ok(found)
+}
+
+/// Two stretches one after the other as one, from the state at the first one's start.
+fn joined(a: &Segment, b: &Segment) -> Segment {
+    let mut both = a.clone();
+    both.samples = a.samples.start..b.samples.end;
+    let covered = a.pieces.last().map_or(f64::NEG_INFINITY, |p| p.start);
+    let later = b.pieces.iter().filter(|p| p.start > covered);
+    both.pieces.extend(later.cloned());
+    both
+}
