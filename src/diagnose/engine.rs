@@ -28,7 +28,7 @@ const NAMELESS: f64 = 110.0;
 const LOCAL: f64 = 8.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
-const BROKEN: f64 = 5.0;
+const BROKEN: f64 = 6.5;
 /// A single join this many times worse than chance.
 const TORN: f64 = 14.0;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
