@@ -239,3 +239,27 @@ pub fn prepare_calm(
         covered,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hops_after_a_landing_are_left_out_of_a_stay_and_its_noise_and_drift_are_not() {
+        let (interval, noise) = (4e-5, 150e-9);
+        let reading = |hop: f64, slope: f64| -> Vec<f64> {
+            let one = |i: usize| {
+                let t = i as f64 * interval;
+                // A parabola of 0.4 ms, and a deterministic stand-in for noise.
+                let hop = hop * (1.0 - (t / 2e-4 - 1.0).powi(2)).max(0.0);
+                hop + slope * t + noise * 1.4 * (1.7 * i as f64 * i as f64).sin()
+            };
+            (0..400).map(one).collect()
+        };
+        assert_eq!(hopping(&reading(0.0, 0.0), interval, noise), 0);
+        assert_eq!(hopping(&reading(0.0, 2e-6), interval, noise), 0);
+        let left_out = hopping(&reading(0.6e-6, 0.0), interval, noise) as f64 * interval;
+        assert!(left_out >= 4e-4 && left_out < HOPS, "{left_out}");
+        assert_eq!(hopping(&[], interval, noise), 0);
+    }
+}

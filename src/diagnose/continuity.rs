@@ -113,3 +113,59 @@ fn joined(a: &Segment, b: &Segment) -> Segment {
     both.pieces.extend(later.cloned());
     both
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::diagnose::bench::Bench;
+    use crate::diagnose::{DiagnoseControl, DiagnoseOptions};
+    use crate::fit::Part;
+    use crate::model::preset::Preset;
+    use crate::recording::Recording;
+
+    /// Joins of a ring-down by its closed form, with a kick to the velocity at half time.
+    fn of_a_ring_down(kick: f64) -> Joins {
+        let mut dice = ChaCha8Rng::seed_from_u64(5);
+        let mut normal = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
+        let (omega, zeta, middle): (f64, f64, f64) = (8.6, 2e-3, 60.0);
+        let ring = |t: f64| (-zeta * omega * t).exp() * (omega * t).cos();
+        let after = |t: f64| (-zeta * omega * t).exp() * (omega * t).sin() / omega;
+        let time: Vec<f64> = (0..12_000).map(|i| 0.01 * f64::from(i)).collect();
+        let x = time.iter().map(|&t| {
+            let kicked = if t > middle {
+                kick * after(t - middle)
+            } else {
+                0.0
+            };
+            0.1 * ring(t) + kicked + 1e-4 * normal()
+        });
+        let x: Vec<f64> = x.collect();
+        let part = Part::whole(Arc::new(
+            Recording::new("ring-down", time, None, x, None).unwrap(),
+        ));
+        let model = Preset::embedded("oscillator").unwrap().model;
+        let cancel = AtomicBool::new(false);
+        let control = DiagnoseControl {
+            cancel: &cancel,
+            progress: &|_| {},
+        };
+        let bench = Bench::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
+        joins(&bench.baseline(&model, &control).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_kick_that_hides_in_the_states_of_the_stretches_shows_where_they_join() {
+        let still = of_a_ring_down(0.0);
+        assert!(still.sigmas.abs() < 4.0 && still.worst < 8.0, "{still:?}");
+        assert!(still.worst > 0.1, "there are joins: {still:?}");
+        // A fiftieth of the noise's own velocity, were it read sample by sample.
+        let kicked = of_a_ring_down(2e-3);
+        assert!(kicked.worst > 20.0, "{kicked:?}");
+    }
+}

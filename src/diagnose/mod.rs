@@ -5,7 +5,8 @@
 //! in the linearised problem ([`scan`]), the promising ones fitted, judged on recordings
 //! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
 //! ([`events`], [`laws`]). [`locate`] says where the misfit lies, [`evidence`] what force
-//! is missing whatever its name; [`engine`] puts it all together.
+//! is missing whatever its name, [`continuity`] whether the flight goes on unbroken from
+//! stretch to stretch; [`engine`] puts it all together.
 //! [`report`] writes it down for people and programs.
 
 mod answer;

@@ -261,3 +261,21 @@ pub fn thinned(segments: &[Segment]) -> Vec<bool> {
     }
     used
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_short_stretches_far_off_are_not_usual() {
+        // A third of the stretches, a twentieth of the rows.
+        let mut all: Vec<(f64, usize)> = vec![(1.1, 300); 20];
+        all.extend(vec![(80.0, 30); 10]);
+        assert_eq!(usual(all.clone()), 1.1);
+        // Where most of the data is far off, that is usual.
+        all.extend(vec![(7.0, 300); 20]);
+        assert_eq!(usual(all), 7.0);
+        assert_eq!(usual(Vec::new()), 1.0);
+        assert_eq!(usual(vec![(0.6, 10), (f64::INFINITY, 5)]), 1.0);
+    }
+}
