@@ -8,6 +8,7 @@ use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
 use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::Point;
+use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator, StretchState};
 
 /// A stretch this many times farther off than is usual was misread.
@@ -50,20 +51,19 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
         .map(|s| problem.rows(s).len())
         .collect();
     let per_row = |i: usize, cost: f64| (cost / rows[i].max(1) as f64).sqrt();
-    let now: Vec<(Vec<f64>, f64)> = (0..point.segments.len())
+    let mut now: Vec<(Vec<f64>, f64)> = (0..point.segments.len())
         .into_par_iter()
         .map(|i| fit(i, point.segments[i].locals.clone(), LOSS, 1))
         .collect();
-    let known = (0..now.len()).filter(|&i| point.used[i]);
-    let usual = usual(known.map(|i| (per_row(i, now[i].1), rows[i])).collect());
+    let of_used = |now: &[(Vec<f64>, f64)]| -> Vec<(f64, usize)> {
+        let used = (0..now.len()).filter(|&i| point.used[i]);
+        used.map(|i| (per_row(i, now[i].1), rows[i])).collect()
+    };
+    let mut costs: Vec<f64> = of_used(&now).into_iter().map(|(cost, _)| cost).collect();
+    costs.retain(|cost| cost.is_finite());
+    let typical = quantile_in_place(&mut costs, 0.5).max(1.0);
     let off: Vec<usize> = (0..now.len())
-        .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * usual)
-        .collect();
-    // A bounce between two samples makes a few samples far off, which the loss forgives.
-    let grazing: Vec<usize> = (0..now.len())
-        .into_par_iter()
-        .filter(|&i| point.used[i] && grazes(problem, point, &simulator, i))
-        .filter(|&i| per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1) > OFF * usual)
+        .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * typical)
         .collect();
     let fresh: Vec<(Vec<f64>, f64)> = off
         .par_iter()
@@ -72,53 +72,69 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
             fit(i, loose, LOSS, 8)
         })
         .collect();
-    for (&i, (locals, cost)) in off.iter().zip(fresh) {
-        let best = cost.min(now[i].1);
-        let left = per_row(i, best);
-        if cost < now[i].1 {
-            point.segments[i].locals = locals;
+    let mut changed = false;
+    for (&i, better) in off.iter().zip(fresh) {
+        if better.1 < now[i].1 {
+            now[i] = better;
+            changed = true;
         }
-        point.used[i] = left <= OFF * usual;
     }
-    for &i in &grazing {
+    // Only what a new start does not mend was misread.
+    let usual = usual(of_used(&now));
+    let misread: Vec<usize> = (0..now.len())
+        .into_par_iter()
+        .filter(|&i| point.used[i])
+        .filter(|&i| {
+            // A bounce between two samples makes a few samples far off, which the loss forgives.
+            let graze = || per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1) > OFF * usual;
+            per_row(i, now[i].1) > OFF * usual || (grazes(problem, point, &simulator, i) && graze())
+        })
+        .collect();
+    for &i in &off {
+        point.segments[i].locals.clone_from(&now[i].0);
+    }
+    for &i in &misread {
         point.used[i] = false;
     }
     let above = hovering(problem, point, &simulator, &states);
     for &i in &above {
         point.used[i] = false;
     }
-    Ok(!off.is_empty() || !grazing.is_empty() || !above.is_empty())
+    Ok(changed || !misread.is_empty() || !above.is_empty())
 }
 
-/// Whether a stretch of flight comes so low that the mass may have touched the ground between
-/// two of its samples.
+/// Whether a stretch of flight comes down and goes up again so low that the mass may have
+/// touched the ground between two of its samples.
 fn grazes(problem: &Problem, point: &Point, simulator: &StretchSimulator, i: usize) -> bool {
     let segment = &point.segments[i];
     let data = &problem.data[segment.recording];
     let xp = &data.recording.proof_mass[segment.samples.clone()];
     let lowest = xp.iter().copied().fold(f64::INFINITY, f64::min);
-    let travel = xp
-        .windows(2)
-        .map(|w| (w[1] - w[0]).abs())
-        .fold(0.0, f64::max);
+    let inside = xp.len() > 4 && xp[2..xp.len() - 2].contains(&lowest);
+    let steps = xp.windows(2).map(|w| (w[1] - w[0]).abs());
+    let travel = steps.fold(0.0, f64::max);
     let level = simulator.ground_level(data.recording.time[segment.samples.start] + data.epoch);
     let offset = problem.nuisances_of(&point.x, segment.recording).offset_p;
-    !segment.starts_held && lowest - offset < level + travel
+    !segment.starts_held && inside && lowest - offset < level + travel
 }
 
-/// What nine in ten of the rows are told no worse than, of at least what noise leaves. By
-/// rows: the many short stretches between the hops of a landing, in which a bounce is easily
-/// overlooked, must not pass for usual.
+/// What nine in ten are told no worse than, of at least what noise leaves: nine in ten of
+/// the stretches, or of their rows, whichever is less. Neither the many short stretches
+/// between the hops of a landing nor a few long ones must pass for usual where they were
+/// misread.
 fn usual(mut of_stretches: Vec<(f64, usize)>) -> f64 {
     of_stretches.retain(|(cost, _)| cost.is_finite());
     of_stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let all: usize = of_stretches.iter().map(|(_, rows)| rows).sum();
-    let mut passed = 0;
-    let nine_in_ten = of_stretches.iter().find(|(_, rows)| {
-        passed += rows;
-        10 * passed >= 9 * all
-    });
-    nine_in_ten.map_or(1.0, |(cost, _)| cost.max(1.0))
+    let nine_in_ten = |share: &dyn Fn(usize) -> usize| {
+        let all: usize = of_stretches.iter().map(|(_, rows)| share(*rows)).sum();
+        let mut passed = 0;
+        let found = of_stretches.iter().find(|(_, rows)| {
+            passed += share(*rows);
+            10 * passed >= 9 * all
+        });
+        found.map_or(1.0, |(cost, _)| cost.max(1.0))
+    };
+    nine_in_ten(&|rows| rows).min(nine_in_ten(&|_| 1))
 }
 
 /// Stretches read as held in which the mass is off the ground by less than the noise shows
@@ -272,6 +288,10 @@ mod tests {
         let mut all: Vec<(f64, usize)> = vec![(1.1, 300); 20];
         all.extend(vec![(80.0, 30); 10]);
         assert_eq!(usual(all.clone()), 1.1);
+        // And the other way round.
+        let mut few: Vec<(f64, usize)> = vec![(1.2, 30); 40];
+        few.extend(vec![(9.0, 600); 3]);
+        assert_eq!(usual(few), 1.2);
         // Where most of the data is far off, that is usual.
         all.extend(vec![(7.0, 300); 20]);
         assert_eq!(usual(all), 7.0);
