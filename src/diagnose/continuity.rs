@@ -1,17 +1,16 @@
 //! Whether the motion goes on unbroken from one stretch to the next where nothing happens
 //! to the mass. Every stretch starts from a state of its own, which takes over a kick or a
 //! burst of force that came before: only where two stretches are told as one does it show.
+//! Near the ground the mass may have touched it unseen, and nothing is asked.
 
 use rayon::prelude::*;
 
 use super::bench::{Fitted, LOSS};
+use super::locate::near_ground;
 use crate::fit::problem::Data;
 use crate::fit::segment::Segment;
-use crate::recording::quantile_in_place;
 use crate::sim::SimError;
 
-/// Flight lower than this share of the travel may touch the ground unseen.
-const NEAR: f64 = 0.15;
 /// Steps of the fit of two stretches as one.
 const ROUNDS: usize = 6;
 /// Fewest joins that say something.
@@ -56,20 +55,11 @@ pub fn joins(fitted: &Fitted) -> Result<Joins, SimError> {
         return Ok(Joins::default());
     }
     let states = problem.states(&simulator, &point.segments);
-    let lowest: Vec<f64> = problem
-        .data
-        .iter()
-        .map(|d| {
-            let mut x = d.recording.proof_mass.clone();
-            x.retain(|x| x.is_finite());
-            let low = quantile_in_place(&mut x, 0.002);
-            low + NEAR * (quantile_in_place(&mut x, 0.998) - low)
-        })
-        .collect();
+    let near = near_ground(problem);
     let flies_free = |i: usize| {
         let s = &point.segments[i];
         let xp = &problem.data[s.recording].recording.proof_mass[s.samples.clone()];
-        let high = !fitted.model.has_ground || xp.iter().all(|x| *x > lowest[s.recording]);
+        let high = !fitted.model.has_ground || xp.iter().all(|x| *x > near[s.recording]);
         point.used[i] && !s.starts_held && s.joints.is_empty() && high
     };
     let cost = |i: usize, segment: &Segment, rounds| {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::bench::Fitted;
 use super::result::{Distance, Marginal, Mismatch, ProofOf, Regime, Strip};
 use crate::fit::chain::{self, Setting};
+use crate::fit::problem::{Data, Problem};
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
@@ -56,16 +57,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
-    let heights: Vec<(f64, f64)> = problem
-        .data
-        .iter()
-        .map(|d| {
-            let mut x = d.recording.proof_mass.clone();
-            x.retain(|x| x.is_finite());
-            let low = quantile_in_place(&mut x, 0.002);
-            (low, low + NEAR * (quantile_in_place(&mut x, 0.998) - low))
-        })
-        .collect();
+    let heights = near_ground(problem);
     let one = |(i, segment): (usize, &crate::fit::segment::Segment)| -> Vec<Sample> {
         if !point.used[i] {
             return Vec::new();
@@ -116,7 +108,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
             miss.iter().map(back).collect::<Vec<f64>>()
         };
         let (wp, wc) = (white(&p, data.sigmas.xp), white(&c, data.sigmas.xc));
-        let near = heights[segment.recording].1;
+        let near = heights[segment.recording];
         segment
             .samples
             .clone()
@@ -158,6 +150,17 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         .enumerate()
         .flat_map_iter(one)
         .collect())
+}
+
+/// Height of each recording below which the mass is near the ground \[m\].
+pub(super) fn near_ground(problem: &Problem) -> Vec<f64> {
+    let of = |data: &Data| {
+        let mut x = data.recording.proof_mass.clone();
+        x.retain(|x| x.is_finite());
+        let low = quantile_in_place(&mut x, 0.002);
+        low + NEAR * (quantile_in_place(&mut x, 0.998) - low)
+    };
+    problem.data.iter().map(of).collect()
 }
 
 fn mean_square(values: impl Iterator<Item = f64>) -> (f64, usize) {
