@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::bench::{Fitted, LOSS};
 use super::generic::{Against, side_by_side, window};
+use super::locate::calm_since;
 use super::result::ForceCurve;
-use super::scan::{Linear, Scan};
+use super::scan::{Linear, Products, Scan};
 use crate::model::effects::ActiveEffect;
 use crate::recording::quantile_in_place;
 use crate::sim::SimError;
@@ -20,12 +21,21 @@ const STIFFNESS: f64 = 1e-5;
 /// Size of a trial change of `gc`.
 const GAIN: f64 = 1e-3;
 
+/// Width of a window that no height leaves \[m\].
+const WIDE: f64 = 1e6;
+/// Groups of stretches by the time since contact.
+const AGES: usize = 8;
+/// Fewest stretches in each.
+const EACH: usize = 4;
+/// What a force curve is drawn against in which the time since contact is.
+pub(super) const SINCE_CONTACT: &str = "time since contact";
+
 /// What forces without a name would bring.
 #[derive(Debug, Clone)]
 pub struct Evidence {
     /// Fall of chi2 if all were added at once, less what chance would bring.
     pub joint: f64,
-    /// Force against height, velocity and voltage.
+    /// Force against height, velocity, voltage and time since contact.
     pub curves: Vec<ForceCurve>,
     /// The quantity against which they bring most, and how much.
     pub strongest: Option<(Against, f64)>,
@@ -85,11 +95,57 @@ pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
             });
         }
     }
+    curves.extend(since_contact(&linear, fitted)?);
     Ok(Evidence {
         joint: whole.map_or(0.0, |w| w.gain - w.rank as f64),
         curves,
         strongest,
     })
+}
+
+/// Force against the time that the mass has been off the ground: one that is the same all
+/// through each stretch, weighed in groups of stretches of like age. None where few stretches
+/// of flight follow a contact.
+fn since_contact(linear: &Linear<'_>, fitted: &Fitted) -> Result<Option<ForceCurve>, SimError> {
+    if !fitted.model.has_ground {
+        return Ok(None);
+    }
+    let segments = &fitted.point.segments;
+    let calm = calm_since(&fitted.problem, segments);
+    let everywhere = window(Against::Height, 0.0, WIDE, FORCE);
+    let products = linear.products(&fitted.model, &[everywhere])?;
+    let age = |p: &Products| {
+        let (begin, after_event) = calm[p.segment];
+        (after_event && !segments[p.segment].starts_held).then_some(p.middle - begin)
+    };
+    let mut ages: Vec<f64> = products.iter().filter_map(age).collect();
+    if ages.len() < AGES * EACH {
+        return Ok(None);
+    }
+    ages.sort_by(f64::total_cmp);
+    // As many stretches in each group.
+    let first = |group: usize| ages[group * ages.len() / AGES];
+    let spread: Vec<Products> = products
+        .iter()
+        .map(|p| {
+            let group = age(p).map(|age| (1..AGES).filter(|&g| first(g) <= age).count());
+            p.spread(group, AGES)
+        })
+        .collect();
+    let scan = Scan::gather(linear, &spread, AGES);
+    let all: Vec<usize> = (0..AGES).collect();
+    let middle = |group: usize| {
+        let own = &ages[group * ages.len() / AGES..(group + 1) * ages.len() / AGES];
+        own[own.len() / 2]
+    };
+    Ok(scan.joint(&all).map(|own| ForceCurve {
+        against: SINCE_CONTACT,
+        unit: "s",
+        at: (0..AGES).map(middle).collect(),
+        force: own.theta.iter().map(|t| t * FORCE).collect(),
+        std_error: own.errors.iter().map(|e| e * FORCE).collect(),
+        law: Vec::new(),
+    }))
 }
 
 /// Ranges of height \[m\], velocity \[m/s\] and voltage \[V\] in the recordings.

@@ -7,6 +7,7 @@ use super::bench::Fitted;
 use super::result::{Distance, Marginal, Mismatch, ProofOf, Regime, Strip};
 use crate::fit::chain::{self, Setting};
 use crate::fit::problem::{Data, Problem};
+use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
@@ -37,7 +38,7 @@ pub struct Sample {
     pub vp: f64,
     /// Voltage \[V\]; NaN without.
     pub voltage: f64,
-    /// Time since the stretch began, which is that since the last event \[s\].
+    /// Time since the last event, or since the recording began \[s\].
     pub since: f64,
     /// Measured minus simulated, proof mass \[m\]; NaN if not read.
     pub miss_p: f64,
@@ -58,7 +59,8 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
     let heights = near_ground(problem);
-    let one = |(i, segment): (usize, &crate::fit::segment::Segment)| -> Vec<Sample> {
+    let calm = calm_since(problem, &point.segments);
+    let one = |(i, segment): (usize, &Segment)| -> Vec<Sample> {
         if !point.used[i] {
             return Vec::new();
         }
@@ -71,7 +73,6 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         };
         let data = &problem.data[segment.recording];
         let r = &data.recording;
-        let begin = r.time[segment.samples.start];
         let step = 4.0 * r.interval();
         let miss = |values: Option<&[f64]>, sim: &[f64], scale: f64, offset: f64| -> Vec<f64> {
             let own = segment.samples.clone().zip(sim);
@@ -135,7 +136,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
                     xp,
                     vp,
                     voltage: r.voltage.as_ref().map_or(f64::NAN, |v| v[k]),
-                    since: r.time[k] - begin,
+                    since: r.time[k] - calm[i].0,
                     miss_p: p[n],
                     miss_c: c[n],
                     white: (wp[n], wc[n]),
@@ -150,6 +151,24 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         .enumerate()
         .flat_map_iter(one)
         .collect())
+}
+
+/// For each stretch, when what it is part of began that no event breaks \[s\], and whether
+/// with an event: a recording may begin in the midst.
+pub(super) fn calm_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, bool)> {
+    let mut out: Vec<(f64, bool)> = Vec::with_capacity(segments.len());
+    for (i, s) in segments.iter().enumerate() {
+        let own = problem.data[s.recording].recording.time[s.samples.start];
+        let before = i.checked_sub(1).map(|k| (&segments[k], out[k]));
+        out.push(match before {
+            Some((b, began)) if b.recording == s.recording => {
+                let goes_on = b.samples.end == s.samples.start && b.starts_held == s.starts_held;
+                if goes_on { began } else { (own, true) }
+            }
+            _ => (own, false),
+        });
+    }
+    out
 }
 
 /// Height of each recording below which the mass is near the ground \[m\].

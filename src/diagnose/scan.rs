@@ -51,6 +51,25 @@ pub struct Products {
     pub middle: f64,
 }
 
+impl Products {
+    /// The same with the only probe as number `which` of `count`, the others zero; all are
+    /// where it is none.
+    pub(super) fn spread(&self, which: Option<usize>, count: usize) -> Self {
+        let mut out = Self {
+            cross: DMatrix::zeros(self.cross.nrows(), count),
+            gram: DMatrix::zeros(count, count),
+            slope: DVector::zeros(count),
+            ..self.clone()
+        };
+        if let Some(k) = which {
+            out.cross.set_column(k, &self.cross.column(0));
+            out.gram[(k, k)] = self.gram[(0, 0)];
+            out.slope[k] = self.slope[0];
+        }
+        out
+    }
+}
+
 /// A problem linearised at a point, on which directions are tried.
 #[derive(Debug)]
 pub struct Linear<'a> {
@@ -199,7 +218,8 @@ impl Scan {
         evidence::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))
     }
 
-    fn gather(linear: &Linear<'_>, products: &[Products], probes: usize) -> Self {
+    /// Normal equations from products with so many probes each.
+    pub(super) fn gather(linear: &Linear<'_>, products: &[Products], probes: usize) -> Self {
         let (problem, point) = (linear.problem, linear.point);
         let n = problem.unknowns();
         let mut normal = DMatrix::zeros(n + probes, n + probes);

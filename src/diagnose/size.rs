@@ -1,8 +1,9 @@
 //! How large an effect is beside the forces already in the model.
 
+use super::evidence::SINCE_CONTACT;
 use super::explain::Explanation;
 use super::locate::Sample;
-use super::result::ForceCurve;
+use super::result::{ForceCurve, Regime};
 use crate::model::Model;
 use crate::model::effects::{Action, ActiveEffect, Kinematics, Surroundings};
 use crate::model::parameter::ParameterId;
@@ -69,19 +70,28 @@ pub fn law_on(curve: &ForceCurve, found: &Explanation, samples: &[Sample]) -> Ve
     if named.is_empty() || curve.at.len() < 2 {
         return Vec::new();
     }
-    let width = curve.at[1] - curve.at[0];
+    let aged = curve.against == SINCE_CONTACT;
+    // Bins meet half way between their middles.
+    let half = |i: usize, k: usize| 0.5 * (curve.at[i] - curve.at[k]).abs();
+    let last = curve.at.len() - 1;
+    let (low, high) = (
+        curve.at[0] - half(1, 0),
+        curve.at[last] + half(last, last - 1),
+    );
     let mut sums = vec![(0.0, 0usize); curve.at.len()];
     for s in samples {
         let u = match curve.against {
             "xp" => s.xp,
             "xp'" => s.vp,
+            _ if aged => s.since,
             _ => s.voltage,
         };
-        let bin = ((u - curve.at[0]) / width).round();
-        if bin >= 0.0 && (bin as usize) < sums.len() {
+        if u >= low && u < high && !(aged && s.regime == Regime::Contact) {
+            let bin = curve.at.windows(2).filter(|w| 0.5 * (w[0] + w[1]) <= u);
+            let bin = bin.count();
             let total: f64 = named.iter().map(|a| force(&**a, s, model, &[])).sum();
             if total.is_finite() {
-                let bin = &mut sums[bin as usize];
+                let bin = &mut sums[bin];
                 bin.0 += total;
                 bin.1 += 1;
             }
