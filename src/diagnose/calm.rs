@@ -127,8 +127,10 @@ fn hopping(xp: &[f64], interval: f64, noise: f64) -> usize {
         mean - rest > HOP * noise
     };
     let starts = (0..first).step_by(BLOCK / 2);
-    let hopping = starts.filter(|&i| hops(&xp[i..(i + BLOCK).min(xp.len())]));
-    hopping.last().map_or(0, |i| (i + 2 * BLOCK).min(first))
+    let mut hopping = starts.filter(|&i| hops(&xp[i..(i + BLOCK).min(xp.len())]));
+    hopping
+        .next_back()
+        .map_or(0, |i| (i + 2 * BLOCK).min(first))
 }
 
 /// Level at which the reading is most often when it is low \[m\].
@@ -259,7 +261,7 @@ mod tests {
         assert_eq!(hopping(&reading(0.0, 0.0), interval, noise), 0);
         assert_eq!(hopping(&reading(0.0, 2e-6), interval, noise), 0);
         let left_out = hopping(&reading(0.6e-6, 0.0), interval, noise) as f64 * interval;
-        assert!(left_out >= 4e-4 && left_out < HOPS, "{left_out}");
+        assert!((4e-4..HOPS).contains(&left_out), "{left_out}");
         assert_eq!(hopping(&[], interval, noise), 0);
     }
 }
