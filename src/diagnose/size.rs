@@ -3,7 +3,7 @@
 use super::evidence::SINCE_CONTACT;
 use super::explain::Explanation;
 use super::locate::Sample;
-use super::result::{ForceCurve, Regime};
+use super::result::ForceCurve;
 use crate::model::Model;
 use crate::model::effects::{Action, ActiveEffect, Kinematics, Surroundings};
 use crate::model::parameter::ParameterId;
@@ -56,7 +56,8 @@ pub fn of(effect: &ActiveEffect, model: &Model, samples: &[Sample]) -> f64 {
     if largest > 0.0 { largest } else { f64::NAN }
 }
 
-/// Mean force of the named effects in the bins of a curve \[N\]; empty if none is a force.
+/// Mean force of the named effects in the bins of a curve \[N\]; empty if none is a force, or
+/// where the curve is of forces that are the same all through a stretch.
 pub fn law_on(curve: &ForceCurve, found: &Explanation, samples: &[Sample]) -> Vec<f64> {
     let model = &found.stand.train.model;
     let named: Vec<Box<dyn Action>> = found
@@ -67,31 +68,22 @@ pub fn law_on(curve: &ForceCurve, found: &Explanation, samples: &[Sample]) -> Ve
         .map(|e| action(e, model))
         .filter(|a| a.state_rates().is_empty())
         .collect();
-    if named.is_empty() || curve.at.len() < 2 {
+    if named.is_empty() || curve.at.len() < 2 || curve.against == SINCE_CONTACT {
         return Vec::new();
     }
-    let aged = curve.against == SINCE_CONTACT;
-    // Bins meet half way between their middles.
-    let half = |i: usize, k: usize| 0.5 * (curve.at[i] - curve.at[k]).abs();
-    let last = curve.at.len() - 1;
-    let (low, high) = (
-        curve.at[0] - half(1, 0),
-        curve.at[last] + half(last, last - 1),
-    );
+    let width = curve.at[1] - curve.at[0];
     let mut sums = vec![(0.0, 0usize); curve.at.len()];
     for s in samples {
         let u = match curve.against {
             "xp" => s.xp,
             "xp'" => s.vp,
-            _ if aged => s.since,
             _ => s.voltage,
         };
-        if u >= low && u < high && !(aged && s.regime == Regime::Contact) {
-            let bin = curve.at.windows(2).filter(|w| 0.5 * (w[0] + w[1]) <= u);
-            let bin = bin.count();
+        let bin = ((u - curve.at[0]) / width).round();
+        if bin >= 0.0 && (bin as usize) < sums.len() {
             let total: f64 = named.iter().map(|a| force(&**a, s, model, &[])).sum();
             if total.is_finite() {
-                let bin = &mut sums[bin];
+                let bin = &mut sums[bin as usize];
                 bin.0 += total;
                 bin.1 += 1;
             }

@@ -30,6 +30,10 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     if has_law {
         let line = "The law is drawn with the constant and the slope that re-tuning takes up.";
         ui.label(small(line).weak());
+    } else if d.forces.iter().any(|f| !f.law.is_empty()) {
+        let line =
+            "Each point is one constant force all through stretches of that age; no law is drawn.";
+        ui.label(small(line).weak());
     } else {
         ui.label(small("Nothing is named that acts as a force, so no law is drawn.").weak());
     }
