@@ -21,9 +21,8 @@ const CAP: f64 = 12.0;
 /// By how much chi2 rises where two stretches are told as one.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Joins {
-    /// Sum over all joins, less what chance gives.
-    pub excess: f64,
-    /// The same with single ones capped, in standard deviations of chance.
+    /// Sum over all joins, single ones capped, less what chance gives, in standard
+    /// deviations of chance.
     pub sigmas: f64,
     /// The worst, in units of what chance gives.
     pub worst: f64,
@@ -33,7 +32,6 @@ impl Joins {
     /// Both sides together.
     pub fn with(self, other: Self) -> Self {
         Self {
-            excess: self.excess + other.excess,
             sigmas: (self.sigmas + other.sigmas) / std::f64::consts::SQRT_2,
             worst: self.worst.max(other.worst),
         }
@@ -94,7 +92,6 @@ pub fn joins(fitted: &Fitted) -> Result<Joins, SimError> {
     let n = rises.len() as f64;
     let capped: f64 = rises.iter().map(|rise| rise.min(CAP)).sum();
     let found = Joins {
-        excess: unknowns * (rises.iter().sum::<f64>() - n),
         sigmas: (capped - n) / (2.0 * n / unknowns).sqrt(),
         worst: rises.iter().copied().fold(0.0, f64::max),
     };

@@ -29,8 +29,6 @@ const LOCAL: f64 = 8.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
 const BROKEN: f64 = 6.5;
-/// A single join this many times worse than chance.
-const TORN: f64 = 14.0;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
 /// Share of what is missing that named effects must carry.
@@ -182,7 +180,10 @@ pub fn diagnose(
             share = share.min(held_carried / (held_carried + rest));
         }
         if joins.sigmas > BROKEN {
-            share = share.min(1.0 - joins.excess / joins_of(&found.baseline)?.excess);
+            let own = 1.0 - joins.sigmas / joins_of(&found.baseline)?.sigmas;
+            // Where it is all that is left, the stretches themselves are told.
+            let alone = matches!(left, Some(Left::Joins(_)));
+            share = if alone { own } else { share.min(own) };
         }
         log::debug!("{share:.2} carried, {formal:.0} formal, left: {left:?}");
         if share < CARRIED && left.is_some() {
@@ -314,7 +315,7 @@ fn whats_left(stand: &Stand, evidence: &Evidence, joins: Joins, floor: f64) -> O
     if local > LOCAL {
         return Some(Left::Stretch(local));
     }
-    (joins.sigmas > BROKEN || joins.worst > TORN).then_some(Left::Joins(joins.sigmas))
+    (joins.sigmas > BROKEN).then_some(Left::Joins(joins.sigmas))
 }
 
 /// How the flight of both sides goes on from stretch to stretch.
