@@ -185,12 +185,12 @@ fn take(
     let read = || match &known {
         Some(readings) => Ok(Arc::clone(readings)),
         None => {
-            let read = readings(model, &parts, &options, control).map(Arc::new);
+            let read = readings(model, &parts, &options, control).map_err(|e| e.to_string())?;
             // Readings broken off are some of them: a law through those would not say so.
             if control.cancel.load(Ordering::Relaxed) {
                 return Err(FitError::Cancelled.to_string());
             }
-            read.map_err(|e| e.to_string())
+            Ok(Arc::new(read))
         }
     };
     match step {

@@ -175,7 +175,10 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 add(&[0.0, 0.1, 0.02 * scale.length], 2, true, &[2]);
             }
             "sensor_lag" => {
-                add(&[0.5 * scale.interval, 0.0], 0, false, &[0]);
+                // Beside a shift of the clocks a lag acts as its square.
+                for share in [0.1, 0.25, 0.6, 2.0] {
+                    add(&[share * scale.interval, 0.0], 0, false, &[0]);
+                }
                 for share in [0.05, 0.25] {
                     add(&[0.0, share * scale.interval], 1, false, &[1]);
                 }

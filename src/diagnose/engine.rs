@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::answer::{Side, candidates, events_seen, names, next};
 use super::bench::{Bench, Fitted, remaining, with_effect};
 use super::condition::condition;
-use super::continuity::{Joins, joins};
+use super::continuity::joins;
 use super::evidence::{self, Evidence};
 use super::explain::{self, HELD_GAIN, Stand, TRAIN_GAIN};
 use super::laws::{self, LawTest};
@@ -148,8 +148,8 @@ pub fn diagnose(
     };
     // Chi2 goes as the inverse square of the noise.
     let floor = FLOOR + 2.0 * SURELY * bench.noise_error;
-    let joins = joins_of(&found.stand)?;
-    let left = whats_left(&found.stand, &after_evidence, joins, floor);
+    let broken = breaks(&found.stand)?;
+    let left = whats_left(&found.stand, &after_evidence, broken, floor);
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.
@@ -179,8 +179,8 @@ pub fn diagnose(
             let rest = (excess(held) - formal).max(0.0);
             share = share.min(held_carried / (held_carried + rest));
         }
-        if joins.sigmas > BROKEN {
-            let own = 1.0 - joins.sigmas / joins_of(&found.baseline)?.sigmas;
+        if broken > BROKEN {
+            let own = 1.0 - broken / breaks(&found.baseline)?;
             // Where it is all that is left, the stretches themselves are told.
             let alone = matches!(left, Some(Left::Joins(_)));
             share = if alone { own } else { share.min(own) };
@@ -296,7 +296,7 @@ fn excess(fitted: &Fitted) -> f64 {
 }
 
 /// What is not explained yet, if there is anything.
-fn whats_left(stand: &Stand, evidence: &Evidence, joins: Joins, floor: f64) -> Option<Left> {
+fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Option<Left> {
     let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
     let worst = stand
         .held_out
@@ -315,14 +315,15 @@ fn whats_left(stand: &Stand, evidence: &Evidence, joins: Joins, floor: f64) -> O
     if local > LOCAL {
         return Some(Left::Stretch(local));
     }
-    (joins.sigmas > BROKEN).then_some(Left::Joins(joins.sigmas))
+    (broken > BROKEN).then_some(Left::Joins(broken))
 }
 
-/// How the flight of both sides goes on from stretch to stretch.
-fn joins_of(stand: &Stand) -> Result<Joins, DiagnoseError> {
+/// By how many standard deviations of chance the flight of both sides does not go on from
+/// stretch to stretch.
+fn breaks(stand: &Stand) -> Result<f64, DiagnoseError> {
     let train = joins(&stand.train)?;
     Ok(match &stand.held_out {
-        Some(held) => train.with(joins(held)?),
+        Some(held) => (train + joins(held)?) / std::f64::consts::SQRT_2,
         None => train,
     })
 }

@@ -1,6 +1,7 @@
 //! The baseline re-tuned to the fitted recordings: from far off, in steps.
 
-use super::{Bench, FINE, Fitted, LOSS, ROUGH, positions, skews};
+use super::clocks::{set_clocks, skews};
+use super::{Bench, FINE, Fitted, LOSS, ROUGH, positions};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{heal, thinned};
 use crate::fit::problem::Problem;
@@ -81,6 +82,7 @@ impl Bench {
                 locked.extend(skews(&problem));
             }
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
+            set_clocks(&problem, &mut point, segments, &few, &[])?;
             heal(&problem, &mut point, segments)?;
         }
         let before = point.clone();

@@ -1,17 +1,16 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, skews};
+use super::clocks::{delay, set_clocks, shift_skews, skews_of, usual_skew};
+use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{adopt, heal, thinned};
-use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::solve::settle;
 use crate::fit::space::Space;
 use crate::model::Model;
-use crate::recording::quantile_in_place;
-use crate::sim::{SimError, StretchSimulator};
+use crate::sim::StretchSimulator;
 
 /// Modes that are simulated quickly.
 const QUICK_MODES: usize = 2;
@@ -107,7 +106,10 @@ impl Bench {
         // The clocks are those of the fitted recordings.
         let (clocks, late) = match from {
             Some(from) => (0.0, delay(model)? - delay(&from.model)?),
-            None => (usual_skew(train), delay(model)? - delay(&train.model)?),
+            None => (
+                usual_skew(&train.problem, &train.point),
+                delay(model)? - delay(&train.model)?,
+            ),
         };
         let (segments, point) = match near {
             Some(from) => {
@@ -148,37 +150,16 @@ impl Bench {
             }
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
+        let mut point = point;
+        if from.is_none() {
+            let (known, all) = (skews_of(&train.problem, &train.point), &point.used.clone());
+            set_clocks(&problem, &mut point, &segments, all, &known)?;
+        }
         let mut point = self.improve(&problem, point, &locked, (10, FINE), control)?;
         if from.is_none() && heal(&problem, &mut point, &segments)? {
             point = self.improve(&problem, point, &locked, (5, FINE), control)?;
         }
         Ok(Some(self.finish(problem, point)?))
-    }
-}
-
-/// Time by which the effects make readings late \[s\].
-fn delay(model: &Model) -> Result<f64, SimError> {
-    let options = crate::sim::Options::default();
-    Ok(StretchSimulator::new(model, &options)?.reading_delay())
-}
-
-/// Skew of the clocks in most recordings of a fit \[s\].
-fn usual_skew(fitted: &Fitted) -> f64 {
-    let first = fitted.problem.space.len();
-    let mut all: Vec<f64> = skews(&fitted.problem)
-        .into_iter()
-        .map(|i| fitted.point.x[i] * fitted.problem.nuisances[i - first].unit)
-        .collect();
-    let skew = quantile_in_place(&mut all, 0.5);
-    if skew.is_finite() { skew } else { 0.0 }
-}
-
-/// Moves all skews by `by` \[s\]: a delay of the readings that comes or goes is taken out
-/// of them, or left to them.
-fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
-    let first = problem.space.len();
-    for i in skews(problem) {
-        x[i] += by / problem.nuisances[i - first].unit;
     }
 }
 

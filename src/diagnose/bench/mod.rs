@@ -4,18 +4,20 @@
 //! looked at by itself ([`super::events`]).
 
 mod baseline;
+mod clocks;
 mod fits;
 mod freedoms;
 
 use std::time::Duration;
 
+use self::clocks::skews_of;
 use self::freedoms::{freedoms, structure_bounds};
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::chain::Sigmas;
 use crate::fit::prepare::{Findings, Prepared, default_length, look, prepare};
-use crate::fit::problem::{Nuisance, Problem};
+use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::solve::{Clock, Plan, Point, improve, settle};
@@ -328,7 +330,11 @@ impl std::fmt::Debug for Values<'_> {
         for (entry, value) in problem.space.entries.iter().zip(values) {
             write!(f, "{} {value:.4e}, ", entry.id)?;
         }
-        write!(f, "{} stretches", point.segments.len())
+        for skew in skews_of(problem, point) {
+            write!(f, "{:.1} us, ", skew * 1e6)?;
+        }
+        let used = point.used.iter().filter(|used| **used).count();
+        write!(f, "{used} of {} stretches", point.segments.len())
     }
 }
 
@@ -343,13 +349,6 @@ pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
 fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
     ids.iter()
         .filter_map(|id| problem.space.position(id))
-        .collect()
-}
-
-fn skews(problem: &Problem) -> Vec<usize> {
-    let all = problem.nuisances.iter().enumerate();
-    all.filter(|(_, n)| n.what == Nuisance::Skew)
-        .map(|(i, _)| problem.space.len() + i)
         .collect()
 }
 

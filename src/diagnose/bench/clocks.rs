@@ -1,0 +1,147 @@
+//! Clocks of the recordings: readings that are late by several samples spoil every stretch
+//! with a jump of the voltage, and those are what the clocks are told by.
+
+use rayon::prelude::*;
+
+use super::LOSS;
+use crate::diagnose::options::DiagnoseError;
+use crate::fit::problem::{Nuisance, Problem};
+use crate::fit::robust::Huber;
+use crate::fit::segment::Segment;
+use crate::fit::solve::Point;
+use crate::model::Model;
+use crate::recording::quantile_in_place;
+use crate::sim::{SimError, StretchSimulator};
+
+/// Skews that every recording is tried with \[s\].
+const TRIED: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
+/// Skews nearer than this need not both be tried \[s\].
+const NEAR: f64 = 5e-6;
+/// Fall of a recording's cost from which it takes another skew.
+const BETTER: f64 = 40.0;
+/// No stretch counts for more than this a value.
+const MOST: f64 = 30.0;
+/// A loss that forgives nothing.
+const WIDE: Huber = Huber(1e4);
+/// Steps of each stretch's own fit, by either loss.
+const ROUNDS: usize = 3;
+
+/// Sets the clocks of recordings that another skew tells far better, be it one of some or
+/// that of another recording, and gives their stretches among `eligible` their say back,
+/// from their `first` guess. Whether any was set.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model cannot be simulated.
+pub fn set_clocks(
+    problem: &Problem,
+    point: &mut Point,
+    first: &[Segment],
+    eligible: &[bool],
+    known: &[f64],
+) -> Result<bool, DiagnoseError> {
+    let space = problem.space.len();
+    let clocks: Vec<usize> = skews(problem);
+    let unit = |i: usize| problem.nuisances[i - space].unit;
+    let mut tried: Vec<f64> = clocks.iter().map(|&i| point.x[i] * unit(i)).collect();
+    for &skew in known.iter().chain(&TRIED) {
+        if tried.iter().all(|t| (t - skew).abs() > NEAR) {
+            tried.push(skew);
+        }
+    }
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let mut changed = false;
+    for &at in &clocks {
+        let nuisance = &problem.nuisances[at - space];
+        let own: Vec<usize> = (0..point.segments.len())
+            .filter(|&i| eligible[i] && point.segments[i].recording == nuisance.recording)
+            .collect();
+        // What each stretch comes to, as it stands or from its first guess.
+        let told = |skew: f64| -> (f64, Vec<Vec<f64>>) {
+            let mut x = point.x.clone();
+            x[at] = skew / nuisance.unit;
+            let nuisances = problem.nuisances_of(&x, nuisance.recording);
+            let fits: Vec<(Vec<f64>, f64)> = own
+                .par_iter()
+                .map(|&i| {
+                    let segment = &point.segments[i];
+                    let start = if point.used[i] { segment } else { &first[i] };
+                    let fit = |locals, loss| {
+                        let nuisances = &nuisances;
+                        problem.refine(
+                            segment, &states[i], &simulator, nuisances, locals, loss, ROUNDS,
+                        )
+                    };
+                    let (near, _) = fit(start.locals.clone(), WIDE);
+                    let (locals, cost) = fit(near, LOSS);
+                    // What was misread must not decide.
+                    let most = MOST * problem.rows(segment).len() as f64;
+                    (locals, cost.min(most))
+                })
+                .collect();
+            let prior = LOSS.cost(skew / nuisance.sigma);
+            let cost = fits.iter().map(|(_, cost)| cost).sum::<f64>() + prior;
+            (cost, fits.into_iter().map(|(locals, _)| locals).collect())
+        };
+        let present = point.x[at] * nuisance.unit;
+        let now = told(present).0;
+        let best = tried
+            .iter()
+            .filter(|skew| (**skew - present).abs() > NEAR)
+            .map(|&skew| (skew, told(skew)))
+            .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        if let Some((skew, (cost, locals))) = best
+            && cost < now - BETTER
+        {
+            log::debug!(
+                "recording {}: skew {:.1} us in place of {:.1} us, chi2 {now:.0} to {cost:.0}",
+                nuisance.recording,
+                1e6 * skew,
+                1e6 * present
+            );
+            point.x[at] = skew / nuisance.unit;
+            for (&i, locals) in own.iter().zip(locals) {
+                point.segments[i].locals = locals;
+                point.used[i] = true;
+            }
+            changed = true;
+        }
+    }
+    Ok(changed)
+}
+
+/// Which unknowns are skews.
+pub fn skews(problem: &Problem) -> Vec<usize> {
+    let all = problem.nuisances.iter().enumerate();
+    all.filter(|(_, n)| n.what == Nuisance::Skew)
+        .map(|(i, _)| problem.space.len() + i)
+        .collect()
+}
+
+/// Skews of all recordings of a fit \[s\].
+pub fn skews_of(problem: &Problem, point: &Point) -> Vec<f64> {
+    let first = problem.space.len();
+    let value = |i: usize| point.x[i] * problem.nuisances[i - first].unit;
+    skews(problem).into_iter().map(value).collect()
+}
+
+/// Skew of the clocks in most recordings of a fit \[s\].
+pub fn usual_skew(problem: &Problem, point: &Point) -> f64 {
+    let skew = quantile_in_place(&mut skews_of(problem, point), 0.5);
+    if skew.is_finite() { skew } else { 0.0 }
+}
+
+/// Moves all skews by `by` \[s\]: a delay of the readings that comes or goes is taken out
+/// of them, or left to them.
+pub fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
+    let first = problem.space.len();
+    for i in skews(problem) {
+        x[i] += by / problem.nuisances[i - first].unit;
+    }
+}
+
+/// Time by which the effects make readings late \[s\].
+pub fn delay(model: &Model) -> Result<f64, SimError> {
+    let options = crate::sim::Options::default();
+    Ok(StretchSimulator::new(model, &options)?.reading_delay())
+}
