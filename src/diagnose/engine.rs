@@ -79,7 +79,7 @@ pub fn diagnose(
         remarks.push("nothing was kept out, so that no improvement can be proved".to_owned());
     }
     say("baseline", "re-tuning", 0.05);
-    let base = bench.baseline(model, control)?;
+    let (bench, base) = bench.tuned(model, options, control)?;
     say("baseline", "recordings kept out", 0.25);
     let base_held = bench.judge(&base.model, (&base, None), control)?;
     let baseline = Stand {

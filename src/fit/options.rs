@@ -13,6 +13,9 @@ pub struct FreeNuisances {
     pub scales: Option<f64>,
     /// Skew between the clocks of voltage and readings \[s\], likewise.
     pub skew: Option<f64>,
+    /// Time by which the readings were found to be late against the voltage \[s\]; the
+    /// recordings are cut by a voltage that is as late, and the skew counts from there.
+    pub late: f64,
 }
 
 impl Default for FreeNuisances {
@@ -21,6 +24,7 @@ impl Default for FreeNuisances {
             offsets: true,
             scales: None,
             skew: Some(3e-6),
+            late: 0.0,
         }
     }
 }

@@ -181,7 +181,7 @@ pub fn prepare(
             without.cantilever = None;
             recording = Arc::new(without);
         }
-        let track = Track::new(model, &recording)?;
+        let track = Track::new(model, &recording, options.nuisances.late)?;
         let lone = finding.noise.1.is_none();
         let sigmas = sigmas(model, &simulator, finding);
         let timeline = match finding.level {
@@ -294,34 +294,37 @@ fn free_nuisances(
     sigmas: &Sigmas,
     out: &mut Vec<FreeNuisance>,
 ) {
-    let mut free = |what, unit, sigma: f64| {
+    let mut free = |what, unit, (mean, sigma): (f64, f64)| {
         out.push(FreeNuisance {
             recording,
             what,
             unit,
+            mean,
             sigma,
         });
     };
+    let unknown = (0.0, f64::INFINITY);
     let nuisances = &options.nuisances;
     let both = data.cantilever.is_some();
     // Without spring and drive nothing tells where zero is.
     let anchored = model.parameters[ParameterId::F1] > 0.0;
     if nuisances.offsets && anchored {
-        free(Nuisance::OffsetP, sigmas.xp, f64::INFINITY);
+        free(Nuisance::OffsetP, sigmas.xp, unknown);
         if both {
-            free(Nuisance::OffsetC, sigmas.xc, f64::INFINITY);
+            free(Nuisance::OffsetC, sigmas.xc, unknown);
         }
     }
     if let Some(sigma) = nuisances.scales {
-        free(Nuisance::ScaleP, 1e-4, sigma);
+        free(Nuisance::ScaleP, 1e-4, (0.0, sigma));
         if both {
-            free(Nuisance::ScaleC, 1e-4, sigma);
+            free(Nuisance::ScaleC, 1e-4, (0.0, sigma));
         }
     }
     if let Some(sigma) = nuisances.skew
         && model.piezo.is_some()
     {
-        free(Nuisance::Skew, 0.02 * data.interval(), sigma);
+        let unit = 0.02 * data.interval();
+        free(Nuisance::Skew, unit, (nuisances.late, sigma));
     }
 }
 

@@ -53,22 +53,24 @@ pub struct Track {
 }
 
 impl Track {
-    /// The drive of `recording` for a driven `model`; rest for one without drive.
+    /// The drive of `recording`, `late` \[s\] later, for a driven `model`; rest for one
+    /// without drive.
     ///
     /// # Errors
     /// [`FitError::NoDrive`] if the device is driven and no voltage was recorded.
-    pub fn new(model: &Model, recording: &Recording) -> Result<Self, FitError> {
+    pub fn new(model: &Model, recording: &Recording, late: f64) -> Result<Self, FitError> {
         if model.piezo.is_none() && recording.voltage.is_none() {
             return Ok(Self {
                 pieces: vec![Waveform::Rest.segment(0)],
                 edges: Vec::new(),
             });
         }
-        let Some((time, volts)) = recording.drive_table() else {
+        let Some((mut time, volts)) = recording.drive_table() else {
             return Err(FitError::NoDrive {
                 recording: recording.name.clone(),
             });
         };
+        time.iter_mut().for_each(|t| *t += late);
         let low = volts.iter().copied().fold(f64::INFINITY, f64::min);
         let high = volts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let span = high - low;
@@ -311,7 +313,7 @@ mod tests {
                 .map(|t| 8.0 * (turn * (t - late)).sin())
                 .collect();
             let recording = Recording::new("test", time.clone(), Some(volts), time, None).unwrap();
-            let track = Track::new(&model, &recording).unwrap();
+            let track = Track::new(&model, &recording, 0.0).unwrap();
             assert!(track.edges.len() >= (2.0 * 0.4 * frequency) as usize - 1);
             for edge in &track.edges {
                 let quarters = (edge.time - late) * frequency * 4.0;
@@ -331,7 +333,7 @@ mod tests {
             ("ramped:5Hz:8V:0.25", 60, 1),
         ] {
             let (drive, recording) = recording(text, 0.19);
-            let track = Track::new(&model, &recording).unwrap();
+            let track = Track::new(&model, &recording, 0.0).unwrap();
             assert!(
                 track.pieces.len() < pieces,
                 "{text}: {}",

@@ -82,7 +82,7 @@ impl Bench {
                 locked.extend(skews(&problem));
             }
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
-            set_clocks(&problem, &mut point, segments, &few, &[])?;
+            set_clocks(&problem, &mut point, segments, &few)?;
             heal(&problem, &mut point, segments)?;
         }
         let before = point.clone();

@@ -3,24 +3,28 @@
 
 use rayon::prelude::*;
 
-use super::LOSS;
+use super::{Fitted, LOSS};
 use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{Nuisance, Problem};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
-use crate::fit::solve::Point;
+use crate::fit::solve::{Point, settle};
 use crate::model::Model;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator};
 
 /// Skews that every recording is tried with \[s\].
 const TRIED: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
-/// Skews nearer than this need not both be tried \[s\].
+/// Samples by which readings are late from which they are cut by a voltage as late.
+const LATE: f64 = 0.8;
+/// Skews nearer than this agree \[s\].
 const NEAR: f64 = 5e-6;
 /// Fall of a recording's cost from which it takes another skew.
 const BETTER: f64 = 40.0;
 /// No stretch counts for more than this a value.
 const MOST: f64 = 30.0;
+/// Cost per value up to which a recording is told well as it is.
+const WELL: f64 = 1.1;
 /// A loss that forgives nothing.
 const WIDE: Huber = Huber(1e4);
 /// Steps of each stretch's own fit, by either loss.
@@ -28,7 +32,7 @@ const ROUNDS: usize = 3;
 
 /// Sets the clocks of recordings that another skew tells far better, be it one of some or
 /// that of another recording, and gives their stretches among `eligible` their say back,
-/// from their `first` guess. Whether any was set.
+/// from their `first` guess.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
@@ -37,13 +41,12 @@ pub fn set_clocks(
     point: &mut Point,
     first: &[Segment],
     eligible: &[bool],
-    known: &[f64],
-) -> Result<bool, DiagnoseError> {
+) -> Result<(), DiagnoseError> {
     let space = problem.space.len();
     let clocks: Vec<usize> = skews(problem);
     let unit = |i: usize| problem.nuisances[i - space].unit;
     let mut tried: Vec<f64> = clocks.iter().map(|&i| point.x[i] * unit(i)).collect();
-    for &skew in known.iter().chain(&TRIED) {
+    for &skew in &TRIED {
         if tried.iter().all(|t| (t - skew).abs() > NEAR) {
             tried.push(skew);
         }
@@ -79,12 +82,19 @@ pub fn set_clocks(
                     (locals, cost.min(most))
                 })
                 .collect();
-            let prior = LOSS.cost(skew / nuisance.sigma);
+            let prior = LOSS.cost((skew - nuisance.mean) / nuisance.sigma);
             let cost = fits.iter().map(|(_, cost)| cost).sum::<f64>() + prior;
             (cost, fits.into_iter().map(|(locals, _)| locals).collect())
         };
         let present = point.x[at] * nuisance.unit;
         let now = told(present).0;
+        let rows: usize = own
+            .iter()
+            .map(|&i| problem.rows(&point.segments[i]).len())
+            .sum();
+        if now < WELL * rows as f64 {
+            continue;
+        }
         let best = tried
             .iter()
             .filter(|skew| (**skew - present).abs() > NEAR)
@@ -107,7 +117,24 @@ pub fn set_clocks(
             changed = true;
         }
     }
-    Ok(changed)
+    if changed {
+        *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    }
+    Ok(())
+}
+
+/// Time by which readings are later against the voltage than they were cut for, where that is
+/// more than stretches bear \[s\]: what most recordings agree about, for one cut for another
+/// clock may be told by a wrong one.
+pub fn late(fitted: &Fitted) -> Option<f64> {
+    let data = fitted.problem.data.iter();
+    let longest = data.map(|d| d.recording.interval()).fold(0.0, f64::max);
+    let all = skews_of(&fitted.problem, &fitted.point);
+    let agreed = |a: f64| -> f64 { all.iter().map(|b| (-(a - b).abs() / NEAR).exp()).sum() };
+    let most = all
+        .iter()
+        .max_by(|a, b| agreed(**a).total_cmp(&agreed(**b)))?;
+    (most.abs() > LATE * longest).then_some(-most)
 }
 
 /// Which unknowns are skews.
@@ -118,7 +145,7 @@ pub fn skews(problem: &Problem) -> Vec<usize> {
         .collect()
 }
 
-/// Skews of all recordings of a fit \[s\].
+/// Skews of all recordings of a fit against what they were cut for \[s\].
 pub fn skews_of(problem: &Problem, point: &Point) -> Vec<f64> {
     let first = problem.space.len();
     let value = |i: usize| point.x[i] * problem.nuisances[i - first].unit;

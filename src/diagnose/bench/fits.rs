@@ -1,6 +1,6 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::clocks::{delay, set_clocks, shift_skews, skews_of, usual_skew};
+use super::clocks::{delay, shift_skews, usual_skew};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -150,11 +150,6 @@ impl Bench {
             }
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
-        let mut point = point;
-        if from.is_none() {
-            let (known, all) = (skews_of(&train.problem, &train.point), &point.used.clone());
-            set_clocks(&problem, &mut point, &segments, all, &known)?;
-        }
         let mut point = self.improve(&problem, point, &locked, (10, FINE), control)?;
         if from.is_none() && heal(&problem, &mut point, &segments)? {
             point = self.improve(&problem, point, &locked, (5, FINE), control)?;

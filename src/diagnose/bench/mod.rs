@@ -30,6 +30,8 @@ use crate::sim::StretchSimulator;
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
 const SKEW: f64 = 5e-6;
+/// How often recordings are cut again for readings that are late.
+const AGAIN: usize = 2;
 /// Loss by which fits are compared, in units of the noise.
 pub const LOSS: Huber = Huber(6.0);
 /// Share of the cost by which an iteration must lower it to be followed by another, at
@@ -100,6 +102,16 @@ impl Bench {
         held_out: &[Part],
         options: &DiagnoseOptions,
     ) -> Result<Self, DiagnoseError> {
+        Self::of_late(model, (train, held_out), options, 0.0)
+    }
+
+    /// The same where the readings were found to be `late` \[s\] against the voltage.
+    fn of_late(
+        model: &Model,
+        (train, held_out): (&[Part], &[Part]),
+        options: &DiagnoseOptions,
+        late: f64,
+    ) -> Result<Self, DiagnoseError> {
         if train.is_empty() {
             return Err(DiagnoseError::NoRecording);
         }
@@ -118,6 +130,7 @@ impl Bench {
                 offsets: true,
                 scales: None,
                 skew: Some(SKEW),
+                late,
             },
             tolerance: options.tolerance,
             ..FitOptions::for_model(model)
@@ -176,6 +189,31 @@ impl Bench {
             bounds: structure_bounds(model),
             options: fit,
         })
+    }
+
+    /// The baseline re-tuned from `model`, with the recordings cut for it again where their
+    /// readings turn out to be late by more than stretches bear.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a recording or the model cannot be used.
+    pub fn tuned(
+        mut self,
+        model: &Model,
+        options: &DiagnoseOptions,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(Self, Fitted), DiagnoseError> {
+        let mut base = self.baseline(model, control)?;
+        for _ in 0..AGAIN {
+            let Some(late) = clocks::late(&base).filter(|_| !control.cancelled()) else {
+                break;
+            };
+            let late = self.options.nuisances.late + late;
+            log::debug!("readings are {:.1} us late", 1e6 * late);
+            let held_out = self.held_out.as_ref().map_or(&[][..], |s| &s.parts);
+            self = Self::of_late(model, (&self.train.parts, held_out), options, late)?;
+            base = self.baseline(model, control)?;
+        }
+        Ok((self, base))
     }
 
     /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].

@@ -39,7 +39,10 @@ pub struct FreeNuisance {
     pub what: Nuisance,
     /// SI value of one unit.
     pub unit: f64,
-    /// Standard deviation of what was known before \[SI\]; infinite if nothing.
+    /// What was known of it before \[SI\], and the standard deviation of that; infinite if
+    /// nothing was.
+    pub mean: f64,
+    /// See `mean`.
     pub sigma: f64,
 }
 
@@ -165,7 +168,7 @@ impl Problem {
             .filter(|(_, n)| n.sigma.is_finite())
             .map(|(i, n)| {
                 let slope = n.unit / n.sigma;
-                (first + i, slope, slope * x[first + i])
+                (first + i, slope, slope * x[first + i] - n.mean / n.sigma)
             })
             .collect()
     }
