@@ -15,7 +15,7 @@ use self::freedoms::{freedoms, structure_bounds};
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::chain::Sigmas;
+use crate::fit::chain::{MEMORY, Sigmas};
 use crate::fit::prepare::{Findings, Prepared, default_length, look, prepare};
 use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
@@ -30,6 +30,9 @@ use crate::sim::StretchSimulator;
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
 const SKEW: f64 = 5e-6;
+/// Noise of a first reading that is taken over, by those that follow, counts for no more than
+/// so many values.
+const MOST_TAKEN: f64 = 20.0;
 /// How often recordings are cut again for readings that are late.
 const AGAIN: usize = 2;
 /// Loss by which fits are compared, in units of the noise.
@@ -322,20 +325,26 @@ impl Bench {
 
     fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
         let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
-        let mut own: usize = point.segments.iter().map(|s| s.locals.len()).sum();
+        let own: usize = point.segments.iter().map(|s| s.locals.len()).sum();
         let model = problem.space.model(&point.x);
-        if problem.simulator(&point.x)?.reading_states().is_some() {
-            // The first reading of each stretch is taken over, and its noise fades with
-            // the lag.
-            let channels = |s: &Segment| {
-                let data = &problem.data[s.recording].recording;
-                2 * (1 + usize::from(data.cantilever.is_some()))
-            };
-            own += point.segments.iter().map(channels).sum::<usize>();
+        let simulator = problem.simulator(&point.x)?;
+        let mut taken_over = 0.0;
+        if let Some(at) = simulator.reading_states() {
+            // A lasting lag begins at the first reading: that one is met exactly, and its
+            // noise fades in the ones that follow.
+            let rate = simulator.state_rates()[at];
+            for segment in point.segments.iter() {
+                let data = &problem.data[segment.recording].recording;
+                let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
+                let fades = (-2.0 * rate * segment.interval).exp();
+                if rate * segment.interval < MEMORY {
+                    taken_over += channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN));
+                }
+            }
         }
         Ok(Fitted {
             model,
-            cost: point.cost + own as f64,
+            cost: point.cost + own as f64 + taken_over,
             problem,
             point,
         })

@@ -9,7 +9,7 @@ mod residuals;
 mod run;
 
 pub use self::residuals::residuals;
-pub use self::run::run;
+pub use self::run::{MEMORY, run};
 
 use super::colour::Colour;
 use super::segment::{Joint, JointKind, Segment};

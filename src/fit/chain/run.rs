@@ -7,7 +7,7 @@ use crate::model::drive::Segment as Piece;
 use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A sensor whose memory fades by more than this exponent from sample to sample has none.
-const MEMORY: f64 = 3.0;
+pub const MEMORY: f64 = 3.0;
 /// An edge of the drive this many samples from a release may be what releases.
 const EDGE: f64 = 3.0;
 
@@ -83,9 +83,10 @@ pub fn run(
         },
     };
     if let Some(at) = sim.reading_states() {
-        // A lag longer than a sample goes on from what was read; a shorter one has no
-        // memory, and must not take over the noise.
-        let lasting = sim.state_rates()[at] * segment.interval < MEMORY;
+        // A lag longer than a sample goes on from what was read; a shorter one is where the
+        // motion has brought it, and must not take over the noise.
+        let rate = sim.state_rates()[at];
+        let lasting = rate * segment.interval < MEMORY;
         let points = if segment.starts_held {
             sim.held_points(sim.ground_level(start + setting.epoch), &state)
         } else {
@@ -98,8 +99,14 @@ pub fn run(
             _ => x,
         };
         let xc = r.cantilever.as_ref().map(|xc| xc[i]);
-        state.z[at] = begun(points.xp, Some(r.proof_mass[i]), n.offset_p, n.scale_p);
-        state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
+        let behind = |x: f64, v: f64| x - v / rate;
+        state.z[at] = begun(
+            behind(points.xp, points.vp),
+            Some(r.proof_mass[i]),
+            n.offset_p,
+            n.scale_p,
+        );
+        state.z[at + 1] = begun(behind(points.xc, points.vc), xc, n.offset_c, n.scale_c);
     }
     let mut t = start;
     let mut level = sim.ground_level(start + setting.epoch);
