@@ -4,12 +4,55 @@ use super::{Encounter, Nuisances, PullOff, Run, Setting};
 use crate::fit::segment::{JointKind, Segment};
 use crate::fit::timeline::Kind;
 use crate::model::drive::Segment as Piece;
-use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
+use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A sensor whose memory fades by more than this exponent from sample to sample has none.
 pub const MEMORY: f64 = 3.0;
+/// Share of a lag over which accelerations are taken.
+const MOMENT: f64 = 0.1;
 /// An edge of the drive this many samples from a release may be what releases.
 const EDGE: f64 = 3.0;
+
+fn points_of(sim: &StretchSimulator, held: Option<f64>, state: &StretchState) -> Points {
+    match held {
+        Some(level) => sim.held_points(level, state),
+        None => sim.flight_points(state),
+    }
+}
+
+/// What a first-order lag of `tau` \[s\] shows of a motion that has gone on as it does at
+/// `start`: of a harmonic one of frequency w about a middle, `x - (tau v - tau^2 a) / (1 +
+/// w^2 tau^2)` mode by mode, with the accelerations of the next moment.
+fn points_behind(
+    stretcher: &mut Stretcher<'_>,
+    pieces: &[Piece],
+    (held, start): (Option<f64>, f64),
+    state: &StretchState,
+    tau: f64,
+) -> Result<Points, SimError> {
+    let sim = stretcher.simulator();
+    let moment = MOMENT * tau;
+    let mut later = state.clone();
+    stretcher.carry(
+        pieces,
+        held,
+        start,
+        start + moment,
+        &mut later,
+        &[],
+        |_, _, _| {},
+    )?;
+    let omega2: Vec<f64> = match held {
+        Some(_) => sim.held_omega2().collect(),
+        None => sim.flight_omega2().collect(),
+    };
+    let mut behind = state.clone();
+    for (k, w2) in omega2.into_iter().enumerate() {
+        let a = (later.v[k] - state.v[k]) / moment;
+        behind.q[k] -= (tau * state.v[k] - tau * tau * a) / (1.0 + w2 * tau * tau);
+    }
+    Ok(points_of(sim, held, &behind))
+}
 
 /// Simulates `segment` with the unknowns `locals`.
 ///
@@ -87,10 +130,13 @@ pub fn run(
         // motion has brought it, and must not take over the noise.
         let rate = sim.state_rates()[at];
         let lasting = rate * segment.interval < MEMORY;
-        let points = if segment.starts_held {
-            sim.held_points(sim.ground_level(start + setting.epoch), &state)
+        let on = segment
+            .starts_held
+            .then(|| sim.ground_level(start + setting.epoch));
+        let points = if lasting {
+            points_of(sim, on, &state)
         } else {
-            sim.flight_points(&state)
+            points_behind(stretcher, &pieces, (on, start), &state, 1.0 / rate)?
         };
         let n = nuisances;
         let i = samples.start;
@@ -99,14 +145,8 @@ pub fn run(
             _ => x,
         };
         let xc = r.cantilever.as_ref().map(|xc| xc[i]);
-        let behind = |x: f64, v: f64| x - v / rate;
-        state.z[at] = begun(
-            behind(points.xp, points.vp),
-            Some(r.proof_mass[i]),
-            n.offset_p,
-            n.scale_p,
-        );
-        state.z[at + 1] = begun(behind(points.xc, points.vc), xc, n.offset_c, n.scale_c);
+        state.z[at] = begun(points.xp, Some(r.proof_mass[i]), n.offset_p, n.scale_p);
+        state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
     }
     let mut t = start;
     let mut level = sim.ground_level(start + setting.epoch);

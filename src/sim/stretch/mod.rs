@@ -102,6 +102,11 @@ impl StretchSimulator {
         self.device.flight.iter().map(|o| o.omega2)
     }
 
+    /// Squared angular frequencies of the modes with the mass held \[1/s^2\].
+    pub fn held_omega2(&self) -> impl Iterator<Item = f64> + '_ {
+        self.device.held_modes.iter().map(|o| o.omega2)
+    }
+
     /// Where the extra states stand that are the readings of proof mass and cantilever.
     pub fn reading_states(&self) -> Option<usize> {
         self.device.reading_states()
