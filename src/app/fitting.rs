@@ -8,8 +8,9 @@ use eframe::egui::Context;
 
 use super::job::Job;
 use super::setup::{Overlay, Role, Setup};
-use crate::fit::profile::ProfilePoint;
-use crate::fit::{Control, FitOptions, FitResult, Part, Progress, default_free, fit, profile_of};
+use crate::fit::{
+    Control, FitOptions, FitResult, Part, ProfilePoint, Progress, default_free, fit, profile_of,
+};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
 
@@ -24,6 +25,8 @@ pub struct Fitting {
     pub job: Option<Job<Progress, FitResult>>,
     /// Ids of the parameters that it moves, and the model it began with.
     pub moved: (Vec<String>, Option<Arc<Model>>),
+    /// Parts that it is fitted to, and how.
+    asked: Option<Arc<(Vec<Part>, FitOptions)>>,
     /// What came of the last.
     pub result: Option<Arc<FitResult>>,
     /// Why there is none.
@@ -39,14 +42,24 @@ pub struct Fitting {
 pub struct Profile {
     /// The parameter that is chosen.
     pub id: Option<String>,
-    /// The profile in work.
-    pub job: Option<Job<Progress, Vec<ProfilePoint>>>,
+    /// The profile in work, with its parameter.
+    pub job: Option<(String, Job<Progress, Vec<ProfilePoint>>)>,
     /// The last one, with its parameter.
     pub result: Option<(String, Result<Vec<ProfilePoint>, String>)>,
 }
 
 /// Shifts of a profile in standard errors of the parameter.
 const SHIFTS: [f64; 9] = [-3.0, -2.0, -1.2, -0.5, 0.0, 0.5, 1.2, 2.0, 3.0];
+
+impl Profile {
+    /// Ends the one in work and forgets the last: they are of a result that is no more.
+    fn clear(&mut self) {
+        if let Some((_, job)) = self.job.take() {
+            job.cancel();
+        }
+        self.result = None;
+    }
+}
 
 impl Fitting {
     /// Ids of the parameters to move: those ticked, less the locked.
@@ -76,6 +89,7 @@ impl Fitting {
     pub fn start(&mut self, setup: &Setup, context: &Context) {
         self.error = None;
         self.result = None;
+        self.profile.clear();
         let model = setup.preset.model.clone();
         let options = FitOptions {
             free: self.free(setup),
@@ -88,11 +102,11 @@ impl Fitting {
                 .map(aligned)
                 .collect()
         };
-        let (train, held_out) = (of(Role::Train), of(Role::HeldOut));
+        let (train, held_out) = parts(of(Role::Train), of(Role::HeldOut));
+        self.asked = Some(Arc::new((train.clone(), options.clone())));
         self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
         self.shown = true;
         self.job = Some(Job::start("fit", context, move |desk| {
-            let (train, held_out) = parts(train, held_out);
             let report = |progress: &Progress| desk.report(progress.clone());
             let control = Control {
                 cancel: desk.cancel(),
@@ -109,9 +123,11 @@ impl Fitting {
         if start.as_deref() != Some(&setup.preset.model) {
             self.shown = false;
         }
-        if let Some(points) = self.profile.job.as_ref().and_then(Job::take) {
+        if let Some((id, job)) = &self.profile.job
+            && let Some(points) = job.take()
+        {
+            self.profile.result = Some((id.clone(), points));
             self.profile.job = None;
-            self.profile.result = self.profile.id.clone().map(|id| (id, points));
         }
         let Some(result) = self.job.as_ref().and_then(Job::take) else {
             return;
@@ -143,45 +159,35 @@ impl Fitting {
         model.check().is_ok().then_some(model)
     }
 
-    /// Starts the profile of the chosen parameter around the last result.
-    pub fn start_profile(&mut self, setup: &Setup, context: &Context) {
-        let (Some(result), Some(id)) = (self.result.clone(), self.profile.id.clone()) else {
+    /// Starts the profile of the chosen parameter around the last result, on what that was
+    /// fitted to.
+    pub fn start_profile(&mut self, context: &Context) {
+        let (Some(result), Some(asked)) = (self.result.clone(), self.asked.clone()) else {
             return;
         };
-        let Some(parameter) = result.parameters.iter().find(|p| p.id == id) else {
+        let Some(id) = self.profile.id.clone() else {
             return;
         };
-        // Coordinates are logarithms where the table says so, and about that elsewhere.
-        let relative = (parameter.std_error / parameter.value.abs()).clamp(1e-6, 0.3);
-        let shifts = SHIFTS.map(|s| s * relative);
-        let options = FitOptions {
-            free: self.moved.0.clone(),
-            ..FitOptions::for_model(&result.model)
-        };
-        let overlays = setup.overlays.iter();
-        let train: Vec<Arc<Recording>> = overlays
-            .filter(|overlay| self.role(overlay) == Role::Train)
-            .map(aligned)
-            .collect();
-        let splits = !setup.overlays.iter().any(|o| self.role(o) == Role::HeldOut);
         self.profile.result = None;
-        self.profile.job = Some(Job::start("profile", context, move |desk| {
-            let cut = |r| {
-                if splits {
-                    Part::split(r).0
-                } else {
-                    Part::whole(r)
-                }
-            };
-            let parts: Vec<Part> = train.into_iter().map(cut).collect();
+        let of = id.clone();
+        let job = Job::start("profile", context, move |desk| {
+            let (train, options) = &*asked;
             let report = |progress: &Progress| desk.report(progress.clone());
             let control = Control {
                 cancel: desk.cancel(),
                 progress: &report,
             };
-            let points = profile_of(&result.model, &parts, &id, &shifts, &options, &control);
+            let points = profile_of(&result, train, &of, &SHIFTS, options, &control);
             points.map_err(|e| e.to_string())
-        }));
+        });
+        self.profile.job = Some((id, job));
+    }
+
+    /// Forgets the result and its profile.
+    pub fn forget(&mut self) {
+        self.result = None;
+        self.profile.clear();
+        self.shown = false;
     }
 
     /// Gives the device the fitted values.

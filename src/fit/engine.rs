@@ -241,22 +241,35 @@ pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, Sim
     Ok((!misses.is_empty()).then(|| (square / misses.len() as f64).sqrt()))
 }
 
-/// Profile of the parameter `id` around the fitted `model`: the best cost with it held at
-/// each of `shifts` of its coordinate, all else fitted anew.
+/// Profile of the parameter `id` of a `result` on the parts `train` that it was fitted to:
+/// the best cost with its value held at each of `shifts` in its standard errors, all other
+/// fitted parameters fitted anew. `options` are those of the fit but for what is free.
+/// Cancelled, it gives the points found so far.
 ///
 /// # Errors
-/// [`FitError`] if a part cannot be used or the parameter is not free.
+/// [`FitError`] if a part cannot be used or the parameter was not fitted.
 pub fn profile_of(
-    model: &Model,
-    parts: &[Part],
+    result: &FitResult,
+    train: &[Part],
     id: &str,
     shifts: &[f64],
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<Vec<ProfilePoint>, FitError> {
-    let space = Space::new(model, &options.free)?;
-    let findings = look(model, parts);
-    let prepared = prepare(model, &space, parts, &findings, options)?;
-    let point = estimate_states(&prepared, model, options, control)?;
-    profile(&prepared, &point, id, shifts, control)
+    let fitted: Vec<String> = result.parameters.iter().map(|p| p.id.clone()).collect();
+    let Some(parameter) = result
+        .parameters
+        .iter()
+        .find(|p| p.id.eq_ignore_ascii_case(id))
+    else {
+        return Err(FitError::NotFitted {
+            id: id.to_owned(),
+            fitted: fitted.join(", "),
+        });
+    };
+    let space = Space::new(&result.model, &fitted)?;
+    let findings = look(&result.model, train);
+    let prepared = prepare(&result.model, &space, train, &findings, options)?;
+    let point = estimate_states(&prepared, &result.model, options, control)?;
+    profile(&prepared, point, parameter, shifts, options, control)
 }

@@ -13,6 +13,8 @@ pub enum FitError {
     NothingFree,
     #[error("there is no parameter {id} to fit; there are {known}")]
     UnknownParameter { id: String, known: String },
+    #[error("{id} was not fitted, so that it has no profile; fitted were {fitted}")]
+    NotFitted { id: String, fitted: String },
     #[error("{id} has no bearing on the device {device}; lock it")]
     Unused { id: String, device: String },
     #[error("no recording was given; give at least one to fit to")]

@@ -38,6 +38,7 @@ pub use engine::{fit, free_run, judge, profile_of};
 pub use error::FitError;
 pub use options::{FitOptions, FreeNuisances, default_free};
 pub use prepare::Part;
+pub use profile::ProfilePoint;
 pub use result::{FitResult, FittedParameter, Misfit};
 pub use solve::{Control, Progress};
 

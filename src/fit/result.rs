@@ -161,7 +161,7 @@ pub(crate) fn uncertainty(
 
 /// Inverse of a positive semidefinite matrix, scaled to its diagonal; directions that
 /// the data do not tell get a very large variance.
-fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let n = normal.nrows();
     let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
     let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);

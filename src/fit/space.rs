@@ -68,6 +68,19 @@ impl Space {
         })
     }
 
+    /// The other parameters, with `id` held at the SI value `value` in the `model` that
+    /// holds what is not moved; none may be left.
+    #[must_use]
+    pub fn holding(&self, model: &Model, id: &str, value: f64) -> Self {
+        let mut base = model.clone();
+        set(&mut base, id, value);
+        let others = self.entries.iter().filter(|e| e.id != id);
+        Self {
+            base,
+            entries: others.cloned().collect(),
+        }
+    }
+
     /// The model that holds what is not moved.
     pub fn base(&self) -> &Model {
         &self.base

@@ -13,10 +13,14 @@ fn paper() -> Model {
 }
 
 fn made(model: &Model, drive: &str, duration: f64, seed: u64) -> Recording {
+    with_noise(model, drive, duration, seed, 20e-9)
+}
+
+fn with_noise(model: &Model, drive: &str, duration: f64, seed: u64, noise: f64) -> Recording {
     let waveform = Waveform::parse(drive, duration).unwrap();
     let mut trace = simulate(model, &waveform, duration, &Options::default()).unwrap();
     let sensor = Sensor {
-        noise: 20e-9,
+        noise,
         ..Sensor::default()
     };
     sensor.add_noise(&mut trace.proof_mass, seed);
@@ -234,4 +238,40 @@ fn a_bare_oscillator_is_fitted() {
             p.value
         );
     }
+}
+
+#[test]
+fn a_profile_is_the_parabola_that_the_errors_promise() {
+    let truth = paper();
+    // Little noise, so that even the film's valley is straight over three errors.
+    let parts = vec![
+        part(with_noise(&truth, "sine:50Hz:8V", 0.05, 1, 1e-9)),
+        part(with_noise(&truth, "square:100Hz:8V", 0.03, 2, 1e-9)),
+    ];
+    let free = options(&["eta", "dp", "zeta1", "alpha", "Cs", "gp"]);
+    let result = run(&truth, &parts, &free).unwrap();
+    let cancel = AtomicBool::new(false);
+    let control = Control {
+        cancel: &cancel,
+        progress: &|_| {},
+    };
+    for id in ["dp", "gp", "Cs", "alpha"] {
+        let fitted = result.parameters.iter().find(|p| p.id == id).unwrap();
+        let points =
+            profile_of(&result, &parts, id, &[-3.0, 0.0, 1.0, 3.0], &free, &control).unwrap();
+        let shift = |p: &ProfilePoint| (p.value - fitted.value) / fitted.std_error;
+        let row: Vec<(f64, f64)> = points.iter().map(|p| (shift(p), p.rise)).collect();
+        for ((at, rise), expected) in
+            row.iter()
+                .zip([(-3.0, 9.0), (0.0, 0.0), (1.0, 1.0), (3.0, 9.0)])
+        {
+            assert!((at - expected.0).abs() < 1e-6, "{id}: {row:?}");
+            assert!(
+                (rise - expected.1).abs() < 0.2 + 0.1 * expected.1,
+                "{id}: {row:?}"
+            );
+        }
+    }
+    let error = profile_of(&result, &parts, "f1", &[1.0], &free, &control).unwrap_err();
+    assert!(error.to_string().contains("f1 was not fitted"), "{error}");
 }

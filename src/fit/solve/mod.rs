@@ -15,6 +15,7 @@ use nalgebra::DVector;
 use self::point::at;
 use self::step::bounded_step;
 use super::problem::Problem;
+use super::robust::Huber;
 use crate::sim::SimError;
 
 /// A step is small if it is below this share of the squared standard error.
@@ -86,21 +87,49 @@ pub struct Plan<'a> {
     pub enough: f64,
 }
 
-/// Improves `point` as planned.
+/// Improves `point` as planned, under the loss that suits its residuals.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the start.
 pub fn improve(
     problem: &Problem,
+    point: Point,
+    plan: &Plan<'_>,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Point, SimError> {
+    descend(problem, point, plan, None, control, clock)
+}
+
+/// Improves `point` as planned under the loss `huber` throughout, so that costs of
+/// different points can be compared.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the start.
+pub fn improve_under(
+    problem: &Problem,
+    point: Point,
+    plan: &Plan<'_>,
+    huber: Huber,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Point, SimError> {
+    descend(problem, point, plan, Some(huber), control, clock)
+}
+
+fn descend(
+    problem: &Problem,
     mut point: Point,
     plan: &Plan<'_>,
+    fixed: Option<Huber>,
     control: &Control<'_>,
     clock: &mut Clock,
 ) -> Result<Point, SimError> {
     let n = problem.unknowns();
     // Damping after Nielsen (1999): it follows how well the step was foreseen.
     let (mut damping, mut growth) = (1e-4, 2.0);
-    let mut huber = threshold(problem, &point)?;
+    let loss = |point: &Point| fixed.map_or_else(|| threshold(problem, point), Ok);
+    let mut huber = loss(&point)?;
     point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
     for _ in 0..plan.iterations {
         if control.cancelled() {
@@ -163,7 +192,7 @@ pub fn improve(
             point = trial;
         }
         report(problem, &point, plan, control, clock);
-        let finer = threshold(problem, &point)?;
+        let finer = loss(&point)?;
         if finer.0 < 0.9 * huber.0 {
             huber = finer;
             point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;

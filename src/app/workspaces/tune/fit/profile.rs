@@ -22,24 +22,28 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
     let Some(first) = ids.first() else {
         return;
     };
-    let mut chosen = fitting.profile.id.clone().unwrap_or(first.clone());
+    // A choice of before may not be among what this fit has moved.
+    let kept = fitting.profile.id.clone().filter(|id| ids.contains(id));
+    let mut chosen = kept.unwrap_or(first.clone());
+    let in_work = fitting.profile.job.is_some();
     ui.horizontal(|ui| {
-        ComboBox::from_id_salt("profile parameter")
-            .width(110.0)
-            .selected_text(symbol(&chosen))
-            .show_ui(ui, |ui| {
-                for id in &ids {
-                    ui.selectable_value(&mut chosen, id.clone(), symbol(id));
-                }
-            })
-            .response
-            .on_hover_text("Parameter to vary");
+        ui.add_enabled_ui(!in_work, |ui| {
+            ComboBox::from_id_salt("profile parameter")
+                .width(110.0)
+                .selected_text(symbol(&chosen))
+                .show_ui(ui, |ui| {
+                    for id in &ids {
+                        ui.selectable_value(&mut chosen, id.clone(), symbol(id));
+                    }
+                })
+                .response
+                .on_hover_text("Parameter to vary")
+                .on_disabled_hover_text("Parameter of the profile in work");
+        });
         fitting.profile.id = Some(chosen);
-        if fitting.profile.job.is_some() {
+        if let Some((_, job)) = &fitting.profile.job {
             ui.spinner();
-            if ui.button("Cancel the profile").clicked()
-                && let Some(job) = &fitting.profile.job
-            {
+            if ui.button("Cancel the profile").clicked() {
                 job.cancel();
             }
         } else if ui
@@ -47,7 +51,7 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
             .on_hover_text("Hold it at values around the best and fit the rest anew")
             .clicked()
         {
-            fitting.start_profile(&state.setup, ui.ctx());
+            fitting.start_profile(ui.ctx());
         }
     });
     match &fitting.profile.result {
