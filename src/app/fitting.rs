@@ -278,6 +278,30 @@ mod tests {
     }
 
     #[test]
+    fn a_profile_is_of_the_parameter_it_was_begun_for_and_goes_with_its_fit() {
+        let setup = first_start::setup();
+        let context = Context::default();
+        let mut fitting = Fitting::default();
+        let job = Job::start("profile", &context, |_| Ok(Vec::new()));
+        fitting.profile.job = Some(("dp".to_owned(), job));
+        // Another choice while it works.
+        fitting.profile.id = Some("gp".to_owned());
+        while fitting.profile.job.is_some() {
+            fitting.poll(&setup);
+        }
+        let made = fitting.profile.result.clone().unwrap();
+        assert_eq!(made, ("dp".to_owned(), Ok(Vec::new())));
+        let job = Job::start("profile", &context, |_| Ok(Vec::new()));
+        fitting.profile.job = Some(("dp".to_owned(), job.clone()));
+        fitting.start(&setup, &context);
+        if let Some(fit) = &fitting.job {
+            fit.cancel();
+        }
+        assert!(fitting.profile.result.is_none() && fitting.profile.job.is_none());
+        assert!(job.is_cancelled());
+    }
+
+    #[test]
     fn a_shift_and_a_scale_reach_the_fit() {
         let mut setup = first_start::setup();
         let overlay = &mut setup.overlays[0];

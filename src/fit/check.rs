@@ -1,12 +1,16 @@
 //! What makes a fit senseless, said before anything is computed.
 
 use super::error::FitError;
+use super::noise::noise_of;
 use super::options::FitOptions;
-use super::prepare::{Findings, Part};
+use super::prepare::{Findings, Part, look};
 use super::space::Space;
 use crate::model::Model;
+use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
+use crate::recording::noise::{NoiseError, estimate_noise};
 use crate::recording::{Channel, Recording};
+use std::sync::Arc;
 
 /// Fewest samples to fit to.
 const LEAST: usize = 20;
@@ -15,8 +19,20 @@ const LEAST: usize = 20;
 const STUCK: f64 = 0.02;
 /// Longest run at the extreme that a quantised reading may show, in samples.
 const RUN: usize = 20;
-/// Levels of the ground farther apart than this are of different devices \[m\].
+/// Levels of the ground farther apart than this are of different devices, even where the
+/// zeros of the sensors are badly off \[m\].
 const APART: f64 = 15e-6;
+/// The same for one fit: zeros may be off by some micrometres, and the scales by a percent.
+const APART_IN_A_FIT: f64 = 8e-6;
+/// A voltage that moves less than this is no drive \[V\].
+const STILL: f64 = 1e-3;
+/// A ground that is this many times deeper or less deep than the starting value is read in
+/// another unit.
+const OTHER_UNIT: f64 = 300.0;
+/// A voltage reaches this share of its one extreme on the other side, if nothing cuts it.
+const SYMMETRIC: f64 = 0.95;
+/// Noise below this share of the motion is the rounding of a simulation.
+const NOISELESS: f64 = 1e-6;
 
 /// Checks parts and options against each other.
 ///
@@ -49,7 +65,88 @@ pub fn check(
             reason,
         });
     }
-    same_device(parts, findings)
+    same_device(parts, findings, APART)
+}
+
+/// Checks what a fit of the free parameters needs beyond [`check`]: that the recordings are
+/// different ones of one device, that there is a drive to be fitted, and that the ground is
+/// where the model may have it. `train` comes with its findings.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence.
+pub fn check_fit(
+    model: &Model,
+    (train, findings): (&[Part], &[Findings]),
+    held_out: &[Part],
+    options: &FitOptions,
+) -> Result<(), FitError> {
+    let all: Vec<Part> = train.iter().chain(held_out).cloned().collect();
+    for (i, a) in all.iter().enumerate() {
+        if let Some(b) = all[..i].iter().find(|b| overlap(a, b)) {
+            return Err(FitError::Twice {
+                recording: a.recording.name.clone(),
+                other: b.recording.name.clone(),
+            });
+        }
+    }
+    if model.piezo.is_some() {
+        all.iter().try_for_each(cut_drive)?;
+    }
+    let free = |id: &str| options.free.iter().any(|f| f.eq_ignore_ascii_case(id));
+    if model.piezo.is_some() && free("eta") && train.iter().all(is_still) {
+        return Err(FitError::StillDrive {
+            recording: train[0].recording.name.clone(),
+        });
+    }
+    if model.has_ground && free("dp") {
+        let p = &model.parameters;
+        for (part, finding) in train.iter().zip(findings) {
+            let Ok(level) = finding.level else { continue };
+            let write = |v: f64| format_quantity(v, "m", 4);
+            let ratio = -level / p[ParameterId::Dp];
+            if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
+                return Err(FitError::OtherUnit {
+                    recording: part.recording.name.clone(),
+                    level: write(level),
+                    dp: write(p[ParameterId::Dp]),
+                });
+            }
+            if !free("gp") && -level >= p[ParameterId::Gp] {
+                return Err(FitError::GroundBeyondFilm {
+                    recording: part.recording.name.clone(),
+                    level: write(level),
+                    gp: write(p[ParameterId::Gp]),
+                });
+            }
+        }
+    }
+    same_device(&all, &look(model, &all), APART_IN_A_FIT)
+}
+
+/// Whether two parts have samples in common, or hold the same ones under two names.
+fn overlap(a: &Part, b: &Part) -> bool {
+    let (r, s) = (&a.recording, &b.recording);
+    let same = |x: Option<&[f64]>, y: Option<&[f64]>| match (x, y) {
+        (Some(x), Some(y)) => {
+            x.len() == y.len() && x.iter().zip(y).all(|(x, y)| x.to_bits() == y.to_bits())
+        }
+        (x, y) => x.is_none() && y.is_none(),
+    };
+    let one = Arc::ptr_eq(r, s)
+        || (same(Some(&r.time), Some(&s.time))
+            && same(Some(&r.proof_mass), Some(&s.proof_mass))
+            && same(r.voltage.as_deref(), s.voltage.as_deref())
+            && same(r.cantilever.as_deref(), s.cantilever.as_deref()));
+    one && a.samples.start < b.samples.end && b.samples.start < a.samples.end
+}
+
+/// Whether the voltage of a part does not move.
+fn is_still(part: &Part) -> bool {
+    let volts = part.recording.voltage.as_deref();
+    volts.is_some_and(|v| {
+        let (low, high) = span(&v[part.samples.clone()]);
+        high - low < STILL
+    })
 }
 
 fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
@@ -74,6 +171,19 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
             recording: r.name.clone(),
         });
     }
+    let channels = [Channel::ProofMass, Channel::Cantilever];
+    for channel in channels
+        .into_iter()
+        .take(1 + usize::from(model.has_cantilever))
+    {
+        if let Err(error @ NoiseError::TooShort { .. }) = noise_of(r, channel) {
+            return Err(FitError::Noise {
+                recording: r.name.clone(),
+                channel: channel.symbol(),
+                reason: error.to_string(),
+            });
+        }
+    }
     saturated(r, part, Channel::ProofMass)?;
     if model.has_cantilever {
         saturated(r, part, Channel::Cantilever)?;
@@ -97,26 +207,13 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
         return Ok(());
     };
     let (low, high) = span(values);
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    sorted.dedup();
-    // A noiseless simulation rests exactly too: there the other values are all different
-    // as well, and the extreme is met suddenly; only the upper end is judged then.
-    let noiseless = crate::recording::noise::recording_noise(r, channel)
-        .is_ok_and(|n| n.sigma < 1e-6 * (high - low));
+    // A noiseless simulation rests exactly too; only the upper end is judged then.
+    let noiseless = is_noiseless(r, channel, (low, high));
     for (which, extreme) in [("highest", high), ("lowest", low)] {
         if which == "lowest" && noiseless {
             continue;
         }
-        let at = values.iter().filter(|v| **v == extreme).count();
-        let mut longest = 0;
-        let mut run = 0;
-        for v in values {
-            run = if *v == extreme { run + 1 } else { 0 };
-            longest = longest.max(run);
-        }
-        let share = at as f64 / values.len() as f64;
-        if share > STUCK && longest > RUN {
+        if let Some(share) = stuck(values, extreme) {
             return Err(FitError::Saturated {
                 recording: r.name.clone(),
                 channel: channel.symbol(),
@@ -129,8 +226,64 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
     Ok(())
 }
 
+/// Share of the samples at an extreme value, if the reading stays there time and again.
+fn stuck(values: &[f64], extreme: f64) -> Option<f64> {
+    let at = values.iter().filter(|v| **v == extreme).count();
+    let mut longest = 0;
+    let mut run = 0;
+    for v in values {
+        run = if *v == extreme { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    let share = at as f64 / values.len() as f64;
+    (share > STUCK && longest > RUN).then_some(share)
+}
+
+/// A voltage may well stand still at its extremes, as a square does. One that stands at the
+/// one and swings beyond that on the other side was cut off by what read it.
+fn cut_drive(part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let Some(values) = r.voltage.as_deref().map(|v| &v[part.samples.clone()]) else {
+        return Ok(());
+    };
+    let (low, high) = span(values);
+    for (which, extreme, other) in [("highest", high, low), ("lowest", low, high)] {
+        let beyond = extreme * other < 0.0 && extreme.abs() < SYMMETRIC * other.abs();
+        if beyond
+            && stuck(values, other).is_none()
+            && let Some(share) = stuck(values, extreme)
+        {
+            return Err(FitError::Saturated {
+                recording: r.name.clone(),
+                channel: "V",
+                which,
+                value: format_quantity(extreme, "V", 4),
+                percent: 100.0 * share,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Whether a reading between the extremes `low` and `high` has no noise of its own. Samples
+/// at the extremes do not tell it: where they stand at the end of a range they have none
+/// however noisy the others are. What is found without them must be white, or it is motion.
+fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> bool {
+    let least = NOISELESS * (high - low);
+    if !noise_of(r, channel).is_ok_and(|n| n.sigma < least) {
+        return false;
+    }
+    let mut between = r.channel(channel).unwrap_or_default().to_vec();
+    for v in &mut between {
+        if *v == low || *v == high {
+            *v = f64::NAN;
+        }
+    }
+    !estimate_noise(r.axis(), &between).is_ok_and(|n| n.white && n.sigma >= least)
+}
+
 /// Recordings of one device have the ground at one height, apart from the sensor's zero.
-fn same_device(parts: &[Part], findings: &[Findings]) -> Result<(), FitError> {
+fn same_device(parts: &[Part], findings: &[Findings], apart: f64) -> Result<(), FitError> {
     let mut known = parts.iter().zip(findings).filter_map(|(p, f)| {
         let level = f.level.clone().ok()?;
         Some((p, level))
@@ -139,7 +292,7 @@ fn same_device(parts: &[Part], findings: &[Findings]) -> Result<(), FitError> {
         return Ok(());
     };
     for (part, level) in known {
-        if (level - reference).abs() > APART {
+        if (level - reference).abs() > apart {
             let write = |v| format_quantity(v, "m", 3);
             return Err(FitError::DifferentDevices {
                 recording: part.recording.name.clone(),

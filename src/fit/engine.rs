@@ -1,12 +1,12 @@
 //! A fit from beginning to end: look, check, search, judge.
 
-use super::check::check;
+use super::agree::disagreements;
+use super::check::{check, check_fit};
 use super::error::FitError;
 use super::global::{all_parameters, read_again, search};
 use super::options::FitOptions;
 use super::prepare::{Part, Prepared, look, prepare};
-use super::profile::{ProfilePoint, profile};
-use super::result::{FitResult, Misfit, misfits, uncertainty};
+use super::result::{FitResult, Misfit, misfit_remarks, misfits, uncertainty};
 use super::revise::{revise, set_suspects_aside};
 use super::robust::Huber;
 use super::solve::{Clock, Control, Plan, Point, improve, normal_equations, settle, threshold};
@@ -16,6 +16,11 @@ use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, simulate};
+
+/// Iterations in which states and nuisances are estimated as a rule, for the time left.
+const ESTIMATE: usize = 5;
+/// Most iterations in which the others follow parameters that are put back.
+const FOLLOW: usize = 15;
 
 /// A fit with the problem and the point that it ended at, for one that goes on from there.
 pub(super) struct Fitted {
@@ -69,26 +74,46 @@ pub(super) fn fitted(
     let findings = look(model, train);
     check(model, train, &findings, options)?;
     for part in held_out {
-        let bare = FitOptions {
-            free: options.free.clone(),
-            ..options.clone()
-        };
+        let one = std::slice::from_ref(part);
         // A held-out part need not touch the ground.
-        match check(
-            model,
-            std::slice::from_ref(part),
-            &look(model, std::slice::from_ref(part)),
-            &bare,
-        ) {
+        match check(model, one, &look(model, one), options) {
             Err(FitError::NoContact { .. }) | Ok(()) => {}
             Err(error) => return Err(error),
         }
     }
-    let (prepared, mut best) = search(model, train, &findings, options, control)?;
+    check_fit(model, (train, &findings), held_out, options)?;
+    let mut clock = Clock::new(0);
+    let (prepared, mut best) = search(model, train, &findings, options, control, &mut clock)?;
     forget_untold(model, &prepared, &mut best)?;
     let mut result = judged(start, &prepared, &best, control)?;
-    if !held_out.is_empty() {
-        result.held_out = Some(judge(&result.model, held_out, options, control)?);
+    if let Some(point) = hold_untold(model, &prepared, &best, &result, control, &mut clock)? {
+        best = point;
+        result = judged(start, &prepared, &best, control)?;
+    }
+    if result.cancelled {
+        let kept_out = if held_out.is_empty() {
+            ""
+        } else {
+            "; it was not measured on what is held out"
+        };
+        result.remarks.push(format!(
+            "the fit was cancelled: this is the best so far{kept_out}"
+        ));
+    } else {
+        let all = train.len() + held_out.len();
+        clock.expected = clock.done() + ESTIMATE * usize::from(!held_out.is_empty());
+        if !held_out.is_empty() {
+            let found = judged_on(&result.model, held_out, options, control, &mut clock)?;
+            result.remarks.extend(misfit_remarks(&found.1));
+            result.held_out = Some(found);
+        }
+        let each = result.held_out.iter().flat_map(|h| &h.1);
+        let bad = each.chain(&result.train.1).any(Misfit::is_bad);
+        if bad && all > 1 {
+            let parts = (train, held_out);
+            let words = disagreements(&result.model, parts, options, control, &mut clock)?;
+            result.remarks.extend(words);
+        }
     }
     Ok(Fitted {
         result,
@@ -130,6 +155,7 @@ fn judged(
 ) -> Result<FitResult, FitError> {
     let train = misfits(prepared, point)?;
     let mut result = uncertainty(start, prepared, point, train.0.chi2)?;
+    result.remarks.extend(misfit_remarks(&train.1));
     result.train = train;
     result.cancelled = control.cancelled();
     Ok(result)
@@ -153,6 +179,57 @@ fn forget_untold(model: &Model, prepared: &Prepared, best: &mut Point) -> Result
     Ok(())
 }
 
+/// Parameters that the data do not tell because others make up for any change of them
+/// may have gone anywhere along the valley. They go back to where they began and the
+/// others follow; of a film's two the strength follows the gap. `None` if there are none.
+fn hold_untold(
+    model: &Model,
+    prepared: &Prepared,
+    best: &Point,
+    result: &FitResult,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Option<Point>, FitError> {
+    let space = &prepared.problem.space;
+    let untold: Vec<&str> = result
+        .parameters
+        .iter()
+        .filter(|p| p.std_error.is_infinite())
+        .map(|p| p.id.as_str())
+        .collect();
+    let mut held: Vec<usize> = untold.iter().filter_map(|id| space.position(id)).collect();
+    let begin = space.coordinates(model);
+    if held.iter().all(|&i| best.x[i] == begin[i]) {
+        return Ok(None);
+    }
+    if let (Some(cs), Some(gp)) = (space.position("Cs"), space.position("gp"))
+        && (held.contains(&cs) || held.contains(&gp))
+    {
+        held.retain(|i| *i != cs);
+        if !held.contains(&gp) {
+            held.push(gp);
+        }
+    }
+    if control.cancelled() {
+        return Ok(None);
+    }
+    let mut x = best.x.clone();
+    for &i in &held {
+        x[i] = begin[i];
+    }
+    let problem = &prepared.problem;
+    let huber = threshold(problem, best)?;
+    let point = settle(problem, &x, &best.segments, &best.used, huber, 3)?;
+    let plan = Plan {
+        stage: "what the data do not tell",
+        iterations: FOLLOW,
+        locked: &held,
+        enough: 1e-6,
+    };
+    clock.expected = clock.done() + FOLLOW;
+    Ok(Some(improve(problem, point, &plan, control, clock)?))
+}
+
 /// Distance between `model` and `parts`, its parameters frozen: initial states of the
 /// segments, instants of the events and the rig's nuisances are estimated.
 ///
@@ -164,10 +241,20 @@ pub fn judge(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<(Misfit, Vec<Misfit>), FitError> {
+    judged_on(model, parts, options, control, &mut Clock::new(ESTIMATE))
+}
+
+fn judged_on(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<(Misfit, Vec<Misfit>), FitError> {
     let space = Space::new(model, &options.free)?;
     let findings = look(model, parts);
     let prepared = prepare(model, &space, parts, &findings, options)?;
-    let point = estimate_states(&prepared, model, options, control)?;
+    let point = estimate_states(&prepared, model, options, control, clock)?;
     Ok(misfits(&prepared, &point)?)
 }
 
@@ -177,6 +264,7 @@ pub(super) fn estimate_states(
     model: &Model,
     options: &FitOptions,
     control: &Control<'_>,
+    clock: &mut Clock,
 ) -> Result<Point, FitError> {
     let problem = &prepared.problem;
     let mut x = problem.space.coordinates(model);
@@ -191,12 +279,12 @@ pub(super) fn estimate_states(
         locked: &locked,
         enough: 1e-6,
     };
-    let mut clock = Clock::new(plan.iterations);
-    point = improve(problem, point, &plan, control, &mut clock)?;
+    point = improve(problem, point, &plan, control, clock)?;
     let huber = threshold(problem, &point)?;
-    if set_suspects_aside(problem, &mut point, huber)? > 0 {
-        revise(problem, &mut point, &prepared.segments, huber)?;
-        point = improve(problem, point, &plan, control, &mut clock)?;
+    if set_suspects_aside(problem, &mut point, huber, control)? > 0 {
+        let watch = (control, &*clock);
+        revise(problem, &mut point, &prepared.segments, huber, watch)?;
+        point = improve(problem, point, &plan, control, clock)?;
     }
     Ok(point)
 }
@@ -241,35 +329,54 @@ pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, Sim
     Ok((!misses.is_empty()).then(|| (square / misses.len() as f64).sqrt()))
 }
 
-/// Profile of the parameter `id` of a `result` on the parts `train` that it was fitted to:
-/// the best cost with its value held at each of `shifts` in its standard errors, all other
-/// fitted parameters fitted anew. `options` are those of the fit but for what is free.
-/// Cancelled, it gives the points found so far.
-///
-/// # Errors
-/// [`FitError`] if a part cannot be used or the parameter was not fitted.
-pub fn profile_of(
-    result: &FitResult,
-    train: &[Part],
-    id: &str,
-    shifts: &[f64],
-    options: &FitOptions,
-    control: &Control<'_>,
-) -> Result<Vec<ProfilePoint>, FitError> {
-    let fitted: Vec<String> = result.parameters.iter().map(|p| p.id.clone()).collect();
-    let Some(parameter) = result
-        .parameters
-        .iter()
-        .find(|p| p.id.eq_ignore_ascii_case(id))
-    else {
-        return Err(FitError::NotFitted {
-            id: id.to_owned(),
-            fitted: fitted.join(", "),
-        });
-    };
-    let space = Space::new(&result.model, &fitted)?;
-    let findings = look(&result.model, train);
-    let prepared = prepare(&result.model, &space, train, &findings, options)?;
-    let point = estimate_states(&prepared, &result.model, options, control)?;
-    profile(&prepared, point, parameter, shifts, options, control)
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::model::preset::Preset;
+    use crate::model::sensor::Sensor;
+
+    #[test]
+    fn a_film_that_is_not_told_goes_back_to_its_gap_and_the_rest_follows() {
+        let model = Preset::default().model;
+        let drive = Waveform::parse("sine:50Hz:8V", 0.05).unwrap();
+        let mut trace = simulate(&model, &drive, 0.05, &Options::default()).unwrap();
+        let sensor = Sensor {
+            noise: 20e-9,
+            ..Sensor::default()
+        };
+        sensor.add_noise(&mut trace.proof_mass, 1);
+        let (volts, xp) = (trace.voltage.clone(), trace.proof_mass.clone());
+        let r = Recording::new("r", trace.times(), Some(volts), xp, None).unwrap();
+        let parts = [Part::whole(Arc::new(r))];
+        let options = FitOptions {
+            free: ["eta", "dp", "Cs", "gp"].map(str::to_owned).to_vec(),
+            ..FitOptions::for_model(&model)
+        };
+        let cancel = AtomicBool::new(false);
+        let control = Control {
+            cancel: &cancel,
+            progress: &|_| {},
+        };
+        let found = fitted(&model, &parts, &[], &options, &control).unwrap();
+        let space = &found.prepared.problem.space;
+        let mut clock = Clock::new(0);
+        let mut held = |point: &Point, result: &FitResult| {
+            let prepared = &found.prepared;
+            hold_untold(&model, prepared, point, result, &control, &mut clock).unwrap()
+        };
+        assert!(held(&found.point, &found.result).is_none());
+        // Far along the valley, where neither is told.
+        let mut strayed = found.point.clone();
+        strayed.x[space.position("gp").unwrap()] += 2.0;
+        let mut result = found.result.clone();
+        result.parameters[space.position("Cs").unwrap()].std_error = f64::INFINITY;
+        let back = space.model(&held(&strayed, &result).unwrap().x);
+        let gap = |m: &Model| m.parameters[ParameterId::Gp] - m.parameters[ParameterId::Dp];
+        assert!((gap(&back) / gap(&model) - 1.0).abs() < 1e-6);
+        let strength = back.parameters[ParameterId::Cs] / model.parameters[ParameterId::Cs];
+        assert!((strength - 1.0).abs() < 0.05, "{strength}");
+    }
 }

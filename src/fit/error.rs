@@ -44,6 +44,38 @@ pub enum FitError {
     )]
     NoDrive { recording: String },
     #[error(
+        "{recording}: the noise of {channel} cannot be told ({reason}), and without it nothing can be weighed; export the recording without missing samples"
+    )]
+    Noise {
+        recording: String,
+        channel: &'static str,
+        reason: String,
+    },
+    #[error(
+        "{recording} and {other} hold the same samples; give each recording once, to fit to or to hold out"
+    )]
+    Twice { recording: String, other: String },
+    #[error(
+        "{recording}: the voltage does not move, so that eta cannot be fitted; check the column of V, fit without eta, or add a recording in which the drive works"
+    )]
+    StillDrive { recording: String },
+    #[error(
+        "{recording}: the ground lies at {level} in the recording, but the device's is at dp = {dp}; check the unit of xp, or set dp to about that"
+    )]
+    OtherUnit {
+        recording: String,
+        level: String,
+        dp: String,
+    },
+    #[error(
+        "{recording}: the ground lies at {level} in the recording, but gp = {gp} is not fitted and must exceed dp; fit gp too, set it beyond that, or check the unit of xp"
+    )]
+    GroundBeyondFilm {
+        recording: String,
+        level: String,
+        gp: String,
+    },
+    #[error(
         "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; lock them, or add a recording in which the mass hits the ground"
     )]
     NoContact { parameters: String, reason: String },

@@ -30,6 +30,10 @@ const GOOD: f64 = 1.5;
 /// Damping by the film at contact at first, as a share of the first mode's frequency: a
 /// film that is too strong would hold the mass where it is.
 const WEAK: f64 = 0.1;
+/// Stages of as many iterations as are allowed that an attempt may take.
+const MOST: usize = 3;
+/// Iterations that an attempt takes as a rule once it has begun, for the time left.
+const USUAL: usize = 30;
 /// How much looser the laws of the ground are at first.
 const SOFT: f64 = 30.0;
 /// How often events are read again.
@@ -47,6 +51,7 @@ pub fn search(
     findings: &[Findings],
     options: &FitOptions,
     control: &Control<'_>,
+    clock: &mut Clock,
 ) -> Result<(Prepared, Point), FitError> {
     let mut start = model.clone();
     let space = Space::new(model, &options.free)?;
@@ -74,6 +79,7 @@ pub fn search(
     let mut best: Option<(Prepared, Point, f64)> = None;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let tries = thicknesses.len().max(1) + options.starts;
+    let mut usual = USUAL;
     for k in 0..tries {
         let mut first = start.clone();
         if k >= thicknesses.len() {
@@ -81,7 +87,15 @@ pub fn search(
         }
         first_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
         first.check()?;
-        let (prepared, point) = attempt(&first, &space, parts, findings, options, control)?;
+        // The first start is as a rule the last, unless further ones were asked for.
+        let left = if k == 0 && options.starts == 0 {
+            1
+        } else {
+            tries - k
+        };
+        clock.expected = clock.done() + MOST * options.iterations + usual * (left - 1);
+        let (prepared, point) = attempt(&first, &space, parts, findings, options, control, clock)?;
+        usual = (clock.done() / (k + 1)).max(1);
         let aside = point.used.iter().filter(|u| !**u).count() as f64;
         let share = aside / point.used.len().max(1) as f64;
         // Segments that are set aside must not make a bad fit look good.
@@ -89,9 +103,9 @@ pub fn search(
         if best.as_ref().is_none_or(|b| score < b.2) {
             best = Some((prepared, point, score));
         }
-        let planned = k + 1 >= thicknesses.len();
         let good = best.as_ref().is_some_and(|b| b.2 < GOOD);
-        if control.cancelled() || (good && (planned || options.starts == 0)) {
+        // Starts that were asked for are made, however good the fit is already.
+        if control.cancelled() || (good && options.starts == 0) {
             break;
         }
     }
@@ -132,6 +146,7 @@ fn attempt(
     findings: &[Findings],
     options: &FitOptions,
     control: &Control<'_>,
+    clock: &mut Clock,
 ) -> Result<(Prepared, Point), FitError> {
     let mut prepared = prepare(start, space, parts, findings, options)?;
     soften(&mut prepared, SOFT);
@@ -139,7 +154,6 @@ fn attempt(
     let mut x = space.coordinates(start);
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];
-    let mut clock = Clock::new(3 * options.iterations);
     let point = settle(problem, &x, &prepared.segments, &used, FAR, 3)?;
     let ground = ["gp", "Cs", "Ca", "Ca0", "alpha"];
     let mut later: Vec<usize> = ground.iter().filter_map(|id| space.position(id)).collect();
@@ -158,13 +172,14 @@ fn attempt(
         locked: &later,
         enough: 1e-6,
     };
-    let point = improve(problem, point, &first, control, &mut clock)?;
+    let point = improve(problem, point, &first, control, clock)?;
+    clock.expected -= (MOST * options.iterations).saturating_sub(USUAL);
     let all = all_parameters(options);
-    let mut best = improve(problem, point, &all, control, &mut clock)?;
-    best = read_again(&prepared, best, &all, control, &mut clock)?;
+    let mut best = improve(problem, point, &all, control, clock)?;
+    best = read_again(&prepared, best, &all, control, clock)?;
     soften(&mut prepared, 1.0 / SOFT);
-    best = improve(&prepared.problem, best, &all, control, &mut clock)?;
-    best = read_again(&prepared, best, &all, control, &mut clock)?;
+    best = improve(&prepared.problem, best, &all, control, clock)?;
+    best = read_again(&prepared, best, &all, control, clock)?;
     Ok((prepared, best))
 }
 
@@ -190,12 +205,13 @@ pub(super) fn read_again(
     let problem = &prepared.problem;
     for _ in 0..ROUNDS {
         let huber = threshold(problem, &best)?;
-        if control.cancelled() || set_suspects_aside(problem, &mut best, huber)? == 0 {
+        if control.cancelled() || set_suspects_aside(problem, &mut best, huber, control)? == 0 {
             break;
         }
         best = improve(problem, best, plan, control, clock)?;
         let huber = threshold(problem, &best)?;
-        if revise(problem, &mut best, &prepared.segments, huber)? == 0 {
+        let watch = (control, &*clock);
+        if revise(problem, &mut best, &prepared.segments, huber, watch)? == 0 {
             break;
         }
         best = improve(problem, best, plan, control, clock)?;

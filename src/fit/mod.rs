@@ -9,6 +9,7 @@
 //! nuisances are found by bounded, robust Levenberg-Marquardt ([`solve`]) from several
 //! starts ([`global`]).
 
+mod agree;
 pub mod chain;
 pub(crate) mod check;
 pub mod cma;
@@ -16,6 +17,7 @@ pub mod colour;
 mod engine;
 pub mod error;
 pub mod global;
+mod noise;
 pub mod options;
 pub mod prepare;
 pub mod problem;
@@ -34,11 +36,11 @@ pub mod timeline;
 pub mod track;
 pub mod validate;
 
-pub use engine::{fit, free_run, judge, profile_of};
+pub use engine::{fit, free_run, judge};
 pub use error::FitError;
 pub use options::{FitOptions, FreeNuisances, default_free};
 pub use prepare::Part;
-pub use profile::ProfilePoint;
+pub use profile::{ProfilePoint, profile_of};
 pub use result::{FitResult, FittedParameter, Misfit};
 pub use solve::{Control, Progress};
 

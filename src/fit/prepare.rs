@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::chain::Sigmas;
 use super::colour::Colour;
 use super::error::FitError;
+use super::noise::noise_of;
 use super::options::FitOptions;
 use super::problem::{Data, FreeNuisance, Nuisance, Problem};
 use super::segment::{Cut, Segment, cut};
@@ -16,7 +17,6 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::events::{EventOptions, HOP, find_events};
 use crate::recording::level::estimate_contact_level;
-use crate::recording::noise::recording_noise;
 use crate::recording::{Channel, Recording, quantile_in_place};
 use crate::sim::{Options, SimError, StretchSimulator};
 
@@ -92,7 +92,8 @@ pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
 fn look_at(model: &Model, part: &Part) -> Findings {
     let r = &part.recording;
     let noise = |channel: Channel| {
-        let sigma = recording_noise(r, channel).map_or(0.0, |n| n.sigma);
+        // A part whose noise cannot be told is refused by the check.
+        let sigma = noise_of(r, channel).map_or(0.0, |n| n.sigma);
         let values = r.channel(channel).unwrap_or_default();
         let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
         let low = quantile_in_place(&mut finite, 0.01);
@@ -100,7 +101,7 @@ fn look_at(model: &Model, part: &Part) -> Findings {
         sigma.max(LEAST_NOISE * span).max(f64::MIN_POSITIVE)
     };
     let level = if model.has_ground {
-        let estimate = recording_noise(r, Channel::ProofMass).ok();
+        let estimate = noise_of(r, Channel::ProofMass).ok();
         estimate_contact_level(r.axis(), r.voltage.as_deref(), &r.proof_mass, estimate)
             .map_err(|missing| missing.to_string())
     } else {

@@ -6,15 +6,17 @@
 
 use nalgebra::DVector;
 
+use super::engine::estimate_states;
 use super::error::FitError;
 use super::options::FitOptions;
-use super::prepare::Prepared;
+use super::prepare::{Part, Prepared, look, prepare};
 use super::problem::Problem;
-use super::result::{FittedParameter, inverse, misfits};
+use super::result::{FitResult, FittedParameter, inverse, misfits};
 use super::robust::Huber;
 use super::solve::{
     Clock, Control, Plan, Point, improve_under, normal_equations, settle, threshold,
 };
+use super::space::Space;
 use crate::model::Model;
 use crate::model::parameter::{ParameterSpec, Scale};
 
@@ -26,6 +28,8 @@ const USUAL: usize = 5;
 const WIDEST: f64 = 1.0;
 /// Rounds in which the segments' own unknowns follow a value.
 const ROUNDS: usize = 3;
+/// Iterations in which the fitted point is found again as a rule, for the time left.
+const ESTIMATE: usize = 5;
 
 /// One point of a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,19 +41,56 @@ pub struct ProfilePoint {
     pub rise: f64,
 }
 
+/// Profile of the parameter `id` of a `result` on the parts `train` that it was fitted to:
+/// the best cost with its value held at each of `shifts` in its standard errors, all other
+/// fitted parameters fitted anew. `options` are those of the fit but for what is free.
+/// Cancelled, it gives the points found so far.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used or the parameter was not fitted.
+pub fn profile_of(
+    result: &FitResult,
+    train: &[Part],
+    id: &str,
+    shifts: &[f64],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Vec<ProfilePoint>, FitError> {
+    let fitted: Vec<String> = result.parameters.iter().map(|p| p.id.clone()).collect();
+    let Some(parameter) = result
+        .parameters
+        .iter()
+        .find(|p| p.id.eq_ignore_ascii_case(id))
+    else {
+        return Err(FitError::NotFitted {
+            id: id.to_owned(),
+            fitted: fitted.join(", "),
+        });
+    };
+    let space = Space::new(&result.model, &fitted)?;
+    let findings = look(&result.model, train);
+    let prepared = prepare(&result.model, &space, train, &findings, options)?;
+    let mut clock = Clock::new(ESTIMATE);
+    let point = estimate_states(&prepared, &result.model, options, control, &mut clock)?;
+    profile(
+        &prepared, point, parameter, shifts, options, control, &mut clock,
+    )
+}
+
 /// Profile of `parameter`, which is free in `prepared`, over `shifts` in its standard
-/// errors, in their order; `start` is the point that was fitted. Values at which the
+/// errors around the best, in their order; `start` is the point that was fitted. Values at which the
 /// model makes no sense are left out, and those not reached before a cancel.
 ///
 /// # Errors
 /// [`FitError`] if the parameter is not free or the model makes no sense.
-pub(super) fn profile(
+fn profile(
     prepared: &Prepared,
     start: Point,
     parameter: &FittedParameter,
     shifts: &[f64],
     options: &FitOptions,
     control: &Control<'_>,
+    clock: &mut Clock,
 ) -> Result<Vec<ProfilePoint>, FitError> {
     let problem = &prepared.problem;
     let Some(at) = problem.space.position(&parameter.id) else {
@@ -67,18 +108,23 @@ pub(super) fn profile(
         locked: &[],
         enough: 1e-8,
     };
-    let mut clock = Clock::new(USUAL * (shifts.len() + 1));
-    let best = improve_under(problem, start, &plan, huber, control, &mut clock)?;
+    clock.expected = clock.done() + USUAL * (shifts.len() + 1);
+    let best = improve_under(problem, start, &plan, huber, control, clock)?;
     let scatter = misfits(prepared, &best)?.0.chi2.max(1.0);
     let along = along(problem, &best, at, huber)?;
+    // The fit may have stopped a share of a standard error short of it.
+    let centre = FittedParameter {
+        value: problem.space.values(&best.x)[at],
+        ..parameter.clone()
+    };
     let held = Held {
         problem,
         best: &best,
         along: &along,
-        parameter,
+        parameter: &centre,
         huber,
     };
-    let values = values(parameter, &problem.space.entries[at].spec, shifts);
+    let values = values(&centre, &problem.space.entries[at].spec, shifts);
     // From the middle outwards: each point is near the one before it.
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| shifts[a].abs().total_cmp(&shifts[b].abs()));
@@ -91,7 +137,7 @@ pub(super) fn profile(
         let Some((there, point)) = held.begin(value, last.as_ref())? else {
             continue;
         };
-        let point = improve_under(&there, point, &plan, huber, control, &mut clock)?;
+        let point = improve_under(&there, point, &plan, huber, control, clock)?;
         if control.cancelled() {
             break;
         }

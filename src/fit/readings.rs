@@ -12,7 +12,7 @@ use super::error::FitError;
 use super::options::FitOptions;
 use super::prepare::{Part, Prepared, look, prepare};
 use super::segment::{Joint, JointKind, Segment};
-use super::solve::{Control, Point};
+use super::solve::{Clock, Control, Point};
 use super::space::Space;
 use super::timeline::Kind;
 use crate::model::Model;
@@ -96,7 +96,8 @@ pub fn readings(
         data.sigmas.velocity *= LOOSE;
         data.sigmas.force *= LOOSE;
     }
-    let point = estimate_states(&prepared, model, options, control)?;
+    let mut clock = Clock::new(options.iterations.min(10));
+    let point = estimate_states(&prepared, model, options, control, &mut clock)?;
     Ok(read(&prepared, &point)?)
 }
 

@@ -9,13 +9,18 @@ use super::prepare::Prepared;
 use super::solve::{Point, normal_equations, threshold};
 use crate::model::Model;
 use crate::model::parameter::Scale;
-use crate::model::unit::format_quantity;
+use crate::model::unit::{format_number, format_quantity};
 use crate::sim::{SimError, Stretcher};
 
 /// Correlation from which two parameters count as not told apart.
 const EXTREME: f64 = 0.95;
 /// A standard error of this many ranges of the parameter is none.
 const UNTOLD: f64 = 3.0;
+/// A mean square of the residuals above this is no scatter of the noise, nor is an rms of
+/// as many times the noise.
+const BAD: f64 = 3.0;
+/// So many samples set aside are more than events that were hard to read.
+const ASIDE: f64 = 0.5;
 /// A standard error of this share of the value says that the data hardly tell it.
 const VAGUE: f64 = 0.5;
 
@@ -50,8 +55,18 @@ pub struct Misfit {
     /// Samples of the proof mass compared.
     pub samples: usize,
     /// Share of the samples in segments that could not be brought to the noise, whose
-    /// events stay unread; `rms` is with them, the parameters are without.
+    /// events stay unread, or that cannot be simulated; the parameters are without both,
+    /// `rms` is with the former.
     pub set_aside: f64,
+}
+
+impl Misfit {
+    /// Whether what is left is clearly more than noise, in what was fitted or in all
+    /// that had to be set aside for that.
+    #[must_use]
+    pub fn is_bad(&self) -> bool {
+        self.chi2 > BAD || (self.set_aside > ASIDE && self.rms > BAD * self.noise)
+    }
 }
 
 /// What a fit has found.
@@ -145,7 +160,12 @@ pub(crate) fn uncertainty(
         .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
         .collect();
     let fisher_vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
-    let remarks = remarks(&parameters, &correlations, &units);
+    // What a parameter does by itself, whatever the others then do about it.
+    let range = |i: usize| space.entries[i].high - space.entries[i].low;
+    let bears: Vec<bool> = (0..n)
+        .map(|i| normal[(i, i)] * range(i) * range(i) >= 1.0)
+        .collect();
+    let remarks = remarks(&parameters, &correlations, &units, &bears);
     Ok(FitResult {
         model: space.model(&point.x),
         parameters,
@@ -176,6 +196,7 @@ fn remarks(
     parameters: &[FittedParameter],
     correlations: &DMatrix<f64>,
     units: &[f64],
+    bears: &[bool],
 ) -> Vec<String> {
     let mut out = Vec::new();
     for (i, p) in parameters.iter().enumerate() {
@@ -186,10 +207,12 @@ fn remarks(
                 format_quantity(p.value, p.unit, 4)
             ));
         } else if p.std_error.is_infinite() {
-            out.push(format!(
-                "this data does not tell {}: no event that could be read depends on it",
-                p.id
-            ));
+            let why = if bears[i] {
+                "the other parameters make up for any change of it"
+            } else {
+                "no event that could be read depends on it"
+            };
+            out.push(format!("this data does not tell {}: {why}", p.id));
         } else if p.std_error > VAGUE * units[i] {
             out.push(format!(
                 "this data hardly tells {}: {} +- {}",
@@ -211,6 +234,23 @@ fn remarks(
         }
     }
     out
+}
+
+/// Sentences on the recordings that do not fit.
+pub(super) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
+    each.iter()
+        .filter(|m| m.is_bad())
+        .map(|m| {
+            format!(
+                "{} does not fit (rms {} against noise {}, chi2 {}, {:.0} % set aside): it is of another device, or the model lacks something; values and errors mean little then. A diagnosis looks for what is missing",
+                m.name,
+                format_quantity(m.rms, "m", 3),
+                format_quantity(m.noise, "m", 3),
+                format_number(m.chi2, 3),
+                100.0 * m.set_aside
+            )
+        })
+        .collect()
 }
 
 /// Distances to the data at a point: all together, and each recording.
@@ -246,7 +286,15 @@ pub(super) fn misfits(
                 &mut r,
             );
             let sigma = problem.data[segment.recording].sigmas.xp;
-            for (row, r) in problem.rows(segment).iter().zip(&r).filter(|_| done) {
+            if !done {
+                let rows = problem.rows(segment);
+                let lost = rows.iter().filter(|row| **row == Row::ProofMass).count();
+                return Sums {
+                    lost,
+                    ..Sums::default()
+                };
+            }
+            for (row, r) in problem.rows(segment).iter().zip(&r) {
                 if *row == Row::ProofMass {
                     sums.square += r * r * sigma * sigma;
                     sums.samples += 1;
@@ -281,7 +329,8 @@ pub(super) fn misfits(
             noise: (noise / samples).sqrt(),
             chi2: total.chi2 / freedom,
             samples: total.samples,
-            set_aside: total.aside as f64 / samples,
+            set_aside: (total.aside + total.lost) as f64
+                / (total.samples + total.lost).max(1) as f64,
         }
     };
     let each = problem.data.iter().enumerate();
@@ -299,6 +348,8 @@ struct Sums {
     rows: usize,
     unknowns: usize,
     aside: usize,
+    /// Samples in segments that cannot be simulated.
+    lost: usize,
 }
 
 impl Sums {
@@ -309,5 +360,51 @@ impl Sums {
         self.rows += other.rows;
         self.unknowns += other.unknowns;
         self.aside += other.aside;
+        self.lost += other.lost;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::fit::options::FitOptions;
+    use crate::fit::prepare::{Part, look, prepare};
+    use crate::fit::robust::Huber;
+    use crate::fit::solve::settle;
+    use crate::fit::space::Space;
+    use crate::model::drive::Waveform;
+    use crate::model::preset::Preset;
+    use crate::recording::Recording;
+    use crate::sim::{Options, simulate};
+
+    #[test]
+    fn segments_that_cannot_be_simulated_are_counted_as_set_aside() {
+        let model = Preset::default().model;
+        let drive = Waveform::parse("sine:50Hz:1V", 0.04).unwrap();
+        let trace = simulate(&model, &drive, 0.04, &Options::default()).unwrap();
+        let (volts, xc) = (trace.voltage.clone(), trace.cantilever.clone());
+        let xp = trace.proof_mass.clone();
+        let r = Recording::new("air", trace.times(), Some(volts), xp, Some(xc)).unwrap();
+        let parts = [Part::whole(Arc::new(r))];
+        let options = FitOptions::for_model(&model);
+        let space = Space::new(&model, &options.free).unwrap();
+        let findings = look(&model, &parts);
+        let prepared = prepare(&model, &space, &parts, &findings, &options).unwrap();
+        let mut x = space.coordinates(&model);
+        x.extend_from_slice(&prepared.nuisances);
+        let used = vec![true; prepared.segments.len()];
+        let segments = &prepared.segments;
+        let problem = &prepared.problem;
+        let mut point = settle(problem, &x, segments, &used, Huber(3.0), 3).unwrap();
+        let whole = misfits(&prepared, &point).unwrap().0;
+        assert_eq!(whole.set_aside, 0.0);
+        point.segments[0].locals[0] = f64::NAN;
+        let broken = misfits(&prepared, &point).unwrap().0;
+        let lost = whole.samples - broken.samples;
+        assert!(lost > 0 && broken.rms.is_finite());
+        let share = lost as f64 / whole.samples as f64;
+        assert!((broken.set_aside - share).abs() < 1e-12, "{broken:?}");
     }
 }

@@ -12,7 +12,7 @@ use self::readings::readings;
 use super::problem::Problem;
 use super::robust::Huber;
 use super::segment::Segment;
-use super::solve::Point;
+use super::solve::{Clock, Control, Point};
 use crate::model::Model;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator};
@@ -32,7 +32,8 @@ const ROUNDS: usize = 8;
 /// Loss while a reading settles: hardly robust.
 const LOOSE: Huber = Huber(100.0);
 
-/// Takes the say from segments that do not fit while the others do; returns how many.
+/// Takes the say from segments that do not fit while the others do; returns how many,
+/// none if it was cancelled.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -40,21 +41,28 @@ pub fn set_suspects_aside(
     problem: &Problem,
     point: &mut Point,
     huber: Huber,
+    control: &Control<'_>,
 ) -> Result<usize, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
-    let fitted: Vec<(Vec<f64>, f64)> = point
+    let fitted: Option<Vec<(Vec<f64>, f64)>> = point
         .segments
         .par_iter()
         .enumerate()
         .map(|(i, segment)| {
+            if control.cancelled() {
+                return None;
+            }
             let nuisances = problem.nuisances_of(&point.x, segment.recording);
             let start = segment.locals.clone();
             let (locals, cost) =
                 problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
-            (locals, cost / problem.rows(segment).len().max(1) as f64)
+            Some((locals, cost / problem.rows(segment).len().max(1) as f64))
         })
         .collect();
+    let Some(fitted) = fitted else {
+        return Ok(0);
+    };
     // Measured by the others: where all are off, it is not the reading of events.
     let mut costs: Vec<f64> = fitted.iter().map(|f| f.1).collect();
     let usual = quantile_in_place(&mut costs, 0.5);
@@ -71,6 +79,7 @@ pub fn set_suspects_aside(
 
 /// Tries other readings of the events in the segments set aside, and takes those back
 /// that then fit. `first` are the segments as first guessed. Returns how many came back.
+/// Cancelled, it leaves the segments it has not come to as they are.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -79,6 +88,7 @@ pub fn revise(
     point: &mut Point,
     first: &[Segment],
     huber: Huber,
+    (control, clock): (&Control<'_>, &Clock),
 ) -> Result<usize, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
@@ -95,8 +105,14 @@ pub fn revise(
                 states: &states[i],
                 x: &point.x,
                 huber,
+                control,
             };
-            (!point.used[i]).then(|| trial.revised(segment, &first[i]))
+            if point.used[i] || control.cancelled() {
+                return None;
+            }
+            // A single segment may take as long as many iterations.
+            clock.tell("events read again", problem, point, control);
+            Some(trial.revised(segment, &first[i]))
         })
         .collect();
     let mut back = 0;
@@ -117,6 +133,7 @@ struct Trial<'a> {
     states: &'a [f64],
     x: &'a [f64],
     huber: Huber,
+    control: &'a Control<'a>,
 }
 
 impl Trial<'_> {
@@ -157,7 +174,7 @@ impl Trial<'_> {
         );
         others.retain(Segment::is_consistent);
         for mut other in others {
-            if cost < SUSPECT {
+            if cost < SUSPECT || self.control.cancelled() {
                 break;
             }
             let now = self.fit(&mut other);
@@ -174,6 +191,9 @@ impl Trial<'_> {
             others.extend(self.overlooked(&best));
             others.retain(Segment::is_consistent);
             for mut other in others {
+                if self.control.cancelled() {
+                    break;
+                }
                 let now = self.fit(&mut other);
                 if now < found.as_ref().map_or(BETTER * cost, |f| f.1) {
                     found = Some((other, now));

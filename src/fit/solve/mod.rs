@@ -72,6 +72,32 @@ impl Clock {
             expected,
         }
     }
+
+    /// Iterations done so far.
+    #[must_use]
+    pub fn done(&self) -> usize {
+        self.done
+    }
+
+    /// Tells how far the fit is, without an iteration done.
+    pub(super) fn tell(
+        &self,
+        stage: &'static str,
+        problem: &Problem,
+        point: &Point,
+        control: &Control<'_>,
+    ) {
+        let each = self.started.elapsed().div_f64(self.done.max(1) as f64);
+        let left = self.expected.saturating_sub(self.done);
+        (control.progress)(&Progress {
+            stage,
+            iteration: self.done,
+            expected: self.expected.max(self.done),
+            misfit: (point.cost / point.rows.max(1) as f64).sqrt(),
+            values: problem.space.values(&point.x),
+            remaining: each.mul_f64(left as f64),
+        });
+    }
 }
 
 /// Which unknowns may move, and for how long.
@@ -191,7 +217,7 @@ fn descend(
         if let Some(trial) = accepted {
             point = trial;
         }
-        report(problem, &point, plan, control, clock);
+        clock.tell(plan.stage, problem, &point, control);
         let finer = loss(&point)?;
         if finer.0 < 0.9 * huber.0 {
             huber = finer;
@@ -201,17 +227,4 @@ fn descend(
         }
     }
     Ok(point)
-}
-
-fn report(problem: &Problem, point: &Point, plan: &Plan<'_>, control: &Control<'_>, clock: &Clock) {
-    let each = clock.started.elapsed().div_f64(clock.done.max(1) as f64);
-    let left = clock.expected.saturating_sub(clock.done);
-    (control.progress)(&Progress {
-        stage: plan.stage,
-        iteration: clock.done,
-        expected: clock.expected.max(clock.done),
-        misfit: (point.cost / point.rows.max(1) as f64).sqrt(),
-        values: problem.space.values(&point.x),
-        remaining: each.mul_f64(left as f64),
-    });
 }

@@ -1,0 +1,169 @@
+//! Whether recordings that do not fit together are of one device: each is fitted by itself
+//! in what makes a device what it is, and the values are compared.
+
+use super::engine::estimate_states;
+use super::error::FitError;
+use super::options::FitOptions;
+use super::prepare::{Part, look, prepare};
+use super::result::{misfits, uncertainty};
+use super::solve::{Clock, Control, Plan, improve};
+use super::space::Space;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::model::unit::format_quantity;
+use std::sync::Arc;
+
+/// Values farther apart than this many of their errors are different ...
+const ERRORS: f64 = 5.0;
+/// ... if they differ by this share as well: scales are off by a percent or so.
+const SHARE: f64 = 0.03;
+/// Most iterations for each recording.
+const ITERATIONS: usize = 15;
+
+/// A value with its standard error, SI.
+type Value = (f64, f64);
+/// A value with the name of the recording that it fits.
+type Named<'a> = (&'a str, Value);
+
+/// Sentences on recordings whose ground or first frequency, fitted to each alone around
+/// the values of `model`, are apart. None for a single recording.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used.
+pub(super) fn disagreements(
+    model: &Model,
+    (train, held_out): (&[Part], &[Part]),
+    options: &FitOptions,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Vec<String>, FitError> {
+    let mut parts: Vec<&Part> = Vec::new();
+    for part in train.iter().chain(held_out) {
+        // Two parts of one recording are of one device.
+        if parts
+            .iter()
+            .all(|p| !Arc::ptr_eq(&p.recording, &part.recording))
+        {
+            parts.push(part);
+        }
+    }
+    let of_device = [ParameterId::Dp, ParameterId::F1];
+    let ids: Vec<String> = of_device
+        .into_iter()
+        .filter(|id| model.uses(*id) && model.parameters[*id] > 0.0)
+        .map(|id| id.spec().id.to_owned())
+        .collect();
+    if parts.len() < 2 || ids.is_empty() {
+        return Ok(Vec::new());
+    }
+    clock.expected = clock.done() + ITERATIONS * parts.len();
+    let mut alone: Vec<(&str, Vec<Value>)> = Vec::new();
+    for part in parts {
+        let values = fitted_alone(model, part, &ids, options, control, clock)?;
+        alone.push((&part.recording.name, values));
+    }
+    if control.cancelled() {
+        return Ok(Vec::new());
+    }
+    let mut out = Vec::new();
+    for (i, id) in ids.iter().enumerate() {
+        let unit = of_device
+            .iter()
+            .map(|p| p.spec())
+            .find(|spec| spec.id == *id)
+            .map_or("", |spec| spec.unit);
+        let own: Vec<Named<'_>> = alone.iter().map(|(name, v)| (*name, v[i])).collect();
+        out.extend(farthest(&own).map(|((a, x), (b, y))| {
+            let write = |v: Value| {
+                let (value, error) = (format_quantity(v.0, unit, 4), format_quantity(v.1, unit, 2));
+                format!("{value} +- {error}")
+            };
+            format!(
+                "{a} and {b} seem to be of different devices: fitted alone, {id} is {} in the one and {} in the other; fit them separately",
+                write(x),
+                write(y)
+            )
+        }));
+    }
+    Ok(out)
+}
+
+/// The values of `ids` that fit one part alone, all other parameters being those of
+/// `model`; the film keeps its thickness at contact.
+fn fitted_alone(
+    model: &Model,
+    part: &Part,
+    ids: &[String],
+    options: &FitOptions,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Vec<Value>, FitError> {
+    let mut free = ids.to_vec();
+    if model.has_ground {
+        free.push(ParameterId::Gp.spec().id.to_owned());
+    }
+    let space = Space::new(model, &free)?;
+    let one = std::slice::from_ref(part);
+    let findings = look(model, one);
+    let mut begin = model.clone();
+    if let Ok(level) = findings[0].level
+        && level < 0.0
+        && model.has_ground
+    {
+        let p = &mut begin.parameters;
+        let thickness = p[ParameterId::Gp] - p[ParameterId::Dp];
+        p.set(ParameterId::Dp, -level);
+        p.set(ParameterId::Gp, thickness - level);
+    }
+    let prepared = prepare(&begin, &space, one, &findings, options)?;
+    let point = estimate_states(&prepared, &begin, options, control, clock)?;
+    let locked: Vec<usize> = (ids.len()..free.len()).collect();
+    let plan = Plan {
+        stage: "each recording by itself",
+        iterations: ITERATIONS,
+        locked: &locked,
+        enough: 1e-4,
+    };
+    let point = improve(&prepared.problem, point, &plan, control, clock)?;
+    let chi2 = misfits(&prepared, &point)?.0.chi2;
+    let found = uncertainty(model, &prepared, &point, chi2)?;
+    let own = found.parameters.iter().take(ids.len());
+    Ok(own.map(|p| (p.value, p.std_error)).collect())
+}
+
+/// The two values that are farthest apart, if they are apart at all.
+fn farthest<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
+    let mut out = None;
+    let mut most = ERRORS;
+    for (i, a) in all.iter().enumerate() {
+        for b in &all[i + 1..] {
+            let (x, y) = (a.1, b.1);
+            let apart = (x.0 - y.0).abs();
+            let errors = apart / x.1.hypot(y.1);
+            if errors > most && apart > SHARE * x.0.abs().max(y.0.abs()) {
+                most = errors;
+                out = Some((*a, *b));
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::farthest;
+
+    #[test]
+    fn apart_is_what_neither_errors_nor_scales_explain() {
+        let names = |all: &[(&'static str, (f64, f64))]| farthest(all).map(|(a, b)| (a.0, b.0));
+        let three = [("a", (58.0, 0.1)), ("b", (48.0, 0.1)), ("c", (57.9, 3.0))];
+        assert_eq!(names(&three), Some(("a", "b")));
+        assert_eq!(names(&[("a", (58.0, 0.001)), ("b", (58.5, 0.001))]), None);
+        assert_eq!(names(&[("a", (58.0, 2.0)), ("b", (48.0, 2.0))]), None);
+        assert_eq!(
+            names(&[("a", (58.0, 0.1)), ("b", (48.0, f64::INFINITY))]),
+            None
+        );
+        assert_eq!(names(&three[..1]), None);
+    }
+}
