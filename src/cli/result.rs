@@ -207,8 +207,8 @@ mod tests {
         assert!(
             text.contains("correlations\n        Cs      gp\nCs    1.00\ngp    0.60    1.00\n")
         );
-        assert!(text.contains("25000       0.63 %  "), "{text}");
-        assert!(text.contains("6250        1.3 %  "), "{text}");
+        assert!(text.contains("25000      0.63 %  "), "{text}");
+        assert!(text.contains("6250       1.3 %  "), "{text}");
         assert!(text.contains("not told") && text.contains("at its bound"));
     }
 

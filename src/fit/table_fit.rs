@@ -280,9 +280,14 @@ mod tests {
         assert_eq!(fit.left_out.len(), 4);
         assert!(fit.left_out.iter().all(|l| l.after.cases == 4));
         assert!(!fit.cancelled && !fit.missed().is_empty());
-        let errors = fit.errors().unwrap();
-        assert!(errors.iter().all(|e| *e >= 0.0 && e.is_finite()));
-        assert!(errors.iter().any(|e| *e > 0.0), "{errors:?}");
+        // Four values 1, 2, 3, 4: their squares about the mean add up to 5.
+        let mut spread = fit.clone();
+        for (value, left) in (1..).zip(&mut spread.left_out) {
+            left.values = vec![f64::from(value); FREE.len()];
+        }
+        let errors = spread.errors().unwrap();
+        assert_eq!(errors.len(), FREE.len());
+        assert!((errors[0] - (0.75f64 * 5.0).sqrt()).abs() < 1e-12);
         let mut device = base.clone();
         fit.apply(&mut device);
         assert_eq!(device, fit.model);
