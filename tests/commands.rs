@@ -144,7 +144,7 @@ fn what_the_reader_left_out_is_said() {
     let error = error_of(&output);
     assert_eq!(output.status.code(), Some(1), "{error}");
     assert!(
-        error.contains("warning: ") && error.contains("oops"),
+        error.contains("warning: ") && error.contains("first in line 3"),
         "{error}"
     );
     assert!(error.contains("too few"), "{error}");

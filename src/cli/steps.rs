@@ -61,10 +61,7 @@ pub fn run(
         options,
         control,
     } = *bench;
-    let found = match Step::find(name) {
-        None => None,
-        Some(step) => Some(take(step, model, recordings, None, options, control)),
-    };
+    let found = Step::find(name).map(|step| take(step, model, recordings, None, options, control));
     output::end_of_progress();
     let found = found.transpose()?;
     let (text, value) = match &found {
