@@ -3,6 +3,9 @@
 
 use std::process::{Command, Output};
 
+/// A made-up recording of the `paper` device.
+const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/made-up-paper.csv");
+
 fn run(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_impactscope"))
         .args(arguments)
@@ -79,6 +82,37 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
         ),
         (&["diagnose"], 2, "RECORDINGS"),
         (&["diagnose", "/no/such.csv"], 1, "/no/such.csv"),
+        (
+            &["fit", RECORDING, "--free", ",,"],
+            2,
+            "--free names no parameter",
+        ),
+        (
+            &["fit", RECORDING, "--held-out", RECORDING],
+            2,
+            "has not seen",
+        ),
+        (&["fit", RECORDING, RECORDING], 2, "name it once"),
+        (
+            &["fit", RECORDING, "--json", RECORDING],
+            2,
+            "one of the recordings that are read",
+        ),
+        (
+            &["fit", RECORDING, "--out", "/no/such/fitted.toml"],
+            1,
+            "cannot write /no/such/fitted.toml",
+        ),
+        (
+            &["diagnose", RECORDING, "--report", RECORDING],
+            2,
+            "one of the recordings that are read",
+        ),
+        (
+            &["fit", RECORDING, "--step", "guide", "--out", "x.toml"],
+            2,
+            "finds no values",
+        ),
         (&["trial"], 2, "--seed"),
         (
             &["trial", "--seed", "1", "--conceal", "magic"],
@@ -95,4 +129,109 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
         assert!(error.contains(part), "{arguments:?}: {error}");
         assert!(!error.contains("panicked"), "{error}");
     }
+}
+
+#[test]
+fn what_the_reader_left_out_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.csv");
+    std::fs::write(
+        &path,
+        "t [s],V [V],xp [um]\n0,1,1\n1,1,oops\n2,1,3\n3,1,4\n",
+    )
+    .unwrap();
+    let output = run(&["fit", path.to_str().unwrap()]);
+    let error = error_of(&output);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(
+        error.contains("warning: ") && error.contains("first in line 3"),
+        "{error}"
+    );
+    assert!(error.contains("too few"), "{error}");
+}
+
+#[test]
+fn a_step_hands_its_device_to_the_next() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("film.toml");
+    let device = path.to_str().unwrap();
+    // Another film to begin with: the step must find the one of the recording.
+    let output = run(&[
+        "fit", "--step", "film", RECORDING, "--set", "Cs=1e-21", "--out", device, "--json", "-",
+    ]);
+    assert!(output.status.success(), "{}", error_of(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = json["parameters"][0]["value"].as_f64().unwrap();
+    assert_eq!(json["parameters"][0]["id"], "Cs");
+    let kept: toml::Table = std::fs::read_to_string(&path).unwrap().parse().unwrap();
+    let kept = kept["parameters"]["Cs"].as_float().unwrap();
+    assert!((kept / found - 1.0).abs() < 1e-9 && (kept / 1e-21 - 1.0).abs() > 0.1);
+    let output = run(&[
+        "fit",
+        "--step",
+        "restitution",
+        RECORDING,
+        "--preset",
+        device,
+    ]);
+    assert_ne!(output.status.code(), Some(2), "{}", error_of(&output));
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_work_keeps_the_best_so_far() {
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::Stdio;
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("fitted.toml");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_impactscope"))
+        .args([
+            "fit",
+            RECORDING,
+            "--starts",
+            "50",
+            "--out",
+            path.to_str().unwrap(),
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut errors = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    // The first iteration is done: there is something to keep.
+    while !line.contains("iteration 1,") {
+        line.clear();
+        assert!(
+            errors.read_line(&mut line).unwrap() > 0,
+            "it ended too soon"
+        );
+    }
+    let id = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let mut rest = String::new();
+    errors.read_to_string(&mut rest).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{rest}");
+    assert!(
+        rest.contains("cancelled: what was written is the best so far"),
+        "{rest}"
+    );
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.starts_with("Cancelled: this is the best so far."),
+        "{text}"
+    );
+    assert!(
+        std::fs::read_to_string(&path)
+            .unwrap()
+            .contains("[parameters]")
+    );
 }

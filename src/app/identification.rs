@@ -3,40 +3,19 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use eframe::egui::Context;
 
 use super::fitting::{Fitting, aligned};
 use super::job::Job;
 use super::setup::{OverlayId, Role, Setup};
-use crate::fit::readings::{Readings, readings};
-use crate::fit::steps::adhesion::{Adhesion, adhesion};
-use crate::fit::steps::drive::{DriveFit, fit_drive};
-use crate::fit::steps::film::{Film, film};
+use crate::fit::readings::Readings;
+use crate::fit::steps::finding::{Finding, take};
 use crate::fit::steps::guide::{Allowance, Guidance, Step, guide};
-use crate::fit::steps::restitution::{Restitution, restitution};
-use crate::fit::steps::sensitivity::{Sensitivity, sensitivity};
-use crate::fit::{Control, FitError, FitOptions, Part, Progress};
+use crate::fit::{Control, FitOptions, Progress};
 use crate::model::Model;
-use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
-
-/// What a step has found.
-#[derive(Debug, Clone)]
-pub enum Finding {
-    /// Branches of the drive.
-    Drive(Arc<DriveFit>),
-    /// Restitution.
-    Restitution(Arc<Restitution>),
-    /// Adhesion.
-    Adhesion(Arc<Adhesion>),
-    /// The film.
-    Film(Arc<Film>),
-    /// The sensitivity.
-    Sensitivity(Arc<Sensitivity>),
-}
 
 /// What the thread beside the window brings.
 #[derive(Debug, Clone)]
@@ -69,6 +48,8 @@ pub struct Identification {
     looked: Option<Looked>,
     /// The step in work; none while the recordings are looked at.
     pub job: Option<(Option<Step>, Job<Progress, News>)>,
+    /// Name of the device that the findings are of.
+    of: String,
     /// What has been found, by the step's id; or why not.
     pub findings: BTreeMap<&'static str, Result<Finding, String>>,
     /// The step that is looked at.
@@ -87,6 +68,14 @@ fn recordings(setup: &Setup, fitting: &Fitting) -> Vec<Arc<Recording>> {
 impl Identification {
     /// Takes what a thread has brought, and looks at the recordings anew if they changed.
     pub fn poll(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
+        if self.of != setup.preset.model.name {
+            // Branches of one device's drive are nothing to give to another.
+            self.of.clone_from(&setup.preset.model.name);
+            self.findings.clear();
+            if let Some((_, job)) = self.job.take() {
+                job.cancel();
+            }
+        }
         if let Some((step, job)) = &self.job
             && let Some(result) = job.take()
         {
@@ -158,7 +147,16 @@ impl Identification {
                 cancel: desk.cancel(),
                 progress: &report,
             };
-            take(step, &model, &recordings, known, &control).map(News::Found)
+            let options = FitOptions::for_model(&model);
+            let found = take(
+                step,
+                &model,
+                &recordings,
+                known.as_ref(),
+                &options,
+                &control,
+            );
+            found.map(News::Found).map_err(|e| e.to_string())
         });
         self.job = Some((Some(step), job));
     }
@@ -171,72 +169,30 @@ fn seen(setup: &Setup, fitting: &Fitting) -> Seen {
     (placed.collect(), setup.preset.model.name.clone())
 }
 
-fn take(
-    step: Step,
-    model: &Model,
-    recordings: &[Arc<Recording>],
-    known: Option<Arc<Readings>>,
-    control: &Control<'_>,
-) -> Result<Finding, String> {
-    let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
-    let names = names.join(", ");
-    let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
-    let options = FitOptions::for_model(model);
-    let read = || match &known {
-        Some(readings) => Ok(Arc::clone(readings)),
-        None => {
-            let read = readings(model, &parts, &options, control).map_err(|e| e.to_string())?;
-            // Readings broken off are some of them: a law through those would not say so.
-            if control.cancel.load(Ordering::Relaxed) {
-                return Err(FitError::Cancelled.to_string());
-            }
-            Ok(Arc::new(read))
-        }
-    };
-    match step {
-        Step::Drive => {
-            let slices: Vec<&Recording> = recordings.iter().map(Arc::as_ref).collect();
-            let fit = fit_drive(model, &slices).map_err(|e| e.to_string())?;
-            Ok(Finding::Drive(Arc::new(fit)))
-        }
-        Step::Restitution => {
-            let found = restitution(&names, read()?.as_ref()).map_err(|e| e.to_string())?;
-            Ok(Finding::Restitution(Arc::new(found)))
-        }
-        Step::Adhesion => {
-            let found = adhesion(&names, read()?.as_ref()).map_err(|e| e.to_string())?;
-            Ok(Finding::Adhesion(Arc::new(found)))
-        }
-        Step::Film => {
-            let found = film(model, &parts, &options, control);
-            Ok(Finding::Film(Arc::new(found.map_err(|e| e.to_string())?)))
-        }
-        Step::Sensitivity => {
-            let found = sensitivity(model, &parts, &options, control);
-            let found = found.map_err(|e| e.to_string())?;
-            Ok(Finding::Sensitivity(Arc::new(found)))
-        }
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::first_start;
+    use crate::model::preset::Preset;
 
-impl Finding {
-    /// Gives the device what was found; the sensitivity is a comparison and changes
-    /// nothing.
-    pub fn apply(&self, model: &mut Model) {
-        let p = &mut model.parameters;
-        match self {
-            Finding::Drive(found) => model.piezo = Some(found.piezo()),
-            Finding::Restitution(found) => p.set(ParameterId::Alpha, found.mean),
-            Finding::Adhesion(found) => {
-                p.set(ParameterId::Ca, found.rate.0.max(0.0));
-                p.set(ParameterId::Ca0, found.start.0.max(0.0));
-            }
-            Finding::Film(found) => {
-                for id in [ParameterId::Cs, ParameterId::Gp] {
-                    p.set(id, found.fit.model.parameters[id]);
-                }
-            }
-            Finding::Sensitivity(_) => {}
-        }
+    #[test]
+    fn what_one_device_showed_is_not_another_ones() {
+        let mut setup = first_start::setup();
+        let (fitting, context) = (Fitting::default(), Context::default());
+        let mut identification = Identification::default();
+        identification.poll(&setup, &fitting, &context);
+        let failed = Err("no slow cycle".to_owned());
+        identification.findings.insert(Step::Drive.id(), failed);
+        setup
+            .preset
+            .model
+            .parameters
+            .set(crate::model::parameter::ParameterId::Alpha, 0.3);
+        identification.poll(&setup, &fitting, &context);
+        assert_eq!(identification.findings.len(), 1);
+        let (_, job) = identification.job.clone().unwrap();
+        setup.preset = Preset::load("oscillator").unwrap();
+        identification.poll(&setup, &fitting, &context);
+        assert!(identification.findings.is_empty() && job.is_cancelled());
     }
 }

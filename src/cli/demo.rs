@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::Args;
 
 use super::watch::watched;
-use super::{Failure, output};
+use super::{Failure, interrupt, output};
 use crate::diagnose::{example, report};
 use crate::fit::Part;
 use crate::model::preset::Preset;
@@ -51,5 +51,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     output::text(&page, &report::html(&answer))?;
     output::json(&args.out.join("diagnosis.json"), &report::json(&answer))?;
     say(&format!("The report with figures: {}\n", page.display()))?;
+    if answer.cancelled {
+        return Err(interrupt::cancelled());
+    }
     Ok(())
 }

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::watch::watched;
-use super::{Failure, fit, output};
+use super::{Failure, interrupt, output, read};
 use crate::diagnose::report;
-use crate::fit::Part;
 use crate::model::preset::Preset;
 
 /// Arguments of the command.
@@ -36,17 +35,14 @@ pub struct Arguments {
 /// [`Failure`] with the exit code.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
     let preset = Preset::load(&args.preset)?;
-    let recordings = fit::read(&args.recordings)?;
+    let outputs = [
+        ("--json", args.json.as_deref()),
+        ("--report", args.report.as_deref()),
+    ];
+    let inputs = [&args.recordings[..], &args.held_out].concat();
+    output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
-    let (train, held_out): (Vec<Part>, Vec<Part>) = if split {
-        recordings.into_iter().map(Part::split).unzip()
-    } else {
-        let kept = fit::read(&args.held_out)?;
-        (
-            recordings.into_iter().map(Part::whole).collect(),
-            kept.into_iter().map(Part::whole).collect(),
-        )
-    };
+    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
     let mut answer = watched(&preset.model, &train, &held_out)?;
     if split {
         answer.remarks.insert(0, report::words::SPLIT.to_owned());
@@ -59,6 +55,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     }
     if let Some(path) = &args.json {
         output::json(path, &report::json(&answer))?;
+    }
+    if answer.cancelled {
+        return Err(interrupt::cancelled());
     }
     Ok(())
 }

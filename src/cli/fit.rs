@@ -2,23 +2,15 @@
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
-use anyhow::Context;
+use anyhow::anyhow;
 use clap::Args;
-use serde_json::{Map, Value, json};
 
 use super::device::{add_effect, set_parameter};
-use super::{Failure, output, steps, wrong_command};
-use crate::fit::{
-    Control, FitError, FitOptions, FitResult, Misfit, Part, Progress, fit as run_fit,
-};
-use crate::model::parameter::ParameterId;
+use super::{Failure, interrupt, output, read, result, steps, wrong_command};
+use crate::fit::{Control, FitError, FitOptions, Progress, fit as run_fit};
 use crate::model::preset::Preset;
-use crate::model::unit::{format_number, format_quantity};
-use crate::recording::Recording;
-use crate::recording::csv::import_auto;
+use crate::model::unit::format_number;
 
 /// Arguments of the command.
 #[derive(Debug, Args)]
@@ -48,9 +40,9 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
-    #[arg(long, value_parser = steps::NAMES, conflicts_with_all = ["out", "held_out"])]
+    #[arg(long, value_parser = steps::NAMES, conflicts_with = "held_out")]
     step: Option<String>,
-    /// File for the fitted device (a preset)
+    /// File for the fitted device (a preset); with --step the device with what the step found
     #[arg(long, value_name = "FITTED.toml")]
     out: Option<PathBuf>,
     /// File for the result as JSON; - for standard output
@@ -76,77 +68,101 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         .map_err(|error| wrong_command(error.into()))?;
     let mut options = FitOptions::for_model(&preset.model);
     if !args.free.is_empty() {
-        options.free = args.free.iter().map(|id| id.trim().to_owned()).collect();
+        options.free = free(&args.free)?;
     }
     options.starts = args.starts;
     options.seed = args.seed;
-    let recordings = read(&args.recordings)?;
-    let cancel = AtomicBool::new(false);
+    if let Some(step) = args.step.as_deref().filter(|_| args.out.is_some())
+        && !steps::finds_values(step)
+    {
+        return Err(wrong_command(anyhow!(
+            "--step {step} finds no values that a device could keep; leave --out away"
+        )));
+    }
+    let outputs = [
+        ("--out", args.out.as_deref()),
+        ("--json", args.json.as_deref()),
+    ];
+    let inputs = [&args.recordings[..], &args.held_out].concat();
+    output::ready(&outputs, &inputs)?;
     let live = std::io::stderr().is_terminal();
     let progress = |p: &Progress| show_progress(p, live);
-    let control = Control {
-        cancel: &cancel,
+    // From then on only: while files are read, Ctrl-C ends the program.
+    let control = || Control {
+        cancel: interrupt::flag(),
         progress: &progress,
     };
     if let Some(step) = &args.step {
+        let recordings = read::read(&args.recordings)?;
         let bench = steps::Bench {
             model: &preset.model,
             recordings: &recordings,
             options: &options,
-            control: &control,
+            control: &control(),
         };
-        return Ok(steps::run(step, &bench, args.json.as_deref())?);
-    }
-    let (train, held_out): (Vec<Part>, Vec<Part>) = if args.held_out.is_empty() {
-        recordings.into_iter().map(Part::split).unzip()
-    } else {
-        let kept = read(&args.held_out)?;
-        (
-            recordings.into_iter().map(Part::whole).collect(),
-            kept.into_iter().map(Part::whole).collect(),
-        )
-    };
-    let result = run_fit(&preset.model, &train, &held_out, &options, &control);
-    if live {
-        eprint!("\r\x1b[K");
-    }
-    let result = result.map_err(|error| match error {
-        FitError::UnknownParameter { .. } | FitError::Unused { .. } | FitError::NothingFree => {
-            wrong_command(error.into())
+        if let Some(found) = steps::run(step, &bench, args.json.as_deref())? {
+            found.apply(&mut preset.model);
         }
-        other => other.into(),
-    })?;
-    let to_stdout = args.json.as_deref() == Some(Path::new("-"));
-    if !to_stdout {
-        print!("{}", summary(&result));
+        return keep(preset, args.out.as_deref());
     }
-    if let Some(path) = &args.out {
-        preset.model = result.model.clone();
-        preset.about = format!("{} (fitted)", preset.about.trim_end_matches(" (fitted)"));
-        std::fs::write(path, preset.to_toml())
-            .with_context(|| format!("cannot write {}; choose another folder", path.display()))?;
+    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
+    let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
+    output::end_of_progress();
+    let fitted = fitted.map_err(said_for_the_command_line)?;
+    if args.json.as_deref() != Some(Path::new("-")) {
+        output::to_stdout(|out| Ok(out.write_all(result::text(&fitted).as_bytes())?))?;
     }
     if let Some(path) = &args.json {
-        output::json(path, &as_json(&result))?;
+        output::json(path, &result::as_json(&fitted))?;
+    }
+    preset.model = fitted.model;
+    keep(preset, args.out.as_deref())
+}
+
+/// Writes the device as it is now, if that is asked for. Work that was stopped ends with
+/// an error, but only when all that it found is written.
+fn keep(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
+    if let Some(path) = out {
+        preset.about = format!("{} (fitted)", preset.about.trim_end_matches(" (fitted)"));
+        output::text(path, &preset.to_toml())?;
+    }
+    if interrupt::stopped() {
+        return Err(interrupt::cancelled());
     }
     Ok(())
 }
 
-/// Reads recordings as their headers say.
-pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
-    let read_one = |path: &PathBuf| {
-        let recording = import_auto(path, None)?;
-        for warning in &recording.warnings {
-            log::warn!("{}: {warning:?}", recording.name);
-        }
-        Ok(Arc::new(recording))
-    };
-    paths.iter().map(read_one).collect()
+/// The ids of `--free`; empty ones, as between two commas, are none.
+fn free(typed: &[String]) -> Result<Vec<String>, Failure> {
+    let ids = typed.iter().map(|id| id.trim().to_owned());
+    let ids: Vec<String> = ids.filter(|id| !id.is_empty()).collect();
+    if ids.is_empty() {
+        return Err(wrong_command(anyhow!(
+            "--free names no parameter; write for example --free Cs,gp, or leave it away"
+        )));
+    }
+    Ok(ids)
+}
+
+/// The error with what to do about it here: on the command line a parameter is locked by
+/// not being named.
+fn said_for_the_command_line(error: FitError) -> Failure {
+    match error {
+        FitError::Unused { id, device } => wrong_command(anyhow!(
+            "{id} has no bearing on the device {device}; leave it out of --free"
+        )),
+        FitError::NoContact { parameters, reason } => anyhow!(
+            "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; name with --free only others, for example eta,zeta1, or add a recording in which the mass hits the ground"
+        )
+        .into(),
+        FitError::UnknownParameter { .. } | FitError::NothingFree => wrong_command(error.into()),
+        other => other.into(),
+    }
 }
 
 fn show_progress(p: &Progress, live: bool) {
     let line = format!(
-        "{}: iteration {}, misfit {} x noise, at most {:.0} s left",
+        "{}: iteration {}, misfit {} x noise, about {:.0} s left",
         p.stage,
         p.iteration,
         format_number(p.misfit, 3),
@@ -159,97 +175,39 @@ fn show_progress(p: &Progress, live: bool) {
     }
 }
 
-/// The result as a person reads it.
-fn summary(result: &FitResult) -> String {
-    let mut text = String::new();
-    let mut line = |l: String| {
-        text.push_str(&l);
-        text.push('\n');
-    };
-    line(format!(
-        "{:<22} {:>16} {:>14} {:>16}",
-        "parameter", "value", "std. error", "before"
-    ));
-    for p in &result.parameters {
-        let write = |v: f64, digits| format_quantity(v, p.unit, digits);
-        line(format!(
-            "{:<22} {:>16} {:>14} {:>16}{}",
-            p.id,
-            write(p.value, 5),
-            if p.std_error.is_finite() {
-                write(p.std_error, 2)
-            } else {
-                "not told".to_owned()
-            },
-            write(p.start, 4),
-            if p.at_bound { "  at its bound" } else { "" }
-        ));
-    }
-    if let Some(film) = film_at_contact(result) {
-        line(format!(
-            "film damping at contact {}",
-            format_quantity(film, "N s/m", 4)
-        ));
-    }
-    for remark in &result.remarks {
-        line(format!("note: {remark}"));
-    }
-    let held_out = result.held_out.as_ref();
-    for (title, set) in [("fitted to", Some(&result.train)), ("held out", held_out)] {
-        let Some((all, each)) = set else { continue };
-        line(format!("{title}: {}", misfit(all)));
-        for one in each.iter().filter(|_| each.len() > 1) {
-            line(format!("  {}: {}", one.name, misfit(one)));
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn free_parameters_are_those_that_are_named() {
+        let typed = |text: &str| {
+            let ids: Vec<String> = text.split(',').map(str::to_owned).collect();
+            free(&ids)
+        };
+        assert_eq!(typed("Cs,, gp ,").ok().unwrap(), ["Cs", "gp"]);
+        for nothing in ["", ",", " "] {
+            let failure = typed(nothing).unwrap_err();
+            assert_eq!(failure.code, 2);
+            assert!(failure.error.to_string().contains("--free Cs,gp"));
         }
     }
-    text
-}
 
-/// `Cs / (gp - dp)^3` where there is a film \[N s/m\].
-fn film_at_contact(result: &FitResult) -> Option<f64> {
-    let p = &result.model.parameters;
-    let thickness = p[ParameterId::Gp] - p[ParameterId::Dp];
-    result
-        .model
-        .has_ground
-        .then(|| p[ParameterId::Cs] / thickness.powi(3))
-}
-
-fn misfit(m: &Misfit) -> String {
-    let aside = if m.set_aside > 0.0 {
-        format!(
-            "; {:.1} % of the samples lie around events that could not be read",
-            100.0 * m.set_aside
-        )
-    } else {
-        String::new()
-    };
-    format!(
-        "rms {} against noise {} (chi2 {}){aside}",
-        format_quantity(m.rms, "m", 3),
-        format_quantity(m.noise, "m", 3),
-        format_number(m.chi2, 3)
-    )
-}
-
-fn as_json(result: &FitResult) -> Value {
-    let mut parameters = Map::new();
-    for p in &result.parameters {
-        let value = json!({ "value": p.value, "std_error": p.std_error, "unit": p.unit });
-        parameters.insert(p.id.clone(), value);
+    #[test]
+    fn messages_name_what_the_command_line_has() {
+        let unused = FitError::Unused {
+            id: "dp".into(),
+            device: "oscillator".into(),
+        };
+        let contact = FitError::NoContact {
+            parameters: "dp, gp".into(),
+            reason: "the mass never rests".into(),
+        };
+        for (error, code) in [(unused, 2), (contact, 1)] {
+            let failure = said_for_the_command_line(error);
+            let text = failure.error.to_string();
+            assert_eq!(failure.code, code);
+            assert!(text.contains("--free") && !text.contains("lock"), "{text}");
+        }
     }
-    let of = |m: &Misfit| {
-        json!({
-            "rms_um": m.rms * 1e6,
-            "noise_um": m.noise * 1e6,
-            "chi2": m.chi2,
-            "set_aside": m.set_aside,
-        })
-    };
-    json!({
-        "parameters": parameters,
-        "train": of(&result.train.0),
-        "held_out": result.held_out.as_ref().map(|h| of(&h.0)),
-        "remarks": result.remarks,
-    })
 }

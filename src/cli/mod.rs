@@ -5,7 +5,10 @@ mod demo;
 mod device;
 mod diagnose;
 mod fit;
+mod interrupt;
 mod output;
+mod read;
+mod result;
 mod simulate;
 mod steps;
 mod trial;
@@ -102,6 +105,7 @@ fn said_once(error: &anyhow::Error) -> String {
 }
 
 /// An error with its exit code.
+#[derive(Debug)]
 struct Failure {
     code: u8,
     error: anyhow::Error,

@@ -1,9 +1,13 @@
 //! Where results go: standard output or files.
 
-use std::io::{BufWriter, ErrorKind, Write};
-use std::path::Path;
+use std::fs;
+use std::io::{BufWriter, ErrorKind, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
+
+use super::{Failure, wrong_command};
+use crate::app::session::write_atomically;
 
 /// Writes to standard output, through a buffer. A reader that has had enough is no error.
 ///
@@ -14,6 +18,13 @@ pub fn to_stdout(write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> an
     match write(&mut out).and_then(|()| Ok(out.flush()?)) {
         Err(error) if is_broken_pipe(&error) => Ok(()),
         other => other,
+    }
+}
+
+/// Takes away the line of progress, where standard error is a terminal and has one.
+pub fn end_of_progress() {
+    if std::io::stderr().is_terminal() {
+        eprint!("\r\x1b[K");
     }
 }
 
@@ -30,13 +41,76 @@ pub fn json(path: &Path, value: &impl serde::Serialize) -> anyhow::Result<()> {
     self::text(path, &text)
 }
 
-/// Writes a text to a file.
+/// Writes a text to a file, so that it is either whole or as before wherever the system
+/// allows that.
 ///
 /// # Errors
 /// The file's, with its path.
 pub fn text(path: &Path, text: &str) -> anyhow::Result<()> {
-    std::fs::write(path, text)
-        .with_context(|| format!("cannot write {}; choose another folder", path.display()))
+    // A link stays one: the file that it names is replaced.
+    let there = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    // A pipe or a device is written to, not replaced.
+    let plain = there.is_file() || !there.exists();
+    if plain && write_atomically(&there, text.as_bytes()).is_ok() {
+        return Ok(());
+    }
+    // A folder that takes no second file may still let this one be written.
+    fs::write(&there, text).with_context(|| refusal(path))
+}
+
+/// Looks before the work whether its results can be written after it: `outputs` are
+/// options with their files, `inputs` the files that the command reads.
+///
+/// # Errors
+/// A wrong command if an output is also an input or named twice; else the file's.
+pub fn ready(outputs: &[(&str, Option<&Path>)], inputs: &[PathBuf]) -> Result<(), Failure> {
+    let files: Vec<(&str, &Path)> = outputs
+        .iter()
+        .filter_map(|(option, path)| Some((*option, (*path)?)))
+        .filter(|(_, path)| *path != Path::new("-"))
+        .collect();
+    for (k, (option, path)) in files.iter().enumerate() {
+        if inputs.iter().any(|input| same(input, path)) {
+            return Err(wrong_command(anyhow!(
+                "{option} {} is one of the recordings that are read; give another file",
+                path.display()
+            )));
+        }
+        if let Some((other, _)) = files[..k].iter().find(|(_, earlier)| same(earlier, path)) {
+            return Err(wrong_command(anyhow!(
+                "{other} and {option} name the same file {}; give two",
+                path.display()
+            )));
+        }
+        writable(path).with_context(|| refusal(path))?;
+    }
+    Ok(())
+}
+
+/// Whether two paths are of one file.
+pub fn same(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        // A file that is not there yet has no other name, but may be named twice.
+        _ => a == b,
+    }
+}
+
+/// Tries whether a file can be written, and leaves everything as it is.
+fn writable(path: &Path) -> std::io::Result<()> {
+    let mut options = fs::OpenOptions::new();
+    if path.is_file() || path.is_dir() {
+        // Of a folder this says that it is one.
+        options.append(true).open(path)?;
+    } else if !path.exists() {
+        options.write(true).create_new(true).open(path)?;
+        fs::remove_file(path)?;
+    }
+    Ok(())
+}
+
+fn refusal(path: &Path) -> String {
+    format!("cannot write {}; choose another folder", path.display())
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
@@ -45,4 +119,63 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
             .downcast_ref::<std::io::Error>()
             .is_some_and(|e| e.kind() == ErrorKind::BrokenPipe)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_is_not_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let recording = folder.path().join("a.csv");
+        fs::write(&recording, "t [s],xp [um]\n").unwrap();
+        // The same file by another name.
+        let again = folder.path().join(".").join("a.csv");
+        let refused = |outputs: &[(&str, Option<&Path>)]| {
+            ready(outputs, std::slice::from_ref(&recording)).unwrap_err()
+        };
+        let failure = refused(&[("--json", None), ("--out", Some(&again))]);
+        assert_eq!(failure.code, 2);
+        assert!(failure.error.to_string().contains("--out"));
+        let twice = folder.path().join("b.toml");
+        let failure = refused(&[("--out", Some(&twice)), ("--json", Some(&twice))]);
+        assert_eq!(failure.code, 2);
+        assert!(failure.error.to_string().contains("--out and --json"));
+        let nowhere = folder.path().join("none").join("b.toml");
+        for path in [nowhere.as_path(), folder.path()] {
+            let failure = refused(&[("--out", Some(path))]);
+            assert_eq!(failure.code, 1);
+            assert!(failure.error.to_string().contains("cannot write"));
+        }
+    }
+
+    #[test]
+    fn looking_changes_nothing_and_writing_leaves_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("b.toml");
+        let outputs = [
+            ("--out", Some(path.as_path())),
+            ("--json", Some("-".as_ref())),
+        ];
+        assert!(ready(&outputs, &[]).is_ok() && !path.exists());
+        text(&path, "one").unwrap();
+        assert!(ready(&outputs, &[]).is_ok());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "one");
+        text(&path, "two").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "two");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "one").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        text(&link, "two").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "two");
+    }
 }

@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::output;
-use crate::fit::readings::{Readings, readings};
-use crate::fit::steps::adhesion::adhesion;
-use crate::fit::steps::drive::{BranchFit, fit_drive};
-use crate::fit::steps::film::film;
-use crate::fit::steps::guide::{Allowance, Step, guide};
-use crate::fit::steps::restitution::restitution;
-use crate::fit::steps::sensitivity::{ROWS, SHIFT, sensitivity};
-use crate::fit::{Control, FitOptions, Part};
+use super::{output, result};
+use crate::fit::steps::adhesion::Adhesion;
+use crate::fit::steps::drive::{BranchFit, DriveFit};
+use crate::fit::steps::film::Film;
+use crate::fit::steps::finding::{Finding, take};
+use crate::fit::steps::guide::{Allowance, Guidance, Step, guide};
+use crate::fit::steps::restitution::Restitution;
+use crate::fit::steps::sensitivity::{ROWS, SHIFT, Sensitivity};
+use crate::fit::{Control, FitError, FitOptions, FitResult};
 use crate::model::Model;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;
@@ -40,55 +40,61 @@ pub struct Bench<'a> {
     pub control: &'a Control<'a>,
 }
 
-impl Bench<'_> {
-    fn names(&self) -> String {
-        let names: Vec<&str> = self.recordings.iter().map(|r| r.name.as_str()).collect();
-        names.join(", ")
-    }
-
-    fn parts(&self) -> Vec<Part> {
-        self.recordings.iter().cloned().map(Part::whole).collect()
-    }
-
-    fn readings(&self) -> anyhow::Result<Readings> {
-        Ok(readings(
-            self.model,
-            &self.parts(),
-            self.options,
-            self.control,
-        )?)
-    }
+/// Whether a step finds values that can be kept in a device.
+pub fn finds_values(name: &str) -> bool {
+    Step::find(name).is_some_and(Step::finds_values)
 }
 
-/// Takes a step; the summary goes to standard output, the numbers to `json_file`.
+/// Takes a step; the summary goes to standard output, the numbers to `json_file`. What was
+/// found, unless it was only asked which steps there are.
 ///
 /// # Errors
 /// Those of the step.
-pub fn run(name: &str, bench: &Bench<'_>, json_file: Option<&Path>) -> anyhow::Result<()> {
-    let (text, value) = match Step::ALL.into_iter().find(|step| step.id() == name) {
-        None => guided(bench),
-        Some(Step::Drive) => drive(bench)?,
-        Some(Step::Restitution) => bounces(bench)?,
-        Some(Step::Adhesion) => pull_off(bench)?,
-        Some(Step::Film) => damping(bench)?,
-        Some(Step::Sensitivity) => twice(bench)?,
+pub fn run(
+    name: &str,
+    bench: &Bench<'_>,
+    json_file: Option<&Path>,
+) -> anyhow::Result<Option<Finding>> {
+    let Bench {
+        model,
+        recordings,
+        options,
+        control,
+    } = *bench;
+    let found = Step::find(name).map(|step| take(step, model, recordings, None, options, control));
+    output::end_of_progress();
+    let found = found.transpose()?;
+    let (text, value) = match &found {
+        None => {
+            let found = guide(model, recordings, options, control);
+            output::end_of_progress();
+            if control.cancelled() {
+                // What was broken off is no reason against a step.
+                return Err(FitError::Cancelled.into());
+            }
+            guided(&found)
+        }
+        Some(Finding::Drive(found)) => drive(found),
+        Some(Finding::Restitution(found)) => bounces(found),
+        Some(Finding::Adhesion(found)) => pull_off(found),
+        Some(Finding::Film(found)) => damping(found),
+        Some(Finding::Sensitivity(found)) => twice(found),
     };
     if json_file != Some(Path::new("-")) {
         output::to_stdout(|out| Ok(out.write_all(text.as_bytes())?))?;
     }
-    match json_file {
-        Some(path) => output::json(path, &value),
-        None => Ok(()),
+    if let Some(path) = json_file {
+        output::json(path, &value)?;
     }
+    Ok(found)
 }
 
 type Outcome = (String, Value);
 
-fn guided(bench: &Bench<'_>) -> Outcome {
-    let found = guide(bench.model, bench.recordings, bench.options, bench.control);
-    let allowances = found.allowances;
+fn guided(found: &Guidance) -> Outcome {
+    let allowances = &found.allowances;
     let mut text = String::from("Steps of the identification, in the paper's order:\n");
-    for Allowance { step, by } in &allowances {
+    for Allowance { step, by } in allowances {
         match by {
             Ok(names) => {
                 text += &format!(
@@ -97,12 +103,11 @@ fn guided(bench: &Bench<'_>) -> Outcome {
                     names.join(", ")
                 );
             }
-            Err(reason) => {
-                text += &format!(
-                    "  no   {}\n       {reason}\n       record {}\n",
-                    step.title(),
-                    step.recipe()
-                );
+            Err(missing) => {
+                text += &format!("  no   {}\n       {}\n", step.title(), missing.reason);
+                if let Some(record) = missing.record {
+                    text += &format!("       record {record}\n");
+                }
             }
         }
     }
@@ -113,17 +118,16 @@ fn guided(bench: &Bench<'_>) -> Outcome {
         .iter()
         .map(|a| match &a.by {
             Ok(names) => json!({ "step": a.step.id(), "allowed": true, "recordings": names }),
-            Err(reason) => json!({
-                "step": a.step.id(), "allowed": false, "reason": reason, "record": a.step.recipe(),
+            Err(missing) => json!({
+                "step": a.step.id(), "allowed": false,
+                "reason": missing.reason, "record": missing.record,
             }),
         })
         .collect();
     (text, json!({ "steps": steps }))
 }
 
-fn drive(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
-    let recordings: Vec<&Recording> = bench.recordings.iter().map(Arc::as_ref).collect();
-    let fit = fit_drive(bench.model, &recordings)?;
+fn drive(fit: &DriveFit) -> Outcome {
     let describe = |name: &str, branch: &BranchFit| {
         let terms: Vec<String> = branch
             .coefficients
@@ -141,23 +145,26 @@ fn drive(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
             terms.concat()
         )
     };
+    let [low, high] = fit
+        .open_ends
+        .map(|(volts, gap)| format!("{gap:+.4} at {volts:.2} V"));
     let text = format!(
-        "Drive: gc(V) in units of eta, from {} blocks of slow motion\n{}{}  gaps between the branches at the ends: {:.3} and {:.3}\n",
+        "Drive: gc(V) in units of eta, from {} blocks of slow motion\n{}{}  rising less falling branch at the ends, in units of eta: {low} and {high} (a closed loop has 0)\n",
         fit.points.len(),
         describe("rising", &fit.rising),
         describe("falling", &fit.falling),
-        fit.open_ends[0],
-        fit.open_ends[1],
     );
     let branch = |b: &BranchFit| json!({ "coefficients": b.coefficients, "std_errors": b.errors, "seen_V": [b.seen.0, b.seen.1], "scatter": b.scatter });
-    Ok((
+    let ends = fit
+        .open_ends
+        .map(|(volts, gap)| json!({ "V": volts, "gap": gap }));
+    (
         text,
-        json!({ "rising": branch(&fit.rising), "falling": branch(&fit.falling), "open_ends": fit.open_ends }),
-    ))
+        json!({ "rising": branch(&fit.rising), "falling": branch(&fit.falling), "open_ends": ends }),
+    )
 }
 
-fn bounces(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
-    let found = restitution(&bench.names(), &bench.readings()?)?;
+fn bounces(found: &Restitution) -> Outcome {
     let mut text =
         String::from("Restitution, bounce by bounce:\n  t [ms]      v- [mm/s]  v+ [mm/s]  ratio\n");
     for b in &found.bounces {
@@ -183,7 +190,7 @@ fn bounces(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
     if found.aside.count() > 0 {
         text += &format!("{}\n", found.aside);
     }
-    Ok((
+    (
         text,
         json!({
             "alpha": { "value": found.mean, "std_error": found.error, "scatter": found.scatter },
@@ -191,11 +198,10 @@ fn bounces(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
             "set_aside": found.aside.count(),
             "bounces": found.bounces.iter().map(|b| json!([b.time, -b.approach, b.departure, b.ratio, b.error])).collect::<Vec<_>>(),
         }),
-    ))
+    )
 }
 
-fn pull_off(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
-    let found = adhesion(&bench.names(), &bench.readings()?)?;
+fn pull_off(found: &Adhesion) -> Outcome {
     let mut text =
         String::from("Adhesion: pull-off force at each release\n  contact [ms]  force [nN]\n");
     for r in &found.releases {
@@ -220,7 +226,7 @@ fn pull_off(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
         format_quantity(at, "N", 4),
         format_quantity(half, "N", 2),
     );
-    Ok((
+    (
         text,
         json!({
             "Ca": { "value": found.rate.0, "std_error": found.rate.1, "unit": "N/s" },
@@ -230,19 +236,17 @@ fn pull_off(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
             "set_aside": found.aside.iter().map(|(r, why)| json!([r.contact, r.force, r.error, why.id()])).collect::<Vec<_>>(),
             "unread": found.unread,
         }),
-    ))
+    )
 }
 
-fn damping(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
-    crate::fit::steps::film::check(bench.model)?;
-    let found = film(bench.model, &bench.parts(), bench.options, bench.control)?;
+fn damping(found: &Film) -> Outcome {
     let mut text = String::from("Film: fitted with the rest of the device as it is\n");
     for p in &found.fit.parameters {
         text += &format!(
             "  {} = {} +- {}\n",
             p.id,
             format_quantity(p.value, p.unit, 4),
-            format_quantity(p.std_error, p.unit, 2)
+            result::error(p.std_error, p.unit)
         );
     }
     text += &format!(
@@ -261,19 +265,18 @@ fn damping(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
         .iter()
         .map(|p| json!({ "id": p.id, "value": p.value, "std_error": p.std_error, "unit": p.unit }))
         .collect();
-    Ok((
+    (
         text,
         json!({
             "parameters": parameters, "at_contact": found.at_contact,
             "rms_with_film": found.with_film.rms, "rms_without_film": found.without_film.rms,
         }),
-    ))
+    )
 }
 
-fn twice(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
-    let both = sensitivity(bench.model, &bench.parts(), bench.options, bench.control)?;
+fn twice(both: &Sensitivity) -> Outcome {
     let mut text = format!(
-        "Sensitivity (Table 2): identified with the zero position as it is, and {} higher above the ground\n  {:6} {:>26} {:>26}\n",
+        "Sensitivity (Table 2): identified with the zero position as it is, and {} higher above the ground\n  {:6} {:>30} {:>30}\n",
         format_quantity(SHIFT, "m", 3),
         "",
         "original",
@@ -282,19 +285,25 @@ fn twice(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
     let mut rows = serde_json::Map::new();
     for id in ROWS {
         let spec = id.spec();
-        let (a, b) = (
-            both.original.model.parameters[id],
-            both.altered.model.parameters[id],
-        );
-        text += &format!(
-            "  {:6} {:>26} {:>26}\n",
-            spec.id,
-            format_quantity(a, spec.unit, 4),
-            format_quantity(b, spec.unit, 4)
-        );
+        let column = |fit: &FitResult| {
+            let fitted = fit.parameters.iter().find(|p| p.id == spec.id);
+            (fit.model.parameters[id], fitted.map(|p| p.std_error))
+        };
+        let write = |(value, error): (f64, Option<f64>)| {
+            let value = format_quantity(value, spec.unit, 4);
+            // One that was not free has no error.
+            error.map_or(format!("{value} (kept)"), |error| {
+                format!("{value} +- {}", result::error(error, spec.unit))
+            })
+        };
+        let (a, b) = (column(&both.original), column(&both.altered));
+        text += &format!("  {:6} {:>30} {:>30}\n", spec.id, write(a), write(b));
         rows.insert(
             spec.id.to_owned(),
-            json!({ "original": a, "altered": b, "unit": spec.unit }),
+            json!({
+                "original": a.0, "original_std_error": a.1,
+                "altered": b.0, "altered_std_error": b.1, "unit": spec.unit,
+            }),
         );
     }
     text +=
@@ -304,5 +313,5 @@ fn twice(bench: &Bench<'_>) -> anyhow::Result<Outcome> {
         format_quantity(both.original.train.0.rms, "m", 3),
         format_quantity(both.altered.train.0.rms, "m", 3)
     );
-    Ok((text, Value::Object(rows)))
+    (text, Value::Object(rows))
 }

@@ -9,7 +9,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::watch::watched;
-use super::{Failure, output, wrong_command};
+use super::{Failure, interrupt, output, wrong_command};
 use crate::diagnose::report;
 use crate::diagnose::trial::score::{Diagnosis, Outcome, aggregate, score, score_shuffled};
 use crate::diagnose::trial::{
@@ -66,6 +66,7 @@ pub struct Arguments {
 pub fn run(args: &Arguments) -> Result<(), Failure> {
     let settings = settings(args).map_err(wrong_command)?;
     let model = Preset::load(&args.preset)?.model;
+    output::ready(&[("--json", args.json.as_deref())], &[])?;
     let aloud = args.json.as_deref() != Some(Path::new("-"));
     let say = |line: String| -> anyhow::Result<()> {
         if aloud {
@@ -89,6 +90,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                         tally.outcomes.push(outcome);
                         tally.cases.push(note);
                     }
+                    // A diagnosis that was stopped is no answer to be scored.
+                    Err(_) if interrupt::stopped() => break,
                     Err(error) => tally.fail(seed, format!("{error:#}")),
                 }
             }
@@ -110,6 +113,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     }
     if !aloud {
         output::json(Path::new("-"), &tally.json(&settings))?;
+    }
+    if interrupt::stopped() {
+        return Err(interrupt::cancelled());
     }
     if tally.failed.is_empty() {
         Ok(())
@@ -171,6 +177,9 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
         &whole(&recordings.train),
         &whole(&recordings.held_out),
     )?;
+    if answer.cancelled {
+        bail!("cancelled");
+    }
     let seconds = started.elapsed().as_secs_f64();
     let seal = envelope.seal().to_owned();
     if let Some(folder) = &folder {

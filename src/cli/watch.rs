@@ -1,9 +1,9 @@
 //! A diagnosis with its progress on standard error.
 
 use std::io::IsTerminal;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
+use super::{interrupt, output};
 use crate::diagnose::diagnose;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 use crate::diagnose::result::Diagnosis;
@@ -11,7 +11,7 @@ use crate::fit::Part;
 use crate::model::Model;
 
 /// Runs a diagnosis and shows how far it is: on a terminal in one line that changes,
-/// else in a line for each stage.
+/// else in a line for each stage. Ctrl-C ends it with what has been found so far.
 ///
 /// # Errors
 /// Those of the diagnosis.
@@ -32,9 +32,8 @@ pub fn watched(
         }
         *last = p.stage;
     };
-    let cancel = AtomicBool::new(false);
     let control = DiagnoseControl {
-        cancel: &cancel,
+        cancel: interrupt::flag(),
         progress: &progress,
     };
     let answer = diagnose(
@@ -44,9 +43,7 @@ pub fn watched(
         &DiagnoseOptions::default(),
         &control,
     );
-    if live {
-        eprint!("\r\x1b[K");
-    }
+    output::end_of_progress();
     answer
 }
 

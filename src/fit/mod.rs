@@ -14,6 +14,7 @@ pub mod chain;
 pub(crate) mod check;
 pub mod cma;
 pub mod colour;
+pub mod combinations;
 mod engine;
 pub mod error;
 pub mod global;

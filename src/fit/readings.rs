@@ -7,10 +7,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::chain::{Encounter, Run, residuals, run};
+use super::check::check;
 use super::engine::estimate_states;
 use super::error::FitError;
 use super::options::FitOptions;
-use super::prepare::{Part, Prepared, look, prepare};
+use super::prepare::{Findings, Part, Prepared, look, prepare};
 use super::segment::{Joint, JointKind, Segment};
 use super::solve::{Clock, Control, Point};
 use super::space::Space;
@@ -91,6 +92,7 @@ pub fn readings(
 ) -> Result<Readings, FitError> {
     let space = Space::new(model, &options.free)?;
     let findings = look(model, parts);
+    sound(model, parts, &findings, options)?;
     let mut prepared = prepare(model, &space, parts, &findings, options)?;
     for data in &mut prepared.problem.data {
         data.sigmas.velocity *= LOOSE;
@@ -99,6 +101,24 @@ pub fn readings(
     let mut clock = Clock::new(options.iterations.min(10));
     let point = estimate_states(&prepared, model, options, control, &mut clock)?;
     Ok(read(&prepared, &point)?)
+}
+
+/// Refuses what cannot be read whatever is looked for in it: recordings that are too short,
+/// constant, saturated, or of different devices. One without contact is for a step to
+/// speak of: not each needs it.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence.
+pub(crate) fn sound(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+) -> Result<(), FitError> {
+    match check(model, parts, findings, options) {
+        Ok(()) | Err(FitError::NoContact { .. }) => Ok(()),
+        Err(error) => Err(error),
+    }
 }
 
 /// Reads bounces and releases at a point whose segments are fitted with loose laws.

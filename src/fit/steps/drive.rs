@@ -7,9 +7,14 @@
 //! out. Each branch is then a least-squares polynomial with a robust loss, of the paper's
 //! order: second where the voltage falls, third where it rises, eq (9).
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::{StepError, counted};
+use crate::fit::prepare::look;
+use crate::fit::readings::sound;
+use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
@@ -69,9 +74,9 @@ pub struct DriveFit {
     pub falling: BranchFit,
     /// What the branches were fitted to.
     pub points: Vec<DrivePoint>,
-    /// Gaps between the branches at the lowest and the highest voltage seen on both, in
-    /// units of `gc`: a closed loop has none.
-    pub open_ends: [f64; 2],
+    /// Lowest and highest voltage seen on both branches \[V\], and the gaps between them
+    /// there, rising less falling, in units of `gc`: a closed loop has none.
+    pub open_ends: [(f64, f64); 2],
 }
 
 impl DriveFit {
@@ -91,12 +96,25 @@ impl DriveFit {
 /// # Errors
 /// [`StepError`] if a recording has no voltage, or all together show too little of a slow
 /// cycle.
-pub fn fit_drive(model: &Model, recordings: &[&Recording]) -> Result<DriveFit, StepError> {
+pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFit, StepError> {
     let per_gain = gain_scale(model)?;
+    if recordings.is_empty() {
+        return Err(FitError::NoRecording.into());
+    }
+    let options = FitOptions::for_model(model);
     let mut points = Vec::new();
     let (mut low, mut high) = (f64::NAN, f64::NAN);
     for recording in recordings {
-        points.extend(blocks(model, recording, per_gain)?);
+        let Some(table) = recording.drive_table() else {
+            return Err(StepError::Channel {
+                recording: recording.name.clone(),
+                channel: "V",
+                step: "the drive",
+            });
+        };
+        let part = [Part::whole(Arc::clone(recording))];
+        sound(model, &part, &look(model, &part), &options)?;
+        points.extend(blocks(model, recording, table, per_gain)?);
         low = low.min(extreme(&recording.voltage, f64::min));
         high = high.max(extreme(&recording.voltage, f64::max));
     }
@@ -122,7 +140,10 @@ pub fn fit_drive(model: &Model, recordings: &[&Recording]) -> Result<DriveFit, S
     };
     let rising = branch(Branch::Rising, ORDERS[0])?;
     let falling = branch(Branch::Falling, ORDERS[1])?;
-    let open = |v: f64| value(&rising.coefficients, v) - value(&falling.coefficients, v);
+    let open = |v: f64| {
+        let gap = value(&rising.coefficients, v) - value(&falling.coefficients, v);
+        (v, gap)
+    };
     Ok(DriveFit {
         open_ends: [
             open(rising.seen.0.max(falling.seen.0)),
@@ -134,7 +155,7 @@ pub fn fit_drive(model: &Model, recordings: &[&Recording]) -> Result<DriveFit, S
     })
 }
 
-fn names(recordings: &[&Recording]) -> String {
+fn names(recordings: &[Arc<Recording>]) -> String {
     let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
     names.join(", ")
 }
@@ -161,19 +182,14 @@ fn extreme(values: &Option<Vec<f64>>, pick: fn(f64, f64) -> f64) -> f64 {
     finite.fold(f64::NAN, pick)
 }
 
-/// The blocks that are slow, free and on one branch.
+/// The blocks that are slow, free and on one branch, under the voltage of the table of
+/// times and volts.
 fn blocks(
     model: &Model,
     recording: &Recording,
+    (times, volts): (Vec<f64>, Vec<f64>),
     per_gain: f64,
 ) -> Result<Vec<DrivePoint>, StepError> {
-    let Some((times, volts)) = recording.drive_table() else {
-        return Err(StepError::Channel {
-            recording: recording.name.clone(),
-            channel: "V",
-            step: "the drive",
-        });
-    };
     let span = extreme(&recording.voltage, f64::max) - extreme(&recording.voltage, f64::min);
     let unsuited = |reason: String| StepError::Unsuited {
         recording: recording.name.clone(),
@@ -335,28 +351,22 @@ mod tests {
     use crate::model::preset::Preset;
     use crate::sim::{Options, simulate};
 
-    fn recording(drive: &str, duration: f64) -> Recording {
+    fn recording(drive: &str, duration: f64) -> Arc<Recording> {
         let mut model = Preset::default().model;
         model.parameters.set(ParameterId::Noise, 20e-9);
         let drive = Waveform::parse(drive, duration).unwrap();
         let trace = simulate(&model, &drive, duration, &Options::default()).unwrap();
         let mut xp = trace.proof_mass.clone();
         crate::model::sensor::Sensor::new(&model.parameters).add_noise(&mut xp, 3);
-        Recording::new(
-            "cycle",
-            trace.times(),
-            Some(trace.voltage.clone()),
-            xp,
-            None,
-        )
-        .unwrap()
+        let volts = Some(trace.voltage.clone());
+        Arc::new(Recording::new("cycle", trace.times(), volts, xp, None).unwrap())
     }
 
     #[test]
     fn the_branches_come_back_from_slow_cycles() {
         let model = Preset::default().model;
         let (wide, free) = (recording("sine:5Hz:8V", 0.8), recording("sine:5Hz:6V", 0.8));
-        let fit = fit_drive(&model, &[&wide, &free]).unwrap();
+        let fit = fit_drive(&model, &[wide, free]).unwrap();
         let truth = Piezo::default();
         let (mut worst, piezo) = (0.0f64, fit.piezo());
         for (branch, own) in [
@@ -371,6 +381,12 @@ mod tests {
             }
         }
         println!("{:?}: worst {worst}", fit.piezo());
+        // How far the branches are apart at the ends is said of the voltages there.
+        for (v, gap) in fit.open_ends {
+            let apart = truth.gain(v, Branch::Rising) - truth.gain(v, Branch::Falling);
+            assert!((gap - apart).abs() < 0.01, "{gap} for {apart} at {v} V");
+        }
+        assert!(fit.open_ends[0].0 < fit.open_ends[1].0);
         // The loop is 9.7 high; what the ring leaves of its mean is what is left.
         assert!(worst < 0.005, "{worst}");
     }
@@ -378,16 +394,36 @@ mod tests {
     #[test]
     fn what_is_no_slow_cycle_is_refused() {
         let model = Preset::default().model;
-        let error = fit_drive(&model, &[&recording("square:100Hz:8V", 0.1)]).unwrap_err();
+        let error = fit_drive(&model, &[recording("square:100Hz:8V", 0.1)]).unwrap_err();
         assert!(
             error.to_string().contains("record whole slow cycles"),
             "{error}"
         );
         let still = Recording::new("mute", vec![0.0, 1.0, 2.0], None, vec![0.0; 3], None).unwrap();
-        let error = fit_drive(&model, &[&still]).unwrap_err();
+        let still = [Arc::new(still)];
+        let error = fit_drive(&model, &still).unwrap_err();
         assert!(error.to_string().contains("has no V"), "{error}");
         let faller = Preset::embedded("faller").unwrap().model;
-        let error = fit_drive(&faller, &[&still]).unwrap_err();
+        let error = fit_drive(&faller, &still).unwrap_err();
         assert!(error.to_string().contains("has no drive"), "{error}");
+    }
+    #[test]
+    fn what_cannot_be_read_is_said_before_slow_blocks_are_counted() {
+        let model = Preset::default().model;
+        let time: Vec<f64> = (0..400).map(|i| 1e-4 * f64::from(i)).collect();
+        let volts = |n: usize| Some(time[..n].iter().map(|t| 8.0 * (31.4 * t).sin()).collect());
+        let made = |xp: Vec<f64>| {
+            let n = xp.len();
+            let own = Recording::new("r", time[..n].to_vec(), volts(n), xp, None);
+            fit_drive(&model, &[Arc::new(own.unwrap())])
+                .unwrap_err()
+                .to_string()
+        };
+        let constant = made(vec![1e-6; 400]);
+        assert!(constant.contains("xp is constant"), "{constant}");
+        let short = made(vec![1e-6, 2e-6, 3e-6]);
+        assert!(short.contains("too few"), "{short}");
+        let none = fit_drive(&model, &[]).unwrap_err().to_string();
+        assert!(none.contains("no recording"), "{none}");
     }
 }

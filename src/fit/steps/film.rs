@@ -9,8 +9,8 @@
 use super::break_off::{STAY, break_offs, problem};
 use super::{StepError, counted};
 use crate::fit::chain::{Encounter, run};
-use crate::fit::check::check as sensible;
 use crate::fit::prepare::{Prepared, look};
+use crate::fit::readings::sound as readable;
 use crate::fit::result::{misfits, uncertainty};
 use crate::fit::robust::Huber;
 use crate::fit::solve::{Clock, Plan, Point, improve, settle};
@@ -133,6 +133,7 @@ pub(super) fn rings_of(
         ..options.clone()
     };
     let findings = look(&sound, parts);
+    readable(&sound, parts, &findings, &options)?;
     let none = || {
         let names: Vec<&str> = parts.iter().map(|p| p.recording.name.as_str()).collect();
         StepError::Unsuited {
@@ -148,7 +149,6 @@ pub(super) fn rings_of(
     if found.is_empty() {
         return Err(none());
     }
-    sensible(&sound, parts, &findings, &options)?;
     let space = Space::new(&sound, &options.free)?;
     let prepared = problem(&sound, &space, &found, &findings, &options)?;
     if prepared.segments.is_empty() {

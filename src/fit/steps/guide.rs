@@ -49,6 +49,11 @@ impl Step {
         }
     }
 
+    /// The step of that id.
+    pub fn find(id: &str) -> Option<Self> {
+        Step::ALL.into_iter().find(|step| step.id() == id)
+    }
+
     /// What it finds.
     pub fn title(self) -> &'static str {
         match self {
@@ -58,6 +63,11 @@ impl Step {
             Step::Film => "film: Cs and gp",
             Step::Sensitivity => "sensitivity: all again with dp shifted by 20 um",
         }
+    }
+
+    /// Whether it finds values that a device can be given; the sensitivity only compares.
+    pub fn finds_values(self) -> bool {
+        self != Step::Sensitivity
     }
 
     /// The recording that it needs.
@@ -78,7 +88,17 @@ pub struct Allowance {
     /// The step.
     pub step: Step,
     /// Names of the recordings that allow it; or what is missing.
-    pub by: Result<Vec<String>, String>,
+    pub by: Result<Vec<String>, Missing>,
+}
+
+/// What a step lacks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Missing {
+    /// Why it cannot be taken.
+    pub reason: String,
+    /// What to record so that it can; `None` where no recording helps, as the device lacks
+    /// what the step is about, or the reason already says what to do.
+    pub record: Option<&'static str>,
 }
 
 /// What the recordings allow.
@@ -101,14 +121,13 @@ pub fn guide(
     control: &Control<'_>,
 ) -> Guidance {
     let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
-    let slices: Vec<&Recording> = recordings.iter().map(Arc::as_ref).collect();
     let named = |indices: Vec<usize>| -> Vec<String> {
         let told = |i: &usize| indices.contains(i);
         let all = (0..recordings.len()).filter(told);
         all.map(|i| recordings[i].name.clone()).collect()
     };
     let everything = || named((0..recordings.len()).collect());
-    let drive = fit_drive(model, &slices).map(|_| everything());
+    let drive = fit_drive(model, recordings).map(|_| everything());
     let read = read(model, &parts, options, control);
     let restitution = read.as_ref().map_err(Clone::clone).and_then(|readings| {
         let found = restitution("", readings)?;
@@ -131,13 +150,27 @@ pub fn guide(
     let sensitivity = if missing.is_empty() {
         Ok(everything())
     } else {
-        Err(format!("{} cannot be had yet", missing.join(", ")))
+        let lacks_ground = matches!(read, Err(StepError::Device { .. }));
+        Err(Missing {
+            reason: format!("{} cannot be had yet", missing.join(", ")),
+            record: (!lacks_ground).then(|| Step::Sensitivity.recipe()),
+        })
     };
-    let asked = |step, by: Result<Vec<String>, StepError>| Allowance {
+    let asked = |step: Step, by: Result<Vec<String>, StepError>| Allowance {
         step,
         by: by.map_err(|error| match error {
-            StepError::Unsuited { reason, .. } => reason,
-            other => other.to_string(),
+            StepError::Unsuited { reason, .. } => Missing {
+                reason,
+                record: Some(step.recipe()),
+            },
+            StepError::Fit(FitError::NoRecording) => Missing {
+                reason: "there is no recording".to_owned(),
+                record: Some(step.recipe()),
+            },
+            other => Missing {
+                reason: other.to_string(),
+                record: None,
+            },
         }),
     };
     Guidance {
@@ -242,12 +275,47 @@ mod tests {
     }
 
     #[test]
+    fn a_device_without_ground_and_drive_is_asked_for_no_recording() {
+        let model = Preset::load("oscillator").unwrap().model;
+        let cancel = AtomicBool::new(false);
+        let control = Control {
+            cancel: &cancel,
+            progress: &|_| {},
+        };
+        let options = FitOptions::for_model(&model);
+        let swing = recording("sine:5Hz:8V", 0.1);
+        for allowance in guide(&model, &[swing], &options, &control).allowances {
+            let missing = allowance.by.unwrap_err();
+            assert_eq!(missing.record, None, "{missing:?}");
+        }
+        for allowance in look(&[]).allowances {
+            let missing = allowance.by.unwrap_err();
+            assert_eq!(missing.record, Some(allowance.step.recipe()), "{missing:?}");
+        }
+    }
+
+    #[test]
+    fn a_saturated_recording_is_said_to_be_so() {
+        let mut clipped = recording("square:300Hz:6V", 0.05).as_ref().clone();
+        let top = clipped.proof_mass.iter().copied().fold(f64::MIN, f64::max);
+        for x in &mut clipped.proof_mass {
+            *x = x.min(0.3 * top);
+        }
+        for allowance in look(&[Arc::new(clipped)]).allowances {
+            let missing = allowance.by.unwrap_err();
+            let rest = allowance.step == Step::Sensitivity;
+            assert!(rest || missing.reason.contains("saturated"), "{missing:?}");
+        }
+    }
+
+    #[test]
     fn one_is_not_many() {
         let one = look(&[recording("square:15Hz:8V", 0.0365)]);
         let texts: Vec<String> = one
             .allowances
             .into_iter()
             .filter_map(|a| a.by.err())
+            .map(|missing| missing.reason)
             .collect();
         println!("{texts:?}");
         assert!(

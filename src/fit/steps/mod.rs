@@ -5,6 +5,7 @@ pub mod adhesion;
 mod break_off;
 pub mod drive;
 pub mod film;
+pub mod finding;
 pub mod guide;
 pub mod line;
 pub mod restitution;

@@ -21,6 +21,7 @@ mod start;
 mod tests;
 mod transport;
 mod validation;
+mod validation_fit;
 
 pub use parameters::choose_preset;
 pub use recordings::remove as remove_recording;

@@ -1,6 +1,6 @@
 //! All 16 cases of Table A.1 at the present parameters: beside the paper's simulation and
 //! the experiment, sorted and coloured by error, with Table 3's statistics. A click on a
-//! case sets its drive.
+//! case sets its drive; a button fits the device to the experiments.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -8,7 +8,7 @@ use eframe::egui::{Button, Color32, Grid, Id, RichText, ScrollArea, Ui, Window};
 
 use super::figures::ROWS;
 use super::reference::{choose, current};
-use super::small;
+use super::{small, validation_fit};
 use crate::app::state::State;
 use crate::fit::validate::{Column, Row, Statistics, statistics, validate};
 use crate::model::Model;
@@ -122,7 +122,9 @@ fn content(ui: &mut Ui, state: &mut State) {
             ui.weak("being computed anew...");
         }
     });
+    validation_fit::controls(ui, state);
     ScrollArea::both().id_salt("validation").show(ui, |ui| {
+        validation_fit::result(ui, state);
         table(ui, state, &rows, &mut look);
         ui.add_space(8.0);
         ui.separator();
@@ -132,7 +134,7 @@ fn content(ui: &mut Ui, state: &mut State) {
 }
 
 /// Error of a row in the figure number `figure` of [`ROWS`].
-fn error(row: &Row, against: Column, figure: usize) -> Option<f64> {
+pub(super) fn error(row: &Row, against: Column, figure: usize) -> Option<f64> {
     let errors = row.errors(against);
     [errors.bounces, errors.peak, errors.contact][figure]
 }
@@ -200,7 +202,8 @@ fn sort_button(ui: &mut Ui, active: bool, title: &str, help: &str) -> bool {
     ui.add(button).on_hover_text(help).clicked()
 }
 
-fn error_cell(ui: &mut Ui, figure: usize, error: Option<f64>) {
+/// An error with its colour.
+pub(super) fn error_cell(ui: &mut Ui, figure: usize, error: Option<f64>) {
     let Some(error) = error else {
         ui.label(small("-"))
             .on_hover_text("No figure, or the published one is zero: there is no relative error");

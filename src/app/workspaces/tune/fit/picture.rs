@@ -1,12 +1,12 @@
 //! Correlations as a picture, and how many combinations of parameters the data tell.
 
-use eframe::egui::{Align2, Color32, FontId, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
-use nalgebra::{DMatrix, SymmetricEigen};
+use eframe::egui::{Align2, Color32, FontId, Grid, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use super::choose::symbol;
 use super::heading;
 use crate::app::workspaces::tune::small;
 use crate::fit::FitResult;
+use crate::fit::combinations::{Combinations, told};
 use crate::model::unit::format_number;
 
 /// Side of a cell [points], and room for the names.
@@ -15,9 +15,7 @@ const NAMES: f32 = 62.0;
 
 /// Draws the matrix of correlations of what the data tell, and Fisher's eigenvalues below.
 pub fn correlations(ui: &mut Ui, result: &FitResult) {
-    let told: Vec<usize> = (0..result.parameters.len())
-        .filter(|&i| result.parameters[i].std_error.is_finite())
-        .collect();
+    let told = told(result);
     let n = told.len();
     if n < 2 {
         return;
@@ -76,8 +74,9 @@ pub fn correlations(ui: &mut Ui, result: &FitResult) {
         let text = format!("{} and {}: {:.3}", id(i), id(j), value(i, j));
         response.on_hover_text_at_pointer(text);
     }
-    if let Some(text) = eigenvalues(result, &told) {
-        ui.label(small(text).weak());
+    if let Some(found) = Combinations::of(result) {
+        ui.add_space(6.0);
+        eigenvalues(ui, &found);
     }
 }
 
@@ -105,44 +104,37 @@ fn spoken(result: &FitResult, told: &[usize]) -> String {
     text
 }
 
-/// What the data tell of combinations of the parameters that they tell: standard errors
-/// of the best and of the least certain one, relative to the values.
-fn eigenvalues(result: &FitResult, told: &[usize]) -> Option<String> {
-    let relative = |i: usize| {
-        let parameter = &result.parameters[told[i]];
-        parameter.std_error / parameter.value.abs()
-    };
-    let n = told.len();
-    if !(0..n).all(|i| relative(i).is_finite()) {
-        return None;
-    }
-    let covariance = DMatrix::from_fn(n, n, |i, j| {
-        result.correlations[(told[i], told[j])] * relative(i) * relative(j)
-    });
-    let eigen = SymmetricEigen::new(covariance);
-    let last = eigen.eigenvalues.imax();
-    // Rounding leaves this much of the largest one.
-    let least = 1e-14 * eigen.eigenvalues[last];
-    let values = eigen.eigenvalues.map(|value| value.max(least));
-    let mut parts: Vec<(f64, String)> = (0..n)
-        .map(|i| {
-            let share = eigen.eigenvectors[(i, last)];
-            (share.abs(), symbol(&result.parameters[told[i]].id))
-        })
-        .collect();
-    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let names: Vec<String> = parts
-        .into_iter()
-        .filter(|(share, _)| *share > 0.3)
-        .map(|(_, name)| name)
-        .collect();
-    Some(format!(
-        "Fisher eigenvalues {} to {}: the least certain combination, of {}, is known to {} %.",
-        format_number(1.0 / values.min(), 2),
-        format_number(1.0 / values.max(), 2),
+/// What the data tell of combinations of the parameters, the best known first.
+fn eigenvalues(ui: &mut Ui, found: &Combinations) {
+    heading(ui, "Fisher eigenvalues");
+    Grid::new("fisher")
+        .num_columns(3)
+        .striped(true)
+        .spacing([14.0, 3.0])
+        .show(ui, |ui| {
+            for title in ["eigenvalue", "known to", "combination of"] {
+                ui.label(small(title).strong());
+            }
+            ui.end_row();
+            for k in 0..found.values.len() {
+                for text in row(found, k) {
+                    ui.label(text);
+                }
+                ui.end_row();
+            }
+        });
+    let text = "Of relative changes: each combination of parameters is known by itself, to the standard error beside it. The last one is what the data tell least.";
+    ui.label(small(text).weak());
+}
+
+/// The combination number `k`: its eigenvalue, its standard error, its parameters.
+fn row(found: &Combinations, k: usize) -> [String; 3] {
+    let names: Vec<String> = found.named(k).into_iter().map(symbol).collect();
+    [
+        format_number(found.values[k], 3),
+        format!("{} %", format_number(100.0 * found.error(k), 2)),
         names.join(", "),
-        format_number(100.0 * values.max().sqrt(), 2),
-    ))
+    ]
 }
 
 fn shorten(name: &str) -> String {
@@ -165,45 +157,19 @@ fn color(value: f64, dark: bool) -> Color32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::FittedParameter;
-    use crate::model::preset::Preset;
+    use crate::fit::combinations::tests::made_up;
 
     #[test]
-    fn what_the_data_do_not_tell_spoils_no_other_figure() {
-        let parameter = |id: &str, value, std_error| FittedParameter {
-            id: id.to_owned(),
-            value,
-            std_error,
-            unit: "",
-            start: value,
-            at_bound: false,
-        };
-        let mut correlations = DMatrix::identity(3, 3);
-        (correlations[(0, 2)], correlations[(2, 0)]) = (0.6, 0.6);
-        let result = FitResult {
-            model: Preset::default().model,
-            parameters: vec![
-                parameter("Cs", 2e-21, 2e-23),
-                parameter("Ca", 1.7e-6, f64::INFINITY),
-                parameter("gp", 7e-5, 7e-7),
-            ],
-            correlations,
-            fisher_values: vec![1e300, 1.0, 1e-213],
-            fisher_vectors: DMatrix::identity(3, 3),
-            remarks: Vec::new(),
-            train: Default::default(),
-            held_out: None,
-            cancelled: false,
-        };
-        // Two errors of 1 %, correlated by 0.6: variances of 1.6 and 0.4 times 1e-4.
-        let text = eigenvalues(&result, &[0, 2]).unwrap();
-        assert!(text.contains("25000 to 6250"), "{text}");
-        assert!(
-            text.contains("of Cs, gp") || text.contains("of gp, Cs"),
-            "{text}"
+    fn what_the_data_tell_is_said_and_no_more() {
+        let result = made_up();
+        assert_eq!(
+            spoken(&result, &told(&result)),
+            "Correlations; Cs and gp 0.60"
         );
-        assert!(text.contains("known to 1.3 %"), "{text}");
-        assert_eq!(spoken(&result, &[0, 2]), "Correlations; Cs and gp 0.60");
         assert_eq!(written(-1e-9), "0");
+        let found = Combinations::of(&result).unwrap();
+        let [value, known, names] = row(&found, 1);
+        assert_eq!((value.as_str(), known.as_str()), ("6250", "1.3 %"));
+        assert!(names == "Cs, gp" || names == "gp, Cs", "{names}");
     }
 }

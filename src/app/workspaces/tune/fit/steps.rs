@@ -4,9 +4,9 @@
 use eframe::egui::{Button, RichText, ScrollArea, Ui, Window};
 
 use super::{figures, heading};
-use crate::app::identification::Finding;
 use crate::app::state::State;
 use crate::app::workspaces::tune::{error_color, small};
+use crate::fit::steps::finding::Finding;
 use crate::fit::steps::guide::Step;
 
 /// Most recordings that are named in the list.
@@ -75,8 +75,11 @@ fn list(ui: &mut Ui, state: &mut State) {
             };
         });
         match allowance.map(|a| &a.by) {
-            Some(Err(reason)) => {
-                let text = format!("      not yet: {reason}. Record {}.", step.recipe());
+            Some(Err(missing)) => {
+                let mut text = format!("      not yet: {}.", missing.reason);
+                if let Some(record) = missing.record {
+                    text += &format!(" Record {record}.");
+                }
                 ui.label(small(text).color(ui.visuals().warn_fg_color));
             }
             Some(Ok(names)) if names.len() > FEW => {
@@ -142,7 +145,7 @@ fn finding(ui: &mut Ui, state: &mut State) {
             ui.colored_label(error_color(ui), error);
         }
         Some(Ok(found)) => {
-            if !matches!(found, Finding::Sensitivity(_)) {
+            if step.finds_values() {
                 let apply = ui.button("Apply");
                 if apply
                     .on_hover_text("Give the device what was found; undo takes it back")

@@ -1,5 +1,7 @@
 //! The window with all cases of Table A.1.
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -8,6 +10,8 @@ use super::harness;
 use super::support::state;
 use crate::app::setup::DriveChoice;
 use crate::app::state::State;
+use crate::app::workspaces::tune::validation_fit::{Fit, key};
+use crate::fit::table_fit::fit_table;
 use crate::model::drive::Waveform;
 
 #[test]
@@ -36,4 +40,60 @@ fn all_cases_of_the_table_are_shown_sorted_and_chosen() {
     let drive = Waveform::parse("sine:50Hz:8V", 1.0).unwrap();
     let setup = &harness.state().setup;
     assert_eq!(setup.drive, DriveChoice::Waveform(drive));
+}
+
+/// Draws until a label is there.
+fn until(harness: &mut Harness<'_, State>, label: &str) {
+    for _ in 0..2000 {
+        harness.run_steps(2);
+        if harness.query_by_label(label).is_some() {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    panic!("{label} never came");
+}
+
+#[test]
+fn a_fit_to_the_experiments_is_stopped_and_changes_nothing() {
+    let mut state = state();
+    state.validation_open = true;
+    let before = state.setup.preset.model.clone();
+    let mut harness = harness(state);
+    until(&mut harness, "Fit to the experiments");
+    harness.get_by_label("Fit to the experiments").click();
+    until(&mut harness, "Cancel");
+    harness.get_by_label("Cancel").click();
+    until(&mut harness, "Cancelled: this is the best so far.");
+    assert_eq!(harness.state().setup.preset.model, before);
+    harness.get_by_label("Drop").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Apply").is_none());
+}
+
+#[test]
+fn a_fit_to_the_experiments_is_shown_whole_and_applied_when_asked_for() {
+    let mut state = state();
+    state.validation_open = true;
+    let base = state.setup.preset.model.clone();
+    let found = fit_table(&base, 1, |_| true);
+    let mut harness = harness(state);
+    let fit = Fit {
+        base: Some(Arc::new(base.clone())),
+        result: Some(Ok(Arc::new(found.clone()))),
+        ..Fit::default()
+    };
+    harness.ctx.data_mut(|data| data.insert_temp(key(), fit));
+    until(&mut harness, "100 Hz, 8 V, sine fitted");
+    for left in &found.left_out {
+        harness.get_by_label(&format!(
+            "{} Hz, fitted to the other frequencies",
+            left.frequency
+        ));
+    }
+    harness.get_by_label_contains("Beyond its reach");
+    assert_eq!(harness.state().setup.preset.model, base);
+    harness.get_by_label("Apply").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().setup.preset.model, found.model);
 }

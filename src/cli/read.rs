@@ -1,0 +1,111 @@
+//! Recordings as they are named on the command line.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::anyhow;
+
+use super::{Failure, wrong_command};
+use crate::fit::Part;
+use crate::recording::Recording;
+use crate::recording::csv::import_auto;
+
+/// Reads recordings as their headers say. What the reader had to leave out or to guess is
+/// said on standard error.
+///
+/// # Errors
+/// The first file's that cannot be read; a recording that is named twice.
+pub fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
+    let mut recordings: Vec<Arc<Recording>> = Vec::with_capacity(paths.len());
+    for path in paths {
+        let recording = import_auto(path, None)?;
+        for warning in &recording.warnings {
+            eprintln!(
+                "impactscope: warning: {}: {}",
+                path.display(),
+                warning.message
+            );
+        }
+        if let Some(first) = recordings.iter().find(|first| alike(first, &recording)) {
+            return Err(wrong_command(anyhow!(
+                "{} and {} are the same recording; it would count twice: name it once",
+                described(first),
+                described(&recording)
+            )));
+        }
+        recordings.push(Arc::new(recording));
+    }
+    Ok(recordings)
+}
+
+/// Reads recordings to fit to and those to keep out; without any of the latter the last
+/// third of each of the former.
+///
+/// # Errors
+/// Those of [`read`]; a recording that is on both sides.
+pub fn both_sides(
+    train: &[PathBuf],
+    held_out: &[PathBuf],
+) -> Result<(Vec<Part>, Vec<Part>), Failure> {
+    let recordings = read(train)?;
+    if held_out.is_empty() {
+        return Ok(recordings.into_iter().map(Part::split).unzip());
+    }
+    let kept = read(held_out)?;
+    for (own, other) in recordings
+        .iter()
+        .flat_map(|r| kept.iter().map(move |k| (r, k)))
+    {
+        if alike(own, other) {
+            return Err(wrong_command(anyhow!(
+                "--held-out {} is {}, which is fitted to; a proof needs a recording that the fit has not seen",
+                described(other),
+                described(own)
+            )));
+        }
+    }
+    Ok((
+        recordings.into_iter().map(Part::whole).collect(),
+        kept.into_iter().map(Part::whole).collect(),
+    ))
+}
+
+/// Whether two files have the same bytes, whatever their names.
+fn alike(a: &Recording, b: &Recording) -> bool {
+    a.sha256.is_some() && a.sha256 == b.sha256
+}
+
+fn described(recording: &Recording) -> String {
+    let path = recording.path.as_ref();
+    path.map_or_else(|| recording.name.clone(), |p| p.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_counts_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let text = "t [s],xp [um]\n0,1\n1,2\n2,4\n3,1\n";
+        let (a, copy) = (write("a.csv", text), write("copy.csv", text));
+        let other = write("other.csv", "t [s],xp [um]\n0,1\n1,2\n2,4\n3,2\n");
+        let failure = read(&[a.clone(), copy.clone()]).unwrap_err();
+        assert_eq!(failure.code, 2);
+        assert!(failure.error.to_string().contains("copy.csv"));
+        let Err(failure) = both_sides(&[other.clone(), a.clone()], &[copy]) else {
+            panic!("fitted to what is kept out");
+        };
+        assert_eq!(failure.code, 2);
+        assert!(failure.error.to_string().contains("has not seen"));
+        let (train, kept) = both_sides(std::slice::from_ref(&a), &[other]).unwrap();
+        assert_eq!((train[0].samples.len(), kept[0].samples.len()), (4, 4));
+        let (train, kept) = both_sides(&[a], &[]).unwrap();
+        assert_eq!((train[0].samples.len(), kept[0].samples.len()), (2, 2));
+    }
+}
