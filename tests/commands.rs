@@ -88,6 +88,11 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
             "--free names no parameter",
         ),
         (
+            &["fit", RECORDING, "--free", "dp,eta", "--profile", "Cs"],
+            2,
+            "there are dp, eta",
+        ),
+        (
             &["fit", RECORDING, "--held-out", RECORDING],
             2,
             "has not seen",

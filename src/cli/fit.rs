@@ -7,6 +7,7 @@ use anyhow::anyhow;
 use clap::Args;
 
 use super::device::{add_effect, set_parameter};
+use super::profile::Profile;
 use super::{Failure, interrupt, output, read, result, steps, wrong_command};
 use crate::fit::{Control, FitError, FitOptions, Progress, fit as run_fit};
 use crate::model::preset::Preset;
@@ -42,6 +43,9 @@ pub struct Arguments {
     /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
     #[arg(long, value_parser = steps::NAMES, conflicts_with = "held_out")]
     step: Option<String>,
+    /// After the fit, hold this parameter at values around the best and fit the others anew: the curve, and the 95 % interval
+    #[arg(long, value_name = "ID", conflicts_with = "step")]
+    profile: Option<String>,
     /// File for the fitted device (a preset); with --step the device with what the step found
     #[arg(long, value_name = "FITTED.toml")]
     out: Option<PathBuf>,
@@ -69,6 +73,17 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let mut options = FitOptions::for_model(&preset.model);
     if !args.free.is_empty() {
         options.free = free(&args.free)?;
+    }
+    if let Some(id) = &args.profile
+        && !options
+            .free
+            .iter()
+            .any(|free| free.eq_ignore_ascii_case(id))
+    {
+        return Err(wrong_command(anyhow!(
+            "--profile {id}: only a parameter that is fitted has a profile; there are {}",
+            options.free.join(", ")
+        )));
     }
     options.starts = args.starts;
     options.seed = args.seed;
@@ -109,11 +124,23 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
     output::end_of_progress();
     let fitted = fitted.map_err(said_for_the_command_line)?;
-    if args.json.as_deref() != Some(Path::new("-")) {
+    let aloud = args.json.as_deref() != Some(Path::new("-"));
+    if aloud {
         output::to_stdout(|out| Ok(out.write_all(result::text(&fitted).as_bytes())?))?;
     }
+    let mut value = result::as_json(&fitted);
+    // A fit that was stopped is not at its best: nothing rises from there.
+    if let Some(id) = args.profile.as_deref().filter(|_| !fitted.cancelled) {
+        let profile = Profile::new(&fitted, &train, id, &options, &control());
+        output::end_of_progress();
+        let profile = profile?;
+        if aloud {
+            output::to_stdout(|out| Ok(out.write_all(profile.text().as_bytes())?))?;
+        }
+        value["profile"] = profile.as_json();
+    }
     if let Some(path) = &args.json {
-        output::json(path, &result::as_json(&fitted))?;
+        output::json(path, &value)?;
     }
     preset.model = fitted.model;
     keep(preset, args.out.as_deref())

@@ -7,6 +7,7 @@ mod diagnose;
 mod fit;
 mod interrupt;
 mod output;
+mod profile;
 mod read;
 mod result;
 mod simulate;

@@ -18,6 +18,7 @@ pub mod combinations;
 mod engine;
 pub mod error;
 pub mod global;
+pub mod interval;
 mod noise;
 pub mod options;
 pub mod prepare;
