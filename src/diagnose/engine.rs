@@ -31,6 +31,8 @@ const LOCAL: f64 = 8.0;
 const BROKEN: f64 = 6.5;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
+/// Share of what is left from which it is a matter of the named laws' form.
+const FORM: f64 = 0.5;
 /// Share of what is missing that named effects must carry.
 const CARRIED: f64 = 0.8;
 
@@ -179,7 +181,8 @@ pub fn diagnose(
             let rest = (excess(held) - formal).max(0.0);
             share = share.min(held_carried / (held_carried + rest));
         }
-        if broken > BROKEN {
+        // What is left for the form of a law also breaks the flight.
+        if broken > BROKEN && formal < FORM * rest {
             let own = 1.0 - broken / breaks(&found.baseline)?;
             // Where it is all that is left, the stretches themselves are told.
             let alone = matches!(left, Some(Left::Joins(_)));
