@@ -190,6 +190,15 @@ impl Fitting {
         self.shown = false;
     }
 
+    /// Whether the device has the fitted values.
+    pub fn is_applied(&self, setup: &Setup) -> bool {
+        let model = &setup.preset.model;
+        self.result.as_ref().is_some_and(|result| {
+            let mut all = result.parameters.iter();
+            result.model.name == model.name && all.all(|p| model.get(&p.id) == Some(p.value))
+        })
+    }
+
     /// Gives the device the fitted values.
     pub fn apply(&mut self, setup: &mut Setup) {
         if let Some(result) = &self.result {

@@ -5,6 +5,7 @@ use eframe::egui::{Button, Grid, RichText, Ui};
 
 use super::choose::symbol;
 use super::{heading, picture, profile};
+use crate::app::command::Command;
 use crate::app::state::State;
 use crate::app::workspaces::tune::small;
 use crate::fit::{FitResult, FittedParameter, Misfit};
@@ -51,6 +52,15 @@ fn decide(ui: &mut Ui, state: &mut State) {
             .clicked()
         {
             state.fitting.apply(&mut state.setup);
+        }
+        let applied = state.fitting.is_applied(&state.setup);
+        let undo = ui.add_enabled(applied, Button::new("Undo"));
+        if undo
+            .on_hover_text("Take the last change of the device back (Ctrl+Z)")
+            .on_disabled_hover_text("The sliders do not stand where the fit has put them")
+            .clicked()
+        {
+            state.ask(Command::Undo);
         }
         let drop = ui.button("Drop");
         if drop
