@@ -37,6 +37,7 @@ mod size;
 mod stretches;
 pub mod trial;
 
+pub use answer::RELIABLE;
 pub use engine::diagnose;
 pub use options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 pub use result::{Diagnosis, Verdict};

@@ -7,10 +7,10 @@ use super::{candidate, colors, heading, promise, scrolled, small};
 use crate::app::command::Command;
 use crate::app::diagnosing::{Answer, named};
 use crate::app::state::State;
-use crate::diagnose::Verdict;
 use crate::diagnose::report::rest;
 use crate::diagnose::report::words::{chi2, in_noise, listed, probability};
 use crate::diagnose::result::{Candidate, Diagnosis};
+use crate::diagnose::{RELIABLE, Verdict};
 use crate::model::effects::find;
 
 /// Probability from which an effect is listed by itself.
@@ -96,7 +96,9 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         + d.named
             .first()
             .map_or(0.0, |n| n.probability * n.alike.len() as f64);
-    let open = (1.0 - taken).clamp(0.0, 1.0);
+    let chance = (1.0 - taken / RELIABLE).clamp(0.0, 1.0);
+    // As often as names in sealed trials stood for something else.
+    let other = (1.0 - taken - chance).clamp(0.0, 1.0);
     // How sure "nothing" is cannot be had from the odds of single effects: what is too
     // small to show is not among them.
     let (nothing, text, why_nothing) = match d.verdict {
@@ -108,8 +110,8 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
                 .to_owned(),
         ),
         Verdict::MissingPhysics => (
-            open,
-            probability(open),
+            chance,
+            probability(chance),
             format!(
                 "Without it the residual kept out is {}.",
                 in_noise(d.held_out.before.rms, d.noise)
@@ -134,13 +136,22 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
     let (share, text, why) = match d.verdict {
         Verdict::Unexplained => (
             1.0,
-            "the answer",
+            "the answer".to_owned(),
             "No effect of the catalogue carries what is missing.".to_owned(),
         ),
-        Verdict::MissingPhysics if more => (0.0, "something", left.join(" ")),
-        _ => (
+        Verdict::MissingPhysics if more => (other, probability(other), left.join(" ")),
+        Verdict::MissingPhysics => (
+            other,
+            probability(other),
+            format!(
+                "Nothing above the noise is left for it. But of the names that the program gave \
+                 in sealed trials {} stood for another law.",
+                probability(1.0 - RELIABLE)
+            ),
+        ),
+        Verdict::Adequate => (
             0.0,
-            "no sign of it",
+            "no sign of it".to_owned(),
             "Nothing above the noise is left for something unknown.".to_owned(),
         ),
     };
@@ -148,7 +159,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
     row(
         ui,
         "Unknown: not in the catalogue",
-        (share, text),
+        (share, &text),
         is_answer,
         d,
         &why,
