@@ -12,6 +12,7 @@ use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
+use super::strips::strips;
 use super::{events, kin, size};
 use crate::fit::Part;
 use crate::model::Model;
@@ -244,11 +245,11 @@ pub fn diagnose(
     let next_experiment = next(&found, &named, volts, noise, &bare);
     let mut mismatch = locate::mismatches(&found.baseline.train, &before.train);
     mismatch.extend(laws::mismatches(&named_laws, &seen, &found.baseline));
-    let (mut strips, mut proof) =
-        locate::strips((&found.baseline.train, &before.train), &after.train, false);
+    let (mut along, mut proof) =
+        strips((&found.baseline.train, &before.train), &after.train, false);
     if let Some(held) = &found.baseline.held_out {
-        let (s, p) = locate::strips((held, &before.held_out), &after.held_out, true);
-        strips.extend(s);
+        let (s, p) = strips((held, &before.held_out), &after.held_out, true);
+        along.extend(s);
         proof.extend(p);
     }
     let mut forces = evidence.curves;
@@ -267,7 +268,7 @@ pub fn diagnose(
         mismatch,
         marginals: locate::marginals(&before.train, &after.train),
         forces,
-        strips,
+        strips: along,
         events: events_seen(&seen, &found.baseline, &before),
         noise,
         train: distances(|s| Some(&s.train), &before.train, &after.train),

@@ -13,6 +13,7 @@ use super::scan::{Linear, Scan};
 use crate::model::drive::Segment;
 use crate::model::effects::{Action, ActiveEffect, CATALOGUE, EffectSpec, Kinematics, Need};
 use crate::model::parameter::ParameterSpec;
+use crate::model::piezo::Branch;
 use crate::model::sensor::Point;
 use crate::sim::SimError;
 
@@ -135,13 +136,23 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
         "amplifier_lag" | "film_spring" => wrapped(effect, &scaled(0, None), None)
             .into_iter()
             .collect(),
-        "hysteresis_memory" => windows(Against::Voltage, volts)
-            .into_iter()
-            .map(|(_, middle, width)| {
+        "hysteresis_memory" => {
+            let all = windows(Against::Voltage, volts);
+            let branches = all.iter().map(|(_, middle, width)| {
                 let size = OFF * v[0] * GAIN;
-                window(Against::Drive, middle, width, size)
-            })
-            .collect(),
+                window(Against::Drive, *middle, *width, size)
+            });
+            // Loops of another width at some voltages than at others, as those of relays
+            // that do not lie evenly are; and none.
+            let loops = [v[1], 0.0].into_iter().flat_map(|width| {
+                let mut values = scaled(0, None);
+                values[1] = width;
+                let all = all.iter();
+                let own = all.filter_map(move |w| wrapped(effect, &values, Some(*w)));
+                own.collect::<Vec<_>>()
+            });
+            branches.chain(loops).collect()
+        }
         "base_vibration" => [2.0, 3.0]
             .into_iter()
             .flat_map(|harmonic| [(harmonic, 0.0), (harmonic, FRAC_PI_2)])
@@ -187,6 +198,19 @@ struct Kin {
     width: f64,
 }
 
+impl Kin {
+    /// How much of the effect there is, by the window that it is in.
+    fn share(&self, at: &Kinematics) -> f64 {
+        let within = |u: f64| hat(u, self.middle, self.width);
+        match self.against {
+            Some(Against::Height) => within(at.xp),
+            Some(Against::Velocity) => within(at.vp),
+            Some(_) => within(at.voltage),
+            None => 1.0,
+        }
+    }
+}
+
 impl Action for Kin {
     fn does_nothing(&self) -> bool {
         self.inner.does_nothing()
@@ -204,23 +228,28 @@ impl Action for Kin {
         self.inner.piece(segment, t, z)
     }
 
+    fn end_piece(&self, at: &Kinematics, z: &mut [f64]) {
+        self.inner.end_piece(at, z);
+    }
+
+    fn hysteresis(&self, gain: f64, voltage: f64, branch: Branch, z: &[f64]) -> f64 {
+        let at = Kinematics {
+            voltage,
+            ..Kinematics::default()
+        };
+        gain + self.share(&at) * (self.inner.hysteresis(gain, voltage, branch, z) - gain)
+    }
+
     fn drive_voltage(&self, voltage: f64, at: &Kinematics, z: &[f64]) -> f64 {
         self.inner.drive_voltage(voltage, at, z)
     }
 
     fn drive_gain(&self, gain: f64, at: &Kinematics, z: &[f64]) -> f64 {
-        self.inner.drive_gain(gain, at, z)
+        gain + self.share(at) * (self.inner.drive_gain(gain, at, z) - gain)
     }
 
     fn force_on_proof_mass(&self, at: &Kinematics, z: &[f64]) -> f64 {
-        let within = |u: f64| hat(u, self.middle, self.width);
-        let share = match self.against {
-            Some(Against::Height) => within(at.xp),
-            Some(Against::Velocity) => within(at.vp),
-            Some(_) => within(at.voltage),
-            None => 1.0,
-        };
-        share * self.inner.force_on_proof_mass(at, z)
+        self.share(at) * self.inner.force_on_proof_mass(at, z)
     }
 
     fn film_force(&self, film: f64, z: &[f64]) -> f64 {
@@ -267,6 +296,34 @@ mod tests {
         assert_eq!(force(&part, &at(-4e-5)), own);
         assert_eq!(force(&part, &at(-2e-5)), 0.0);
         let share = force(&part, &at(-4.5e-5)) / force(&cubic, &at(-4.5e-5));
+        assert!((share - 0.5).abs() < 1e-9, "{share}");
+    }
+
+    #[test]
+    fn loops_in_a_window_of_voltage_are_those_of_the_effect_there() {
+        let loops = ActiveEffect {
+            spec: find("hysteresis_memory").unwrap(),
+            values: vec![1.0, 1.0, 8.0],
+        };
+        let model = Preset::embedded("paper").unwrap().model;
+        let gain = |effect: &ActiveEffect, voltage: f64| {
+            let action = action(effect, &model);
+            let mut z = vec![0.0; action.state_rates().len()];
+            for extreme in [4.0, -4.0] {
+                let at = Kinematics {
+                    voltage: extreme,
+                    ..Kinematics::default()
+                };
+                action.end_piece(&at, &mut z);
+            }
+            action.hysteresis(2.0, voltage, Branch::Rising, &z) - 2.0
+        };
+        let window = (Against::Voltage, 1.0, 2.0);
+        let part = wrapped(&loops, &loops.values, Some(window)).unwrap();
+        assert!(gain(&loops, 1.0).abs() > 0.1);
+        assert_eq!(gain(&part, 1.0), gain(&loops, 1.0));
+        assert_eq!(gain(&part, -1.5), 0.0);
+        let share = gain(&part, 2.0) / gain(&loops, 2.0);
         assert!((share - 0.5).abs() < 1e-9, "{share}");
     }
 

@@ -35,6 +35,7 @@ pub mod ring;
 pub mod scan;
 mod size;
 mod stretches;
+mod strips;
 pub mod trial;
 
 pub use answer::RELIABLE;

@@ -179,6 +179,11 @@ pub struct Strip {
     pub xp: Vec<f64>,
     /// Regime that rules the bin.
     pub regime: Vec<Regime>,
+    /// Time \[s\] and residual, measured minus simulated \[m\], of every sample compared,
+    /// baseline; NaN between stretches.
+    pub samples_before: Vec<[f64; 2]>,
+    /// With the named effects.
+    pub samples_after: Vec<[f64; 2]>,
 }
 
 /// A bounce as measured.

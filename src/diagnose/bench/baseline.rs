@@ -171,6 +171,9 @@ impl Bench {
         let mut point = settle(&problem, &point.x, &own, &used, LOSS, 2)?;
         heal(&problem, &mut point, segments)?;
         point = self.improve(&problem, point, &[], (20, FINE), control)?;
+        if set_clocks(&problem, &mut point, segments, &vec![true; few.len()])? {
+            point = self.improve(&problem, point, &[], (10, FINE), control)?;
+        }
         if heal(&problem, &mut point, segments)? {
             point = self.improve(&problem, point, &[], (10, FINE), control)?;
         }

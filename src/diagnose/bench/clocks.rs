@@ -32,7 +32,7 @@ const ROUNDS: usize = 3;
 
 /// Sets the clocks of recordings that another skew tells far better, be it one of some or
 /// that of another recording, and gives their stretches among `eligible` their say back,
-/// from their `first` guess.
+/// from their `first` guess. Whether any was set.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
@@ -41,7 +41,7 @@ pub fn set_clocks(
     point: &mut Point,
     first: &[Segment],
     eligible: &[bool],
-) -> Result<(), DiagnoseError> {
+) -> Result<bool, DiagnoseError> {
     let space = problem.space.len();
     let clocks: Vec<usize> = skews(problem);
     let unit = |i: usize| problem.nuisances[i - space].unit;
@@ -120,7 +120,7 @@ pub fn set_clocks(
     if changed {
         *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
     }
-    Ok(())
+    Ok(changed)
 }
 
 /// Time by which readings are later against the voltage than they were cut for, where that is

@@ -1,6 +1,6 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::clocks::{delay, shift_skews, usual_skew};
+use super::clocks::{delay, set_clocks, shift_skews, usual_skew};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -151,6 +151,11 @@ impl Bench {
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
         let mut point = self.improve(&problem, point, &locked, (10, FINE), control)?;
+        // Jumps that all lie alike between two samples leave a clock a sample off.
+        let all = vec![true; segments.len()];
+        if from.is_none() && set_clocks(&problem, &mut point, &segments, &all)? {
+            point = self.improve(&problem, point, &locked, (10, FINE), control)?;
+        }
         if from.is_none() && heal(&problem, &mut point, &segments)? {
             point = self.improve(&problem, point, &locked, (5, FINE), control)?;
         }

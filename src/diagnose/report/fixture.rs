@@ -284,6 +284,8 @@ fn strip((number, (name, length, rms, held_out)): (usize, &(&str, f64, f64, bool
             })
             .collect(),
         regime: time.iter().map(|t| regime(*t)).collect(),
+        samples_before: Vec::new(),
+        samples_after: Vec::new(),
         time,
     }
 }

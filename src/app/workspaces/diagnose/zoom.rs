@@ -120,6 +120,9 @@ fn residual(
     height: f32,
 ) -> Response {
     let d = &answer.diagnosis;
+    if let Some(items) = samples(ui, strip, window, !d.named.is_empty()) {
+        return of_samples(ui, (answer, strip), window, height, items);
+    }
     let line = |values: &[f64]| -> Vec<[f64; 2]> {
         strip
             .time
@@ -128,11 +131,7 @@ fn residual(
             .map(|(t, v)| [*t, *v])
             .collect()
     };
-    let proof = d
-        .proof
-        .iter()
-        .find(|p| p.recording == strip.recording && p.held_out == strip.held_out);
-    let noise = proof.map_or(d.noise, |p| p.noise);
+    let noise = noise_of(answer, strip);
     // One scale for the whole recording: what is zoomed is compared with the rest.
     let all = strip.before.iter().chain(&strip.after).copied();
     let y = Axis::holding_log("rms residual", "m", all.chain([0.6 * noise, 3.0 * noise]));
@@ -157,17 +156,8 @@ fn residual(
             dashed: false,
         });
     }
-    let shade = ui.visuals().selection.bg_fill.gamma_multiply(0.22);
-    for m in d.mismatch.iter().filter(|m| m.recording == strip.recording) {
-        items.insert(
-            0,
-            Item::Shade {
-                from: m.start,
-                to: m.end,
-                color: shade,
-            },
-        );
-    }
+    let mut all = shades(ui, answer, strip);
+    all.append(&mut items);
     Figure {
         name: "residual over time",
         x: Axis {
@@ -177,6 +167,87 @@ fn residual(
         },
         y,
         log: true,
+        height,
+        has_x: true,
+        items: all,
+    }
+    .show(ui)
+}
+
+/// The stretches of mismatch of a recording.
+fn shades(ui: &Ui, answer: &Answer, strip: &Strip) -> Vec<Item> {
+    let color = ui.visuals().selection.bg_fill.gamma_multiply(0.22);
+    let all = answer.diagnosis.mismatch.iter();
+    all.filter(|m| m.recording == strip.recording)
+        .map(|m| Item::Shade {
+            from: m.start,
+            to: m.end,
+            color,
+        })
+        .collect()
+}
+
+fn noise_of(answer: &Answer, strip: &Strip) -> f64 {
+    let d = &answer.diagnosis;
+    let mut proofs = d.proof.iter();
+    let proof = proofs.find(|p| p.recording == strip.recording && p.held_out == strip.held_out);
+    proof.map_or(d.noise, |p| p.noise)
+}
+
+/// The residual of every sample in view, if so few are in view that each can be seen.
+fn samples(ui: &Ui, strip: &Strip, (from, to): (f64, f64), named: bool) -> Option<Vec<Item>> {
+    let inside = |all: &[[f64; 2]]| {
+        let first = all.partition_point(|p| p[0] < from);
+        let last = all.partition_point(|p| p[0] <= to);
+        all[first..last.max(first)].to_vec()
+    };
+    let before = inside(&strip.samples_before);
+    let known = before.iter().filter(|p| p[1].is_finite()).count();
+    if known < 2 || before.len() > COLUMNS {
+        return None;
+    }
+    let line = |points, color| Item::Line {
+        points,
+        color,
+        width: 1.0,
+        dashed: false,
+    };
+    let mut items = vec![line(before, colors::before(ui))];
+    if named {
+        items.push(line(inside(&strip.samples_after), colors::after(ui)));
+    }
+    Some(items)
+}
+
+fn of_samples(
+    ui: &mut Ui,
+    (answer, strip): (&Answer, &Strip),
+    window: (f64, f64),
+    height: f32,
+    mut lines: Vec<Item>,
+) -> Response {
+    let noise = noise_of(answer, strip);
+    let values = lines.iter().flat_map(|item| match item {
+        Item::Line { points, .. } => points.iter().map(|p| p[1]).collect(),
+        _ => Vec::new(),
+    });
+    let values = values.filter(|v| v.is_finite());
+    let y = Axis::holding("residual", "m", values.chain([-3.0 * noise, 3.0 * noise]));
+    let mut items = shades(ui, answer, strip);
+    let color = colors::noise(ui);
+    for (value, text) in [(noise, "noise"), (-noise, "")] {
+        items.push(Item::Level { value, text, color });
+    }
+    items.append(&mut lines);
+    Figure {
+        name: "residual over time",
+        x: Axis {
+            quantity: "time t",
+            base: "s",
+            range: window,
+        },
+        y,
+        log: false,
         height,
         has_x: true,
         items,
