@@ -7,11 +7,12 @@ mod baseline;
 mod clocks;
 mod fits;
 mod freedoms;
+mod values;
 
 use std::time::Duration;
 
-use self::clocks::skews_of;
 use self::freedoms::{freedoms, structure_bounds};
+use self::values::Values;
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
@@ -364,24 +365,6 @@ impl Side {
     /// The stretches as first guessed.
     pub fn segments(&self) -> &[Segment] {
         &self.calm.prepared.segments
-    }
-}
-
-/// Where a fit stands, for the log.
-struct Values<'a>(&'a Problem, &'a Point);
-
-impl std::fmt::Debug for Values<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self(problem, point) = self;
-        let values = problem.space.values(&point.x);
-        for (entry, value) in problem.space.entries.iter().zip(values) {
-            write!(f, "{} {value:.4e}, ", entry.id)?;
-        }
-        for skew in skews_of(problem, point) {
-            write!(f, "{:.1} us, ", skew * 1e6)?;
-        }
-        let used = point.used.iter().filter(|used| **used).count();
-        write!(f, "{used} of {} stretches", point.segments.len())
     }
 }
 

@@ -14,6 +14,8 @@ use crate::recording::Recording;
 
 /// Columns that a curve is drawn with at most.
 const COLUMNS: usize = 900;
+/// Lowest plot of a residual [points].
+const LOWEST: f32 = 80.0;
 /// Shortest stretch that can be looked at [s].
 const SHORTEST: f64 = 1e-4;
 
@@ -55,7 +57,7 @@ pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
         answer,
         strip,
         window,
-        (ui.available_height() - 2.0).max(80.0),
+        (ui.available_height() - 2.0).max(LOWEST),
     );
     for response in [measured, residual] {
         if let Some(moved) = moved(ui, &response, window, whole) {
@@ -97,17 +99,9 @@ fn measured(
         dashed: false,
     });
     Figure {
-        name: "recording over time",
-        x: Axis {
-            quantity: "time t",
-            base: "s",
-            range: window,
-        },
-        y,
-        log: false,
         height,
         has_x: false,
-        items,
+        ..over_time("recording over time", window, y, items)
     }
     .show(ui)
 }
@@ -159,19 +153,28 @@ fn residual(
     let mut all = shades(ui, answer, strip);
     all.append(&mut items);
     Figure {
-        name: "residual over time",
+        log: true,
+        height,
+        ..over_time("residual over time", window, y, all)
+    }
+    .show(ui)
+}
+
+/// A plot against the time in view, as low as one may be.
+fn over_time<'a>(name: &'a str, window: (f64, f64), y: Axis<'a>, items: Vec<Item>) -> Figure<'a> {
+    Figure {
+        name,
         x: Axis {
             quantity: "time t",
             base: "s",
             range: window,
         },
         y,
-        log: true,
-        height,
+        log: false,
+        height: LOWEST,
         has_x: true,
-        items: all,
+        items,
     }
-    .show(ui)
 }
 
 /// The stretches of mismatch of a recording.
@@ -240,17 +243,8 @@ fn of_samples(
     }
     items.append(&mut lines);
     Figure {
-        name: "residual over time",
-        x: Axis {
-            quantity: "time t",
-            base: "s",
-            range: window,
-        },
-        y,
-        log: false,
         height,
-        has_x: true,
-        items,
+        ..over_time("residual over time", window, y, items)
     }
     .show(ui)
 }
