@@ -318,7 +318,12 @@ fn what_makes_a_fit_senseless_is_said_before_it_begins() {
     says(&[part(still)], &[], &usual, "voltage does not move");
     let deep = off(paper(), &[("dp", 72.0 / 58.0), ("gp", 84.0 / 70.0)]);
     let deep = part(made(&deep, "sine:50Hz:8V", 0.03, 1));
-    says(&[deep.clone()], &[], &usual, "ground lies at -72");
+    says(
+        std::slice::from_ref(&deep),
+        &[],
+        &usual,
+        "ground lies at -72",
+    );
     let mut millimetres = good();
     let values = millimetres.proof_mass.iter_mut();
     values.for_each(|x| *x *= 1e3);
