@@ -29,6 +29,12 @@ const LEAST: usize = 6;
 /// say in them.
 const SLOW: f64 = 0.03;
 
+/// Time that a bounce may take on a hard ground \[s\].
+const AT_ONCE: f64 = 1.5e-6;
+/// Standard errors beyond it from which the bounce was misread.
+const MISREAD: f64 = 3.0;
+/// Samples for which a mass must fly on for its velocity to be known.
+const FLIGHT: f64 = 4.0;
 /// Standard errors by which a mass that leaves the ground does so.
 const LEAVES: f64 = 4.0;
 /// A ratio of less than this share of the usual one is that of a landing.
@@ -81,9 +87,15 @@ type Reading = (f64, f64, f64);
 /// (speed, ratio, error) of the bounces that tell the law. A mass that lands, or hops too
 /// low to be seen, reads as one that hardly leaves the ground, with an error that knows
 /// nothing of that; and bounces that are known too badly to tell the two apart say nothing.
+/// Nor do those that come and leave at two instants, or hop for a few samples only: in them an
+/// event was misread.
 fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
     let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
-    let quick = |b: &&Bounce| b.approach > SLOW * fastest && b.ratio < 1.5;
+    let read = |b: &Bounce| {
+        let once = b.miss.abs() < MISREAD * b.miss_error.hypot(AT_ONCE * b.approach);
+        once && b.flight > FLIGHT
+    };
+    let quick = |b: &&Bounce| b.approach > SLOW * fastest && b.ratio < 1.5 && read(b);
     let leaves = |b: &&Bounce| b.ratio > LEAVES * b.error;
     let mut seen: Vec<f64> = bounces
         .iter()

@@ -30,6 +30,7 @@ fn bounces(seed: u64, count: usize, landings: usize, law: &dyn Fn(f64) -> f64) -
             error,
             miss: 0.0,
             miss_error: 1e-7,
+            flight: 50.0,
         });
     }
     out
@@ -68,6 +69,30 @@ fn constant_restitution_is_no_law_whatever_the_landings() {
         );
         let both = test.gain + test.held_gain;
         assert!(both < 12.0, "seed {seed}: {} {}", test.gain, test.held_gain);
+    }
+}
+
+#[test]
+fn bounces_that_were_misread_say_nothing() {
+    let misread = |how: &dyn Fn(&mut Bounce)| {
+        let mut both = [bounces(5, 16, 0, &|_| 0.35), bounces(6, 12, 0, &|_| 0.35)];
+        for b in both.iter_mut().flat_map(|r| &mut r.bounces) {
+            if b.approach < 0.1 {
+                b.ratio = 0.15;
+                how(b);
+            }
+        }
+        let [train, held_out] = both;
+        restitution_of(train, held_out)
+    };
+    // The same ratios would be a law, were they read well.
+    assert!(misread(&|_| ()).gain > 100.0);
+    for test in [
+        misread(&|b| b.flight = 3.0),
+        misread(&|b| b.miss = 1e-6),
+        misread(&|b| b.miss = -1e-6),
+    ] {
+        assert!(test.gain + test.held_gain < 12.0, "{test:?}");
     }
 }
 

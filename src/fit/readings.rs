@@ -45,6 +45,8 @@ pub struct Bounce {
     pub miss: f64,
     /// Its standard error \[m\].
     pub miss_error: f64,
+    /// Samples from then to the next event, or as far as is known.
+    pub flight: f64,
 }
 
 /// A release.
@@ -240,7 +242,9 @@ fn one(
     let mut errors = (0..values.len()).map(|i| spread[(i, i)].max(0.0).sqrt());
     let skew = nuisances.skew;
     let mut readings = Readings::default();
-    for encounter in &base.encounters {
+    let end = problem.data[segment.recording].recording.time[segment.samples.end - 1] + skew;
+    for (i, encounter) in base.encounters.iter().enumerate() {
+        let next = base.encounters[i + 1..].iter().find_map(Encounter::time);
         match *encounter {
             Encounter::Meeting {
                 time,
@@ -256,6 +260,7 @@ fn one(
                 error: errors.next()?,
                 miss,
                 miss_error: errors.next()?,
+                flight: (next.unwrap_or(end) - time) / segment.interval,
             }),
             Encounter::PullOff(Some(pull)) if pull.telling => readings.releases.push(Release {
                 recording: segment.recording,

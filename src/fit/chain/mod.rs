@@ -147,6 +147,16 @@ pub enum Encounter {
     PullOff(Option<PullOff>),
 }
 
+impl Encounter {
+    /// When, by the drive's clock, where that is known \[s\].
+    pub fn time(&self) -> Option<f64> {
+        match self {
+            Self::Meeting { time, .. } => Some(*time),
+            Self::PullOff(pull) => pull.map(|p| p.time),
+        }
+    }
+}
+
 /// How the mass is pulled off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PullOff {
