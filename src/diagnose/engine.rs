@@ -13,7 +13,7 @@ use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
 use super::strips::strips;
-use super::{events, kin, size};
+use super::{events, kin, size, swing};
 use crate::fit::Part;
 use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
@@ -152,7 +152,7 @@ pub fn diagnose(
     // Chi2 goes as the inverse square of the noise.
     let floor = FLOOR + 2.0 * SURELY * bench.noise_error;
     let broken = breaks(&found.stand)?;
-    let left = whats_left(&found.stand, &after_evidence, broken, floor);
+    let mut left = whats_left(&found.stand, &after_evidence, broken, floor);
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.
@@ -189,15 +189,24 @@ pub fn diagnose(
             let alone = matches!(left, Some(Left::Joins(_)));
             share = if alone { own } else { share.min(own) };
         }
-        log::debug!("{share:.2} carried, {formal:.0} formal, left: {left:?}");
-        if share < CARRIED && left.is_some() {
-            verdict = Verdict::Unexplained;
-            let names: Vec<&str> = found.stand.named.iter().map(|n| n.spec.name).collect();
-            remarks.push(format!(
+        let swings = swing::gain(&found.stand.train)?;
+        log::debug!("{share:.2} carried, {formal:.0} formal, {swings:.0} swinging, left: {left:?}");
+        let names: Vec<&str> = found.stand.named.iter().map(|n| n.spec.name).collect();
+        let refused = if swings > TRAIN_GAIN {
+            left = left.or(Some(Left::Force("xp", swings)));
+            Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned())
+        } else if share < CARRIED && left.is_some() {
+            Some(format!(
                 "{} would explain {:.0} % of what is missing, too little for a name",
                 names.join(" and "),
                 100.0 * share
-            ));
+            ))
+        } else {
+            None
+        };
+        if let Some(reason) = refused {
+            verdict = Verdict::Unexplained;
+            remarks.push(reason);
             found.stand = found.baseline.clone();
             // What the events say rests on a model of flight that does not hold.
             named_laws.clear();

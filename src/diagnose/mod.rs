@@ -36,6 +36,7 @@ pub mod scan;
 mod size;
 mod stretches;
 mod strips;
+mod swing;
 pub mod trial;
 
 pub use answer::RELIABLE;
