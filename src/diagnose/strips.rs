@@ -19,8 +19,8 @@ fn residuals(samples: &[Sample]) -> Vec<[f64; 2]> {
     out
 }
 
-/// Residuals over time of each recording, and its proof. `first` is the number of the
-/// first recording.
+/// Residuals over time of each recording of one side, and its proof: `before` at the
+/// baseline's fit, `after` with the named effects.
 pub fn strips(
     (fitted, before): (&Fitted, &[Sample]),
     after: &[Sample],
