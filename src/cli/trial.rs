@@ -48,6 +48,10 @@ pub struct Arguments {
     /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
     #[arg(long, value_name = "ID|none|one|two|outside")]
     conceal: Option<String>,
+    /// Conceal effects as large as they are on real devices, in place of sizes around the
+    /// smallest visible
+    #[arg(long)]
+    realistic: bool,
     /// Give each recording the voltage of another: then nothing may be named
     #[arg(long)]
     shuffle: bool,
@@ -147,6 +151,7 @@ impl Tally {
                 "noise": settings.noise,
                 "rate": settings.rate,
                 "mix": settings.mix,
+                "realistic": settings.realistic,
             },
             "cases": self.cases,
             "failed": self.failed,
@@ -255,6 +260,7 @@ fn settings(args: &Arguments) -> anyhow::Result<Settings> {
             Some("") => bail!("--conceal: name an effect, none, one, two or outside"),
             Some(id) => Mix::Effect(id.to_owned()),
         },
+        realistic: args.realistic,
     })
 }
 

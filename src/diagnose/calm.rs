@@ -58,9 +58,11 @@ pub struct Interval {
 }
 
 /// The stretches of `recording` between the events of `timeline`. Where the ground's
-/// level is known \[m\], flight is away from it by `clear` \[m\].
+/// level is known \[m\], flight, in the reading `xp` with changes of that level taken out,
+/// is away from it by `clear` \[m\].
 pub fn intervals(
     recording: &Recording,
+    xp: &[f64],
     timeline: &Timeline,
     samples: &Range<usize>,
     ground: Option<(f64, f64)>,
@@ -83,7 +85,7 @@ pub fn intervals(
         match ground {
             Some((level, clear)) if !held => {
                 // Each run of samples that are well above the ground.
-                let low = |i: usize| recording.proof_mass[i] < level + clear;
+                let low = |i: usize| xp[i] < level + clear;
                 let mut start = from;
                 for i in from..to {
                     if low(i) {
@@ -176,18 +178,11 @@ pub fn prepare_calm(
     for (index, (part, finding)) in parts.iter().zip(findings).enumerate() {
         let data = &prepared.problem.data[index];
         let recording = &data.recording;
-        let timeline = match finding.level {
-            Ok(level) => Timeline::new(
-                &recording.time,
-                &recording.proof_mass,
-                level,
-                data.sigmas.xp,
-            ),
-            Err(_) => Timeline::default(),
-        };
         let noise = data.sigmas.xp;
+        let timeline = finding.timeline(recording, noise);
+        let levelled = finding.levelled(recording);
         let ground = if finding.level.is_ok() {
-            densest_low(&recording.proof_mass[part.samples.clone()], noise)
+            densest_low(&levelled[part.samples.clone()], noise)
                 .map(|level| (level, (CLEAR * noise).max(LEAST_CLEAR)))
         } else {
             // It may touch the ground all the same, unseen.
@@ -198,7 +193,7 @@ pub fn prepare_calm(
             .longest
             .unwrap_or_else(|| crate::fit::prepare::default_length(&simulator, lone));
         let mut samples = 0;
-        for mut interval in intervals(recording, &timeline, &part.samples, ground) {
+        for mut interval in intervals(recording, &levelled, &timeline, &part.samples, ground) {
             if interval.held {
                 let xp = &recording.proof_mass[interval.samples.clone()];
                 interval.samples.start += hopping(xp, recording.interval(), noise);

@@ -89,6 +89,7 @@ pub fn diagnose(
         train: base,
         held_out: base_held,
         named: Vec::new(),
+        misread: false,
     };
 
     say("ground", "bounces and releases", 0.3);
@@ -184,7 +185,8 @@ pub fn diagnose(
         }
         // What is left for the form of a law also breaks the flight.
         if broken > BROKEN && formal < FORM * rest {
-            let own = 1.0 - broken / breaks(&found.baseline)?;
+            // A baseline that sets aside what it cannot tell may look unbroken.
+            let own = (1.0 - broken / breaks(&found.baseline)?.max(broken)).max(0.0);
             // Where it is all that is left, the stretches themselves are told.
             let alone = matches!(left, Some(Left::Joins(_)));
             share = if alone { own } else { share.min(own) };

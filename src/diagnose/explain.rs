@@ -1,7 +1,7 @@
 //! Naming: hypotheses are promised by the scan, refitted, judged on the recordings kept
 //! out, and added one by one as long as both sides improve beyond chance.
 
-use super::bench::{Bench, Bound, Fitted, with_effect};
+use super::bench::{Bench, Bound, Fitted, Side, with_effect};
 use super::kin;
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
@@ -28,6 +28,15 @@ const ALIKE: f64 = 0.03;
 const ALIKE_LEAST: f64 = 8.0;
 /// Most hypotheses refitted in a round.
 const MOST: usize = 4;
+/// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
+/// along.
+const LOST: f64 = 4.0;
+/// Share of the rows set aside as misread from which they are looked at again.
+const ASIDE: f64 = 0.03;
+/// Or any, where chi2 per value is so many times larger on recordings kept out, and than 1.
+const ODD: f64 = 1.3;
+/// A name must bring back this share of them.
+const BACK: f64 = 0.5;
 
 /// A hypothesis after a fit with it.
 #[derive(Debug, Clone)]
@@ -71,6 +80,8 @@ pub struct Stand {
     pub held_out: Option<Fitted>,
     /// The effects named, in the order found.
     pub named: Vec<Named>,
+    /// Whether stretches that were misread for the baseline are in it.
+    pub misread: bool,
 }
 
 impl Stand {
@@ -104,7 +115,8 @@ pub struct Explanation {
     pub weighed: Vec<Weighed>,
 }
 
-/// Looks for what `baseline` lacks.
+/// Looks for what `baseline` lacks: first with what was set aside as misread, if it is much,
+/// for an effect that spoils some stretches only hides in them.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -115,12 +127,100 @@ pub fn explain(
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
 ) -> Result<Explanation, DiagnoseError> {
-    let mut stand = baseline.clone();
+    let aside = baseline.train.aside();
+    log::debug!("{:.1} % of the rows are set aside", 100.0 * aside);
+    // What spoils recordings kept out may have been set aside in those fitted.
+    let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
+    let odd = baseline.held_out.as_ref().is_some_and(|held| {
+        per_value(held) > ODD && per_value(held) > ODD * per_value(&baseline.train)
+    });
+    let look = aside > ASIDE || (aside > 0.0 && odd);
+    if look && options.by_hand.is_none() {
+        if let Some(found) = among_aside(bench, &baseline, options, control, report)? {
+            return Ok(found);
+        }
+    }
+    let from = Explanation {
+        stand: baseline.clone(),
+        baseline,
+        weighed: Vec::new(),
+    };
+    search(bench, from, options, control, report)
+}
+
+/// Looks for an effect that tells most of what was set aside as misread, and for others
+/// beside it; `None` if there is none.
+fn among_aside(
+    bench: &Bench,
+    baseline: &Stand,
+    options: &DiagnoseOptions,
+    control: &DiagnoseControl<'_>,
+    report: &dyn Fn(&str, f64),
+) -> Result<Option<Explanation>, DiagnoseError> {
+    let all = |side: &Side, fitted: &Fitted| bench.with_all(side, fitted);
+    let held_out = bench.held_out.as_ref().zip(baseline.held_out.as_ref());
+    let whole = Stand {
+        train: all(&bench.train, &baseline.train)?,
+        held_out: held_out
+            .map(|(side, fitted)| all(side, fitted))
+            .transpose()?,
+        named: Vec::new(),
+        misread: true,
+    };
+    let once = DiagnoseOptions {
+        most: options.most.min(1),
+        ..options.clone()
+    };
+    let from = Explanation {
+        baseline: baseline.clone(),
+        stand: whole,
+        weighed: Vec::new(),
+    };
+    let mut found = search(bench, from, &once, control, report)?;
+    if found.stand.named.is_empty() {
+        return Ok(None);
+    }
+    let stand = &mut found.stand;
+    let series = stand.named.iter().any(|n| n.hypothesis.series);
+    let bench = if series {
+        bench.in_series()
+    } else {
+        bench.clone()
+    };
+    stand.train = bench.healed(&bench.train, stand.train.clone(), false, control)?;
+    if let (Some(side), Some(held_out)) = (&bench.held_out, stand.held_out.take()) {
+        let near = (&stand.train, Some(&held_out));
+        let judged = bench.judge(&stand.train.model, near, control)?;
+        stand.held_out = judged
+            .map(|judged| bench.healed(side, judged, true, control))
+            .transpose()?;
+    }
+    stand.misread = false;
+    let left = stand.train.aside();
+    log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
+    if left > (1.0 - BACK) * baseline.train.aside() {
+        return Ok(None);
+    }
+    search(&bench, found, options, control, report).map(Some)
+}
+
+/// Looks for what `baseline` lacks.
+fn search(
+    bench: &Bench,
+    from: Explanation,
+    options: &DiagnoseOptions,
+    control: &DiagnoseControl<'_>,
+    report: &dyn Fn(&str, f64),
+) -> Result<Explanation, DiagnoseError> {
+    let Explanation {
+        baseline,
+        mut stand,
+        mut weighed,
+    } = from;
     let mut bench = bench.clone();
-    let mut weighed: Vec<Weighed> = Vec::new();
-    let mut explained = 0.0;
+    let mut explained: f64 = stand.named.iter().map(|n| n.gain.0 + n.gain.1).sum();
     let rounds = options.by_hand.as_ref().map_or(options.most, Vec::len);
-    for round in 0..rounds {
+    for round in stand.named.len()..rounds {
         if control.cancelled() {
             break;
         }
@@ -148,7 +248,7 @@ pub fn explain(
                 .map(|w| w.spec.id)
                 .collect()
         });
-        if round == 0 {
+        if weighed.is_empty() {
             weighed = round_weighed;
         }
         let Some((spec, trial)) = best else {
@@ -294,8 +394,61 @@ fn attempt(
         (Some(before), Some(after)) => before.cost - after.cost,
         _ => 0.0,
     };
-    Ok(Some(Trial {
+    let near = Trial {
         gain: stand.train.cost - train.cost,
+        held_gain,
+        train,
+        held_out,
+        hypothesis: hypothesis.clone(),
+    };
+    let lost = |f: &Fitted| f.cost > LOST * f.point.rows as f64;
+    // A further mode begins with what a fit has left to it.
+    let further = hypothesis.start.spec.id == "extra_mode";
+    let astray = !stand.misread && lost(&stand.train) && lost(&near.train);
+    if astray
+        && !further
+        && let Some(other) = from_afar(bench, stand, hypothesis, (&free, &bounds), control)?
+    {
+        log::debug!(
+            "from afar {:.0} in place of {:.0}",
+            other.worth(),
+            near.worth()
+        );
+        if other.worth() > near.worth() {
+            return Ok(Some(other));
+        }
+    }
+    Ok(Some(near))
+}
+
+/// A fit with one more effect from where the re-tuning began, for `stand` has been drawn
+/// along by what it lacks; `None` if it cannot be simulated.
+fn from_afar(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    (free, bounds): (&[String], &[Bound]),
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let named = &stand.train.model.effects;
+    let effects = named.iter().cloned().chain([hypothesis.natural.clone()]);
+    let start = effects.fold(bench.outset.clone(), |model, e| with_effect(&model, e));
+    let train = match bench.from_afar(&start, free, bounds, control) {
+        Ok(fitted) => fitted,
+        Err(DiagnoseError::Sim(_)) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let held_out = bench.judge(&train.model, (&train, None), control)?;
+    let gain = |side: &Side, before: &Fitted, after: &Fitted| {
+        let first = side.segments();
+        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
+    };
+    let held_gain = match (&bench.held_out, &stand.held_out, &held_out) {
+        (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
+        _ => 0.0,
+    };
+    Ok(Some(Trial {
+        gain: gain(&bench.train, &stand.train, &train)?,
         held_gain,
         train,
         held_out,

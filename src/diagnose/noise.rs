@@ -121,7 +121,7 @@ fn windows(stays: &Stays<'_>) -> Vec<Vec<f64>> {
     let skip = (LANDING / interval).ceil() as usize;
     let mut out = Vec::new();
     let whole = 0..r.len();
-    for stay in intervals(r, stays.timeline, &whole, None) {
+    for stay in intervals(r, &r.proof_mass, stays.timeline, &whole, None) {
         if !stay.held {
             continue;
         }

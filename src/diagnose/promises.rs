@@ -32,6 +32,8 @@ pub const PROMISING: f64 = 15.0;
 pub struct Hypothesis {
     /// The effect to begin with.
     pub start: ActiveEffect,
+    /// The effect to begin with where no model without it comes near.
+    pub natural: ActiveEffect,
     /// Ids of its parameters that are fitted.
     pub free: Vec<String>,
     /// Parameters that stay within bounds.
@@ -90,11 +92,13 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             None
         };
         if let Some(line) = line {
+            let start = ActiveEffect {
+                spec,
+                values: vec![SHAKE * line.amplitude, line.frequency, line.phase],
+            };
             out.push(Hypothesis {
-                start: ActiveEffect {
-                    spec,
-                    values: vec![SHAKE * line.amplitude, line.frequency, line.phase],
-                },
+                natural: start.clone(),
+                start,
                 free: own_ids(spec, &[0, 1, 2]),
                 bounds: Vec::new(),
                 promise: line.gain,
@@ -109,11 +113,13 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             values: vec![RISE, -1e9],
         };
         if let Some(step) = find_step(&linear, model, &always, &bench.epochs())? {
+            let start = ActiveEffect {
+                spec,
+                values: vec![RISE * step.height, step.time],
+            };
             out.push(Hypothesis {
-                start: ActiveEffect {
-                    spec,
-                    values: vec![RISE * step.height, step.time],
-                },
+                natural: start.clone(),
+                start,
                 free: own_ids(spec, &[0]),
                 bounds: Vec::new(),
                 promise: step.gain,
@@ -131,11 +137,13 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         // has gone unnoticed hardly moves the mass.
         let usual = model.structure().mobility().sqrt();
         let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
+        let start = ActiveEffect {
+            spec,
+            values: vec![ring.frequency, 0.01, size * c, size * p, 0.0],
+        };
         out.push(Hypothesis {
-            start: ActiveEffect {
-                spec,
-                values: vec![ring.frequency, 0.01, size * c, size * p, 0.0],
-            },
+            natural: start.clone(),
+            start,
             free: own_ids(spec, &[0, 1, 2, 3, 4]),
             // A mode that is free to be slow and dead would pass for any other force.
             bounds: vec![
@@ -183,8 +191,16 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
             bounds.push((id, (low, high)));
         }
     }
+    let start = form.effect(theta);
+    let mut natural = start.clone();
+    if form.spec.id == "hysteresis_memory" {
+        // A device has either the branches or the loops: between them there is nothing.
+        let parameters = form.spec.parameters.iter();
+        natural.values = parameters.map(|p| p.default).collect();
+    }
     Hypothesis {
-        start: form.effect(theta),
+        start,
+        natural,
         free: form.free_ids(),
         bounds,
         promise: gain,

@@ -1,5 +1,6 @@
 //! From recordings to a problem: noise, drive, contact level, events, segments.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -17,6 +18,7 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::events::{EventOptions, HOP, find_events};
 use crate::recording::level::estimate_contact_level;
+use crate::recording::level_step::{LevelStep, find_level_step};
 use crate::recording::{Channel, Recording, quantile_in_place};
 use crate::sim::{Options, SimError, StretchSimulator};
 
@@ -66,6 +68,31 @@ pub struct Findings {
     pub noise: (f64, Option<f64>),
     /// Contact level in the reading \[m\], or why there is none.
     pub level: Result<f64, String>,
+    /// How that level changes in the course of the recording, if it does; `level` is that
+    /// before.
+    pub step: Option<LevelStep>,
+}
+
+impl Findings {
+    /// What happens at the ground in `recording`, whose noise is `noise` \[m\].
+    pub fn timeline(&self, recording: &Recording, noise: f64) -> Timeline {
+        match self.level {
+            Ok(level) => {
+                let xp = self.levelled(recording);
+                Timeline::new(&recording.time, &xp, level, noise)
+            }
+            Err(_) => Timeline::default(),
+        }
+    }
+
+    /// Reading of the proof mass with changes of the ground's level taken out \[m\].
+    pub fn levelled<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
+        let xp = &recording.proof_mass;
+        match self.step {
+            Some(step) => Cow::Owned(step.taken_out(&recording.time, xp)),
+            None => Cow::Borrowed(xp),
+        }
+    }
 }
 
 /// Looks at parts without a model of the motion.
@@ -100,20 +127,29 @@ fn look_at(model: &Model, part: &Part) -> Findings {
         let span = quantile_in_place(&mut finite, 0.99) - low;
         sigma.max(LEAST_NOISE * span).max(f64::MIN_POSITIVE)
     };
+    let estimate = noise_of(r, Channel::ProofMass).ok();
+    let step = model
+        .has_ground
+        .then(|| find_level_step(r, estimate))
+        .flatten();
     let level = if model.has_ground {
-        let estimate = noise_of(r, Channel::ProofMass).ok();
-        estimate_contact_level(r.axis(), r.voltage.as_deref(), &r.proof_mass, estimate)
+        let xp = step.map_or(Cow::Borrowed(&r.proof_mass), |step| {
+            Cow::Owned(step.taken_out(&r.time, &r.proof_mass))
+        });
+        estimate_contact_level(r.axis(), r.voltage.as_deref(), &xp, estimate)
             .map_err(|missing| missing.to_string())
     } else {
         Err("the device has no ground".to_owned())
     };
     let xc = model.has_cantilever && r.cantilever.is_some();
+    log::debug!("{}: ground at {level:?}, {step:?}", r.name);
     Findings {
         noise: (
             noise(Channel::ProofMass),
             xc.then(|| noise(Channel::Cantilever)),
         ),
         level,
+        step,
     }
 }
 
@@ -185,10 +221,7 @@ pub fn prepare(
         let track = Track::new(model, &recording, options.nuisances.late)?;
         let lone = finding.noise.1.is_none();
         let sigmas = sigmas(model, &simulator, finding);
-        let timeline = match finding.level {
-            Ok(level) => Timeline::new(&recording.time, &recording.proof_mass, level, sigmas.xp),
-            Err(_) => Timeline::default(),
-        };
+        let timeline = finding.timeline(&recording, sigmas.xp);
         let longest = options
             .longest
             .unwrap_or_else(|| default_length(&simulator, lone));

@@ -1,7 +1,7 @@
 //! The baseline re-tuned to the fitted recordings: from far off, in steps.
 
 use super::clocks::{set_clocks, skews};
-use super::{Bench, FINE, Fitted, LOSS, ROUGH, positions};
+use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, positions};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{heal, thinned};
 use crate::fit::problem::Problem;
@@ -38,6 +38,23 @@ impl Bench {
         model: &Model,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
+        self.from_afar(model, &[], &[], control)
+    }
+
+    /// The same with the parameters of `free` moved too, from their values in `model` and
+    /// within `bounds`: an effect so strong that no model without it comes near is fitted
+    /// with all else from far off.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn from_afar(
+        &self,
+        model: &Model,
+        free: &[String],
+        bounds: &[Bound],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let own = (free, bounds);
         let mut start = model.clone();
         if model.has_ground {
             let known = self
@@ -55,7 +72,7 @@ impl Bench {
         }
         // A part of the stretches is enough to come near, and three times as fast.
         let few = thinned(&self.train.calm.prepared.segments);
-        let (mut problem, mut point) = self.near(&start, &few, control)?;
+        let (mut problem, mut point) = self.near(&start, own, &few, control)?;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
         if off(&point) > ASTRAY && model.uses(ParameterId::ShapeP2) && model.piezo.is_some() {
             // A film that bends the beam by moments drives the second mode the other way
@@ -64,7 +81,7 @@ impl Bench {
             for id in [ParameterId::ShapeC2, ParameterId::ShapeP2] {
                 p.set(id, -p[id]);
             }
-            let (flipped, other) = self.near(&start, &few, control)?;
+            let (flipped, other) = self.near(&start, own, &few, control)?;
             if off(&other) < off(&point) {
                 (problem, point) = (flipped, other);
             }
@@ -130,13 +147,16 @@ impl Bench {
     fn near(
         &self,
         start: &Model,
+        (free, bounds): (&[String], &[Bound]),
         few: &[bool],
         control: &DiagnoseControl<'_>,
     ) -> Result<(Problem, Point), DiagnoseError> {
         let segments = &self.train.calm.prepared.segments;
         let mut problem = self.train.calm.prepared.problem.clone();
-        problem.space = Space::new(start, &self.free)?;
-        for (id, range) in &self.bounds {
+        let mut ids = self.free.clone();
+        ids.extend_from_slice(free);
+        problem.space = Space::new(start, &ids)?;
+        for (id, range) in self.bounds.iter().chain(bounds) {
             problem.space.keep_between(id, *range);
         }
         let mut x = problem.space.coordinates(start);

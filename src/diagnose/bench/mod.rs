@@ -3,6 +3,7 @@
 //! All fits here are over calm stretches ([`super::calm`]): what happens at the ground is
 //! looked at by itself ([`super::events`]).
 
+mod aside;
 mod baseline;
 mod clocks;
 mod fits;
@@ -70,6 +71,8 @@ pub struct Bench {
     pub noise_error: f64,
     /// Ids of the baseline's own freedoms.
     pub free: Vec<String>,
+    /// The model that the re-tuning began with.
+    pub outset: Model,
     bounds: Vec<Bound>,
     options: FitOptions,
 }
@@ -190,6 +193,7 @@ impl Bench {
             noise,
             noise_error: information.max(1.0).powf(-0.5),
             free,
+            outset: model.clone(),
             bounds: structure_bounds(model),
             options: fit,
         })

@@ -79,7 +79,12 @@ impl Case {
             let Some(choice) = choose(id, &plain, &mut dice) else {
                 return Ok(None);
             };
-            hidden.push(bench.sized(choice, target)?);
+            hidden.push(if settings.realistic {
+                let size = bench.visibility(&choice.law)?;
+                (choice, size)
+            } else {
+                bench.sized(choice, target)?
+            });
         }
         let mut decoys: Vec<(Choice, f64)> = Vec::new();
         if class == Class::Nothing && dice.chance(0.4) {

@@ -88,6 +88,9 @@ pub struct Settings {
     pub rate: f64,
     /// What is concealed.
     pub mix: Mix,
+    /// Effects keep the size that they have on real devices, in place of one around the
+    /// smallest visible.
+    pub realistic: bool,
 }
 
 impl Default for Settings {
@@ -98,6 +101,7 @@ impl Default for Settings {
             noise: 20e-9,
             rate: 50e3,
             mix: Mix::Standard,
+            realistic: false,
         }
     }
 }

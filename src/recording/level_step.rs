@@ -1,0 +1,181 @@
+//! A ground whose level changes once in a recording, from data alone: all rests before one
+//! instant are at one height, all after it at another.
+
+use super::level::estimate_contact_level;
+use super::noise::NoiseEstimate;
+use super::{Recording, TimeAxis, quantile_in_place};
+
+/// A rest shows in a block of this length \[s\].
+const BLOCK: f64 = 4e-4;
+/// And of at least so many samples.
+const LEAST: usize = 16;
+/// Rests are looked for within this height of the lowest samples \[m\].
+const NEAR: f64 = 15e-6;
+/// Fewest blocks of rest on either side.
+const SIDE: usize = 3;
+/// Least change of the level, in units of the noise of a sample.
+const VISIBLE: f64 = 7.0;
+/// Least change of the level \[m\].
+const LEAST_RISE: f64 = 0.1e-6;
+/// Share of the change within which all rests of a side must agree.
+const AGREE: f64 = 0.1;
+/// Share of the blocks that may not.
+const STRAY: f64 = 0.05;
+
+/// A change of the ground's level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelStep {
+    /// When, at a time at which the mass is far from the ground if there is one \[s\].
+    pub time: f64,
+    /// By how much the level is higher from then on \[m\].
+    pub rise: f64,
+}
+
+impl LevelStep {
+    /// `xp` \[m\] at `time` \[s\] with the change taken out.
+    #[must_use]
+    pub fn taken_out(&self, time: &[f64], xp: &[f64]) -> Vec<f64> {
+        let first = time.partition_point(|t| *t < self.time);
+        let rise = |i: usize| if i < first { 0.0 } else { self.rise };
+        xp.iter().enumerate().map(|(i, x)| x - rise(i)).collect()
+    }
+}
+
+/// A block of samples in which the reading rests.
+struct Rest {
+    first: usize,
+    last: usize,
+    level: f64,
+}
+
+/// Rests of `xp` near its lowest samples.
+fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
+    let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
+    let bottom = quantile_in_place(&mut finite, 2e-3);
+    let size = ((BLOCK / interval) as usize).max(LEAST);
+    let still = |block: &[f64]| {
+        let n = block.len() as f64;
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+        let level = mean(block);
+        let spread = (block.iter().map(|x| (x - level).powi(2)).sum::<f64>() / n).sqrt();
+        let (a, b) = block.split_at(block.len() / 2);
+        let steady = (mean(a) - mean(b)).abs() < 4.0 * sigma * (4.0 / n).sqrt();
+        // Twice the excess that chance gives the variance of so few samples.
+        let quiet = spread < sigma * (1.0 + 4.0 / (2.0 * n).sqrt());
+        (level < bottom + NEAR && quiet && steady).then_some(level)
+    };
+    let blocks = (0..xp.len().saturating_sub(size)).step_by(size / 2);
+    blocks
+        .filter_map(|first| {
+            let last = first + size - 1;
+            still(&xp[first..=last]).map(|level| Rest { first, last, level })
+        })
+        .collect()
+}
+
+/// The change of the ground's level in `recording`, if there is one: on either side of it the
+/// ground must be told by all its signs.
+#[must_use]
+pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> Option<LevelStep> {
+    let sigma = noise.filter(|n| n.sigma > 0.0)?.sigma;
+    let (time, xp) = (&recording.time, &recording.proof_mass);
+    let rests = rests(xp, recording.interval(), sigma);
+    if rests.len() < 2 * SIDE {
+        return None;
+    }
+    // The split that leaves least of the variance.
+    let levels: Vec<f64> = rests.iter().map(|r| r.level).collect();
+    let whole: f64 = levels.iter().sum();
+    let n = levels.len();
+    let mut sum = 0.0;
+    let mut best = (f64::NEG_INFINITY, 0);
+    for k in 1..n {
+        sum += levels[k - 1];
+        let between = sum * sum / k as f64 + (whole - sum).powi(2) / (n - k) as f64;
+        if k >= SIDE && n - k >= SIDE && between > best.0 {
+            best = (between, k);
+        }
+    }
+    let k = best.1;
+    let middle = |side: &[f64]| quantile_in_place(&mut side.to_vec(), 0.5);
+    let (before, after) = (middle(&levels[..k]), middle(&levels[k..]));
+    let rise = after - before;
+    if !(rise.abs() > (VISIBLE * sigma).max(LEAST_RISE)) {
+        return None;
+    }
+    let near = (AGREE * rise.abs()).max(1.5 * sigma);
+    let astray = |side: &[f64], level: f64| {
+        let far = side.iter().filter(|x| (**x - level).abs() > near).count();
+        far as f64 > STRAY * side.len() as f64
+    };
+    if astray(&levels[..k], before) || astray(&levels[k..], after) {
+        return None;
+    }
+    // Between the last rest of the one side and the first of the other, far up if it flew.
+    let (from, to) = (rests[k - 1].last, rests[k].first.max(rests[k - 1].last + 1));
+    let between = from + 1..to.min(xp.len() - 1) + 1;
+    let cut = between
+        .filter(|&i| xp[i].is_finite())
+        .max_by(|&i, &j| xp[i].total_cmp(&xp[j]))
+        .unwrap_or(to);
+    let voltage = recording.voltage.as_deref();
+    let told = |range: std::ops::Range<usize>, level: f64| {
+        let v = voltage.map(|v| &v[range.clone()]);
+        let axis = TimeAxis::Samples(&time[range.clone()]);
+        estimate_contact_level(axis, v, &xp[range], noise)
+            .is_ok_and(|found| (found - level).abs() < near.max(3.0 * sigma))
+    };
+    let both = told(0..cut, before) && told(cut..xp.len(), after);
+    both.then_some(LevelStep {
+        time: time[cut],
+        rise,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Channel;
+    use crate::recording::noise::recording_noise as noise_of;
+
+    /// A mass that is on the ground half of each 10 ms and jumps 20 um between, with a
+    /// stand-in for noise; the ground is `rise` higher from the middle on.
+    fn jumps(rise: f64) -> Recording {
+        let n = 5000;
+        let time: Vec<f64> = (0..n).map(|i| 2e-5 * f64::from(i)).collect();
+        let noise = |i: usize| {
+            let x = (i as f64 * 12.9898).sin() * 43758.5453;
+            4e-8 * (x - x.floor() - 0.5)
+        };
+        let xp = time.iter().enumerate().map(|(i, t)| {
+            let phase = (t / 0.01).fract();
+            let up = if phase < 0.5 {
+                0.0
+            } else {
+                20e-6 * 16.0 * (phase - 0.5) * (1.0 - phase) / 4.0
+            };
+            let level = if *t < 0.05 { 0.0 } else { rise };
+            level + up * 4.0 + noise(i)
+        });
+        let voltage = time.iter().map(|t| 8.0 * (t / 0.01).fract()).collect();
+        Recording::new("jumps", time.clone(), Some(voltage), xp.collect(), None).unwrap()
+    }
+
+    #[test]
+    fn a_level_that_changes_once_is_found_and_one_that_does_not_is_not() {
+        for rise in [0.8e-6, -2e-6] {
+            let recording = jumps(rise);
+            let step = find_level_step(&recording, noise_of(&recording, Channel::ProofMass).ok());
+            let step = step.expect("a step");
+            assert!((step.rise / rise - 1.0).abs() < 0.02, "{step:?}");
+            assert!((0.045..0.0551).contains(&step.time), "{step:?}");
+            let level = step.taken_out(&recording.time, &recording.proof_mass);
+            assert!((level[100] - level[4600]).abs() < 5e-8);
+        }
+        let steady = jumps(0.0);
+        assert_eq!(
+            find_level_step(&steady, noise_of(&steady, Channel::ProofMass).ok()),
+            None
+        );
+    }
+}
