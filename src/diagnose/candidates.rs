@@ -145,7 +145,8 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
             }
             "hysteresis_memory" if driven => {
                 for width in [0.5, 1.2] {
-                    add(&[0.2, width, 8.0], 0, false, &[0, 1]);
+                    let values = [0.2, width, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+                    add(&values, 0, false, &[0, 1]);
                 }
             }
             "electrostatic" if driven && ground => {

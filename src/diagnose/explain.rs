@@ -378,6 +378,15 @@ fn attempt(
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
+    let lost = |f: &Fitted| f.cost > LOST * f.point.rows as f64;
+    if !hypothesis.shape.is_empty()
+        && !stand.misread
+        && lost(&stand.train)
+        && let Some(trial) = from_afar(bench, stand, hypothesis, control)?
+        && trial.worth() > 0.0
+    {
+        return Ok(Some(trial));
+    }
     let start = with_effect(&stand.train.model, hypothesis.start.clone());
     let (mut free, mut bounds) = freedoms(stand);
     free.extend_from_slice(&hypothesis.free);
@@ -401,13 +410,12 @@ fn attempt(
         held_out,
         hypothesis: hypothesis.clone(),
     };
-    let lost = |f: &Fitted| f.cost > LOST * f.point.rows as f64;
     // A further mode begins with what a fit has left to it.
     let further = hypothesis.start.spec.id == "extra_mode";
     let astray = !stand.misread && lost(&stand.train) && lost(&near.train);
     if astray
         && !further
-        && let Some(other) = from_afar(bench, stand, hypothesis, (&free, &bounds), control)?
+        && let Some(other) = from_afar(bench, stand, hypothesis, control)?
     {
         log::debug!(
             "from afar {:.0} in place of {:.0}",
@@ -427,13 +435,20 @@ fn from_afar(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
-    (free, bounds): (&[String], &[Bound]),
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
     let named = &stand.train.model.effects;
     let effects = named.iter().cloned().chain([hypothesis.natural.clone()]);
     let start = effects.fold(bench.outset.clone(), |model, e| with_effect(&model, e));
-    let train = match bench.from_afar(&start, free, bounds, control) {
+    let mut hypothesis = hypothesis.clone();
+    if !hypothesis.shape.is_empty() {
+        hypothesis.free = std::mem::take(&mut hypothesis.shape);
+        hypothesis.bounds.clear();
+    }
+    let (mut free, mut bounds) = freedoms(stand);
+    free.extend_from_slice(&hypothesis.free);
+    bounds.extend_from_slice(&hypothesis.bounds);
+    let train = match bench.from_afar(&start, &free, &bounds, control) {
         Ok(fitted) => fitted,
         Err(DiagnoseError::Sim(_)) => return Ok(None),
         Err(error) => return Err(error),
@@ -452,7 +467,7 @@ fn from_afar(
         held_gain,
         train,
         held_out,
-        hypothesis: hypothesis.clone(),
+        hypothesis,
     }))
 }
 

@@ -36,6 +36,9 @@ pub struct Hypothesis {
     pub natural: ActiveEffect,
     /// Ids of its parameters that are fitted.
     pub free: Vec<String>,
+    /// Ids of those fitted in their place where the law is too strong for any model without
+    /// it, if they are others.
+    pub shape: Vec<String>,
     /// Parameters that stay within bounds.
     pub bounds: Vec<Bound>,
     /// Fall of chi2 promised by the linearised problem.
@@ -100,6 +103,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 natural: start.clone(),
                 start,
                 free: own_ids(spec, &[0, 1, 2]),
+                shape: Vec::new(),
                 bounds: Vec::new(),
                 promise: line.gain,
                 searched: true,
@@ -121,6 +125,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 natural: start.clone(),
                 start,
                 free: own_ids(spec, &[0]),
+                shape: Vec::new(),
                 bounds: Vec::new(),
                 promise: step.gain,
                 searched: true,
@@ -145,6 +150,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             natural: start.clone(),
             start,
             free: own_ids(spec, &[0, 1, 2, 3, 4]),
+            shape: Vec::new(),
             // A mode that is free to be slow and dead would pass for any other force.
             bounds: vec![
                 (
@@ -193,15 +199,20 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
     }
     let start = form.effect(theta);
     let mut natural = start.clone();
+    let mut shape = Vec::new();
     if form.spec.id == "hysteresis_memory" {
         // A device has either the branches or the loops: between them there is nothing.
         let parameters = form.spec.parameters.iter();
         natural.values = parameters.map(|p| p.default).collect();
+        // At zero nothing would show which way to go.
+        natural.values[8] = 1e-3;
+        shape = own_ids(form.spec, &[1, 3, 4, 5, 6, 7, 8]);
     }
     Hypothesis {
         start,
         natural,
         free: form.free_ids(),
+        shape,
         bounds,
         promise: gain,
         searched: false,

@@ -16,6 +16,8 @@ use crate::recording::quantile_in_place;
 const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
 /// Chi2 per value above which other films are tried.
 const MUCH: f64 = 1.15;
+/// And above which it is not the film that is missing.
+const LOST: f64 = 50.0;
 /// Another film must bring it below this share for more to be tried.
 const BETTER: f64 = 0.95;
 /// What is not moved at first.
@@ -74,7 +76,12 @@ impl Bench {
         let few = thinned(&self.train.calm.prepared.segments);
         let (mut problem, mut point) = self.near(&start, own, &few, control)?;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
-        if off(&point) > ASTRAY && model.uses(ParameterId::ShapeP2) && model.piezo.is_some() {
+        // With an effect the drive's share is known from the model without it.
+        if free.is_empty()
+            && off(&point) > ASTRAY
+            && model.uses(ParameterId::ShapeP2)
+            && model.piezo.is_some()
+        {
             // A film that bends the beam by moments drives the second mode the other way
             // round than a force at its centre.
             let p = &mut start.parameters;
@@ -111,7 +118,9 @@ impl Bench {
         let thickness = best.problem.space.position("gp");
         for share in FILMS {
             let left = best.cost / best.point.rows.max(1) as f64;
-            let Some(at) = thickness.filter(|_| left > MUCH && !control.cancelled()) else {
+            let Some(at) =
+                thickness.filter(|_| (MUCH..LOST).contains(&left) && !control.cancelled())
+            else {
                 break;
             };
             let problem = best.problem.clone();

@@ -1,18 +1,31 @@
 //! `hysteresis_memory`: loops that remember the extremes of the voltage, at every amplitude.
 //!
-//! The law is a Prandtl-Ishlinskii operator of uniform density: play operators of all
-//! widths with the same weight. Of such an operator all that counts of the past are the
-//! extremes of the voltage that no later extreme has overtaken, so those are the memory,
-//! and between the extremes the law is smooth. With the mean `m(V)` and the half
-//! difference `d(V)` of the two branches, of which `d` is here its value and slope at 0 V,
+//! The law is a Preisach operator of a smooth density, which need not be known in detail:
+//! relays of half width `h` whose centre lies at `c` volts have the weight `f(h) g(c)`,
 //!
-//! `gc = m(V) + w d(V) H`,  `H = (2 V v_ref + 4 Q) / v_ref^2`,
+//! `f = exp(-(q h)^2 / 2) (1 + k h / v_ref)`,
+//! `g = 1 + b1 (2 d'/d) c + b2 (c/v_ref)^2 + b4 (c/v_ref)^4`.
 //!
-//! where a sweep over `u` volts from an extreme changes `Q` by `-sign(u) u^2 / 4`, and the
-//! first one, from zero, by twice that. A loop between `+-A` has
-//! `H = (2 V (v_ref - A) +- (A^2 - V^2)) / v_ref^2`: for `A = v_ref` it is that of the
-//! branches (the paper's meet at 8 V), for a smaller amplitude the drive is weaker and the
-//! loop narrower in proportion, and it closes.
+//! With `q = k = b1 = b2 = b4 = 0` that is the Prandtl-Ishlinskii operator of uniform density:
+//! play operators of all widths with the same weight. Of such an operator all that counts of
+//! the past are the extremes of the voltage that no later extreme has overtaken, so those are
+//! the memory, and between the extremes the law is smooth. A sweep from `b` up to `a` moves
+//! all relays that lie between, by Everett's function
+//!
+//! `E(a, b) = int_0^((a-b)/2) f(h) (G(a - h) - G(b + h)) dh`,  `G' = g`,
+//!
+//! and the first one, from zero to `v`, by `E(v, -v) / 2`. Their sum `P`, with the middle line
+//! of its own cycle between `+-v_ref` taken out and divided by half the height of that cycle
+//! at 0 V, is `-H` in
+//!
+//! `gc = m(V) + w d H`,
+//!
+//! with the mean `m(V)` of the two branches and their half difference `d` at 0 V, whose slope
+//! there is `d'`. A loop between `+-A` of the uniform operator has
+//! `H = (2 V (v_ref - A) +- (A^2 - V^2)) / v_ref^2`: for `A = v_ref` and with `b1 = 1` it is that
+//! of the branches (the paper's meet at 8 V), for a smaller amplitude the drive is weaker and
+//! the loop narrower in proportion, and it closes. The piezo may have been driven before the
+//! drive began: then the past begins with an extreme `v_past`.
 
 use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::Segment;
@@ -23,7 +36,28 @@ use crate::model::piezo::{Branch, Piezo};
 const MEMORY: usize = 12;
 /// Voltages that differ by less than this count as equal [V].
 const EQUAL: f64 = 1e-9;
-const LAW: &str = "gc = (1 - s) gc + s (m(V) + w d(V) H[V])";
+/// Nodes and weights of Gauss and Legendre's rule of 16 points on -1 to 1.
+static NODES: [(f64, f64); 16] = [
+    (-0.9894009349916499, 0.027152459411754058),
+    (-0.9445750230732326, 0.062253523938647776),
+    (-0.8656312023878318, 0.0951585116824929),
+    (-0.755404408355003, 0.12462897125553395),
+    (-0.6178762444026438, 0.14959598881657682),
+    (-0.45801677765722737, 0.16915651939500256),
+    (-0.2816035507792589, 0.1826034150449236),
+    (-0.09501250983763744, 0.18945061045506847),
+    (0.09501250983763744, 0.18945061045506847),
+    (0.2816035507792589, 0.1826034150449236),
+    (0.45801677765722737, 0.16915651939500256),
+    (0.6178762444026438, 0.14959598881657682),
+    (0.755404408355003, 0.12462897125553395),
+    (0.8656312023878318, 0.0951585116824929),
+    (0.9445750230732326, 0.062253523938647776),
+    (0.9894009349916499, 0.027152459411754058),
+];
+const DENSITY: &str =
+    "f = exp(-(q h)^2/2) (1 + k h/Vr), g = 1 + b1 (2 d'/d) c + b2 (c/Vr)^2 + b4 (c/Vr)^4";
+const LAW: &str = "gc = (1 - s) gc + s (m(V) + w d H[V])";
 
 /// The effect.
 pub static EFFECT: EffectSpec = EffectSpec {
@@ -31,7 +65,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     name: "hysteresis with memory",
     sentence: "The drive remembers the extremes of the voltage: its loops close at every amplitude and are narrower at small ones.",
     law: LAW,
-    source: "Prandtl-Ishlinskii operators: Visintin, Differential Models of Hysteresis, 1994, chapter III; uniform density gives Rayleigh's loops",
+    source: "Prandtl-Ishlinskii and Preisach operators: Visintin, Differential Models of Hysteresis, 1994, chapters III and IV; Everett's function: Mayergoyz, Mathematical Models of Hysteresis, 1991; uniform density gives Rayleigh's loops",
     needs: Need::Drive,
     parameters: &[
         ParameterSpec {
@@ -73,6 +107,84 @@ pub static EFFECT: EffectSpec = EffectSpec {
             meaning: "amplitude at which the loop has the width of the branches",
             equation: "H = (2 V (Vr - A) +- (A^2 - V^2)) / Vr^2",
         },
+        ParameterSpec {
+            id: "q",
+            symbol: "q",
+            name: "narrowness of the loops",
+            unit: "1/V",
+            default: 0.0,
+            range: (0.0, 2.0),
+            limits: (0.0, 100.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "relays wider than this one over q count little; 0: all widths count alike",
+            equation: DENSITY,
+        },
+        ParameterSpec {
+            id: "k",
+            symbol: "k",
+            name: "share of wider loops",
+            unit: "",
+            default: 0.0,
+            range: (0.0, 20.0),
+            limits: (0.0, 1e3),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "growth of the weight of relays with their width",
+            equation: DENSITY,
+        },
+        ParameterSpec {
+            id: "b1",
+            symbol: "b1",
+            name: "asymmetry of the loops",
+            unit: "",
+            default: 1.0,
+            range: (-2.0, 4.0),
+            limits: (-100.0, 100.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "asymmetry of a loop over that between the branches; 0: none",
+            equation: DENSITY,
+        },
+        ParameterSpec {
+            id: "b2",
+            symbol: "b2",
+            name: "unevenness over voltage",
+            unit: "",
+            default: 0.0,
+            range: (-2.0, 2.0),
+            limits: (-100.0, 100.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "how the weight of relays changes with the voltage about which they lie; 0: it does not",
+            equation: DENSITY,
+        },
+        ParameterSpec {
+            id: "b4",
+            symbol: "b4",
+            name: "unevenness at large voltages",
+            unit: "",
+            default: 0.0,
+            range: (-2.0, 2.0),
+            limits: (-100.0, 100.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "the same, at large voltages",
+            equation: DENSITY,
+        },
+        ParameterSpec {
+            id: "v_past",
+            symbol: "Vp",
+            name: "last extreme before",
+            unit: "V",
+            default: 0.0,
+            range: (-20.0, 20.0),
+            limits: (-1e6, 1e6),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "voltage from which the piezo came to rest before the drive began; 0: it had never been driven",
+            equation: "P = E(Vp, -Vp)/2 + E(0, Vp) at the start",
+        },
     ],
     build: |values, around| {
         Box::new(HysteresisMemory {
@@ -82,7 +194,15 @@ pub static EFFECT: EffectSpec = EffectSpec {
                 0.0
             },
             width: values[1],
-            reference: values[2],
+            relays: Relays::new(
+                [values[2], values[3], values[4]],
+                [
+                    values[5] * slant(&around.piezo.unwrap_or_default()),
+                    values[6],
+                    values[7],
+                ],
+            ),
+            before: values[8],
             piezo: around.piezo.unwrap_or_default(),
             rates: [0.0; 1 + MEMORY],
         })
@@ -94,18 +214,128 @@ pub static EFFECT: EffectSpec = EffectSpec {
 struct HysteresisMemory {
     share: f64,
     width: f64,
-    reference: f64,
+    relays: Relays,
+    before: f64,
     piezo: Piezo,
     rates: [f64; 1 + MEMORY],
 }
 
-/// The extremes in `z`.
-fn extremes(z: &[f64]) -> &[f64] {
-    let Some((count, rest)) = z.split_first() else {
-        return &[];
-    };
-    // Dense output may have left the count a rounding error off.
-    &rest[..(count.round().max(0.0) as usize).min(rest.len())]
+/// The relays, with what their cycle between plus and minus the reference comes to.
+#[derive(Debug, Clone, Copy)]
+struct Relays {
+    reference: f64,
+    narrow: f64,
+    wider: f64,
+    /// Coefficients of `g`, of `c`, its square and its fourth power.
+    uneven: [f64; 3],
+    /// Half the height of that cycle at 0 V.
+    half_height: f64,
+}
+
+impl Relays {
+    fn new([reference, narrow, wider]: [f64; 3], [slant, b2, b4]: [f64; 3]) -> Self {
+        let mut relays = Self {
+            reference,
+            narrow,
+            wider: wider / reference,
+            uneven: [slant, b2 / reference.powi(2), b4 / reference.powi(4)],
+            half_height: 1.0,
+        };
+        let e = |a: f64, b: f64| relays.everett(a, b);
+        let half = 0.5 * (e(reference, -reference) - e(reference, 0.0) - e(0.0, -reference));
+        // Weights that cancel have no loop.
+        relays.half_height = if half.abs() > 1e-12 * reference * reference {
+            half
+        } else {
+            f64::INFINITY
+        };
+        relays
+    }
+
+    /// What a sweep from `b` to `a` \[V\] gains.
+    fn everett(&self, a: f64, b: f64) -> f64 {
+        let u = a - b;
+        let [slant, square, fourth] = self.uneven;
+        if self.narrow == 0.0 && self.wider == 0.0 && square == 0.0 && fourth == 0.0 {
+            return 0.25 * u * u.abs() * (1.0 + 0.5 * slant * (a + b));
+        }
+        let whole = |c: f64| {
+            let cc = c * c;
+            c * (1.0 + 0.5 * slant * c + cc * (square / 3.0 + cc * fourth / 5.0))
+        };
+        let (sign, a, b) = if u < 0.0 { (-1.0, b, a) } else { (1.0, a, b) };
+        let half = 0.25 * (a - b);
+        let sum: f64 = NODES
+            .iter()
+            .map(|(x, weight)| {
+                let h = half * (1.0 + x);
+                let density = (-0.5 * (self.narrow * h).powi(2)).exp() * (1.0 + self.wider * h);
+                weight * density * (whole(a - h) - whole(b + h))
+            })
+            .sum();
+        sign * half * sum
+    }
+
+    /// `H` at `voltage` after `past`.
+    fn loops(&self, past: &[f64], voltage: f64) -> f64 {
+        let past = standing(past, voltage, 0.0);
+        let mut all = past.iter().copied().chain([voltage]);
+        let mut from = all.next().unwrap_or(voltage);
+        let mut moved = 0.5 * self.everett(from, -from);
+        for to in all {
+            moved += self.everett(to, from);
+            from = to;
+        }
+        let (up, down) = (-self.reference, self.reference);
+        let middle = 0.5 * (self.everett(voltage, up) + self.everett(voltage, down));
+        (middle - moved) / self.half_height
+    }
+}
+
+/// Half the difference of the branches at 0 V, and its slope.
+fn halves(piezo: &Piezo) -> [f64; 2] {
+    [0, 1].map(|k| 0.5 * (piezo.rising[k] - piezo.falling[k]))
+}
+
+/// Slope of `g` over its value at 0 V \[1/V\] with which the cycle between the references
+/// is as wide as the branches are apart, and as lopsided.
+fn slant(piezo: &Piezo) -> f64 {
+    let [half, slope] = halves(piezo);
+    if half == 0.0 { 0.0 } else { 2.0 * slope / half }
+}
+
+/// Extremes of the past, first to last.
+#[derive(Debug, Clone, Copy)]
+struct Past {
+    all: [f64; 1 + MEMORY],
+    count: usize,
+    /// Whether the first is that from before the drive began, which the states do not have.
+    older: bool,
+}
+
+impl Past {
+    fn new(before: f64, z: &[f64]) -> Self {
+        let own = z.split_first().map_or(&[][..], |(count, rest)| {
+            // Dense output may have left the count a rounding error off.
+            &rest[..(count.round().max(0.0) as usize).min(rest.len())]
+        });
+        let mut all = [0.0; 1 + MEMORY];
+        // Where the first was larger, it has overtaken that from before.
+        let older = before != 0.0 && own.first().is_none_or(|v| v.abs() < before.abs() - EQUAL);
+        all[0] = before;
+        let at = usize::from(older);
+        let kept = own.len().min(all.len() - at);
+        all[at..at + kept].copy_from_slice(&own[..kept]);
+        Self {
+            all,
+            count: at + kept,
+            older,
+        }
+    }
+
+    fn extremes(&self) -> &[f64] {
+        &self.all[..self.count]
+    }
 }
 
 /// Those of the extremes that `voltage` has not overtaken; coming within `slack` [V] of
@@ -132,20 +362,6 @@ fn standing(mut past: &[f64], voltage: f64, slack: f64) -> &[f64] {
     }
 }
 
-/// `Q` at `voltage` after `past`.
-fn curvature(past: &[f64], voltage: f64) -> f64 {
-    let sweep = |u: f64| -0.25 * u * u.abs();
-    let past = standing(past, voltage, 0.0);
-    let mut all = past.iter().copied().chain([voltage]);
-    let mut from = all.next().unwrap_or(voltage);
-    let mut q = 2.0 * sweep(from);
-    for to in all {
-        q += sweep(to - from);
-        from = to;
-    }
-    q
-}
-
 impl Action for HysteresisMemory {
     fn does_nothing(&self) -> bool {
         self.share == 0.0
@@ -156,10 +372,12 @@ impl Action for HysteresisMemory {
     }
 
     fn end_piece(&self, at: &Kinematics, z: &mut [f64]) {
-        let n = standing(extremes(z), at.voltage, EQUAL).len();
+        let past = Past::new(self.before, z);
+        let still = standing(past.extremes(), at.voltage, EQUAL);
+        let n = still.len().saturating_sub(usize::from(past.older));
         // A sweep too short to count changes nothing.
         let moved = |from: f64| (at.voltage - from).abs() > EQUAL;
-        let from = if n > 0 { z[n] } else { 0.0 };
+        let from = still.last().copied().unwrap_or(0.0);
         let count = if moved(from) {
             let place = n.min(MEMORY - 1);
             z[1 + place] = at.voltage;
@@ -176,7 +394,8 @@ impl Action for HysteresisMemory {
             return segment;
         }
         let (from, to) = (segment.shape.voltage(t), segment.shape.voltage(segment.end));
-        let past = standing(extremes(z), from, EQUAL);
+        let past = Past::new(self.before, z);
+        let past = standing(past.extremes(), from, EQUAL);
         let limits = match *past {
             [] => return segment,
             [first] => [first, -first],
@@ -213,10 +432,9 @@ impl Action for HysteresisMemory {
         }
         let [rising, falling] =
             [Branch::Rising, Branch::Falling].map(|branch| self.piezo.gain(voltage, branch));
-        let half = |k: usize| 0.5 * (self.piezo.rising[k] - self.piezo.falling[k]);
-        let q = curvature(extremes(z), voltage);
-        let loops = (2.0 * voltage * self.reference + 4.0 * q) / (self.reference * self.reference);
-        let law = 0.5 * (rising + falling) + self.width * (half(0) + half(1) * voltage) * loops;
+        let past = Past::new(self.before, z);
+        let loops = self.relays.loops(past.extremes(), voltage);
+        let law = 0.5 * (rising + falling) + self.width * halves(&self.piezo)[0] * loops;
         gain + self.share * (law - gain)
     }
 }
@@ -236,7 +454,8 @@ mod tests {
         HysteresisMemory {
             share: 1.0,
             width: 1.0,
-            reference: 8.0,
+            relays: Relays::new([8.0, 0.0, 0.0], [slant(&Piezo::default()), 0.0, 0.0]),
+            before: 0.0,
             piezo: Piezo::default(),
             rates: [0.0; 1 + MEMORY],
         }
