@@ -37,6 +37,8 @@ const ASIDE: f64 = 0.03;
 const ODD: f64 = 1.3;
 /// A name must bring back this share of them.
 const BACK: f64 = 0.5;
+/// Fall of chi2 per value from which what is misread is looked after anew.
+const CLEARER: f64 = 1.5;
 
 /// A hypothesis after a fit with it.
 #[derive(Debug, Clone)]
@@ -187,14 +189,7 @@ fn among_aside(
     } else {
         bench.clone()
     };
-    stand.train = bench.healed(&bench.train, stand.train.clone(), false, control)?;
-    if let (Some(side), Some(held_out)) = (&bench.held_out, stand.held_out.take()) {
-        let near = (&stand.train, Some(&held_out));
-        let judged = bench.judge(&stand.train.model, near, control)?;
-        stand.held_out = judged
-            .map(|judged| bench.healed(side, judged, true, control))
-            .transpose()?;
-    }
+    look_after(&bench, stand, control)?;
     stand.misread = false;
     let left = stand.train.aside();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
@@ -204,7 +199,27 @@ fn among_aside(
     search(&bench, found, options, control, report).map(Some)
 }
 
-/// Looks for what `baseline` lacks.
+/// Sets aside what is misread for the model of `stand`.
+fn look_after(
+    bench: &Bench,
+    stand: &mut Stand,
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    stand.train = bench.healed(&bench.train, stand.train.clone(), false, control)?;
+    if let (Some(side), Some(held_out)) = (&bench.held_out, stand.held_out.take()) {
+        let near = (&stand.train, Some(&held_out));
+        let judged = bench.judge(&stand.train.model, near, control)?;
+        stand.held_out = judged
+            .map(|judged| bench.healed(side, judged, true, control))
+            .transpose()?;
+    }
+    Ok(())
+}
+
+/// Looks for what the stand of `from` still lacks.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
 fn search(
     bench: &Bench,
     from: Explanation,
@@ -278,8 +293,14 @@ fn search(
             gain: (trial.gain, trial.held_gain),
             alike,
         });
+        let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
+        // What was misread did not stand out while all was far off.
+        let clearer = per_value(&stand.train) > CLEARER * per_value(&trial.train);
         stand.train = trial.train;
         stand.held_out = trial.held_out;
+        if clearer && !stand.misread {
+            look_after(&bench, &mut stand, control)?;
+        }
         if only.is_none() {
             drop_needless(&bench, &mut stand, control)?;
         }
