@@ -40,16 +40,18 @@ pub enum Missing {
         found: usize,
     },
     /// No low rest.
-    #[error("there is no low level at which the mass rests; give the contact level")]
+    #[error(
+        "there is no low level at which the mass rests: a contact of a millisecond would show the ground"
+    )]
     NoRest,
     /// The rest is not the floor.
-    #[error("the mass rests at {} but also moves below it, so that is not the ground; give the contact level", format_quantity(*level, "m", 4))]
+    #[error("the mass rests at {} but also moves below it, so that is not the ground: a longer contact would show it", format_quantity(*level, "m", 4))]
     NotAFloor {
         /// The level in question \[m\].
         level: f64,
     },
     /// Nothing shows that the rest is a contact.
-    #[error("the mass settles at {} without a sudden stop, so that may not be the ground; give the contact level", format_quantity(*level, "m", 4))]
+    #[error("the mass settles at {} without a sudden stop, so that may not be the ground: a drive that jumps or a longer contact would show it", format_quantity(*level, "m", 4))]
     NoArrival {
         /// The level in question \[m\].
         level: f64,
