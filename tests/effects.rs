@@ -13,7 +13,7 @@ use impactscope::model::Model;
 use impactscope::model::drive::{VoltageTable, Waveform};
 use impactscope::model::preset::Preset;
 use impactscope::sim::{Options, Trace, simulate};
-use twin::{Drive, Effects, Run, Twin};
+use twin::{Drive, Effects, Memory, Run, Twin};
 
 const RATE: f64 = 20e3;
 const SQUARE: Drive = Drive::Square {
@@ -122,17 +122,35 @@ fn hysteresis_with_memory() {
         ]
         .to_vec(),
     );
-    let effects = Effects {
-        memory: (0.8, 1.3, 9.0),
-        ..Effects::default()
+    let uniform = Memory {
+        share: 0.8,
+        width: 1.3,
+        reference: 9.0,
+        ..Memory::default()
     };
-    let values = [("s", 0.8), ("w", 1.3), ("v_ref", 9.0)];
-    check(
-        "hysteresis_memory",
-        &values,
-        effects,
-        &[SINE, SQUARE, lines],
-    );
+    let weighted = Memory {
+        q: 0.3,
+        k: 2.0,
+        past: -6.5,
+        ..uniform
+    };
+    for memory in [uniform, weighted] {
+        let effects = Effects {
+            memory,
+            ..Effects::default()
+        };
+        let values = [
+            ("s", memory.share),
+            ("w", memory.width),
+            ("v_ref", memory.reference),
+            ("q", memory.q),
+            ("k", memory.k),
+            ("b1", 0.0),
+            ("v_past", memory.past),
+        ];
+        let drives = [SINE, SQUARE, lines.clone()];
+        check("hysteresis_memory", &values, effects, &drives);
+    }
 }
 
 #[test]

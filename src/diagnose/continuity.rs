@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::bench::{Fitted, LOSS};
+use super::bench::{Fitted, LOSS, taken_over};
 use super::locate::near_ground;
 use crate::fit::problem::Data;
 use crate::fit::segment::Segment;
@@ -62,7 +62,9 @@ pub fn joins(fitted: &Fitted) -> Result<f64, SimError> {
         })
         .map(|i| {
             let (a, b) = (&point.segments[i - 1], &point.segments[i]);
-            let apart = cost(i - 1, a, 2) + cost(i, b, 2);
+            // The later one no longer takes over its first readings.
+            let taken = taken_over(problem, &simulator, b);
+            let apart = cost(i - 1, a, 2) + cost(i, b, 2) + taken;
             (cost(i - 1, &joined(a, b), ROUNDS) - apart) / unknowns
         })
         .filter(|rise| rise.is_finite())

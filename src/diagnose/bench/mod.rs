@@ -333,20 +333,8 @@ impl Bench {
         let own: usize = point.segments.iter().map(|s| s.locals.len()).sum();
         let model = problem.space.model(&point.x);
         let simulator = problem.simulator(&point.x)?;
-        let mut taken_over = 0.0;
-        if let Some(at) = simulator.reading_states() {
-            // A lasting lag begins at the first reading: that one is met exactly, and its
-            // noise fades in the ones that follow.
-            let rate = simulator.state_rates()[at];
-            for segment in point.segments.iter() {
-                let data = &problem.data[segment.recording].recording;
-                let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
-                let fades = (-2.0 * rate * segment.interval).exp();
-                if rate * segment.interval < MEMORY {
-                    taken_over += channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN));
-                }
-            }
-        }
+        let segments = point.segments.iter();
+        let taken_over: f64 = segments.map(|s| taken_over(&problem, &simulator, s)).sum();
         Ok(Fitted {
             model,
             cost: point.cost + own as f64 + taken_over,
@@ -369,6 +357,24 @@ impl Side {
     /// The stretches as first guessed.
     pub fn segments(&self) -> &[Segment] {
         &self.calm.prepared.segments
+    }
+}
+
+/// By how much taking the first readings of `segment` over lowers its cost: a lasting lag of
+/// the readings begins there, so that they are met exactly, and their noise fades in the ones
+/// that follow.
+pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Segment) -> f64 {
+    let Some(at) = simulator.reading_states() else {
+        return 0.0;
+    };
+    let rate = simulator.state_rates()[at];
+    let data = &problem.data[segment.recording].recording;
+    let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
+    let fades = (-2.0 * rate * segment.interval).exp();
+    if rate * segment.interval < MEMORY {
+        channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN))
+    } else {
+        0.0
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{DP, Machine, PLAYS, Phase, State};
+use super::{DP, Machine, Memory, PLAYS, Phase, State};
 
 const ETA: f64 = 3.819e-7;
 const CS: f64 = 1.747e-21;
@@ -18,6 +18,11 @@ fn branch(volt: f64, rising: bool) -> f64 {
     }
 }
 
+/// Half width of a play operator; no voltage exceeds the widest.
+pub(super) fn width_of(i: usize) -> f64 {
+    (i as f64 + 0.5) * 10.0 / PLAYS as f64
+}
+
 impl Machine<'_> {
     /// gc and the voltage of the film.
     fn gain(&self, t: f64, s: &State) -> f64 {
@@ -29,29 +34,40 @@ impl Machine<'_> {
         } else {
             self.piece.voltage(t)
         };
-        let (share, width, reference) = self.e().memory;
+        let Memory { share, width, .. } = self.e().memory;
         let mut gc = branch(volt, rising);
         if share > 0.0 {
             let mean = 0.5 * (branch(volt, true) + branch(volt, false));
-            let slope = 0.5 * (-0.7057 + 0.6062);
-            let half = 0.5 * (1.4796 + 0.6350) + slope * volt;
-            let top = self.widest();
-            let weight = top / PLAYS as f64;
-            let stops: f64 = (0..PLAYS).map(|i| volt - self.play(i, volt)).sum();
-            let loops =
-                4.0 / (reference * reference) * (weight * stops - volt * (top - 0.5 * reference));
-            gc += share * (mean + width * half * loops - gc);
+            let half = 0.5 * (1.4796 + 0.6350);
+            gc += share * (mean + width * half * self.loops(volt) - gc);
         }
         gc + self.e().creep.0 * s[7]
     }
 
-    /// Widest of the play operators: no voltage exceeds it.
-    fn widest(&self) -> f64 {
-        10.0
+    /// The plays' sum below the middle of its own cycle between plus and minus the reference,
+    /// over half the height of that cycle at 0 V.
+    fn loops(&self, volt: f64) -> f64 {
+        let Memory {
+            reference, q, k, ..
+        } = self.e().memory;
+        let (mut sum, mut height) = (0.0, 0.0);
+        for i in 0..PLAYS {
+            let r = width_of(i);
+            let weight = (-0.5 * (q * r).powi(2)).exp() * (1.0 + k * r / reference);
+            let mut middle = 0.0;
+            if r < reference {
+                let rising = (volt - r).max(r - reference);
+                let falling = (volt + r).min(reference - r);
+                middle = 0.5 * (rising + falling);
+                height += weight * r.min(reference - r);
+            }
+            sum += weight * (middle - self.play(i, volt));
+        }
+        sum / height
     }
 
     pub(super) fn play(&self, i: usize, volt: f64) -> f64 {
-        let r = (i as f64 + 0.5) * self.widest() / PLAYS as f64;
+        let r = width_of(i);
         self.plays[i].clamp(volt - r, volt + r)
     }
 

@@ -22,13 +22,25 @@ const DP: f64 = 58e-6;
 /// Play operators of the hysteresis with memory.
 const PLAYS: usize = 800;
 
+/// Play operators with weights, in place of the branches.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Memory {
+    pub share: f64,
+    pub width: f64,
+    pub reference: f64,
+    /// Narrowness and growth of the plays' weights.
+    pub q: f64,
+    pub k: f64,
+    /// Voltage from which it came to rest before.
+    pub past: f64,
+}
+
 /// Parameters of the effects; zero is off.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Effects {
     pub amplifier_tau: f64,
     pub creep: (f64, f64),
-    /// Share, width, reference amplitude.
-    pub memory: (f64, f64, f64),
+    pub memory: Memory,
     /// Area, gap.
     pub electrostatic: (f64, f64),
     /// Frequency, damping, shapes at cantilever, mass and drive.
@@ -139,6 +151,18 @@ impl Machine<'_> {
     }
 }
 
+impl Memory {
+    /// The plays at rest after the past.
+    fn plays(&self) -> Vec<f64> {
+        let count = if self.share > 0.0 { PLAYS } else { 0 };
+        let one = |i: usize| {
+            let r = forces::width_of(i);
+            0.0f64.clamp(self.past - r, self.past + r).clamp(-r, r)
+        };
+        (0..count).map(one).collect()
+    }
+}
+
 impl Twin {
     /// The device from rest under `drive`.
     pub fn new(effects: Effects, drive: Drive) -> Self {
@@ -160,14 +184,7 @@ impl Twin {
             m,
             b,
             k,
-            plays: vec![
-                0.0;
-                if self.effects.memory.0 > 0.0 {
-                    PLAYS
-                } else {
-                    0
-                }
-            ],
+            plays: self.effects.memory.plays(),
             piece: self.drive.pieces(duration)[0],
             phase: Phase::Flight,
             sliding: 0.0,
