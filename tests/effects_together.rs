@@ -373,8 +373,11 @@ fn events_and_order_survive_effects() {
     };
     let errors = [160e-6, 80e-6, 40e-6].map(error);
     println!("{errors:?}");
+    // Events are located within 10 ps, in which 0.4 m/s make 4 pm: below that the order of the
+    // steps does not show.
+    let floor = 10e-12 * 0.4;
     for pair in errors.windows(2) {
-        assert!(pair[1] < pair[0] / 16.0, "{errors:?}");
+        assert!(pair[1] < (pair[0] / 16.0).max(floor), "{errors:?}");
     }
     assert!(errors[0] < 1e-9, "{errors:?}");
 }
