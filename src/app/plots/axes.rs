@@ -107,7 +107,7 @@ pub fn ticks(from: f64, to: f64, most: f64) -> Vec<(f64, String)> {
 }
 
 /// A tick's text with the digits its step needs.
-fn tick(mark: GridMark) -> String {
+pub fn tick(mark: GridMark) -> String {
     let decimals = (-(mark.step_size.log10() + 1e-9).floor()).clamp(0.0, 9.0) as usize;
     // No negative zero.
     let value = if mark.value.abs() < 1e-9 * mark.step_size {

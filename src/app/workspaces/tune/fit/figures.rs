@@ -35,6 +35,8 @@ fn bare<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
         .y_axis_label(y)
         .x_grid_spacer(super::round_steps())
         .y_grid_spacer(super::round_steps())
+        .x_axis_formatter(super::round_text)
+        .y_axis_formatter(super::round_text)
         .allow_scroll(false)
 }
 

@@ -8,12 +8,14 @@ mod profile;
 mod result;
 mod steps;
 
-use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Window};
+use std::ops::RangeInclusive;
 
+use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Window};
 use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
 
 use super::small;
 use crate::app::command::Command;
+use crate::app::plots::axes::tick;
 use crate::app::setup::Role;
 use crate::app::state::State;
 use crate::fit::Progress;
@@ -148,14 +150,27 @@ fn obstacle(state: &State) -> Option<String> {
 /// Grid lines at round values, some six across the plot.
 pub(super) fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
     uniform_grid_spacer(|input| {
-        let rough = ((input.bounds.1 - input.bounds.0) / 6.0).max(f64::MIN_POSITIVE);
-        let decade = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0]
-            .map(|m| m * decade)
-            .into_iter()
-            .find(|step| *step >= rough)
-            .unwrap_or(10.0 * decade);
+        let step = step_of(input.bounds.0, input.bounds.1);
         [step / 5.0, step, 10.0 * step]
+    })
+}
+
+/// Distance of those lines on an axis from `low` to `high`.
+fn step_of(low: f64, high: f64) -> f64 {
+    let rough = ((high - low) / 6.0).max(f64::MIN_POSITIVE);
+    let decade = 10f64.powf(rough.log10().floor());
+    [1.0, 2.0, 5.0, 10.0]
+        .map(|m| m * decade)
+        .into_iter()
+        .find(|step| *step >= rough)
+        .unwrap_or(10.0 * decade)
+}
+
+/// Text of such a line, with as many digits for all of an axis.
+pub(super) fn round_text(mark: GridMark, range: &RangeInclusive<f64>) -> String {
+    tick(GridMark {
+        step_size: step_of(*range.start(), *range.end()),
+        ..mark
     })
 }
 

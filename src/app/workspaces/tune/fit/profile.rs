@@ -74,6 +74,7 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
                 .x_axis_label(axis)
                 .y_axis_label("rise of the cost")
                 .x_grid_spacer(super::round_steps())
+                .x_axis_formatter(super::round_text)
                 .include_y(0.0)
                 .include_y(1.3 * CERTAIN)
                 .allow_scroll(false)
