@@ -137,10 +137,11 @@ pub fn explain(
         per_value(held) > ODD && per_value(held) > ODD * per_value(&baseline.train)
     });
     let look = aside > ASIDE || (aside > 0.0 && odd);
-    if look && options.by_hand.is_none() {
-        if let Some(found) = among_aside(bench, &baseline, options, control, report)? {
-            return Ok(found);
-        }
+    if look
+        && options.by_hand.is_none()
+        && let Some(found) = among_aside(bench, &baseline, options, control, report)?
+    {
+        return Ok(found);
     }
     let from = Explanation {
         stand: baseline.clone(),

@@ -100,7 +100,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     let middle = |side: &[f64]| quantile_in_place(&mut side.to_vec(), 0.5);
     let (before, after) = (middle(&levels[..k]), middle(&levels[k..]));
     let rise = after - before;
-    if !(rise.abs() > (VISIBLE * sigma).max(LEAST_RISE)) {
+    if rise.is_nan() || rise.abs() <= (VISIBLE * sigma).max(LEAST_RISE) {
         return None;
     }
     let near = (AGREE * rise.abs()).max(1.5 * sigma);
