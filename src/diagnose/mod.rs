@@ -38,6 +38,7 @@ mod stretches;
 mod strips;
 mod swing;
 pub mod trial;
+mod weigh;
 
 pub use answer::RELIABLE;
 pub use engine::diagnose;

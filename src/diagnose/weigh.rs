@@ -1,0 +1,188 @@
+//! Hypotheses weighed: each of those that promise most is fitted, from the fit there is or,
+//! where that has lost its way, from where the re-tuning began, and judged on the recordings
+//! kept out.
+
+use super::bench::{Bench, Bound, Fitted, Side, with_effect};
+use super::explain::{Stand, Trial, Weighed};
+use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use super::promises::{FOUND, Hypothesis, PROMISING, promises};
+use crate::model::effects::EffectSpec;
+
+/// Share of the best refit below which a promise is far behind.
+const FAR: f64 = 0.3;
+/// Most hypotheses refitted in a round.
+const MOST: usize = 4;
+/// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
+/// along.
+const LOST: f64 = 4.0;
+
+/// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it
+/// promises.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn weigh(
+    bench: &Bench,
+    stand: &Stand,
+    options: &DiagnoseOptions,
+    only: Option<&str>,
+    control: &DiagnoseControl<'_>,
+    about: &dyn Fn(&str, f64),
+) -> Result<Vec<Weighed>, DiagnoseError> {
+    about("scan of the catalogue", 0.0);
+    let mut hypotheses = promises(bench, stand)?;
+    let wanted = |id: &str| match only {
+        Some(only) => only == id,
+        None => options.candidates.is_empty() || options.candidates.iter().any(|c| c == id),
+    };
+    let has = |spec: &EffectSpec| stand.named.iter().any(|n| n.spec == spec);
+    hypotheses.retain(|h| wanted(h.start.spec.id) && !has(h.start.spec));
+    hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+    for h in &hypotheses {
+        let start = &h.start;
+        log::debug!(
+            "{} promises {:.1} at {:?}",
+            start.spec.id,
+            h.promise,
+            start.values
+        );
+    }
+    let mut out: Vec<Weighed> = Vec::new();
+    let mut best = 0.0f64;
+    let count = hypotheses.len().clamp(1, MOST);
+    for (k, hypothesis) in hypotheses.into_iter().enumerate() {
+        // Where the promise is far below what a refit has reached, a refit is in vain:
+        // promises are right where the baseline is near the data.
+        let least = if hypothesis.searched {
+            FOUND
+        } else {
+            PROMISING
+        };
+        let worth = hypothesis.promise > least && hypothesis.promise > FAR * best;
+        let worth = worth || only.is_some();
+        let mut trial = None;
+        if k < MOST && worth && !control.cancelled() {
+            about(
+                hypothesis.start.spec.name,
+                (k + 1) as f64 / (count + 1) as f64,
+            );
+            trial = attempt(bench, stand, &hypothesis, control)?;
+            best = trial.as_ref().map_or(best, |t| best.max(t.gain));
+        }
+        out.push(Weighed {
+            spec: hypothesis.start.spec,
+            promise: hypothesis.promise,
+            trial,
+        });
+    }
+    Ok(out)
+}
+
+/// A fit with one more effect, or `None` if it cannot be simulated.
+fn attempt(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let lost = |f: &Fitted| f.cost > LOST * f.point.rows as f64;
+    if !hypothesis.shape.is_empty()
+        && !stand.misread
+        && lost(&stand.train)
+        && let Some(trial) = from_afar(bench, stand, hypothesis, control)?
+        && trial.worth() > 0.0
+    {
+        return Ok(Some(trial));
+    }
+    let start = with_effect(&stand.train.model, hypothesis.start.clone());
+    let (mut free, mut bounds) = freedoms(stand);
+    free.extend_from_slice(&hypothesis.free);
+    bounds.extend_from_slice(&hypothesis.bounds);
+    let series = hypothesis.series.then(|| bench.in_series());
+    let bench = series.as_ref().unwrap_or(bench);
+    let train = match bench.fit(&start, &free, &bounds, &stand.train, 12, control) {
+        Ok(fitted) => fitted,
+        Err(DiagnoseError::Sim(_)) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
+    let held_gain = match (&stand.held_out, &held_out) {
+        (Some(before), Some(after)) => before.cost - after.cost,
+        _ => 0.0,
+    };
+    let near = Trial {
+        gain: stand.train.cost - train.cost,
+        held_gain,
+        train,
+        held_out,
+        hypothesis: hypothesis.clone(),
+    };
+    // A further mode begins with what a fit has left to it.
+    let further = hypothesis.start.spec.id == "extra_mode";
+    let astray = !stand.misread && lost(&stand.train) && lost(&near.train);
+    if astray
+        && !further
+        && let Some(other) = from_afar(bench, stand, hypothesis, control)?
+    {
+        log::debug!(
+            "from afar {:.0} in place of {:.0}",
+            other.worth(),
+            near.worth()
+        );
+        if other.worth() > near.worth() {
+            return Ok(Some(other));
+        }
+    }
+    Ok(Some(near))
+}
+
+/// A fit with one more effect from where the re-tuning began, for `stand` has been drawn
+/// along by what it lacks; `None` if it cannot be simulated.
+fn from_afar(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let named = &stand.train.model.effects;
+    let effects = named.iter().cloned().chain([hypothesis.natural.clone()]);
+    let start = effects.fold(bench.outset.clone(), |model, e| with_effect(&model, e));
+    let mut hypothesis = hypothesis.clone();
+    if !hypothesis.shape.is_empty() {
+        hypothesis.free = std::mem::take(&mut hypothesis.shape);
+        hypothesis.bounds.clear();
+    }
+    let (mut free, mut bounds) = freedoms(stand);
+    free.extend_from_slice(&hypothesis.free);
+    bounds.extend_from_slice(&hypothesis.bounds);
+    let train = match bench.from_afar(&start, &free, &bounds, control) {
+        Ok(fitted) => fitted,
+        Err(DiagnoseError::Sim(_)) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let held_out = bench.judge(&train.model, (&train, None), control)?;
+    let gain = |side: &Side, before: &Fitted, after: &Fitted| {
+        let first = side.segments();
+        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
+    };
+    let held_gain = match (&bench.held_out, &stand.held_out, &held_out) {
+        (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
+        _ => 0.0,
+    };
+    Ok(Some(Trial {
+        gain: gain(&bench.train, &stand.train, &train)?,
+        held_gain,
+        train,
+        held_out,
+        hypothesis,
+    }))
+}
+
+/// Freedoms and bounds of the effects named so far.
+pub fn freedoms(stand: &Stand) -> (Vec<String>, Vec<Bound>) {
+    let all = stand.named.iter().map(|n| &n.hypothesis);
+    (
+        all.clone().flat_map(|h| h.free.clone()).collect(),
+        all.flat_map(|h| h.bounds.clone()).collect(),
+    )
+}
