@@ -66,7 +66,9 @@ pub fn weigh(
                 hypothesis.start.spec.name,
                 (k + 1) as f64 / (count + 1) as f64,
             );
-            trial = attempt(bench, stand, &hypothesis, control)?;
+            // From afar takes as long as the re-tuning did: only for what promises most.
+            let afar = k == 0 && stand.named.is_empty();
+            trial = attempt(bench, stand, &hypothesis, afar, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
         out.push(Weighed {
@@ -78,15 +80,18 @@ pub fn weigh(
     Ok(out)
 }
 
-/// A fit with one more effect, or `None` if it cannot be simulated.
+/// A fit with one more effect, or `None` if it cannot be simulated; also from `afar` if the
+/// fit there is has lost its way.
 fn attempt(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
+    afar: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
     let lost = |f: &Fitted| f.cost > LOST * f.point.rows as f64;
-    if !hypothesis.shape.is_empty()
+    if afar
+        && !hypothesis.shape.is_empty()
         && !stand.misread
         && lost(&stand.train)
         && let Some(trial) = from_afar(bench, stand, hypothesis, control)?
@@ -119,7 +124,7 @@ fn attempt(
     };
     // A further mode begins with what a fit has left to it.
     let further = hypothesis.start.spec.id == "extra_mode";
-    let astray = !stand.misread && lost(&stand.train) && lost(&near.train);
+    let astray = afar && !stand.misread && lost(&stand.train) && lost(&near.train);
     if astray
         && !further
         && let Some(other) = from_afar(bench, stand, hypothesis, control)?
