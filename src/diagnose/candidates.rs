@@ -26,6 +26,9 @@ pub struct Form {
     pub free: Vec<usize>,
     /// Constants other than the strength make no sense below this.
     pub least_constant: f64,
+    /// Values to begin with, and which are fitted, where the law is too strong for any model
+    /// without it, if those are others.
+    pub full: Option<(Vec<f64>, Vec<usize>)>,
 }
 
 impl Form {
@@ -62,9 +65,14 @@ impl Form {
 
     /// Ids of the parameters that are fitted, as `effect.parameter`.
     pub fn free_ids(&self) -> Vec<String> {
-        let name = |&i: &usize| format!("{}.{}", self.spec.id, self.spec.parameters[i].id);
-        self.free.iter().map(name).collect()
+        own_ids(self.spec, &self.free)
     }
+}
+
+/// Ids of some parameters of an effect, as `effect.parameter`.
+pub fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
+    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
+    which.iter().map(name).collect()
 }
 
 /// Scales of a device's motion, by which hypotheses are sized.
@@ -126,6 +134,12 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 } else {
                     0.0
                 },
+                // A device has either the branches or the loops: between them there is
+                // nothing. At zero the past would not show which way to go.
+                full: (spec.id == "hysteresis_memory").then(|| {
+                    let values = [1.0, 1.0, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1e-3];
+                    (values.to_vec(), vec![1, 3, 4, 5, 6, 7, 8])
+                }),
             });
         };
         let dp = model.parameters[ParameterId::Dp];

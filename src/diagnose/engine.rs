@@ -312,12 +312,11 @@ fn excess(fitted: &Fitted) -> f64 {
 
 /// What is not explained yet, if there is anything.
 fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Option<Left> {
-    let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
     let worst = stand
         .held_out
         .iter()
-        .map(per_value)
-        .fold(per_value(&stand.train), f64::max);
+        .map(Fitted::per_value)
+        .fold(stand.train.per_value(), f64::max);
     if worst > floor {
         return Some(Left::Mean(worst));
     }

@@ -125,9 +125,8 @@ pub fn explain(
     let aside = baseline.train.aside();
     log::debug!("{:.1} % of the rows are set aside", 100.0 * aside);
     // What spoils recordings kept out may have been set aside in those fitted.
-    let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
     let odd = baseline.held_out.as_ref().is_some_and(|held| {
-        per_value(held) > ODD && per_value(held) > ODD * per_value(&baseline.train)
+        held.per_value() > ODD && held.per_value() > ODD * baseline.train.per_value()
     });
     let look = aside > ASIDE || (aside > 0.0 && odd);
     if look
@@ -287,9 +286,8 @@ fn search(
             gain: (trial.gain, trial.held_gain),
             alike,
         });
-        let per_value = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
         // What was misread did not stand out while all was far off.
-        let clearer = per_value(&stand.train) > CLEARER * per_value(&trial.train);
+        let clearer = stand.train.per_value() > CLEARER * trial.train.per_value();
         stand.train = trial.train;
         stand.held_out = trial.held_out;
         if clearer && !stand.misread {

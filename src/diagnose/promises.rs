@@ -2,12 +2,12 @@
 //! vibration by frequency, a step of the ground by time, a further mode by its hump.
 
 use super::bench::{Bench, Bound};
-use super::candidates::{Form, Scale, forms};
+use super::candidates::{Form, Scale, forms, own_ids};
 use super::explain::Stand;
 use super::options::DiagnoseError;
 use super::ring;
 use super::scan::{Linear, Scan, find_line, find_step};
-use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::model::effects::{ActiveEffect, find};
 
 /// Frequencies of a vibration of the base that are looked at \[Hz\].
 const LINES: (f64, f64) = (8.0, 2100.0);
@@ -32,13 +32,11 @@ pub const PROMISING: f64 = 15.0;
 pub struct Hypothesis {
     /// The effect to begin with.
     pub start: ActiveEffect,
-    /// The effect to begin with where no model without it comes near.
-    pub natural: ActiveEffect,
     /// Ids of its parameters that are fitted.
     pub free: Vec<String>,
-    /// Ids of those fitted in their place where the law is too strong for any model without
-    /// it, if they are others.
-    pub shape: Vec<String>,
+    /// The effect to begin with, and ids of the parameters that are fitted, where the law is
+    /// too strong for any model without it, if those are others.
+    pub full: Option<(ActiveEffect, Vec<String>)>,
     /// Parameters that stay within bounds.
     pub bounds: Vec<Bound>,
     /// Fall of chi2 promised by the linearised problem.
@@ -100,10 +98,9 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 values: vec![SHAKE * line.amplitude, line.frequency, line.phase],
             };
             out.push(Hypothesis {
-                natural: start.clone(),
                 start,
                 free: own_ids(spec, &[0, 1, 2]),
-                shape: Vec::new(),
+                full: None,
                 bounds: Vec::new(),
                 promise: line.gain,
                 searched: true,
@@ -122,10 +119,9 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 values: vec![RISE * step.height, step.time],
             };
             out.push(Hypothesis {
-                natural: start.clone(),
                 start,
                 free: own_ids(spec, &[0]),
-                shape: Vec::new(),
+                full: None,
                 bounds: Vec::new(),
                 promise: step.gain,
                 searched: true,
@@ -147,10 +143,9 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             values: vec![ring.frequency, 0.01, size * c, size * p, 0.0],
         };
         out.push(Hypothesis {
-            natural: start.clone(),
             start,
             free: own_ids(spec, &[0, 1, 2, 3, 4]),
-            shape: Vec::new(),
+            full: None,
             // A mode that is free to be slow and dead would pass for any other force.
             bounds: vec![
                 (
@@ -165,11 +160,6 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         });
     }
     Ok(out)
-}
-
-fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
-    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
-    which.iter().map(name).collect()
 }
 
 fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
@@ -198,21 +188,15 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
         }
     }
     let start = form.effect(theta);
-    let mut natural = start.clone();
-    let mut shape = Vec::new();
-    if form.spec.id == "hysteresis_memory" {
-        // A device has either the branches or the loops: between them there is nothing.
-        let parameters = form.spec.parameters.iter();
-        natural.values = parameters.map(|p| p.default).collect();
-        // At zero nothing would show which way to go.
-        natural.values[8] = 1e-3;
-        shape = own_ids(form.spec, &[1, 3, 4, 5, 6, 7, 8]);
-    }
+    let full = form.full.as_ref().map(|(values, free)| {
+        let values = values.clone();
+        let spec = form.spec;
+        (ActiveEffect { spec, values }, own_ids(spec, free))
+    });
     Hypothesis {
         start,
-        natural,
         free: form.free_ids(),
-        shape,
+        full,
         bounds,
         promise: gain,
         searched: false,

@@ -3,9 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::bench::LOSS;
+use super::bench::{LOSS, WIDE};
 use crate::fit::problem::Problem;
-use crate::fit::robust::Huber;
 use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::Point;
 use crate::recording::quantile_in_place;
@@ -23,8 +22,6 @@ const ALIKE: usize = 2;
 const FITS: f64 = 1.3;
 /// Heights above the ground that may be taken for contact, in units of the noise.
 const UNSEEN: f64 = 6.0;
-/// A loss that forgives nothing.
-const WIDE: Huber = Huber(1e4);
 /// Most steps of a stretch's own fit.
 const ROUNDS: usize = 8;
 /// One in this many stretches is used on the way.

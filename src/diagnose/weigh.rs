@@ -89,11 +89,12 @@ fn attempt(
     afar: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
-    let lost = |f: &Fitted| f.cost > LOST * f.point.rows as f64;
-    if afar
-        && !hypothesis.shape.is_empty()
-        && !stand.misread
-        && lost(&stand.train)
+    let lost = |f: &Fitted| f.per_value() > LOST;
+    // A further mode begins with what a fit has left to it.
+    let further = hypothesis.start.spec.id == "extra_mode";
+    let astray = afar && !stand.misread && !further && lost(&stand.train);
+    if astray
+        && hypothesis.full.is_some()
         && let Some(trial) = from_afar(bench, stand, hypothesis, control)?
         && trial.worth() > 0.0
     {
@@ -122,11 +123,9 @@ fn attempt(
         held_out,
         hypothesis: hypothesis.clone(),
     };
-    // A further mode begins with what a fit has left to it.
-    let further = hypothesis.start.spec.id == "extra_mode";
-    let astray = afar && !stand.misread && lost(&stand.train) && lost(&near.train);
     if astray
-        && !further
+        && hypothesis.full.is_none()
+        && lost(&near.train)
         && let Some(other) = from_afar(bench, stand, hypothesis, control)?
     {
         log::debug!(
@@ -141,7 +140,7 @@ fn attempt(
     Ok(Some(near))
 }
 
-/// A fit with one more effect from where the re-tuning began, for `stand` has been drawn
+/// A fit with the first effect from where the re-tuning began, for `stand` has been drawn
 /// along by what it lacks; `None` if it cannot be simulated.
 fn from_afar(
     bench: &Bench,
@@ -149,18 +148,14 @@ fn from_afar(
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
-    let named = &stand.train.model.effects;
-    let effects = named.iter().cloned().chain([hypothesis.natural.clone()]);
-    let start = effects.fold(bench.outset.clone(), |model, e| with_effect(&model, e));
     let mut hypothesis = hypothesis.clone();
-    if !hypothesis.shape.is_empty() {
-        hypothesis.free = std::mem::take(&mut hypothesis.shape);
+    if let Some((start, free)) = hypothesis.full.take() {
+        hypothesis.start = start;
+        hypothesis.free = free;
         hypothesis.bounds.clear();
     }
-    let (mut free, mut bounds) = freedoms(stand);
-    free.extend_from_slice(&hypothesis.free);
-    bounds.extend_from_slice(&hypothesis.bounds);
-    let train = match bench.from_afar(&start, &free, &bounds, control) {
+    let start = with_effect(&bench.outset, hypothesis.start.clone());
+    let train = match bench.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control) {
         Ok(fitted) => fitted,
         Err(DiagnoseError::Sim(_)) => return Ok(None),
         Err(error) => return Err(error),

@@ -2,15 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::{Bench, FINE, Fitted, LOSS, Side};
+use super::{Bench, FINE, Fitted, LOSS, Side, WIDE};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::heal;
-use crate::fit::robust::Huber;
+use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
-use crate::fit::solve::settle;
+use crate::fit::solve::{Point, settle};
+use crate::sim::SimError;
 
-/// A loss that forgives nothing.
-const WIDE: Huber = Huber(1e4);
 /// Steps of each stretch's own fit, by either loss.
 const ROUNDS: usize = 8;
 
@@ -46,16 +45,32 @@ impl Fitted {
                     let (near, state) = (&nuisances, &states[i]);
                     problem.refine(segment, state, &simulator, near, locals, loss, ROUNDS)
                 };
-                let guess = first
-                    .get(i)
-                    .filter(|f| f.locals.len() == segment.locals.len());
-                let guess = guess.map_or_else(|| segment.locals.clone(), |f| f.locals.clone());
-                let (near, _) = fit(guess, WIDE);
+                let (near, _) = fit(first[i].locals.clone(), WIDE);
                 fit(near, LOSS).1 + segment.locals.len() as f64
             })
             .collect();
         Ok(self.cost + aside.iter().filter(|c| c.is_finite()).sum::<f64>())
     }
+}
+
+/// `point` with the `others` of its stretches in it too, each from its guess in `first`.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub(super) fn taken_in(
+    problem: &Problem,
+    point: Point,
+    first: &[Segment],
+    others: &[bool],
+    rounds: usize,
+) -> Result<Point, SimError> {
+    let guessed = settle(problem, &point.x, first, others, WIDE, rounds)?;
+    let (mut segments, mut used) = (point.segments, point.used);
+    for i in (0..others.len()).filter(|&i| others[i]) {
+        segments[i] = guessed.segments[i].clone();
+        used[i] = true;
+    }
+    settle(problem, &point.x, &segments, &used, LOSS, 2)
 }
 
 impl Bench {
@@ -65,16 +80,9 @@ impl Bench {
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
     pub fn with_all(&self, side: &Side, fitted: &Fitted) -> Result<Fitted, DiagnoseError> {
-        let point = &fitted.point;
-        let first = side.segments();
+        let point = fitted.point.clone();
         let aside: Vec<bool> = point.used.iter().map(|used| !used).collect();
-        let guessed = settle(&fitted.problem, &point.x, first, &aside, WIDE, ROUNDS)?;
-        let mut segments = point.segments.clone();
-        for i in (0..segments.len()).filter(|&i| aside[i]) {
-            segments[i] = guessed.segments[i].clone();
-        }
-        let all = vec![true; segments.len()];
-        let point = settle(&fitted.problem, &point.x, &segments, &all, LOSS, 2)?;
+        let point = taken_in(&fitted.problem, point, side.segments(), &aside, ROUNDS)?;
         self.finish(fitted.problem.clone(), point)
     }
 

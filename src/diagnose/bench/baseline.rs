@@ -1,11 +1,11 @@
 //! The baseline re-tuned to the fitted recordings: from far off, in steps.
 
+use super::aside::taken_in;
 use super::clocks::{set_clocks, skews};
-use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, positions};
+use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE, positions};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{heal, thinned};
 use crate::fit::problem::Problem;
-use crate::fit::robust::Huber;
 use crate::fit::solve::{Point, settle};
 use crate::fit::space::Space;
 use crate::model::Model;
@@ -27,6 +27,8 @@ const LATER: [&str; 8] = [
 /// Chi2 per value after the first step above which a drive that is shared otherwise among
 /// the modes is tried.
 const ASTRAY: f64 = 3.0;
+/// Steps of each stretch's own fit from its first guess.
+const GUESS: usize = 3;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 
@@ -117,7 +119,7 @@ impl Bench {
         // that may lead astray: other thicknesses are tried where much is left.
         let thickness = best.problem.space.position("gp");
         for share in FILMS {
-            let left = best.cost / best.point.rows.max(1) as f64;
+            let left = best.per_value();
             let Some(at) =
                 thickness.filter(|_| (MUCH..LOST).contains(&left) && !control.cancelled())
             else {
@@ -138,9 +140,8 @@ impl Bench {
                 break;
             }
             let other = self.whole(problem, point, &few, control)?;
-            let per_row = |f: &Fitted| f.cost / f.point.rows.max(1) as f64;
-            let better = per_row(&other) < BETTER * per_row(&best);
-            if per_row(&other) < per_row(&best) {
+            let better = other.per_value() < BETTER * best.per_value();
+            if other.per_value() < best.per_value() {
                 best = other;
             }
             // Where the film is not to blame no other will do better.
@@ -170,7 +171,7 @@ impl Bench {
         }
         let mut x = problem.space.coordinates(start);
         x.resize(problem.unknowns(), 0.0);
-        let mut point = settle(&problem, &x, segments, few, Huber(1e4), 3)?;
+        let mut point = settle(&problem, &x, segments, few, WIDE, 3)?;
         let mut locked = positions(&problem, &LATER);
         if locked.len() < problem.space.len() {
             locked.extend(skews(&problem));
@@ -189,15 +190,8 @@ impl Bench {
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
         let segments = &self.train.calm.prepared.segments;
-        // The others begin from their first guess.
         let others: Vec<bool> = few.iter().map(|f| !f).collect();
-        let rest = settle(&problem, &point.x, segments, &others, Huber(1e4), 3)?;
-        let (mut own, mut used) = (point.segments, point.used);
-        for i in (0..few.len()).filter(|&i| !few[i]) {
-            own[i] = rest.segments[i].clone();
-            used[i] = true;
-        }
-        let mut point = settle(&problem, &point.x, &own, &used, LOSS, 2)?;
+        let mut point = taken_in(&problem, point, segments, &others, GUESS)?;
         heal(&problem, &mut point, segments)?;
         point = self.improve(&problem, point, &[], (20, FINE), control)?;
         if set_clocks(&problem, &mut point, segments, &vec![true; few.len()])? {

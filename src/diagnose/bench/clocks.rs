@@ -3,10 +3,9 @@
 
 use rayon::prelude::*;
 
-use super::{Fitted, LOSS};
+use super::{Fitted, LOSS, WIDE};
 use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{Nuisance, Problem};
-use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::solve::{Point, settle};
 use crate::model::Model;
@@ -25,8 +24,6 @@ const BETTER: f64 = 40.0;
 const MOST: f64 = 30.0;
 /// Cost per value up to which a recording is told well as it is.
 const WELL: f64 = 1.1;
-/// A loss that forgives nothing.
-const WIDE: Huber = Huber(1e4);
 /// Steps of each stretch's own fit, by either loss.
 const ROUNDS: usize = 3;
 

@@ -1,11 +1,10 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
 use super::clocks::{delay, set_clocks, shift_skews, usual_skew};
-use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH};
+use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{adopt, heal, thinned};
-use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::solve::settle;
 use crate::fit::space::Space;
@@ -143,7 +142,7 @@ impl Bench {
                         let own = &from.point.segments;
                         (adopt(own, segments, (&old, &new), &problem), LOSS)
                     }
-                    None => (segments, Huber(1e4)),
+                    None => (segments, WIDE),
                 };
                 let point = settle(&problem, &x, &segments, &used, loss, 3)?;
                 (segments, point)

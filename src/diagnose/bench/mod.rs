@@ -37,6 +37,8 @@ const SKEW: f64 = 5e-6;
 const MOST_TAKEN: f64 = 20.0;
 /// How often recordings are cut again for readings that are late.
 const AGAIN: usize = 2;
+/// A loss that forgives nothing.
+pub const WIDE: Huber = Huber(1e4);
 /// Loss by which fits are compared, in units of the noise.
 pub const LOSS: Huber = Huber(6.0);
 /// Share of the cost by which an iteration must lower it to be followed by another, at
@@ -91,6 +93,11 @@ pub struct Fitted {
 }
 
 impl Fitted {
+    /// Cost per row: 1 where nothing is missing.
+    pub fn per_value(&self) -> f64 {
+        self.cost / self.point.rows.max(1) as f64
+    }
+
     /// Rows minus the stretches' own unknowns.
     pub fn freedom(&self) -> f64 {
         let own: usize = self.point.segments.iter().map(|s| s.locals.len()).sum();

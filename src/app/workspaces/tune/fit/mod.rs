@@ -15,7 +15,7 @@ use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
 
 use super::small;
 use crate::app::command::Command;
-use crate::app::plots::axes::tick;
+use crate::app::plots::axes::{round_step, tick};
 use crate::app::setup::Role;
 use crate::app::state::State;
 use crate::fit::Progress;
@@ -157,13 +157,7 @@ pub(super) fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
 
 /// Distance of those lines on an axis from `low` to `high`.
 fn step_of(low: f64, high: f64) -> f64 {
-    let rough = ((high - low) / 6.0).max(f64::MIN_POSITIVE);
-    let decade = 10f64.powf(rough.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|m| m * decade)
-        .into_iter()
-        .find(|step| *step >= rough)
-        .unwrap_or(10.0 * decade)
+    round_step((high - low) / 6.0)
 }
 
 /// Text of such a line, with as many digits for all of an axis.
