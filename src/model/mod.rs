@@ -6,6 +6,7 @@ pub mod film;
 pub mod ground;
 pub mod parameter;
 pub mod piezo;
+pub mod preisach;
 pub mod preset;
 pub mod sensor;
 pub mod structure;

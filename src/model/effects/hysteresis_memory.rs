@@ -1,56 +1,44 @@
 //! `hysteresis_memory`: loops that remember the extremes of the voltage, at every amplitude.
 //!
-//! The law is a Preisach operator of a smooth density, which need not be known in detail:
-//! relays of half width `h` whose centre lies at `c` volts have the weight `f(h) g(c)`,
-//!
-//! `f = exp(-(q h)^2 / 2) (1 + k h / v_ref)`,
-//! `g = 1 + b1 (2 d'/d) c + b2 (c/v_ref)^2 + b4 (c/v_ref)^4`.
-//!
-//! With `q = k = b1 = b2 = b4 = 0` that is the Prandtl-Ishlinskii operator of uniform density:
-//! play operators of all widths with the same weight. Of such an operator all that counts of
-//! the past are the extremes of the voltage that no later extreme has overtaken, so those are
-//! the memory, and between the extremes the law is smooth. A sweep from `b` up to `a` moves
-//! all relays that lie between, by Everett's function
-//!
-//! `E(a, b) = int_0^((a-b)/2) f(h) (G(a - h) - G(b + h)) dh`,  `G' = g`,
-//!
-//! and the first one, from zero to `v`, by `E(v, -v) / 2`. Their sum `P`, with the middle line
-//! of its own cycle between `+-v_ref` taken out and divided by half the height of that cycle
-//! at 0 V, is `-H` in
+//! The law is the Preisach operator of `model::preisach`, whose density need not be known in
+//! detail: with `q = k = b1 = b2 = b4 = 0` it is the Prandtl-Ishlinskii operator of uniform
+//! density, play operators of all widths with the same weight. What its relays have moved,
+//! with the middle line of its own cycle between `+-v_ref` taken out and divided by half the
+//! height of that cycle at 0 V, is `-H` in
 //!
 //! `gc = m(V) + w d H`,
 //!
 //! with the mean `m(V)` of the two branches and their half difference `d` at 0 V, whose slope
-//! there is `d'`. A loop between `+-A` of the uniform operator has
-//! `H = (2 V (v_ref - A) +- (A^2 - V^2)) / v_ref^2`: for `A = v_ref` and with `b1 = 1` it is that
-//! of the branches (the paper's meet at 8 V), for a smaller amplitude the drive is weaker and
-//! the loop narrower in proportion, and it closes. The piezo may have been driven before the
-//! drive began: then the past begins with an extreme `v_past`.
+//! there is `d'`; the asymmetry of the density is `b1' = b1 (2 d'/d)`. A loop between `+-A` of
+//! the uniform operator has `H = (2 V (v_ref - A) +- (A^2 - V^2)) / v_ref^2`: for `A = v_ref`
+//! and with `b1 = 1` it is that of the branches (the paper's meet at 8 V), for a smaller
+//! amplitude the drive is weaker and the loop narrower in proportion, and it closes. The
+//! extremes of the voltage that no later extreme has overtaken are the memory, and between
+//! them the law is smooth. The piezo may have been driven before the drive began: then the
+//! past begins with an extreme `v_past`.
 
 use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::{Branch, Piezo};
+use crate::model::preisach::{EQUAL, MEMORY, Past, Relays, standing};
 
-/// Extremes that are remembered; of still more nested ones the innermost are forgotten.
-const MEMORY: usize = 12;
-/// Voltages that differ by less than this count as equal [V].
-const EQUAL: f64 = 1e-9;
-/// Moments of the density that `G`, of the fifth power, calls for.
-const MOMENTS: usize = 6;
-/// Distance of the half widths at which they are known \[V\].
-const STEP: f64 = 0.05;
-/// How many of those there are: sweeps of 60 V have all relays that count.
-const CELLS: usize = 600;
-/// Nodes and weights of Gauss and Legendre's rule of 4 points on -1 to 1.
-static NODES: [(f64, f64); 4] = [
-    (-0.8611363115940526, 0.34785484513745374),
-    (-0.3399810435848563, 0.6521451548625464),
-    (0.3399810435848563, 0.6521451548625464),
-    (0.8611363115940526, 0.34785484513745374),
-];
 const DENSITY: &str =
     "f = exp(-(q h)^2/2) (1 + k h/Vr), g = 1 + b1 (2 d'/d) c + b2 (c/Vr)^2 + b4 (c/Vr)^4";
+/// What most parameters have in common.
+const PLAIN: ParameterSpec = ParameterSpec {
+    id: "",
+    symbol: "",
+    name: "",
+    unit: "",
+    default: 0.0,
+    range: (-2.0, 2.0),
+    limits: (-100.0, 100.0),
+    scale: Scale::Linear,
+    rank: Rank::Advanced,
+    meaning: "",
+    equation: DENSITY,
+};
 const LAW: &str = "gc = (1 - s) gc + s (m(V) + w d H[V])";
 
 /// The effect.
@@ -66,27 +54,22 @@ pub static EFFECT: EffectSpec = EffectSpec {
             id: "s",
             symbol: "s",
             name: "share of the memory",
-            unit: "",
             default: 1.0,
             range: (0.0, 1.0),
             limits: (0.0, 1.0),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "0 is the two branches, 1 the loops with memory in their place",
             equation: LAW,
+            ..PLAIN
         },
         ParameterSpec {
             id: "w",
             symbol: "w",
             name: "width of the loops",
-            unit: "",
             default: 1.0,
             range: (0.0, 2.0),
-            limits: (-100.0, 100.0),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "width of a loop over that between the branches; 0 leaves their mean",
             equation: LAW,
+            ..PLAIN
         },
         ParameterSpec {
             id: "v_ref",
@@ -96,88 +79,62 @@ pub static EFFECT: EffectSpec = EffectSpec {
             default: 8.0,
             range: (6.0, 20.0),
             limits: (1e-3, 1e6),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "amplitude at which the loop has the width of the branches",
             equation: "H = (2 V (Vr - A) +- (A^2 - V^2)) / Vr^2",
+            ..PLAIN
         },
         ParameterSpec {
             id: "q",
             symbol: "q",
             name: "narrowness of the loops",
             unit: "1/V",
-            default: 0.0,
             range: (0.0, 2.0),
             limits: (0.0, 100.0),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "relays wider than this one over q count little; 0: all widths count alike",
-            equation: DENSITY,
+            ..PLAIN
         },
         ParameterSpec {
             id: "k",
             symbol: "k",
             name: "share of wider loops",
-            unit: "",
-            default: 0.0,
             range: (0.0, 20.0),
             limits: (0.0, 1e3),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "growth of the weight of relays with their width",
-            equation: DENSITY,
+            ..PLAIN
         },
         ParameterSpec {
             id: "b1",
             symbol: "b1",
             name: "asymmetry of the loops",
-            unit: "",
             default: 1.0,
             range: (-2.0, 4.0),
-            limits: (-100.0, 100.0),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "asymmetry of a loop over that between the branches; 0: none",
-            equation: DENSITY,
+            ..PLAIN
         },
         ParameterSpec {
             id: "b2",
             symbol: "b2",
             name: "unevenness over voltage",
-            unit: "",
-            default: 0.0,
-            range: (-2.0, 2.0),
-            limits: (-100.0, 100.0),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "how the weight of relays changes with the voltage about which they lie; 0: it does not",
-            equation: DENSITY,
+            ..PLAIN
         },
         ParameterSpec {
             id: "b4",
             symbol: "b4",
             name: "unevenness at large voltages",
-            unit: "",
-            default: 0.0,
-            range: (-2.0, 2.0),
-            limits: (-100.0, 100.0),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "the same, at large voltages",
-            equation: DENSITY,
+            ..PLAIN
         },
         ParameterSpec {
             id: "v_past",
             symbol: "Vp",
             name: "last extreme before",
             unit: "V",
-            default: 0.0,
             range: (-20.0, 20.0),
             limits: (-1e6, 1e6),
-            scale: Scale::Linear,
-            rank: Rank::Advanced,
             meaning: "voltage from which the piezo came to rest before the drive began; 0: it had never been driven",
             equation: "P = E(Vp, -Vp)/2 + E(0, Vp) at the start",
+            ..PLAIN
         },
     ],
     build: |values, around| {
@@ -214,133 +171,6 @@ struct HysteresisMemory {
     rates: [f64; 1 + MEMORY],
 }
 
-/// The relays, with what their cycle between plus and minus the reference comes to.
-#[derive(Debug, Clone)]
-struct Relays {
-    reference: f64,
-    narrow: f64,
-    wider: f64,
-    /// Coefficients of `g`, of `c`, its square and its fourth power.
-    uneven: [f64; 3],
-    /// Half the height of that cycle at 0 V.
-    half_height: f64,
-    /// `int_0^h f(h') h'^n dh'` at every `STEP` of `h`; empty where all widths count alike.
-    moments: Vec<[f64; MOMENTS]>,
-}
-
-impl Relays {
-    fn new([reference, narrow, wider]: [f64; 3], [slant, b2, b4]: [f64; 3]) -> Self {
-        let mut relays = Self {
-            reference,
-            narrow,
-            wider: wider / reference,
-            uneven: [slant, b2 / reference.powi(2), b4 / reference.powi(4)],
-            half_height: 1.0,
-            moments: Vec::new(),
-        };
-        if narrow != 0.0 || wider != 0.0 || b2 != 0.0 || b4 != 0.0 {
-            relays.moments = relays.integrate();
-        }
-        let e = |a: f64, b: f64| relays.everett(a, b);
-        let half = 0.5 * (e(reference, -reference) - e(reference, 0.0) - e(0.0, -reference));
-        // Weights that cancel have no loop.
-        relays.half_height = if half.abs() > 1e-12 * reference * reference {
-            half
-        } else {
-            f64::INFINITY
-        };
-        relays
-    }
-
-    /// Weight of relays of half width `h` \[V\].
-    fn density(&self, h: f64) -> f64 {
-        (-0.5 * (self.narrow * h).powi(2)).exp() * (1.0 + self.wider * h)
-    }
-
-    /// The moments over half widths that a sweep may reach.
-    fn integrate(&self) -> Vec<[f64; MOMENTS]> {
-        let mut sum = [0.0; MOMENTS];
-        let mut all = vec![sum];
-        for cell in 0..CELLS {
-            for (x, weight) in NODES {
-                let h = STEP * (cell as f64 + 0.5 + 0.5 * x);
-                let mut term = 0.5 * STEP * weight * self.density(h);
-                for moment in &mut sum {
-                    *moment += term;
-                    term *= h;
-                }
-            }
-            all.push(sum);
-        }
-        all
-    }
-
-    /// The moments up to `h` \[V\]: between the points by value and slope.
-    fn moments(&self, h: f64) -> [f64; MOMENTS] {
-        let place = (h / STEP).min(CELLS as f64);
-        let cell = (place as usize).min(CELLS - 1);
-        let (low, high) = (&self.moments[cell], &self.moments[cell + 1]);
-        let at = [STEP * cell as f64, STEP * (cell + 1) as f64];
-        let mut slope = at.map(|h| STEP * self.density(h));
-        let t = place - cell as f64;
-        let r = 1.0 - t;
-        let mut out = [0.0; MOMENTS];
-        for n in 0..MOMENTS {
-            out[n] = r * r * ((1.0 + 2.0 * t) * low[n] + t * slope[0])
-                + t * t * ((1.0 + 2.0 * r) * high[n] - r * slope[1]);
-            slope = [slope[0] * at[0], slope[1] * at[1]];
-        }
-        out
-    }
-
-    /// `G(c + h)` as a polynomial in `h`.
-    fn around(&self, c: f64) -> [f64; MOMENTS] {
-        let [slant, square, fourth] = self.uneven;
-        let mut g = [0.0, 1.0, 0.5 * slant, square / 3.0, 0.0, 0.2 * fourth];
-        // Horner's scheme, once for each power.
-        for first in 0..MOMENTS {
-            for n in (first..MOMENTS - 1).rev() {
-                g[n] += c * g[n + 1];
-            }
-        }
-        g
-    }
-
-    /// What a sweep from `b` to `a` \[V\] gains. Beyond what the moments reach, relays have
-    /// no weight.
-    fn everett(&self, a: f64, b: f64) -> f64 {
-        let u = a - b;
-        if self.moments.is_empty() {
-            return 0.25 * u * u.abs() * (1.0 + 0.5 * self.uneven[0] * (a + b));
-        }
-        let (sign, a, b) = if u < 0.0 { (-1.0, b, a) } else { (1.0, a, b) };
-        let (from, to) = (self.around(b), self.around(a));
-        let moments = self.moments(0.5 * (a - b));
-        let mut sum = 0.0;
-        let mut odd = 1.0;
-        for n in 0..MOMENTS {
-            sum += (odd * to[n] - from[n]) * moments[n];
-            odd = -odd;
-        }
-        sign * sum
-    }
-
-    /// `H` at `voltage` after `past`.
-    fn loops(&self, past: &[f64], voltage: f64) -> f64 {
-        let past = standing(past, voltage, 0.0);
-        let mut all = past.iter().copied().chain([voltage]);
-        let mut from = all.next().unwrap_or(voltage);
-        let mut moved = 0.5 * self.everett(from, -from);
-        for to in all {
-            moved += self.everett(to, from);
-            from = to;
-        }
-        let (up, down) = (-self.reference, self.reference);
-        let middle = 0.5 * (self.everett(voltage, up) + self.everett(voltage, down));
-        (middle - moved) / self.half_height
-    }
-}
-
 /// Half the difference of the branches at 0 V, and its slope.
 fn halves(piezo: &Piezo) -> [f64; 2] {
     [0, 1].map(|k| 0.5 * (piezo.rising[k] - piezo.falling[k]))
@@ -351,64 +181,6 @@ fn halves(piezo: &Piezo) -> [f64; 2] {
 fn slant(piezo: &Piezo) -> f64 {
     let [half, slope] = halves(piezo);
     if half == 0.0 { 0.0 } else { 2.0 * slope / half }
-}
-
-/// Extremes of the past, first to last.
-#[derive(Debug, Clone, Copy)]
-struct Past {
-    all: [f64; 1 + MEMORY],
-    count: usize,
-    /// Whether the first is that from before the drive began, which the states do not have.
-    older: bool,
-}
-
-impl Past {
-    fn new(before: f64, z: &[f64]) -> Self {
-        let own = z.split_first().map_or(&[][..], |(count, rest)| {
-            // Dense output may have left the count a rounding error off.
-            &rest[..(count.round().max(0.0) as usize).min(rest.len())]
-        });
-        let mut all = [0.0; 1 + MEMORY];
-        // Where the first was larger, it has overtaken that from before.
-        let older = before != 0.0 && own.first().is_none_or(|v| v.abs() < before.abs() - EQUAL);
-        all[0] = before;
-        let at = usize::from(older);
-        let kept = own.len().min(all.len() - at);
-        all[at..at + kept].copy_from_slice(&own[..kept]);
-        Self {
-            all,
-            count: at + kept,
-            older,
-        }
-    }
-
-    fn extremes(&self) -> &[f64] {
-        &self.all[..self.count]
-    }
-}
-
-/// Those of the extremes that `voltage` has not overtaken; coming within `slack` [V] of
-/// one overtakes it. The last one is overtaken only by going on beyond it.
-fn standing(mut past: &[f64], voltage: f64, slack: f64) -> &[f64] {
-    // How far the voltage is past `a`, as seen from `b`.
-    let past_by = |a: f64, b: f64| (voltage - a) * if a > b { 1.0 } else { -1.0 };
-    loop {
-        let n = past.len();
-        // Before the first extreme there was its mirror image.
-        let (before, last) = match *past {
-            [] => return past,
-            [first] => (-first, first),
-            [.., before, last] => (before, last),
-        };
-        let overtaken = if past_by(before, last) >= -slack {
-            2
-        } else if past_by(last, before) > 0.0 {
-            1
-        } else {
-            return past;
-        };
-        past = &past[..n.saturating_sub(overtaken)];
-    }
 }
 
 impl Action for HysteresisMemory {
@@ -552,35 +324,6 @@ mod tests {
             law.end_piece(&at(if i % 2 == 0 { -size } else { size }), &mut z);
         }
         assert_eq!(law.hysteresis(0.0, 5.0, Branch::Rising, &z), before);
-    }
-
-    #[test]
-    fn everetts_function_is_the_integral_over_the_relays() {
-        // Relays summed one by one, each switched up at c + h and down at c - h.
-        let relays = Relays::new([8.0, 0.4, 3.0], [0.05, -0.8, 0.5]);
-        let weight = |h: f64, c: f64| {
-            let r: f64 = c / 8.0;
-            let g = 1.0 + 0.05 * c - 0.8 * r * r + 0.5 * r.powi(4);
-            (-0.5 * (0.4 * h).powi(2)).exp() * (1.0 + 3.0 * h / 8.0) * g
-        };
-        let by_relays = |a: f64, b: f64| {
-            let n = 400;
-            let mut sum = 0.0;
-            let dh = 0.5 * (a - b) / f64::from(n);
-            for i in 0..n {
-                let h = dh * (f64::from(i) + 0.5);
-                let dc = (a - b - 2.0 * h) / f64::from(n);
-                for j in 0..n {
-                    sum += dh * dc * weight(h, b + h + dc * (f64::from(j) + 0.5));
-                }
-            }
-            sum
-        };
-        for (a, b) in [(8.0, -8.0), (3.0, -5.5), (0.31, 0.0), (6.0, 5.0)] {
-            let (own, other) = (relays.everett(a, b), by_relays(a, b));
-            assert!((own / other - 1.0).abs() < 1e-5, "{a} {b}: {own} {other}");
-            assert!((relays.everett(b, a) + own).abs() < 1e-12 * own);
-        }
     }
 
     #[test]

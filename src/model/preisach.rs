@@ -1,0 +1,285 @@
+//! A Preisach operator of smooth density: what sweeps of the voltage move of its relays, and
+//! which extremes of the past count.
+//!
+//! Relays of half width `h` whose centre lies at `c` volts have the weight `f(h) g(c)`,
+//!
+//! `f = exp(-(q h)^2 / 2) (1 + k h / v_ref)`,  `g = 1 + b1' c + b2 (c/v_ref)^2 + b4 (c/v_ref)^4`.
+//!
+//! Of such an operator all that counts of the past are the extremes of the voltage that no
+//! later extreme has overtaken. A sweep from `b` up to `a` moves all relays that lie between,
+//! by Everett's function
+//!
+//! `E(a, b) = int_0^((a-b)/2) f(h) (G(a - h) - G(b + h)) dh`,  `G' = g`,
+//!
+//! and the first one, from zero to `v`, by `E(v, -v) / 2`. Source: Mayergoyz, Mathematical
+//! Models of Hysteresis, 1991.
+
+/// Extremes that are remembered; of still more nested ones the innermost are forgotten.
+pub const MEMORY: usize = 12;
+/// Voltages that differ by less than this count as equal [V].
+pub const EQUAL: f64 = 1e-9;
+/// Moments of the density that `G`, of the fifth power, calls for.
+const MOMENTS: usize = 6;
+/// Half widths at which they are known, as a share of the reference amplitude.
+const STEP: f64 = 1.0 / 160.0;
+/// The same as a share of `1/q`, which may be shorter.
+const NARROW_STEP: f64 = 0.125;
+/// How many of those there are: sweeps of 7.5 times the reference. Later ones are summed.
+const CELLS: usize = 600;
+/// Parts in which widths beyond those are summed.
+const BEYOND: usize = 64;
+/// Nodes and weights of Gauss and Legendre's rule of 4 points on -1 to 1.
+static NODES: [(f64, f64); 4] = [
+    (-0.8611363115940526, 0.34785484513745374),
+    (-0.3399810435848563, 0.6521451548625464),
+    (0.3399810435848563, 0.6521451548625464),
+    (0.8611363115940526, 0.34785484513745374),
+];
+
+/// The relays, with what their cycle between plus and minus the reference comes to.
+#[derive(Debug, Clone)]
+pub struct Relays {
+    reference: f64,
+    narrow: f64,
+    wider: f64,
+    /// Coefficients of `g`, of `c`, its square and its fourth power.
+    uneven: [f64; 3],
+    /// Half the height of that cycle at 0 V.
+    half_height: f64,
+    /// Distance of the half widths at which the moments are known \[V\].
+    step: f64,
+    /// `int_0^h f(h') h'^n dh'` at every `step` of `h`; empty where all widths count alike.
+    moments: Vec<[f64; MOMENTS]>,
+}
+
+impl Relays {
+    /// Relays with `v_ref` \[V\], `q` \[1/V\] and `k`, and with the coefficients `b1'` \[1/V\], `b2` and
+    /// `b4`.
+    pub fn new([reference, narrow, wider]: [f64; 3], [slant, b2, b4]: [f64; 3]) -> Self {
+        let mut relays = Self {
+            reference,
+            narrow,
+            wider: wider / reference,
+            uneven: [slant, b2 / reference.powi(2), b4 / reference.powi(4)],
+            half_height: 1.0,
+            step: (STEP * reference).min(NARROW_STEP / narrow),
+            moments: Vec::new(),
+        };
+        if narrow != 0.0 || wider != 0.0 || b2 != 0.0 || b4 != 0.0 {
+            relays.moments = relays.integrate();
+        }
+        let e = |a: f64, b: f64| relays.everett(a, b);
+        let half = 0.5 * (e(reference, -reference) - e(reference, 0.0) - e(0.0, -reference));
+        // Weights that cancel have no loop.
+        relays.half_height = if half.abs() > 1e-12 * reference * reference {
+            half
+        } else {
+            f64::INFINITY
+        };
+        relays
+    }
+
+    /// Weight of relays of half width `h` \[V\].
+    fn density(&self, h: f64) -> f64 {
+        (-0.5 * (self.narrow * h).powi(2)).exp() * (1.0 + self.wider * h)
+    }
+
+    /// The moments over half widths that a sweep may reach.
+    fn integrate(&self) -> Vec<[f64; MOMENTS]> {
+        let mut sum = [0.0; MOMENTS];
+        let mut all = vec![sum];
+        for cell in 0..CELLS {
+            self.add(&mut sum, self.step * cell as f64, self.step);
+            all.push(sum);
+        }
+        all
+    }
+
+    /// Adds to the moments what half widths from `h` on bring over `step`.
+    fn add(&self, sum: &mut [f64; MOMENTS], h: f64, step: f64) {
+        for (x, weight) in NODES {
+            let h = h + step * (0.5 + 0.5 * x);
+            let mut term = 0.5 * step * weight * self.density(h);
+            for moment in &mut *sum {
+                *moment += term;
+                term *= h;
+            }
+        }
+    }
+
+    /// The moments up to `h` \[V\]: between the points by value and slope.
+    fn moments(&self, h: f64) -> [f64; MOMENTS] {
+        let place = h / self.step;
+        if place > CELLS as f64 {
+            let mut sum = self.moments[CELLS];
+            let (last, part) = (self.step * CELLS as f64, 1.0 / BEYOND as f64);
+            for i in 0..BEYOND {
+                let from = last + (h - last) * part * i as f64;
+                self.add(&mut sum, from, (h - last) * part);
+            }
+            return sum;
+        }
+        let cell = (place as usize).min(CELLS - 1);
+        let (low, high) = (&self.moments[cell], &self.moments[cell + 1]);
+        let at = [cell, cell + 1].map(|i| self.step * i as f64);
+        let mut slope = at.map(|h| self.step * self.density(h));
+        let t = place - cell as f64;
+        let r = 1.0 - t;
+        let mut out = [0.0; MOMENTS];
+        for n in 0..MOMENTS {
+            out[n] = r * r * ((1.0 + 2.0 * t) * low[n] + t * slope[0])
+                + t * t * ((1.0 + 2.0 * r) * high[n] - r * slope[1]);
+            slope = [slope[0] * at[0], slope[1] * at[1]];
+        }
+        out
+    }
+
+    /// `G(c + h)` as a polynomial in `h`.
+    fn around(&self, c: f64) -> [f64; MOMENTS] {
+        let [slant, square, fourth] = self.uneven;
+        let mut g = [0.0, 1.0, 0.5 * slant, square / 3.0, 0.0, 0.2 * fourth];
+        // Horner's scheme, once for each power.
+        for first in 0..MOMENTS {
+            for n in (first..MOMENTS - 1).rev() {
+                g[n] += c * g[n + 1];
+            }
+        }
+        g
+    }
+
+    /// What a sweep from `b` to `a` \[V\] gains.
+    fn everett(&self, a: f64, b: f64) -> f64 {
+        let u = a - b;
+        if self.moments.is_empty() {
+            return 0.25 * u * u.abs() * (1.0 + 0.5 * self.uneven[0] * (a + b));
+        }
+        let (sign, a, b) = if u < 0.0 { (-1.0, b, a) } else { (1.0, a, b) };
+        let (from, to) = (self.around(b), self.around(a));
+        let moments = self.moments(0.5 * (a - b));
+        let mut sum = 0.0;
+        let mut odd = 1.0;
+        for n in 0..MOMENTS {
+            sum += (odd * to[n] - from[n]) * moments[n];
+            odd = -odd;
+        }
+        sign * sum
+    }
+
+    /// What the relays have moved at `voltage` \[V\] after `past`, with the middle line of the
+    /// cycle between plus and minus the reference taken out, over half the height of that
+    /// cycle at 0 V; its sign is that of the falling branch.
+    pub fn loops(&self, past: &[f64], voltage: f64) -> f64 {
+        let past = standing(past, voltage, 0.0);
+        let mut all = past.iter().copied().chain([voltage]);
+        let mut from = all.next().unwrap_or(voltage);
+        let mut moved = 0.5 * self.everett(from, -from);
+        for to in all {
+            moved += self.everett(to, from);
+            from = to;
+        }
+        let (up, down) = (-self.reference, self.reference);
+        let middle = 0.5 * (self.everett(voltage, up) + self.everett(voltage, down));
+        (middle - moved) / self.half_height
+    }
+}
+
+/// Extremes of the past, first to last.
+#[derive(Debug, Clone, Copy)]
+pub struct Past {
+    all: [f64; 1 + MEMORY],
+    count: usize,
+    /// Whether the first is that from before the drive began, which the states do not have.
+    pub older: bool,
+}
+
+impl Past {
+    /// The extremes in the states `z`, how many and they, after one of `before` \[V\]; 0: none.
+    pub fn new(before: f64, z: &[f64]) -> Self {
+        let own = z.split_first().map_or(&[][..], |(count, rest)| {
+            // Dense output may have left the count a rounding error off.
+            &rest[..(count.round().max(0.0) as usize).min(rest.len())]
+        });
+        let mut all = [0.0; 1 + MEMORY];
+        // Where the first was larger, it has overtaken that from before.
+        let older = before != 0.0 && own.first().is_none_or(|v| v.abs() < before.abs() - EQUAL);
+        all[0] = before;
+        let at = usize::from(older);
+        let kept = own.len().min(all.len() - at);
+        all[at..at + kept].copy_from_slice(&own[..kept]);
+        Self {
+            all,
+            count: at + kept,
+            older,
+        }
+    }
+
+    /// The extremes [V].
+    pub fn extremes(&self) -> &[f64] {
+        &self.all[..self.count]
+    }
+}
+
+/// Those of the extremes that `voltage` has not overtaken; coming within `slack` [V] of
+/// one overtakes it. The last one is overtaken only by going on beyond it.
+pub fn standing(mut past: &[f64], voltage: f64, slack: f64) -> &[f64] {
+    // How far the voltage is past `a`, as seen from `b`.
+    let past_by = |a: f64, b: f64| (voltage - a) * if a > b { 1.0 } else { -1.0 };
+    loop {
+        let n = past.len();
+        // Before the first extreme there was its mirror image.
+        let (before, last) = match *past {
+            [] => return past,
+            [first] => (-first, first),
+            [.., before, last] => (before, last),
+        };
+        let overtaken = if past_by(before, last) >= -slack {
+            2
+        } else if past_by(last, before) > 0.0 {
+            1
+        } else {
+            return past;
+        };
+        past = &past[..n.saturating_sub(overtaken)];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everetts_function_is_the_integral_over_the_relays() {
+        // Relays summed one by one, each switched up at c + h and down at c - h.
+        let relays = Relays::new([8.0, 0.4, 3.0], [0.05, -0.8, 0.5]);
+        let weight = |h: f64, c: f64| {
+            let r: f64 = c / 8.0;
+            let g = 1.0 + 0.05 * c - 0.8 * r * r + 0.5 * r.powi(4);
+            (-0.5 * (0.4 * h).powi(2)).exp() * (1.0 + 3.0 * h / 8.0) * g
+        };
+        let by_relays = |a: f64, b: f64| {
+            let n = 400;
+            let mut sum = 0.0;
+            let dh = 0.5 * (a - b) / f64::from(n);
+            for i in 0..n {
+                let h = dh * (f64::from(i) + 0.5);
+                let dc = (a - b - 2.0 * h) / f64::from(n);
+                for j in 0..n {
+                    sum += dh * dc * weight(h, b + h + dc * (f64::from(j) + 0.5));
+                }
+            }
+            sum
+        };
+        // The last is beyond the half widths at which the moments are known.
+        for (a, b) in [
+            (8.0, -8.0),
+            (3.0, -5.5),
+            (0.31, 0.0),
+            (6.0, 5.0),
+            (34.0, -30.0),
+        ] {
+            let (own, other) = (relays.everett(a, b), by_relays(a, b));
+            assert!((own / other - 1.0).abs() < 1e-5, "{a} {b}: {own} {other}");
+            assert!((relays.everett(b, a) + own).abs() < 1e-12 * own);
+        }
+    }
+}
