@@ -355,3 +355,25 @@ fn sampling_does_not_change_the_motion() {
         assert!((a.time - b.time).abs() < 1e-9);
     }
 }
+
+/// A recorded voltage may hold two samples that are as close as two numbers can be.
+#[test]
+fn two_samples_at_one_instant_change_nothing() {
+    let model = paper(&[]);
+    let run = |twice: u64| {
+        let mut time: Vec<f64> = (0..=200).map(|i| 1e-4 * f64::from(i)).collect();
+        if twice > 0 {
+            let again = f64::from_bits(time[77].to_bits() + twice);
+            time.insert(78, again);
+        }
+        let volts = time.iter().map(|t| 8.0 * (300.0 * t).sin()).collect();
+        let table = VoltageTable::new("table", time, volts, 1e-6).unwrap();
+        let drive = Waveform::Table(table.into());
+        simulate(&model, &drive, 0.02, &Options::default()).unwrap()
+    };
+    let plain = run(0);
+    for ulps in [1, 5, 1000] {
+        let worst = difference(&plain.proof_mass, &run(ulps).proof_mass);
+        assert!(worst < 1e-11, "{ulps} ulps: {worst:e} m");
+    }
+}

@@ -12,11 +12,13 @@ use super::prepare::{Findings, Part, Prepared, prepare};
 use super::problem::Nuisance;
 use super::revise::{revise, set_suspects_aside};
 use super::robust::Huber;
-use super::solve::{Clock, Control, Plan, Point, improve, settle, threshold};
+use super::solve::{Clock, Control, Plan, Point, Progress, improve, settle, threshold};
 use super::space::Space;
 use super::timeline::LEAST_BOUNCE;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -76,10 +78,9 @@ pub fn search(
     } else {
         &THICKNESSES[..1]
     };
-    let mut best: Option<(Prepared, Point, f64)> = None;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let tries = thicknesses.len().max(1) + options.starts;
-    let mut usual = USUAL;
+    let tries = thicknesses.len() + options.starts;
+    let mut starts = Vec::with_capacity(tries);
     for k in 0..tries {
         let mut first = start.clone();
         if k >= thicknesses.len() {
@@ -87,28 +88,53 @@ pub fn search(
         }
         first_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
         first.check()?;
-        // The first start is as a rule the last, unless further ones were asked for.
-        let left = if k == 0 && options.starts == 0 {
-            1
-        } else {
-            tries - k
-        };
-        clock.expected = clock.done() + MOST * options.iterations + usual * (left - 1);
-        let (prepared, point) = attempt(&first, &space, parts, findings, options, control, clock)?;
-        usual = (clock.done() / (k + 1)).max(1);
+        starts.push(first);
+    }
+    let try_one = |first: &Model, control: &Control<'_>, clock: &mut Clock| {
+        let (prepared, point) = attempt(first, &space, parts, findings, options, control, clock)?;
         let aside = point.used.iter().filter(|u| !**u).count() as f64;
         let share = aside / point.used.len().max(1) as f64;
         // Segments that are set aside must not make a bad fit look good.
         let score = point.cost / point.rows.max(1) as f64 + share;
-        if best.as_ref().is_none_or(|b| score < b.2) {
-            best = Some((prepared, point, score));
-        }
-        let good = best.as_ref().is_some_and(|b| b.2 < GOOD);
-        // Starts that were asked for are made, however good the fit is already.
-        if control.cancelled() || (good && options.starts == 0) {
-            break;
-        }
+        Ok::<_, FitError>((prepared, point, score))
+    };
+    let most = MOST * options.iterations;
+    // The first start is as a rule the last, unless further ones were asked for.
+    let later = if options.starts == 0 { 0 } else { tries - 1 };
+    clock.expected = clock.done() + most + USUAL * later;
+    let first = try_one(&starts[0], control, clock)?;
+    // Starts that were asked for are made, however good the fit is already.
+    if tries == 1 || control.cancelled() || (first.2 < GOOD && options.starts == 0) {
+        return Ok((first.0, first.1));
     }
+    let usual = clock.done().max(1);
+    // Of starts that run at once the best is shown.
+    let shown: Mutex<Option<Progress>> = Mutex::new(None);
+    let tell = |progress: &Progress| {
+        let mut best = shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut now = progress.clone();
+        if let Some(other) = best.as_ref().filter(|b| b.misfit < now.misfit) {
+            now.misfit = other.misfit;
+            now.values.clone_from(&other.values);
+        }
+        (control.progress)(&now);
+        *best = Some(now);
+    };
+    let watched = Control {
+        cancel: control.cancel,
+        progress: &tell,
+    };
+    // One of them that cannot be simulated takes nothing from the first.
+    let others: Vec<_> = starts[1..]
+        .par_iter()
+        .filter_map(|first| {
+            let mut clock = clock.clone();
+            clock.expected = usual * tries + most.saturating_sub(USUAL);
+            try_one(first, &watched, &mut clock).ok()
+        })
+        .collect();
+    let all = std::iter::once(first).chain(others);
+    let best = all.min_by(|a, b| a.2.total_cmp(&b.2));
     best.map(|(prepared, point, _)| (prepared, point))
         .ok_or(FitError::Cancelled)
 }

@@ -7,7 +7,8 @@ mod step;
 pub use self::point::{Point, scales, settle, threshold};
 pub use self::step::normal_equations;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use nalgebra::DVector;
@@ -54,11 +55,11 @@ impl Control<'_> {
     }
 }
 
-/// Counts iterations for the estimate of the time left.
-#[derive(Debug)]
+/// Counts iterations for the estimate of the time left. Clones count together.
+#[derive(Debug, Clone)]
 pub struct Clock {
     started: Instant,
-    done: usize,
+    done: Arc<AtomicUsize>,
     /// Iterations expected in all.
     pub expected: usize,
 }
@@ -68,7 +69,7 @@ impl Clock {
     pub fn new(expected: usize) -> Self {
         Self {
             started: Instant::now(),
-            done: 0,
+            done: Arc::default(),
             expected,
         }
     }
@@ -76,7 +77,7 @@ impl Clock {
     /// Iterations done so far.
     #[must_use]
     pub fn done(&self) -> usize {
-        self.done
+        self.done.load(Ordering::Relaxed)
     }
 
     /// Tells how far the fit is, without an iteration done.
@@ -87,12 +88,13 @@ impl Clock {
         point: &Point,
         control: &Control<'_>,
     ) {
-        let each = self.started.elapsed().div_f64(self.done.max(1) as f64);
-        let left = self.expected.saturating_sub(self.done);
+        let done = self.done();
+        let each = self.started.elapsed().div_f64(done.max(1) as f64);
+        let left = self.expected.saturating_sub(done);
         (control.progress)(&Progress {
             stage,
-            iteration: self.done,
-            expected: self.expected.max(self.done),
+            iteration: done,
+            expected: self.expected.max(done),
             misfit: (point.cost / point.rows.max(1) as f64).sqrt(),
             values: problem.space.values(&point.x),
             remaining: each.mul_f64(left as f64),
@@ -212,7 +214,7 @@ fn descend(
             damping = (growth * damping).max(1e-8);
             growth *= 2.0;
         }
-        clock.done += 1;
+        clock.done.fetch_add(1, Ordering::Relaxed);
         let moved = accepted.is_some();
         if let Some(trial) = accepted {
             point = trial;

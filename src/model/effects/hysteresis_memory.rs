@@ -216,17 +216,18 @@ impl Action for HysteresisMemory {
         }
         let (from, to) = (segment.shape.voltage(t), segment.shape.voltage(segment.end));
         let past = Past::new(self.before, z);
-        let past = standing(past.extremes(), from, EQUAL);
+        // On from an extreme in the same direction, that one is overtaken at once.
+        let way = (to - from).signum();
+        let past = standing(past.extremes(), from + 2.0 * EQUAL * way, EQUAL);
         let limits = match *past {
             [] => return segment,
             [first] => [first, -first],
             [.., before, last] => [last, before],
         };
-        // One of the two lies ahead; the other is where the voltage comes from.
-        let ahead = limits
-            .into_iter()
-            .find(|v| (v - from) * (to - from) > 0.0 && (v - from).abs() > EQUAL);
-        let Some(limit) = ahead.filter(|v| (to - v) * (to - from) > 0.0) else {
+        // One of the two lies ahead; the other is where the voltage comes from. One that is
+        // reached at the end only is not passed within the piece.
+        let passed = |v: &f64| way * (v - from) > EQUAL && way * (to - v) > EQUAL;
+        let Some(limit) = limits.into_iter().find(passed) else {
             return segment;
         };
         let (mut low, mut high) = (t, segment.end);
@@ -263,6 +264,7 @@ impl Action for HysteresisMemory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::drive::Shape;
 
     fn at(voltage: f64) -> Kinematics {
         Kinematics {
@@ -337,6 +339,28 @@ mod tests {
             fresh.end_piece(&at(extreme), &mut y);
             let apart = (gain(&older, &z) - gain(&fresh, &y)).abs();
             assert_eq!(apart > 1e-3, extreme < 6.0, "{extreme}: {apart}");
+        }
+    }
+
+    /// A sweep that ends where it would close a loop does not pass that point.
+    #[test]
+    fn a_sweep_that_ends_at_an_extreme_is_not_cut() {
+        let (law, mut z) = (law(), [0.0; 1 + MEMORY]);
+        for extreme in [8.0, -6.0] {
+            law.end_piece(&at(extreme), &mut z);
+        }
+        for (end, cut) in [(-8.000000000000002, false), (-8.5, true)] {
+            let sweep = Segment {
+                start: 0.0,
+                end: 1.0,
+                shape: Shape::Line {
+                    voltage: -6.0,
+                    slope: end + 6.0,
+                    at: 0.0,
+                },
+                branch: Branch::Falling,
+            };
+            assert_eq!(law.piece(sweep, 0.0, &z).end < 1.0, cut, "{end}");
         }
     }
 }

@@ -15,12 +15,7 @@ impl Runner {
         if self.options.fixed_step.is_some() || !self.segment.end.is_finite() {
             return 0;
         }
-        let remaining = self.segment.end - self.t;
-        if remaining >= tables.length(0) {
-            return 0;
-        }
-        let halvings = (tables.length(0) / remaining).log2().floor();
-        halvings.clamp(0.0, (LEVELS - 1) as f64) as usize
+        tables.covering(self.segment.end - self.t)
     }
 
     /// Takes one step of the present phase into its scratch; returns the step's length.

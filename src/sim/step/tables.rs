@@ -11,6 +11,10 @@ use crate::sim::nodes::S;
 /// Finest step is the longest over 2 to this power.
 pub(in crate::sim) const LEVELS: usize = 48;
 
+/// Steps are not chosen shorter than this \[s\] because a piece of the drive is: with the
+/// differences of displacements over a shorter one, their slope is lost to rounding.
+const SHORTEST: f64 = 1e-9;
+
 /// Propagators of all oscillators and decays for one step length.
 #[derive(Debug, Clone)]
 pub(in crate::sim) struct Table {
@@ -55,6 +59,16 @@ impl Tables {
     /// Step length of a level [s].
     pub fn length(&self, level: usize) -> f64 {
         self.lengths[level]
+    }
+
+    /// First level whose step does not reach far beyond what is `remaining` \[s\].
+    pub fn covering(&self, remaining: f64) -> usize {
+        let longest = self.length(0);
+        if remaining >= longest {
+            return 0;
+        }
+        let halvings = (longest / remaining.max(SHORTEST)).log2().floor();
+        halvings.clamp(0.0, (LEVELS - 1) as f64) as usize
     }
 
     pub(super) fn get(&self, level: usize) -> &Table {

@@ -210,18 +210,7 @@ impl<'a> Stretcher<'a> {
         (steps, most): (&mut u64, u64),
     ) -> Result<f64, SimError> {
         let sim = self.simulator;
-        let longest = sim.flight.length(0);
-        let remaining = end - t;
-        // The first level whose step does not reach far beyond what is left.
-        let covering = if remaining >= longest {
-            0
-        } else {
-            (longest / remaining)
-                .log2()
-                .floor()
-                .clamp(0.0, (LEVELS - 1) as f64) as usize
-        };
-        let mut level = self.level.max(covering);
+        let mut level = self.level.max(sim.flight.covering(end - t));
         let mut rejected = false;
         loop {
             *steps += 1;

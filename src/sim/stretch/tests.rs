@@ -122,3 +122,40 @@ fn rest_states_stay_at_rest() {
         }
     }
 }
+
+/// A piece of the drive may be as short as the difference of two neighbouring numbers.
+#[test]
+fn a_piece_of_no_length_changes_nothing() {
+    let model = Preset::embedded("paper").unwrap().model;
+    let simulator = StretchSimulator::new(&model, &Options::default()).unwrap();
+    let whole = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
+    let motion = |drive: &[Segment]| {
+        let times: Vec<f64> = (0..40).map(|i| 1e-5 * f64::from(i)).collect();
+        let (mut state, mut out) = (simulator.rest_state(drive, 0.0, None), Vec::new());
+        Stretcher::new(&simulator)
+            .carry(drive, None, 0.0, 4e-4, &mut state, &times, |_, x, _| {
+                out.push(x);
+            })
+            .unwrap();
+        out
+    };
+    let plain = motion(&whole);
+    for ulps in [1, 3, 100, 1_000_000] {
+        let at = 1e-4f64;
+        let later = f64::from_bits(at.to_bits() + ulps);
+        let part = |start, end| Segment {
+            start,
+            end,
+            ..whole[0]
+        };
+        let mut cut = vec![
+            part(whole[0].start, at),
+            part(at, later),
+            part(later, whole[0].end),
+        ];
+        cut.extend_from_slice(&whole[1..]);
+        for (a, b) in plain.iter().zip(motion(&cut)) {
+            assert!((a - b).abs() < 1e-11, "{ulps} ulps: {a} {b}");
+        }
+    }
+}
