@@ -43,6 +43,8 @@ pub struct Identification {
     pub open: bool,
     /// Which steps are allowed, for the recordings and the device of `seen`.
     pub allowances: Vec<Allowance>,
+    /// What to do before any of them.
+    pub first: Option<String>,
     seen: Option<Seen>,
     /// The device that they hold for, with what was read of the ground.
     looked: Option<Looked>,
@@ -84,6 +86,7 @@ impl Identification {
                 (_, Ok(News::Guide(_))) if job.is_cancelled() => self.looked = None,
                 (_, Ok(News::Guide(found))) => {
                     self.allowances = found.allowances;
+                    self.first = found.first;
                     if let Some(looked) = &mut self.looked {
                         looked.readings = found.readings.map(Arc::new);
                     }
@@ -111,6 +114,7 @@ impl Identification {
         let recordings = recordings(setup, fitting);
         self.seen = Some(seen(setup, fitting));
         self.allowances.clear();
+        self.first = None;
         self.looked = Some(Looked {
             model: Arc::clone(&model),
             readings: None,

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::{output, result};
 use crate::fit::steps::adhesion::Adhesion;
 use crate::fit::steps::drive::{BranchFit, DriveFit};
+use crate::fit::steps::far_off;
 use crate::fit::steps::film::Film;
 use crate::fit::steps::finding::{Finding, take};
 use crate::fit::steps::guide::{Allowance, Guidance, Step, guide};
@@ -111,8 +112,25 @@ fn guided(found: &Guidance) -> Outcome {
             }
         }
     }
-    if let Some(next) = allowances.iter().find(|a| a.by.is_ok()) {
-        text += &format!("Begin with: fit --step {} ...\n", next.step.id());
+    if let Some(first) = &found.first {
+        text += &format!(
+            "{first}\nOn the command line: fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
+        );
+    } else if let Some(Allowance {
+        step,
+        by: Ok(names),
+    }) = allowances.iter().find(|a| a.by.is_ok())
+    {
+        let keep = if step.finds_values() {
+            " --out device.toml, then --preset device.toml with the next"
+        } else {
+            ""
+        };
+        text += &format!(
+            "Begin with: fit --step {} {}{keep}\n",
+            step.id(),
+            names.join(" ")
+        );
     }
     let steps: Vec<Value> = allowances
         .iter()
@@ -124,7 +142,7 @@ fn guided(found: &Guidance) -> Outcome {
             }),
         })
         .collect();
-    (text, json!({ "steps": steps }))
+    (text, json!({ "steps": steps, "first": found.first }))
 }
 
 fn drive(fit: &DriveFit) -> Outcome {
@@ -190,12 +208,13 @@ fn bounces(found: &Restitution) -> Outcome {
     if found.aside.count() > 0 {
         text += &format!("{}\n", found.aside);
     }
+    text.extend(far_off(found.off).map(|sentence| sentence + "\n"));
     (
         text,
         json!({
             "alpha": { "value": found.mean, "std_error": found.error, "scatter": found.scatter },
             "exponent": { "value": found.exponent.0, "std_error": found.exponent.1, "p_constant": found.constant },
-            "set_aside": found.aside.count(),
+            "set_aside": found.aside.count(), "off": found.off,
             "bounces": found.bounces.iter().map(|b| json!([b.time, -b.approach, b.departure, b.ratio, b.error])).collect::<Vec<_>>(),
         }),
     )
@@ -226,6 +245,7 @@ fn pull_off(found: &Adhesion) -> Outcome {
         format_quantity(at, "N", 4),
         format_quantity(half, "N", 2),
     );
+    text.extend(far_off(found.off).map(|sentence| sentence + "\n"));
     (
         text,
         json!({
@@ -234,7 +254,7 @@ fn pull_off(found: &Adhesion) -> Outcome {
             "scatter": found.line.scatter,
             "releases": found.releases.iter().map(|r| json!([r.contact, r.force, r.error])).collect::<Vec<_>>(),
             "set_aside": found.aside.iter().map(|(r, why)| json!([r.contact, r.force, r.error, why.id()])).collect::<Vec<_>>(),
-            "unread": found.unread,
+            "unread": found.unread, "off": found.off,
         }),
     )
 }
@@ -308,6 +328,7 @@ fn twice(both: &Sensitivity) -> Outcome {
     }
     text +=
         "The drive's gain is shifted by as much; gp is counted from the zero and moves with it.\n";
+    text += &format!("{}\n", both.verdict());
     text += &format!(
         "rms {} and {}\n",
         format_quantity(both.original.train.0.rms, "m", 3),

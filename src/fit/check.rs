@@ -17,6 +17,8 @@ const LEAST: usize = 20;
 /// Share of the samples at one extreme value that is called saturated, as long as they
 /// come in runs.
 const STUCK: f64 = 0.02;
+/// The same for a reading with noise in steps finer than it, which never stays anywhere.
+const STUCK_IN_NOISE: f64 = 0.002;
 /// Longest run at the extreme that a quantised reading may show, in samples.
 const RUN: usize = 20;
 /// Levels of the ground farther apart than this are of different devices, even where the
@@ -209,11 +211,17 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
     let (low, high) = span(values);
     // A noiseless simulation rests exactly too; only the upper end is judged then.
     let noiseless = is_noiseless(r, channel, (low, high));
+    let stepped = noise_of(r, channel).is_ok_and(|n| n.quantised);
+    let most = if noiseless || stepped {
+        STUCK
+    } else {
+        STUCK_IN_NOISE
+    };
     for (which, extreme) in [("highest", high), ("lowest", low)] {
         if which == "lowest" && noiseless {
             continue;
         }
-        if let Some(share) = stuck(values, extreme) {
+        if let Some(share) = stuck(values, extreme, most) {
             return Err(FitError::Saturated {
                 recording: r.name.clone(),
                 channel: channel.symbol(),
@@ -226,8 +234,8 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
     Ok(())
 }
 
-/// Share of the samples at an extreme value, if the reading stays there time and again.
-fn stuck(values: &[f64], extreme: f64) -> Option<f64> {
+/// Share of the samples at an extreme value, if it is above `most` and the reading stays there.
+fn stuck(values: &[f64], extreme: f64, most: f64) -> Option<f64> {
     let at = values.iter().filter(|v| **v == extreme).count();
     let mut longest = 0;
     let mut run = 0;
@@ -236,7 +244,7 @@ fn stuck(values: &[f64], extreme: f64) -> Option<f64> {
         longest = longest.max(run);
     }
     let share = at as f64 / values.len() as f64;
-    (share > STUCK && longest > RUN).then_some(share)
+    (share > most && longest > RUN).then_some(share)
 }
 
 /// A voltage may well stand still at its extremes, as a square does. One that stands at the
@@ -250,8 +258,8 @@ fn cut_drive(part: &Part) -> Result<(), FitError> {
     for (which, extreme, other) in [("highest", high, low), ("lowest", low, high)] {
         let beyond = extreme * other < 0.0 && extreme.abs() < SYMMETRIC * other.abs();
         if beyond
-            && stuck(values, other).is_none()
-            && let Some(share) = stuck(values, extreme)
+            && stuck(values, other, STUCK).is_none()
+            && let Some(share) = stuck(values, extreme, STUCK)
         {
             return Err(FitError::Saturated {
                 recording: r.name.clone(),

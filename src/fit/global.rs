@@ -38,6 +38,8 @@ const MOST: usize = 3;
 const USUAL: usize = 30;
 /// How much looser the laws of the ground are at first.
 const SOFT: f64 = 30.0;
+/// Misfit, in units of the noise, beyond which events are not read again.
+const HOPELESS: f64 = 10.0;
 /// How often events are read again.
 const ROUNDS: usize = 2;
 /// Loss at first: hardly robust, as everything is far off.
@@ -230,6 +232,10 @@ pub(super) fn read_again(
 ) -> Result<Point, FitError> {
     let problem = &prepared.problem;
     for _ in 0..ROUNDS {
+        // Where all is that far off, the reading of events is not to blame.
+        if (best.cost / best.rows.max(1) as f64).sqrt() > HOPELESS {
+            break;
+        }
         let huber = threshold(problem, &best)?;
         if control.cancelled() || set_suspects_aside(problem, &mut best, huber, control)? == 0 {
             break;

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::chain::{Encounter, Run, residuals, run};
+use super::chain::{Encounter, Nuisances, Run, Setting, residuals, run};
 use super::check::check;
 use super::engine::estimate_states;
 use super::error::FitError;
@@ -17,6 +17,7 @@ use super::solve::{Clock, Control, Point};
 use super::space::Space;
 use super::timeline::Kind;
 use crate::model::Model;
+use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
 /// By how much the laws of the ground are loosened: they have no say.
@@ -80,6 +81,18 @@ pub struct Readings {
     /// Releases that were seen and say no force: in such stretches, or after a contact of
     /// too few samples or one that began before the recording.
     pub unread_releases: usize,
+    /// Distance of the model from the stretches that were read, and from those with one event
+    /// at most whether read or not: medians in units of the noise; 0 where there are none.
+    pub off: Off,
+}
+
+/// How far a model is from the recordings, in units of the noise.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Off {
+    /// In the stretches in which bounces or releases were read.
+    pub read: f64,
+    /// In those where hardly anything happens, so that no misread event is to blame.
+    pub calm: f64,
 }
 
 /// Reads bounces and releases in `parts` with `model` as it is.
@@ -131,13 +144,16 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
-    let own: Vec<Readings> = point
+    let own: Vec<(Readings, f64)> = point
         .segments
         .par_iter()
         .enumerate()
         .map(|(i, segment)| {
             let mut stretcher = Stretcher::new(&simulator);
-            let read = point.used[i]
+            let setting = problem.setting(segment, &states[i]);
+            let nuisances = problem.nuisances_of(&point.x, segment.recording);
+            let chi2 = distance(segment, &setting, &mut stretcher, &nuisances);
+            let read = (point.used[i] && chi2 < POOR * POOR)
                 .then(|| one(prepared, point, segment, &states[i], &mut stretcher))
                 .flatten();
             let mut read = read.unwrap_or_else(|| Readings {
@@ -146,11 +162,28 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
             });
             let releases = seen_in(segment, |kind| matches!(kind, Kind::Release { .. }));
             read.unread_releases = releases - read.releases.len();
-            read
+            (read, chi2.sqrt())
         })
         .collect();
-    let mut all = Readings::default();
-    for readings in own {
+    let told = |r: &Readings| !(r.bounces.is_empty() && r.releases.is_empty());
+    let read = own.iter().filter(|(r, _)| told(r));
+    let calm = own.iter().zip(&point.segments);
+    let calm = calm.filter(|(_, s)| seen_in(s, |_| true) <= 1);
+    let mut off = [
+        read.map(|(_, off)| *off).collect::<Vec<f64>>(),
+        calm.map(|((_, off), _)| *off).collect(),
+    ];
+    let off = off
+        .each_mut()
+        .map(|off| (!off.is_empty()).then(|| quantile_in_place(off, 0.5)));
+    let mut all = Readings {
+        off: Off {
+            read: off[0].unwrap_or_default(),
+            calm: off[1].unwrap_or_default(),
+        },
+        ..Readings::default()
+    };
+    for (readings, _) in own {
         all.bounces.extend(readings.bounces);
         all.releases.extend(readings.releases);
         all.unread += readings.unread;
@@ -173,6 +206,26 @@ fn seen_in(segment: &Segment, what: impl Fn(&Kind) -> bool) -> usize {
     segment.joints.iter().filter(seen).count()
 }
 
+/// Chi2 per degree of freedom of a segment; infinite where it cannot be simulated.
+fn distance(
+    segment: &Segment,
+    setting: &Setting<'_>,
+    stretcher: &mut Stretcher<'_>,
+    nuisances: &Nuisances,
+) -> f64 {
+    let (locals, mut r) = (&segment.locals, Vec::new());
+    if residuals(segment, setting, stretcher, nuisances, locals, &mut r).is_err() {
+        return f64::INFINITY;
+    }
+    let freedom = r.len().saturating_sub(locals.len()).max(1);
+    let chi2 = r.iter().map(|r| r * r).sum::<f64>() / freedom as f64;
+    if chi2.is_finite() {
+        chi2
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// The quantities of interest of a run: ratios and misses of the bounces, forces of the
 /// releases.
 fn quantities(run: &Run) -> Vec<f64> {
@@ -192,7 +245,7 @@ fn quantities(run: &Run) -> Vec<f64> {
     out
 }
 
-/// Readings of one segment; `None` where it is too far from the data to be read.
+/// Readings of one segment; `None` where they cannot be had.
 fn one(
     prepared: &Prepared,
     point: &Point,
@@ -211,10 +264,7 @@ fn one(
     }
     let mut r0 = Vec::new();
     residuals(segment, &setting, stretcher, &nuisances, locals, &mut r0).ok()?;
-    let chi2 = r0.iter().map(|r| r * r).sum::<f64>() / (r0.len() - locals.len()).max(1) as f64;
-    if !(chi2.is_finite() && chi2 < POOR * POOR) {
-        return None;
-    }
+    let chi2 = distance(segment, &setting, stretcher, &nuisances);
     // How residuals and quantities move with each unknown.
     let mut of_residuals = DMatrix::zeros(r0.len(), locals.len());
     let mut of_values = DMatrix::zeros(values.len(), locals.len());

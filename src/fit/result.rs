@@ -241,6 +241,13 @@ pub(super) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
     each.iter()
         .filter(|m| m.is_bad())
         .map(|m| {
+            if m.chi2 <= BAD {
+                return format!(
+                    "{:.0} % of {} could not be followed from event to event and has no say; what could fits. Hits that follow each other too fast for the noise do that; where the recording itself looks unlike the simulation, it is of another device or the model lacks something",
+                    100.0 * m.set_aside,
+                    m.name
+                );
+            }
             format!(
                 "{} does not fit (rms {} against noise {}, chi2 {}, {:.0} % set aside): it is of another device, or the model lacks something; values and errors mean little then. A diagnosis looks for what is missing",
                 m.name,

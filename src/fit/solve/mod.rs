@@ -90,7 +90,8 @@ impl Clock {
     ) {
         let done = self.done();
         let each = self.started.elapsed().div_f64(done.max(1) as f64);
-        let left = self.expected.saturating_sub(done);
+        // One that takes longer than expected takes some more.
+        let left = self.expected.saturating_sub(done).max(done / 8);
         (control.progress)(&Progress {
             stage,
             iteration: done,

@@ -25,8 +25,9 @@ const PRESSED: f64 = 3.0;
 const CERTAIN: f64 = 0.3;
 /// Fewest releases for a line with an error.
 const LEAST: usize = 3;
-/// The longest contact must be this many times the shortest for a slope.
-const SPREAD: f64 = 1.3;
+/// The longest contact must be this many times the shortest for a slope: with less, the
+/// errors of the times count as well.
+const SPREAD: f64 = 1.1;
 
 /// Why a release says nothing of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -100,6 +101,8 @@ pub struct Adhesion {
     pub aside: Vec<(Release, Aside)>,
     /// Releases that were seen and could not be read.
     pub unread: usize,
+    /// Distance of the model from what was read, in units of the noise.
+    pub off: f64,
 }
 
 impl Adhesion {
@@ -166,7 +169,8 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
     let (shortest, longest) = times.fold((f64::INFINITY, 0.0f64), |(s, l), t| (s.min(t), l.max(t)));
     if longest < SPREAD * shortest {
         return Err(unsuited(format!(
-            "all contacts last about {:.1} ms: a slope in time cannot be told",
+            "all contacts last {:.1} to {:.1} ms: a slope in time cannot be told",
+            1e3 * shortest,
             1e3 * longest
         )));
     }
@@ -187,5 +191,6 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
         releases,
         aside,
         unread: readings.unread_releases,
+        off: readings.off.read,
     })
 }

@@ -33,7 +33,7 @@ const SETTLE: f64 = 2.0;
 /// Share of the span over which a branch must have been seen.
 const COVERED: f64 = 0.4;
 /// What to record instead.
-const REMEDY: &str = "record whole slow cycles of the voltage, for example a 5 Hz sine that hardly touches the ground";
+const REMEDY: &str = "record whole slow cycles of the voltage besides, for example a 5 Hz sine so small that the mass hardly touches the ground";
 /// Weight of the robust loss: residuals beyond this many scatters pull linearly.
 const HUBER: f64 = 2.0;
 
@@ -124,18 +124,29 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
             .filter(|p| p.branch == branch)
             .copied()
             .collect();
-        fit_branch(&own, order, high - low).ok_or_else(|| StepError::Unsuited {
-            recording: names(recordings),
-            reason: format!(
-                "only {} of free motion on the {} branch, over too little of the voltage",
-                counted(own.len(), "slow block", "slow blocks"),
-                if branch == Branch::Rising {
-                    "rising"
-                } else {
-                    "falling"
-                },
-            ),
-            remedy: REMEDY,
+        fit_branch(&own, order, high - low).ok_or_else(|| {
+            let name = if branch == Branch::Rising {
+                "rising"
+            } else {
+                "falling"
+            };
+            let (from, to) = range(&own);
+            let seen = if own.is_empty() {
+                String::new()
+            } else {
+                format!(", from {from:.1} to {to:.1} V")
+            };
+            StepError::Unsuited {
+                recording: names(recordings),
+                reason: format!(
+                    "{} of slow free motion on the {name} branch{seen}; {} or more are needed, over {:.0} % of the {:.1} V that the drive moves",
+                    counted(own.len(), "block", "blocks"),
+                    2 * (order + 1),
+                    100.0 * COVERED,
+                    high - low,
+                ),
+                remedy: REMEDY,
+            }
         })
     };
     let rising = branch(Branch::Rising, ORDERS[0])?;
@@ -152,6 +163,14 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
         rising,
         falling,
         points,
+    })
+}
+
+/// Lowest and highest voltage of some points [V].
+fn range(points: &[DrivePoint]) -> (f64, f64) {
+    let all = points.iter().map(|p| p.voltage);
+    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
     })
 }
 
@@ -292,11 +311,7 @@ fn value(c: &[f64; 4], v: f64) -> f64 {
 /// A robust polynomial; `None` if the branch was seen too little for its order.
 fn fit_branch(points: &[DrivePoint], order: usize, span: f64) -> Option<BranchFit> {
     let count = order + 1;
-    let (low, high) = points
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| {
-            (l.min(p.voltage), h.max(p.voltage))
-        });
+    let (low, high) = range(points);
     if points.len() < 2 * count || high - low < COVERED * span {
         return None;
     }

@@ -31,6 +31,8 @@ const GAP: usize = 1;
 const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
 /// Damping by the film at contact at first, as a share of the slowest mode's frequency.
 const WEAK: f64 = 0.1;
+/// Times the noise that may be left of rings that are followed.
+const FOLLOWS: f64 = 3.0;
 /// Loss at first: hardly robust, as everything is far off.
 const FAR: Huber = Huber(1e3);
 /// Rounds in which each ring's own unknowns are found at first.
@@ -254,9 +256,17 @@ fn compare(
             fit = uncertainty(model, prepared, &point, left.chi2)?;
         }
     }
-    if !better {
+    let off = left.rms / left.noise.max(f64::MIN_POSITIVE);
+    let follows = off < FOLLOWS;
+    if !better && follows {
         fit.remarks =
             vec!["no film is seen: the rings are followed as well without one".to_owned()];
+    }
+    if !follows {
+        fit.remarks.push(format!(
+            "the rings are not followed: {off:.0} times the noise is left{}. The rest of the device is not right, or these are recordings of several: fit the whole device first; Cs and gp mean little until then",
+            if better { "" } else { ", with a film as without one" }
+        ));
     }
     let break_offs = prepared.segments.len();
     let from = counted(break_offs, "break-off", "break-offs");

@@ -13,6 +13,10 @@ use crate::fit::{Control, FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::recording::Recording;
 
+/// Distance of the device from stretches in which hardly anything happens, in units of the
+/// noise, from which no step is of use yet.
+const ASTRAY: f64 = 5.0;
+
 /// A step of the paper's identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
@@ -106,6 +110,9 @@ pub struct Missing {
 pub struct Guidance {
     /// Every step, in the paper's order.
     pub allowances: Vec<Allowance>,
+    /// What to do before any step, if the device is too far from the recordings for what
+    /// happens at the ground to be read.
+    pub first: Option<String>,
     /// Bounces and releases as the steps read them, so that these need not again; `None`
     /// where they cannot be read.
     pub readings: Option<Readings>,
@@ -136,6 +143,15 @@ pub fn guide(
     let adhesion = read.as_ref().map_err(Clone::clone).and_then(|readings| {
         let found = adhesion("", readings)?;
         Ok(named(found.releases.iter().map(|r| r.recording).collect()))
+    });
+    let far = read
+        .as_ref()
+        .is_ok_and(|readings| readings.off.calm > ASTRAY);
+    let first = far.then(|| {
+        let off = read.as_ref().map_or(0.0, |readings| readings.off.calm);
+        format!(
+            "The device is {off:.0} times the noise off from these recordings even where the mass hardly touches: fit it as a whole first. A step with \"no\" may then be \"yes\" with the recordings at hand."
+        )
     });
     let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
     let missing: Vec<&str> = [
@@ -184,6 +200,7 @@ pub fn guide(
                 by: sensitivity,
             },
         ],
+        first,
         readings: read.ok(),
     }
 }
@@ -214,6 +231,7 @@ mod tests {
 
     use super::super::tests::{made, recording};
     use super::*;
+    use crate::model::parameter::ParameterId;
     use crate::model::preset::Preset;
 
     fn look(recordings: &[Arc<Recording>]) -> Guidance {
@@ -250,6 +268,18 @@ mod tests {
         for allowance in look(&[]).allowances {
             assert!(allowance.by.is_err(), "{allowance:?}");
         }
+    }
+
+    #[test]
+    fn a_device_far_from_the_recordings_is_to_be_fitted_first() {
+        let drives = [("square:300Hz:6V", 0.05), ("ramped:5Hz:8V:0.2", 0.4)];
+        let right = drives.map(|(drive, span)| recording(drive, span));
+        assert_eq!(look(&right).first, None);
+        let other = [(ParameterId::Eta, 4.2e-7), (ParameterId::Zeta1, 0.04)];
+        let far = drives.map(|(drive, span)| made(drive, span, 50e3, 20e-9, &other));
+        let first = look(&far).first;
+        println!("{first:?}");
+        assert!(first.is_some_and(|text| text.contains("times the noise")));
     }
 
     #[test]

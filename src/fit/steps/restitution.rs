@@ -32,6 +32,8 @@ pub struct Restitution {
     pub bounces: Vec<Bounce>,
     /// The landings that do not.
     pub aside: Aside,
+    /// Distance of the model from what was read, in units of the noise.
+    pub off: f64,
 }
 
 /// Landings that were seen but tell no ratio.
@@ -61,7 +63,10 @@ impl fmt::Display for Aside {
                 self.vague,
                 "in hops so short or slow that their speeds are not certain",
             ),
-            (self.unread, "in chattering that could not be followed"),
+            (
+                self.unread,
+                "that could not be followed, in chattering or as the device is not right yet (then fit it as a whole first)",
+            ),
             (self.stayed, "left so slowly that the mass has stayed"),
         ];
         let kinds: Vec<String> = (kinds.iter().filter(|(n, _)| *n > 0))
@@ -144,5 +149,6 @@ pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, Step
         constant,
         bounces,
         aside,
+        off: readings.off.read,
     })
 }

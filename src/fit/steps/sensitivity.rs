@@ -24,6 +24,8 @@ use crate::sim::SimError;
 pub const SHIFT: f64 = 20e-6;
 /// A misfit this many times the original's calls for a search from the beginning.
 const WORSE: f64 = 1.2;
+/// Change of a coefficient that is none \[%\].
+const INSENSITIVE: f64 = 1.0;
 /// Loss while the moved point settles: hardly robust.
 const FAR: Huber = Huber(1e3);
 /// Rounds in which each segment's own unknowns are found at first.
@@ -45,6 +47,31 @@ pub struct Sensitivity {
     pub original: FitResult,
     /// With `dp` shifted; as far as it had come, if it was cancelled.
     pub altered: FitResult,
+}
+
+impl Sensitivity {
+    /// Whether the coefficients depend on the zero, in one sentence.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let moved = |id: &ParameterId| {
+            let of = |fit: &FitResult| fit.model.parameters[*id];
+            let (a, b) = (of(&self.original), of(&self.altered));
+            (id.spec().id, 100.0 * (b / a - 1.0))
+        };
+        // The gap is counted from the zero and has to move.
+        let others = ROWS.iter().filter(|id| **id != ParameterId::Gp).map(moved);
+        let most = others
+            .filter(|(_, percent)| percent.is_finite())
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        match most {
+            Some((id, percent)) if percent.abs() >= INSENSITIVE => {
+                format!("{id} moves by {percent:+.1} % with the zero, more than any other")
+            }
+            _ => format!(
+                "no coefficient moves by as much as {INSENSITIVE} %: where the zero of the drive lies does not matter to them, and this is what the comparison is made for"
+            ),
+        }
+    }
 }
 
 /// Identifies twice. `dp` is kept fixed, the film is as thick at contact at the start, and

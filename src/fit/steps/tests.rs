@@ -3,11 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use super::StepError;
 use super::adhesion::{Aside, adhesion};
 use super::film::{Film, film};
 use super::restitution::restitution;
 use super::sensitivity::{ROWS, SHIFT, sensitivity};
+use super::{StepError, far_off};
 use crate::fit::readings::{Readings, Release, readings};
 use crate::fit::{Control, FitOptions, Part};
 use crate::model::drive::Waveform;
@@ -72,6 +72,30 @@ fn restitution_is_read_from_the_bounces_alone() {
     // What does not bounce tells nothing.
     let none = restitution("rest", &Readings::default()).unwrap_err();
     assert!(none.to_string().contains("300 Hz"), "{none}");
+}
+
+#[test]
+fn what_is_read_with_a_film_that_is_not_right_is_said_to_lean_on_it() {
+    let right = restitution("taps", &read(&[recording("sine:300Hz:5.5V", 0.1)])).unwrap();
+    println!("{} off {}", right.mean, right.off);
+    assert_eq!(far_off(right.off), None, "{}", right.off);
+    let thick = [(ParameterId::Cs, 2.2e-21)];
+    let taps = made("sine:300Hz:5.5V", 0.1, 50e3, 20e-9, &thick);
+    let wrong = restitution("taps", &read(&[taps])).unwrap();
+    println!("{} off {}", wrong.mean, wrong.off);
+    assert!((wrong.mean - 0.378).abs() > 5.0 * wrong.error, "{wrong:?}");
+    assert!(far_off(wrong.off).is_some(), "{}", wrong.off);
+}
+
+#[test]
+fn contacts_of_little_spread_tell_a_line_with_a_wide_band() {
+    let ramps = [0.1, 0.15, 0.25].map(|l| recording(&format!("ramped:5Hz:8V:{l}"), 0.4));
+    let near = adhesion("ramps", &read(&ramps)).unwrap();
+    println!("{:?} {:?}", near.rate, near.start);
+    assert!((near.start.0 - 27.43e-9).abs() < 4.0 * near.start.1);
+    let alike = [recording("ramped:5Hz:8V:0.1", 0.8)];
+    let one = adhesion("ramps", &read(&alike)).unwrap_err().to_string();
+    assert!(one.contains(" to ") && one.contains("ms"), "{one}");
 }
 
 #[test]

@@ -4,11 +4,12 @@ use eframe::egui::{Grid, Ui};
 use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
 use crate::app::plots::style;
-use crate::app::workspaces::tune::small;
+use crate::app::workspaces::tune::{error_color, small};
 use crate::fit::FitResult;
 use crate::fit::readings::Release;
 use crate::fit::steps::adhesion::Adhesion;
 use crate::fit::steps::drive::DriveFit;
+use crate::fit::steps::far_off;
 use crate::fit::steps::film::Film;
 use crate::fit::steps::restitution::Restitution;
 use crate::fit::steps::sensitivity::{ROWS, Sensitivity};
@@ -119,6 +120,7 @@ pub(super) fn restitution(ui: &mut Ui, found: &Restitution) {
     if found.aside.count() > 0 {
         ui.label(small(found.aside.to_string()));
     }
+    warn(ui, found.off);
 }
 
 pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
@@ -195,6 +197,14 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
     )));
     for sentence in found.set_aside() {
         ui.label(small(format!("Set aside: {sentence}.")));
+    }
+    warn(ui, found.off);
+}
+
+/// Says where the model is too far from what was read.
+fn warn(ui: &mut Ui, off: f64) {
+    if let Some(sentence) = far_off(off) {
+        ui.label(small(sentence).color(error_color(ui)));
     }
 }
 
@@ -312,6 +322,8 @@ pub(super) fn sensitivity(ui: &mut Ui, found: &Sensitivity) {
         .to_owned();
     if found.altered.cancelled {
         said += " Cancelled: the second column is as far as it had come.";
+    } else {
+        said += &format!(" {}.", found.verdict());
     }
     ui.label(small(said));
 }

@@ -46,6 +46,9 @@ fn list(ui: &mut Ui, state: &mut State) {
         )
         .weak(),
     );
+    if let Some(first) = state.identification.first.clone() {
+        ui.label(small(first).color(error_color(ui)));
+    }
     let mut start = None;
     let busy = state.identification.job.is_some();
     for step in Step::ALL {
