@@ -65,7 +65,8 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
     let fresh: Vec<(Vec<f64>, f64)> = off
         .par_iter()
         .map(|&i| {
-            let (loose, _) = fit(i, first[i].locals.clone(), WIDE, 8);
+            let guess = guess(&first[i], &point.segments[i]);
+            let (loose, _) = fit(i, guess.to_vec(), WIDE, 8);
             fit(i, loose, LOSS, 8)
         })
         .collect();
@@ -98,6 +99,16 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
         point.used[i] = false;
     }
     Ok(changed || !misread.is_empty() || !above.is_empty())
+}
+
+/// Where a stretch's own unknowns begin anew: at the first guess, unless that is of a model
+/// with other modes.
+pub fn guess<'a>(first: &'a Segment, now: &'a Segment) -> &'a [f64] {
+    if first.locals.len() == now.locals.len() {
+        &first.locals
+    } else {
+        &now.locals
+    }
 }
 
 /// Whether a stretch of flight comes down and goes up again so low that the mass may have
@@ -278,6 +289,26 @@ pub fn thinned(segments: &[Segment]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_guess_for_other_modes_is_none() {
+        let of = |locals: &[f64]| Segment {
+            recording: 0,
+            samples: 0..1,
+            starts_held: false,
+            since: None,
+            settled: false,
+            joints: Vec::new(),
+            pieces: Vec::new(),
+            locals: locals.to_vec(),
+            units: vec![1.0; locals.len()],
+            velocity_unit: 1.0,
+            interval: 1.0,
+        };
+        let now = of(&[1.0, 2.0]);
+        assert_eq!(guess(&of(&[3.0, 4.0]), &now), [3.0, 4.0]);
+        assert_eq!(guess(&of(&[3.0]), &now), [1.0, 2.0]);
+    }
 
     #[test]
     fn many_short_stretches_far_off_are_not_usual() {

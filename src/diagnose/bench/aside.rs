@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Bench, FINE, Fitted, LOSS, Side, WIDE};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::stretches::heal;
+use crate::diagnose::stretches::{guess, heal};
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::{Point, settle};
@@ -45,7 +45,7 @@ impl Fitted {
                     let (near, state) = (&nuisances, &states[i]);
                     problem.refine(segment, state, &simulator, near, locals, loss, ROUNDS)
                 };
-                let (near, _) = fit(first[i].locals.clone(), WIDE);
+                let (near, _) = fit(guess(&first[i], segment).to_vec(), WIDE);
                 fit(near, LOSS).1 + segment.locals.len() as f64
             })
             .collect();
