@@ -19,6 +19,8 @@ const UNTOLD: f64 = 3.0;
 /// A mean square of the residuals above this is no scatter of the noise, nor is an rms of
 /// as many times the noise.
 const BAD: f64 = 3.0;
+/// Times the noise up to which readings are followed to it.
+const NEAR: f64 = 1.5;
 /// So many samples set aside are more than events that were hard to read.
 const ASIDE: f64 = 0.5;
 /// A standard error of this share of the value says that the data hardly tell it.
@@ -246,6 +248,13 @@ pub(super) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
                     "{:.0} % of {} could not be followed from event to event and has no say; what could fits. Hits that follow each other too fast for the noise do that; where the recording itself looks unlike the simulation, it is of another device or the model lacks something",
                     100.0 * m.set_aside,
                     m.name
+                );
+            }
+            if m.rms < NEAR * m.noise {
+                return format!(
+                    "{} is followed to the noise, but what happens at the ground in it does not obey the model's laws of bounce and release (chi2 {}): where a release falls on a jump of the drive, adhesion is not told there; otherwise a diagnosis looks for what is missing",
+                    m.name,
+                    format_number(m.chi2, 3)
                 );
             }
             format!(
