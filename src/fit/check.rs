@@ -53,6 +53,11 @@ pub fn check(
     for part in parts {
         check_part(model, part)?;
     }
+    if model.has_ground {
+        for (part, finding) in parts.iter().zip(findings) {
+            check_unit(model, part, finding)?;
+        }
+    }
     let needs: Vec<&str> = ["dp", "alpha", "Ca", "Ca0", "Cs", "gp"]
         .into_iter()
         .filter(|id| options.free.iter().any(|f| f.eq_ignore_ascii_case(id)))
@@ -105,14 +110,6 @@ pub fn check_fit(
         for (part, finding) in train.iter().zip(findings) {
             let Ok(level) = finding.level else { continue };
             let write = |v: f64| format_quantity(v, "m", 4);
-            let ratio = -level / p[ParameterId::Dp];
-            if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
-                return Err(FitError::OtherUnit {
-                    recording: part.recording.name.clone(),
-                    level: write(level),
-                    dp: write(p[ParameterId::Dp]),
-                });
-            }
             if !free("gp") && -level >= p[ParameterId::Gp] {
                 return Err(FitError::GroundBeyondFilm {
                     recording: part.recording.name.clone(),
@@ -149,6 +146,25 @@ fn is_still(part: &Part) -> bool {
         let (low, high) = span(&v[part.samples.clone()]);
         high - low < STILL
     })
+}
+
+/// A ground that is hundreds of times deeper or less deep than the device's was read in
+/// another unit.
+fn check_unit(model: &Model, part: &Part, finding: &Findings) -> Result<(), FitError> {
+    let dp = model.parameters[ParameterId::Dp];
+    let Ok(level) = finding.level else {
+        return Ok(());
+    };
+    let ratio = -level / dp;
+    if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
+        let write = |v: f64| format_quantity(v, "m", 4);
+        return Err(FitError::OtherUnit {
+            recording: part.recording.name.clone(),
+            level: write(level),
+            dp: write(dp),
+        });
+    }
+    Ok(())
 }
 
 fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {

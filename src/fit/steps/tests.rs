@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::adhesion::{Aside, adhesion};
+use super::drive::fit_drive;
 use super::film::{Film, film};
 use super::restitution::restitution;
 use super::sensitivity::{ROWS, SHIFT, sensitivity};
@@ -339,5 +340,25 @@ fn film_says_what_to_record_where_nothing_breaks_off() {
         let error = film_of(&[recording(drive, 0.1)]).unwrap_err().to_string();
         assert!(error.contains("no break-off"), "{error}");
         assert!(error.contains("ramped square"), "{error}");
+    }
+}
+
+#[test]
+fn a_recording_in_another_unit_is_refused_by_every_step() {
+    let mut large = recording("ramped:5Hz:8V:0.25", 0.4).as_ref().clone();
+    for x in large
+        .proof_mass
+        .iter_mut()
+        .chain(large.cantilever.iter_mut().flatten())
+    {
+        *x *= 1e6;
+    }
+    let large = [Arc::new(large)];
+    let film = film_of(&large).unwrap_err().to_string();
+    let drive = fit_drive(&Preset::default().model, &large)
+        .unwrap_err()
+        .to_string();
+    for said in [film, drive] {
+        assert!(said.contains("unit of xp"), "{said}");
     }
 }
