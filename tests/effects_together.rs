@@ -344,7 +344,8 @@ fn the_stiffer_the_ground_the_more_it_is_the_rigid_one() {
 #[test]
 fn events_and_order_survive_effects() {
     // Halving a fixed step lowers the error by the method's order, friction's turns and
-    // the kinks of the hysteresis included.
+    // the kinks of symmetric hysteresis included. With lopsided loops (b1 = 1) all effects
+    // together stay at some 3e-12 m for steps of 40 us and less, and each alone does not.
     let drive = Waveform::parse("triangle:50Hz:4V", 0.02).unwrap();
     let mut model = Preset::default().model;
     add(&mut model, "hysteresis_memory", &[("b1", 0.0)]);

@@ -114,23 +114,18 @@ fn guided(found: &Guidance) -> Outcome {
     }
     if let Some(first) = &found.first {
         text += &format!(
-            "{first}\nOn the command line: fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
+            "{first} A step with \"no\" may be \"yes\" then, with these recordings.\nOn the command line: fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
         );
-    } else if let Some(Allowance {
-        step,
-        by: Ok(names),
-    }) = allowances.iter().find(|a| a.by.is_ok())
-    {
-        let keep = if step.finds_values() {
-            " --out device.toml, then --preset device.toml with the next"
-        } else {
-            ""
-        };
+    } else if let Some(Allowance { step, .. }) = allowances.iter().find(|a| a.by.is_ok()) {
         text += &format!(
-            "Begin with: fit --step {} {}{keep}\n",
-            step.id(),
-            names.join(" ")
+            "Begin with --step {} and the recordings named there",
+            step.id()
         );
+        text += if step.finds_values() {
+            "; --out device.toml keeps what it finds for the next step, --preset device.toml.\n"
+        } else {
+            ".\n"
+        };
     }
     let steps: Vec<Value> = allowances
         .iter()
@@ -328,7 +323,7 @@ fn twice(both: &Sensitivity) -> Outcome {
     }
     text +=
         "The drive's gain is shifted by as much; gp is counted from the zero and moves with it.\n";
-    text += &format!("{}\n", both.verdict());
+    text.extend(both.verdict().map(|sentence| sentence + "\n"));
     text += &format!(
         "rms {} and {}\n",
         format_quantity(both.original.train.0.rms, "m", 3),

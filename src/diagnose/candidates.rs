@@ -137,8 +137,10 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 // A device has either the branches or the loops: between them there is
                 // nothing. At zero the past would not show which way to go.
                 full: (spec.id == "hysteresis_memory").then(|| {
-                    let values = [1.0, 1.0, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1e-3];
-                    (values.to_vec(), vec![1, 3, 4, 5, 6, 7, 8])
+                    let parameters = spec.parameters.iter();
+                    let mut values: Vec<f64> = parameters.map(|p| p.default).collect();
+                    values[8] = 1e-3;
+                    (values, vec![1, 3, 4, 5, 6, 7, 8])
                 }),
             });
         };

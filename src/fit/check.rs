@@ -53,11 +53,6 @@ pub fn check(
     for part in parts {
         check_part(model, part)?;
     }
-    if model.has_ground {
-        for (part, finding) in parts.iter().zip(findings) {
-            check_unit(model, part, finding)?;
-        }
-    }
     let needs: Vec<&str> = ["dp", "alpha", "Ca", "Ca0", "Cs", "gp"]
         .into_iter()
         .filter(|id| options.free.iter().any(|f| f.eq_ignore_ascii_case(id)))
@@ -106,6 +101,7 @@ pub fn check_fit(
         });
     }
     if model.has_ground && free("dp") {
+        check_unit(model, train, findings)?;
         let p = &model.parameters;
         for (part, finding) in train.iter().zip(findings) {
             let Ok(level) = finding.level else { continue };
@@ -150,19 +146,26 @@ fn is_still(part: &Part) -> bool {
 
 /// A ground that is hundreds of times deeper or less deep than the device's was read in
 /// another unit.
-fn check_unit(model: &Model, part: &Part, finding: &Findings) -> Result<(), FitError> {
+///
+/// # Errors
+/// [`FitError::OtherUnit`].
+pub(super) fn check_unit(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+) -> Result<(), FitError> {
     let dp = model.parameters[ParameterId::Dp];
-    let Ok(level) = finding.level else {
-        return Ok(());
-    };
-    let ratio = -level / dp;
-    if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
-        let write = |v: f64| format_quantity(v, "m", 4);
-        return Err(FitError::OtherUnit {
-            recording: part.recording.name.clone(),
-            level: write(level),
-            dp: write(dp),
-        });
+    for (part, finding) in parts.iter().zip(findings) {
+        let Ok(level) = finding.level else { continue };
+        let ratio = -level / dp;
+        if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
+            let write = |v: f64| format_quantity(v, "m", 4);
+            return Err(FitError::OtherUnit {
+                recording: part.recording.name.clone(),
+                level: write(level),
+                dp: write(dp),
+            });
+        }
     }
     Ok(())
 }

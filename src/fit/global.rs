@@ -89,8 +89,12 @@ pub fn search(
             scatter(&mut first, &space, &mut rng);
         }
         first_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
-        first.check()?;
-        starts.push(first);
+        match first.check() {
+            Err(error) if k < thicknesses.len() => return Err(error.into()),
+            // One drawn at random may make no sense.
+            Err(_) => {}
+            Ok(()) => starts.push(first),
+        }
     }
     let try_one = |first: &Model, control: &Control<'_>, clock: &mut Clock| {
         let (prepared, point) = attempt(first, &space, parts, findings, options, control, clock)?;
@@ -106,7 +110,7 @@ pub fn search(
     clock.expected = clock.done() + most + USUAL * later;
     let first = try_one(&starts[0], control, clock)?;
     // Starts that were asked for are made, however good the fit is already.
-    if tries == 1 || control.cancelled() || (first.2 < GOOD && options.starts == 0) {
+    if starts.len() == 1 || control.cancelled() || (first.2 < GOOD && options.starts == 0) {
         return Ok((first.0, first.1));
     }
     let usual = clock.done().max(1);
@@ -115,7 +119,9 @@ pub fn search(
     let tell = |progress: &Progress| {
         let mut best = shown.lock().unwrap_or_else(PoisonError::into_inner);
         let mut now = progress.clone();
-        if let Some(other) = best.as_ref().filter(|b| b.misfit < now.misfit) {
+        // Misfits of different stages cannot be compared.
+        let ahead = |b: &&Progress| b.stage == now.stage && b.misfit < now.misfit;
+        if let Some(other) = best.as_ref().filter(ahead) {
             now.misfit = other.misfit;
             now.values.clone_from(&other.values);
         }
@@ -135,10 +141,9 @@ pub fn search(
             try_one(first, &watched, &mut clock).ok()
         })
         .collect();
-    let all = std::iter::once(first).chain(others);
-    let best = all.min_by(|a, b| a.2.total_cmp(&b.2));
-    best.map(|(prepared, point, _)| (prepared, point))
-        .ok_or(FitError::Cancelled)
+    let better = others.into_iter().filter(|other| other.2 < first.2);
+    let best = better.min_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or(first);
+    Ok((best.0, best.1))
 }
 
 /// Median ratio of the speeds at the clear bounces; `None` below three of them.

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::chain::{Encounter, Nuisances, Run, Setting, residuals, run};
-use super::check::check;
+use super::check::{check, check_unit};
 use super::engine::estimate_states;
 use super::error::FitError;
 use super::options::FitOptions;
@@ -119,7 +119,7 @@ pub fn readings(
 }
 
 /// Refuses what cannot be read whatever is looked for in it: recordings that are too short,
-/// constant, saturated, or of different devices. One without contact is for a step to
+/// constant, saturated, in another unit, or of different devices. One without contact is for a step to
 /// speak of: not each needs it.
 ///
 /// # Errors
@@ -131,6 +131,9 @@ pub(crate) fn sound(
     options: &FitOptions,
 ) -> Result<(), FitError> {
     match check(model, parts, findings, options) {
+        Ok(()) | Err(FitError::NoContact { .. }) if model.has_ground => {
+            check_unit(model, parts, findings)
+        }
         Ok(()) | Err(FitError::NoContact { .. }) => Ok(()),
         Err(error) => Err(error),
     }
@@ -154,7 +157,7 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
             let nuisances = problem.nuisances_of(&point.x, segment.recording);
             let chi2 = distance(segment, &setting, &mut stretcher, &nuisances);
             let read = (point.used[i] && chi2 < POOR * POOR)
-                .then(|| one(prepared, point, segment, &states[i], &mut stretcher))
+                .then(|| one(prepared, point, segment, &states[i], &mut stretcher, chi2))
                 .flatten();
             let mut read = read.unwrap_or_else(|| Readings {
                 unread: seen_in(segment, |kind| matches!(kind, Kind::Bounce { .. })),
@@ -245,13 +248,15 @@ fn quantities(run: &Run) -> Vec<f64> {
     out
 }
 
-/// Readings of one segment; `None` where they cannot be had.
+/// Readings of one segment at a distance `chi2` from the data; `None` where they cannot be
+/// had.
 fn one(
     prepared: &Prepared,
     point: &Point,
     segment: &Segment,
     states: &[f64],
     stretcher: &mut Stretcher<'_>,
+    chi2: f64,
 ) -> Option<Readings> {
     let problem = &prepared.problem;
     let setting = problem.setting(segment, states);
@@ -264,7 +269,6 @@ fn one(
     }
     let mut r0 = Vec::new();
     residuals(segment, &setting, stretcher, &nuisances, locals, &mut r0).ok()?;
-    let chi2 = distance(segment, &setting, stretcher, &nuisances);
     // How residuals and quantities move with each unknown.
     let mut of_residuals = DMatrix::zeros(r0.len(), locals.len());
     let mut of_values = DMatrix::zeros(values.len(), locals.len());

@@ -19,6 +19,8 @@ const UNTOLD: f64 = 3.0;
 /// A mean square of the residuals above this is no scatter of the noise, nor is an rms of
 /// as many times the noise.
 const BAD: f64 = 3.0;
+/// Share of a recording beyond which what could be followed of it says nothing.
+const NONE_LEFT: f64 = 0.99;
 /// Times the noise up to which readings are followed to it.
 const NEAR: f64 = 1.5;
 /// So many samples set aside are more than events that were hard to read.
@@ -60,6 +62,8 @@ pub struct Misfit {
     /// events stay unread, or that cannot be simulated; the parameters are without both,
     /// `rms` is with the former.
     pub set_aside: f64,
+    /// Share of `chi2` that the laws of touch, bounce and release carry.
+    pub at_ground: f64,
 }
 
 impl Misfit {
@@ -243,14 +247,15 @@ pub(super) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
     each.iter()
         .filter(|m| m.is_bad())
         .map(|m| {
-            if m.chi2 <= BAD {
+            if m.chi2 <= BAD && m.set_aside < NONE_LEFT {
                 return format!(
                     "{:.0} % of {} could not be followed from event to event and has no say; what could fits. Hits that follow each other too fast for the noise do that; where the recording itself looks unlike the simulation, it is of another device or the model lacks something",
                     100.0 * m.set_aside,
                     m.name
                 );
             }
-            if m.rms < NEAR * m.noise {
+            let readings = m.chi2 * (1.0 - m.at_ground);
+            if readings <= BAD && m.set_aside <= ASIDE && m.rms < NEAR * m.noise {
                 return format!(
                     "{} is followed to the noise, but what happens at the ground in it does not obey the model's laws of bounce and release (chi2 {}): where a release falls on a jump of the drive, adhesion is not told there; otherwise a diagnosis looks for what is missing",
                     m.name,
@@ -318,6 +323,9 @@ pub(super) fn misfits(
                 if point.used[i] {
                     sums.chi2 += r * r;
                     sums.rows += 1;
+                    if matches!(row, Row::Height | Row::Velocity | Row::Force) {
+                        sums.ground += r * r;
+                    }
                 }
             }
             if !point.used[i] {
@@ -347,6 +355,7 @@ pub(super) fn misfits(
             samples: total.samples,
             set_aside: (total.aside + total.lost) as f64
                 / (total.samples + total.lost).max(1) as f64,
+            at_ground: total.ground / total.chi2.max(f64::MIN_POSITIVE),
         }
     };
     let each = problem.data.iter().enumerate();
@@ -361,6 +370,8 @@ struct Sums {
     square: f64,
     samples: usize,
     chi2: f64,
+    /// Of that, what the laws of the ground leave.
+    ground: f64,
     rows: usize,
     unknowns: usize,
     aside: usize,
@@ -373,6 +384,7 @@ impl Sums {
         self.square += other.square;
         self.samples += other.samples;
         self.chi2 += other.chi2;
+        self.ground += other.ground;
         self.rows += other.rows;
         self.unknowns += other.unknowns;
         self.aside += other.aside;

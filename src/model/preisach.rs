@@ -250,34 +250,34 @@ mod tests {
     #[test]
     fn everetts_function_is_the_integral_over_the_relays() {
         // Relays summed one by one, each switched up at c + h and down at c - h.
-        let relays = Relays::new([8.0, 0.4, 3.0], [0.05, -0.8, 0.5]);
-        let weight = |h: f64, c: f64| {
+        let weight = |q: f64, h: f64, c: f64| {
             let r: f64 = c / 8.0;
             let g = 1.0 + 0.05 * c - 0.8 * r * r + 0.5 * r.powi(4);
-            (-0.5 * (0.4 * h).powi(2)).exp() * (1.0 + 3.0 * h / 8.0) * g
+            (-0.5 * (q * h).powi(2)).exp() * (1.0 + 3.0 * h / 8.0) * g
         };
-        let by_relays = |a: f64, b: f64| {
-            let n = 400;
+        let by_relays = |q: f64, a: f64, b: f64| {
+            let n = 1000;
             let mut sum = 0.0;
             let dh = 0.5 * (a - b) / f64::from(n);
             for i in 0..n {
                 let h = dh * (f64::from(i) + 0.5);
                 let dc = (a - b - 2.0 * h) / f64::from(n);
                 for j in 0..n {
-                    sum += dh * dc * weight(h, b + h + dc * (f64::from(j) + 0.5));
+                    sum += dh * dc * weight(q, h, b + h + dc * (f64::from(j) + 0.5));
                 }
             }
             sum
         };
         // The last is beyond the half widths at which the moments are known.
-        for (a, b) in [
-            (8.0, -8.0),
-            (3.0, -5.5),
-            (0.31, 0.0),
-            (6.0, 5.0),
-            (34.0, -30.0),
+        for (q, a, b) in [
+            (0.4, 8.0, -8.0),
+            (0.4, 3.0, -5.5),
+            (0.4, 0.31, 0.0),
+            (0.4, 6.0, 5.0),
+            (0.02, 34.0, -30.0),
         ] {
-            let (own, other) = (relays.everett(a, b), by_relays(a, b));
+            let relays = Relays::new([8.0, q, 3.0], [0.05, -0.8, 0.5]);
+            let (own, other) = (relays.everett(a, b), by_relays(q, a, b));
             assert!((own / other - 1.0).abs() < 1e-5, "{a} {b}: {own} {other}");
             assert!((relays.everett(b, a) + own).abs() < 1e-12 * own);
         }

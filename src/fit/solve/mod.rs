@@ -90,8 +90,11 @@ impl Clock {
     ) {
         let done = self.done();
         let each = self.started.elapsed().div_f64(done.max(1) as f64);
-        // One that takes longer than expected takes some more.
-        let left = self.expected.saturating_sub(done).max(done / 8);
+        let left = match self.expected.checked_sub(done) {
+            Some(left) if left > 0 => left,
+            // One that takes longer than expected takes some more.
+            _ => done / 8,
+        };
         (control.progress)(&Progress {
             stage,
             iteration: done,

@@ -149,9 +149,12 @@ pub fn guide(
         .is_ok_and(|readings| readings.off.calm > ASTRAY);
     let first = far.then(|| {
         let off = read.as_ref().map_or(0.0, |readings| readings.off.calm);
-        format!(
-            "The device is {off:.0} times the noise off from these recordings even where the mass hardly touches: fit it as a whole first. A step with \"no\" may then be \"yes\" with the recordings at hand."
-        )
+        let how = if off.is_finite() {
+            format!("is {off:.0} times the noise off from these recordings")
+        } else {
+            "cannot follow these recordings".to_owned()
+        };
+        format!("The device {how} even where the mass hardly touches: fit it as a whole first.")
     });
     let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
     let missing: Vec<&str> = [

@@ -24,8 +24,10 @@ use crate::sim::SimError;
 pub const SHIFT: f64 = 20e-6;
 /// A misfit this many times the original's calls for a search from the beginning.
 const WORSE: f64 = 1.2;
-/// Change of a coefficient that is none \[%\].
-const INSENSITIVE: f64 = 1.0;
+/// Change of a coefficient, as a share of it, that is none ...
+const INSENSITIVE: f64 = 0.01;
+/// ... nor is one of less than so many of its errors.
+const CERTAIN: f64 = 3.0;
 /// Loss while the moved point settles: hardly robust.
 const FAR: Huber = Huber(1e3);
 /// Rounds in which each segment's own unknowns are found at first.
@@ -50,27 +52,41 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Whether the coefficients depend on the zero, in one sentence.
+    /// Whether the coefficients that were fitted depend on the zero, in one sentence; `None`
+    /// where the second identification has not come to as good an end as the first.
     #[must_use]
-    pub fn verdict(&self) -> String {
-        let moved = |id: &ParameterId| {
-            let of = |fit: &FitResult| fit.model.parameters[*id];
-            let (a, b) = (of(&self.original), of(&self.altered));
-            (id.spec().id, 100.0 * (b / a - 1.0))
+    pub fn verdict(&self) -> Option<String> {
+        let (a, b) = (&self.original, &self.altered);
+        if b.cancelled || b.train.0.rms > WORSE * a.train.0.rms {
+            return None;
+        }
+        let row = |id: &ParameterId| {
+            let of = |fit: &FitResult| {
+                let fitted = fit.parameters.iter().find(|p| p.id == id.spec().id);
+                fitted.map(|p| (p.value, p.std_error))
+            };
+            Some((id.spec().id, of(a)?, of(b)?))
         };
         // The gap is counted from the zero and has to move.
-        let others = ROWS.iter().filter(|id| **id != ParameterId::Gp).map(moved);
-        let most = others
-            .filter(|(_, percent)| percent.is_finite())
-            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        match most {
-            Some((id, percent)) if percent.abs() >= INSENSITIVE => {
-                format!("{id} moves by {percent:+.1} % with the zero, more than any other")
-            }
-            _ => format!(
-                "no coefficient moves by as much as {INSENSITIVE} %: where the zero of the drive lies does not matter to them, and this is what the comparison is made for"
-            ),
+        let others = ROWS.iter().filter(|id| **id != ParameterId::Gp);
+        let rows: Vec<_> = others.filter_map(row).collect();
+        if rows.is_empty() {
+            return None;
         }
+        let moved: Vec<String> = rows
+            .into_iter()
+            .filter(|(_, a, b)| {
+                let by = (a.0 - b.0).abs();
+                let told = by > CERTAIN * a.1.hypot(b.1);
+                told && by > INSENSITIVE * a.0.abs().max(b.0.abs())
+            })
+            .map(|(id, a, b)| format!("{id} by {:+.1} %", 100.0 * (b.0 / a.0 - 1.0)))
+            .collect();
+        Some(if moved.is_empty() {
+            "No coefficient moves beyond its error: where the zero of the drive lies does not matter to them, which is what the comparison is made for.".to_owned()
+        } else {
+            format!("With the zero move: {}.", moved.join(", "))
+        })
     }
 }
 

@@ -322,8 +322,8 @@ pub(super) fn sensitivity(ui: &mut Ui, found: &Sensitivity) {
         .to_owned();
     if found.altered.cancelled {
         said += " Cancelled: the second column is as far as it had come.";
-    } else {
-        said += &format!(" {}.", found.verdict());
+    } else if let Some(verdict) = found.verdict() {
+        said += &format!(" {verdict}");
     }
     ui.label(small(said));
 }
