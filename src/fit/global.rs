@@ -10,7 +10,7 @@ use super::error::FitError;
 use super::options::FitOptions;
 use super::prepare::{Findings, Part, Prepared, prepare};
 use super::problem::Nuisance;
-use super::revise::{revise, set_suspects_aside};
+use super::revise::{hopeless, revise, set_suspects_aside};
 use super::robust::Huber;
 use super::solve::{Clock, Control, Plan, Point, Progress, improve, settle, threshold};
 use super::space::Space;
@@ -38,8 +38,6 @@ const MOST: usize = 3;
 const USUAL: usize = 30;
 /// How much looser the laws of the ground are at first.
 const SOFT: f64 = 30.0;
-/// Misfit, in units of the noise, beyond which events are not read again.
-const HOPELESS: f64 = 10.0;
 /// How often events are read again.
 const ROUNDS: usize = 2;
 /// Loss at first: hardly robust, as everything is far off.
@@ -237,8 +235,7 @@ pub(super) fn read_again(
 ) -> Result<Point, FitError> {
     let problem = &prepared.problem;
     for _ in 0..ROUNDS {
-        // Where all is that far off, the reading of events is not to blame.
-        if (best.cost / best.rows.max(1) as f64).sqrt() > HOPELESS {
+        if hopeless(&best) {
             break;
         }
         let huber = threshold(problem, &best)?;

@@ -17,6 +17,8 @@ use crate::model::Model;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator};
 
+/// Misfit, in units of the noise, beyond which events are not read again.
+const HOPELESS: f64 = 10.0;
 /// A segment whose mean cost is above this is looked at again.
 const SUSPECT: f64 = 1.6;
 /// Another reading must bring the cost below this share.
@@ -77,6 +79,11 @@ pub fn set_suspects_aside(
     Ok(aside)
 }
 
+/// Whether all is so far off that the reading of events is not to blame.
+pub fn hopeless(point: &Point) -> bool {
+    (point.cost / point.rows.max(1) as f64).sqrt() > HOPELESS
+}
+
 /// Tries other readings of the events in the segments set aside, and takes those back
 /// that then fit. `first` are the segments as first guessed. Returns how many came back.
 /// Cancelled, it leaves the segments it has not come to as they are.
@@ -90,6 +97,9 @@ pub fn revise(
     huber: Huber,
     (control, clock): (&Control<'_>, &Clock),
 ) -> Result<usize, SimError> {
+    if hopeless(point) {
+        return Ok(0);
+    }
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
     let model = problem.space.model(&point.x);
