@@ -70,7 +70,9 @@ pub fn intervals(
     let time = &recording.time;
     let guard = GUARD * recording.interval();
     let mut out = Vec::new();
-    let mut begin = f64::NEG_INFINITY;
+    // What the drive did before the recording is not known: it may have jumped as that began,
+    // and by its clock the first readings may be from before the jump.
+    let mut begin = time.first().copied().unwrap_or(f64::NEG_INFINITY);
     let mut held = timeline.starts_held;
     let ends = timeline.marks.iter().map(|m| (m.time, Some(m.kind)));
     let mut add = |samples: Range<usize>, held: bool| {
