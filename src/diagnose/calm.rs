@@ -70,9 +70,10 @@ pub fn intervals(
     let time = &recording.time;
     let guard = GUARD * recording.interval();
     let mut out = Vec::new();
-    // What the drive did before the recording is not known: it may have jumped as that began,
-    // and by its clock the first readings may be from before the jump.
+    // What the drive did before the recording and after it is not known: it may have jumped as
+    // that began or ended, and by its clock the first and the last readings may be from beyond.
     let mut begin = time.first().copied().unwrap_or(f64::NEG_INFINITY);
+    let last = time.last().copied().unwrap_or(f64::INFINITY);
     let mut held = timeline.starts_held;
     let ends = timeline.marks.iter().map(|m| (m.time, Some(m.kind)));
     let mut add = |samples: Range<usize>, held: bool| {
@@ -80,7 +81,7 @@ pub fn intervals(
             out.push(Interval { samples, held });
         }
     };
-    for (end, kind) in ends.chain([(f64::INFINITY, None)]) {
+    for (end, kind) in ends.chain([(last, None)]) {
         let from = time.partition_point(|&t| t < begin + guard);
         let to = time.partition_point(|&t| t <= end - guard);
         let (from, to) = (from.max(samples.start), to.min(samples.end));
