@@ -119,8 +119,8 @@ pub fn readings(
 }
 
 /// Refuses what cannot be read whatever is looked for in it: recordings that are too short,
-/// constant, saturated, in another unit, or of different devices. One without contact is for a step to
-/// speak of: not each needs it.
+/// constant, saturated, in another unit, or of different devices. One without contact is for
+/// a step to speak of: not each needs it.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence.
@@ -172,17 +172,14 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
     let read = own.iter().filter(|(r, _)| told(r));
     let calm = own.iter().zip(&point.segments);
     let calm = calm.filter(|(_, s)| seen_in(s, |_| true) <= 1);
-    let mut off = [
-        read.map(|(_, off)| *off).collect::<Vec<f64>>(),
-        calm.map(|((_, off), _)| *off).collect(),
-    ];
-    let off = off
-        .each_mut()
-        .map(|off| (!off.is_empty()).then(|| quantile_in_place(off, 0.5)));
+    let median = |mut off: Vec<f64>| match off.as_mut_slice() {
+        [] => 0.0,
+        off => quantile_in_place(off, 0.5),
+    };
     let mut all = Readings {
         off: Off {
-            read: off[0].unwrap_or_default(),
-            calm: off[1].unwrap_or_default(),
+            read: median(read.map(|(_, off)| *off).collect()),
+            calm: median(calm.map(|((_, off), _)| *off).collect()),
         },
         ..Readings::default()
     };

@@ -144,11 +144,8 @@ pub fn guide(
         let found = adhesion("", readings)?;
         Ok(named(found.releases.iter().map(|r| r.recording).collect()))
     });
-    let far = read
-        .as_ref()
-        .is_ok_and(|readings| readings.off.calm > ASTRAY);
-    let first = far.then(|| {
-        let off = read.as_ref().map_or(0.0, |readings| readings.off.calm);
+    let off = read.as_ref().map_or(0.0, |readings| readings.off.calm);
+    let first = (off > ASTRAY).then(|| {
         let how = if off.is_finite() {
             format!("is {off:.0} times the noise off from these recordings")
         } else {
