@@ -2,6 +2,7 @@
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
 use anyhow::anyhow;
 use clap::Args;
@@ -101,7 +102,11 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let inputs = [&args.recordings[..], &args.held_out].concat();
     output::ready(&outputs, &inputs)?;
     let live = std::io::stderr().is_terminal();
-    let progress = |p: &Progress| show_progress(p, live);
+    let doubted = Once::new();
+    let progress = |p: &Progress| {
+        doubted.call_once(|| show_doubts(p));
+        show_progress(p, live);
+    };
     // From then on only: while files are read, Ctrl-C ends the program.
     let control = || Control {
         cancel: interrupt::flag(),
@@ -184,6 +189,13 @@ fn said_for_the_command_line(error: FitError) -> Failure {
         .into(),
         FitError::UnknownParameter { .. } | FitError::NothingFree => wrong_command(error.into()),
         other => other.into(),
+    }
+}
+
+/// What the recordings made doubtful, before the first line of progress.
+fn show_doubts(p: &Progress) {
+    for doubt in p.doubts.iter() {
+        eprintln!("impactscope: warning: {doubt}");
     }
 }
 

@@ -229,6 +229,9 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
             missed.join("; ")
         }
     )?;
+    if let Some(worse) = fit.made_worse() {
+        writeln!(out, "{worse}")?;
+    }
     writeln!(out, "{CANNOT_TELL}\n")?;
     Ok(())
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::options::DiagnoseError;
 use crate::fit::check::check;
+use crate::fit::concerns::same_ring;
 use crate::fit::prepare::look;
 use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
@@ -57,7 +58,10 @@ pub fn condition(
         }
     }
     let all: Vec<Part> = train.iter().chain(&held_out).cloned().collect();
-    match check(model, &all, &look(model, &all), &options) {
+    let findings = look(model, &all);
+    let of_one = check(model, &all, &findings, &options)
+        .and_then(|()| same_ring(model, &all, &findings).map(|_| ()));
+    match of_one {
         Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(format!(
             "no contact was found ({reason}): nothing can be said of impact, adhesion and film"
         )),

@@ -1,5 +1,6 @@
 //! What makes a fit senseless, said before anything is computed.
 
+use super::concerns::{other_rest, same_ring};
 use super::error::FitError;
 use super::noise::noise_of;
 use super::options::FitOptions;
@@ -72,7 +73,8 @@ pub fn check(
 
 /// Checks what a fit of the free parameters needs beyond [`check`]: that the recordings are
 /// different ones of one device, that there is a drive to be fitted, and that the ground is
-/// where the model may have it. `train` comes with its findings.
+/// where the model may have it. `train` comes with its findings. Sentences on what is
+/// doubtful, if nothing is wrong.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence.
@@ -81,7 +83,7 @@ pub fn check_fit(
     (train, findings): (&[Part], &[Findings]),
     held_out: &[Part],
     options: &FitOptions,
-) -> Result<(), FitError> {
+) -> Result<Vec<String>, FitError> {
     let all: Vec<Part> = train.iter().chain(held_out).cloned().collect();
     for (i, a) in all.iter().enumerate() {
         if let Some(b) = all[..i].iter().find(|b| overlap(a, b)) {
@@ -115,7 +117,13 @@ pub fn check_fit(
             }
         }
     }
-    same_device(&all, &look(model, &all), APART_IN_A_FIT)
+    let findings = look(model, &all);
+    same_device(&all, &findings, APART_IN_A_FIT)?;
+    let ring = same_ring(model, &all, &findings)?;
+    Ok(ring
+        .into_iter()
+        .chain(other_rest(&all, &findings))
+        .collect())
 }
 
 /// Whether two parts have samples in common, or hold the same ones under two names.

@@ -81,8 +81,9 @@ pub(super) fn fitted(
             Err(error) => return Err(error),
         }
     }
-    check_fit(model, (train, &findings), held_out, options)?;
+    let doubts = check_fit(model, (train, &findings), held_out, options)?;
     let mut clock = Clock::new(0);
+    clock.doubts = doubts.clone().into();
     let (prepared, mut best) = search(model, train, &findings, options, control, &mut clock)?;
     forget_untold(model, &prepared, &mut best)?;
     let mut result = judged(start, &prepared, &best, control)?;
@@ -115,6 +116,7 @@ pub(super) fn fitted(
             result.remarks.extend(words);
         }
     }
+    result.remarks.extend(doubts);
     Ok(Fitted {
         result,
         prepared,

@@ -15,6 +15,7 @@ pub(crate) mod check;
 pub mod cma;
 pub mod colour;
 pub mod combinations;
+pub(crate) mod concerns;
 mod engine;
 pub mod error;
 pub mod global;

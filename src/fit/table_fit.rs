@@ -94,6 +94,47 @@ impl TableFit {
         self.rows.iter().filter(off).map(|row| &row.case).collect()
     }
 
+    /// What the fit has made worse on the way to a smaller sum of errors, and at which
+    /// frequency that it was not shown; `None` if nothing.
+    pub fn made_worse(&self) -> Option<String> {
+        let worse = |before: &Misfit, after: &Misfit| {
+            let percent = |what: &str, from: f64, to: f64| {
+                // Half a percent is not seen in the figures as they are written.
+                (to > from + 0.005)
+                    .then(|| format!("{what} from {:.0} to {:.0} %", 100.0 * from, 100.0 * to))
+            };
+            let (from, to) = (before.both_within_30_percent, after.both_within_30_percent);
+            let all = [
+                percent("the mean error of the peaks", before.peak, after.peak),
+                percent("that of the contacts", before.contact, after.contact),
+                (to < from).then(|| format!("the cases within 30 % in both from {from} to {to}")),
+            ];
+            let said: Vec<String> = all.into_iter().flatten().collect();
+            (!said.is_empty()).then(|| said.join(", "))
+        };
+        let fitted = worse(&self.before, &self.after)
+            .map(|said| format!("What the fit made worse: {said}."));
+        let blind: Vec<String> = self
+            .left_out
+            .iter()
+            .filter_map(|l| {
+                Some(format!(
+                    "at {} Hz {}",
+                    l.frequency,
+                    worse(&l.before, &l.after)?
+                ))
+            })
+            .collect();
+        let blind = (!blind.is_empty()).then(|| {
+            format!(
+                "Frequencies that a fit to the others made worse: {}.",
+                blind.join("; ")
+            )
+        });
+        let said: Vec<String> = fitted.into_iter().chain(blind).collect();
+        (!said.is_empty()).then(|| said.join(" "))
+    }
+
     /// Standard errors of the parameters in SI, in the order of [`FREE`], from how much
     /// they change when a frequency is left out (the jackknife over frequencies: Efron and
     /// Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11). `None` if some were
@@ -280,6 +321,28 @@ mod tests {
         assert_eq!(fit.left_out.len(), 4);
         assert!(fit.left_out.iter().all(|l| l.after.cases == 4));
         assert!(!fit.cancelled && !fit.missed().is_empty());
+        // What is worse is said, and where.
+        let mut traded = fit.clone();
+        traded.left_out.truncate(1);
+        let misfit = |peak, contact, both_within_30_percent| Misfit {
+            peak,
+            contact,
+            both_within_30_percent,
+            cases: 16,
+        };
+        traded.before = misfit(0.4, 0.2, 5);
+        traded.after = misfit(0.1, 0.25, 7);
+        traded.left_out[0].before = misfit(0.1, 0.1, 4);
+        traded.left_out[0].after = misfit(0.1, 0.1, 2);
+        let said = traded.made_worse().unwrap();
+        assert!(said.contains("that of the contacts from 20 to 25 %") && !said.contains("peaks"));
+        assert!(
+            said.contains("at 5 Hz the cases within 30 % in both from 4 to 2"),
+            "{said}"
+        );
+        traded.after = traded.before;
+        traded.left_out.clear();
+        assert_eq!(traded.made_worse(), None);
         // Four values 1, 2, 3, 4: their squares about the mean add up to 5.
         let mut spread = fit.clone();
         for (value, left) in (1..).zip(&mut spread.left_out) {

@@ -8,11 +8,11 @@ use crate::sim::{Options, simulate};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-fn paper() -> Model {
+pub(super) fn paper() -> Model {
     Preset::embedded("paper").unwrap().model
 }
 
-fn made(model: &Model, drive: &str, duration: f64, seed: u64) -> Recording {
+pub(super) fn made(model: &Model, drive: &str, duration: f64, seed: u64) -> Recording {
     let waveform = Waveform::parse(drive, duration).unwrap();
     let mut trace = simulate(model, &waveform, duration, &Options::default()).unwrap();
     let sensor = Sensor {
@@ -26,7 +26,7 @@ fn made(model: &Model, drive: &str, duration: f64, seed: u64) -> Recording {
     Recording::new(drive, time, volts, trace.proof_mass.clone(), xc).unwrap()
 }
 
-fn part(recording: Recording) -> Part {
+pub(super) fn part(recording: Recording) -> Part {
     Part::whole(Arc::new(recording))
 }
 
@@ -53,7 +53,7 @@ fn run(start: &Model, parts: &[Part], options: &FitOptions) -> Result<FitResult,
     fit(start, parts, &[], options, &control)
 }
 
-fn off(mut model: Model, changes: &[(&str, f64)]) -> Model {
+pub(super) fn off(mut model: Model, changes: &[(&str, f64)]) -> Model {
     for (id, factor) in changes {
         let value = model.get(id).unwrap();
         model.set(id, value * factor).unwrap();

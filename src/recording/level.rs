@@ -15,6 +15,10 @@ use super::{TimeAxis, median_in_place, quantile_in_place};
 const REST: f64 = 2e-4;
 /// Only this lower share of the travel is searched.
 const LOW_SHARE: f64 = 0.3;
+/// Samples at each end of a contact in which the voltage is not looked at.
+const CLEAR: usize = 20;
+/// A voltage that moves by this share of its range from one sample to the next jumps.
+const JUMP: f64 = 0.02;
 /// Share of all samples that may lie below the ground: spikes of a sensor.
 const BELOW: f64 = 2e-3;
 
@@ -108,22 +112,21 @@ pub fn estimate_contact_level(
     }
 }
 
-/// Whether the voltage moves by a twentieth of its range during most of the contacts.
+/// Whether the voltage moves steadily by a twentieth of its range during most of the
+/// contacts. What it jumps does not count: a mass at rest anywhere needs some time to
+/// follow a jump.
 fn held_against(time: TimeAxis, voltage: &[f64], contacts: &[super::events::Contact]) -> bool {
-    let span = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values
-            .filter(|v| v.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-                (l.min(v), h.max(v))
-            });
-        (high - low).max(0.0)
-    };
-    let all = span(&mut voltage.iter().copied());
+    let finite = voltage.iter().copied().filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
+    });
+    let all = (high - low).max(0.0);
+    let clear = CLEAR as f64 * time.interval(voltage.len());
     let mut i = 0;
     let mut moved = 0;
     for contact in contacts {
-        // Well inside: the edge that frees the mass comes while it still rests.
-        let margin = 0.1 * contact.duration();
+        // Well inside, for its ends are known no better.
+        let margin = clear.min(0.1 * contact.duration());
         while i < voltage.len() && time.at(i) < contact.start + margin {
             i += 1;
         }
@@ -131,7 +134,15 @@ fn held_against(time: TimeAxis, voltage: &[f64], contacts: &[super::events::Cont
         while i < voltage.len() && time.at(i) <= contact.end - margin {
             i += 1;
         }
-        if span(&mut voltage[from..i].iter().copied()) > 0.05 * all {
+        let (mut place, mut least, mut most) = (0.0, 0.0f64, 0.0f64);
+        let steps = voltage[from..i].windows(2).map(|w| w[1] - w[0]);
+        // A missing voltage makes a step that is none of either.
+        for step in steps.filter(|step| step.abs() <= JUMP * all) {
+            place += step;
+            least = least.min(place);
+            most = most.max(place);
+        }
+        if most - least > 0.05 * all {
             moved += 1;
         }
     }

@@ -21,6 +21,8 @@ pub mod level;
 pub mod level_step;
 pub mod noise;
 pub mod period;
+pub mod rest;
+pub mod ring;
 pub mod slope;
 
 pub use assemble::GAP_FACTOR;

@@ -37,6 +37,8 @@ pub struct Progress {
     pub values: Vec<f64>,
     /// Time left, as far as one can tell.
     pub remaining: Duration,
+    /// What the recordings made doubtful before anything was computed, as sentences.
+    pub doubts: Arc<[String]>,
 }
 
 /// Means to watch a fit and to end it early.
@@ -62,6 +64,8 @@ pub struct Clock {
     done: Arc<AtomicUsize>,
     /// Iterations expected in all.
     pub expected: usize,
+    /// What is told with the progress: see [`Progress::doubts`].
+    pub doubts: Arc<[String]>,
 }
 
 impl Clock {
@@ -71,6 +75,7 @@ impl Clock {
             started: Instant::now(),
             done: Arc::default(),
             expected,
+            doubts: Arc::default(),
         }
     }
 
@@ -102,6 +107,7 @@ impl Clock {
             misfit: (point.cost / point.rows.max(1) as f64).sqrt(),
             values: problem.space.values(&point.x),
             remaining: each.mul_f64(left as f64),
+            doubts: Arc::clone(&self.doubts),
         });
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::StepError;
 use super::adhesion::adhesion;
 use super::drive::fit_drive;
+use super::far_off;
 use super::film::rings_of;
 use super::restitution::restitution;
 use crate::fit::readings::{Readings, readings};
@@ -144,8 +145,12 @@ pub fn guide(
         let found = adhesion("", readings)?;
         Ok(named(found.releases.iter().map(|r| r.recording).collect()))
     });
-    let off = read.as_ref().map_or(0.0, |readings| readings.off.calm);
-    let first = (off > ASTRAY).then(|| {
+    let off = read
+        .as_ref()
+        .map(|readings| readings.off)
+        .unwrap_or_default();
+    let astray = (off.calm > ASTRAY).then(|| {
+        let off = off.calm;
         let how = if off.is_finite() {
             format!("is {off:.0} times the noise off from these recordings")
         } else {
@@ -153,6 +158,7 @@ pub fn guide(
         };
         format!("The device {how} even where the mass hardly touches: fit it as a whole first.")
     });
+    let first = astray.or_else(|| far_off(off.read));
     let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
     let missing: Vec<&str> = [
         (Step::Restitution, restitution.is_err()),

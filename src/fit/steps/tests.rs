@@ -9,6 +9,7 @@ use super::film::{Film, film};
 use super::restitution::restitution;
 use super::sensitivity::{ROWS, SHIFT, sensitivity};
 use super::{StepError, far_off};
+use crate::fit::prepare::look;
 use crate::fit::readings::{Readings, Release, readings};
 use crate::fit::{Control, FitOptions, Part};
 use crate::model::drive::Waveform;
@@ -365,5 +366,18 @@ fn a_recording_in_another_unit_is_refused() {
         .to_string();
     for said in [film, drive] {
         assert!(said.contains("unit of xp"), "{said}");
+    }
+}
+
+#[test]
+fn a_soft_arrival_is_told_by_being_held_against_the_ramp() {
+    for lambda in [0.05, 0.1, 0.2] {
+        for (rate, noise) in [(50e3, 20e-9), (25e3, 150e-9)] {
+            let ramp = made(&format!("ramped:5Hz:8V:{lambda}"), 0.4, rate, noise, &[]);
+            let found = look(&Preset::default().model, &[Part::whole(ramp)]);
+            let level = found[0].level.clone();
+            println!("{lambda} {noise} {level:?}");
+            assert!(level.is_ok_and(|l| (l + 58e-6).abs() < 0.1e-6), "{lambda}");
+        }
     }
 }

@@ -128,6 +128,9 @@ pub fn result(ui: &mut Ui, state: &mut State) {
             missed.join("; ")
         )
     }));
+    if let Some(worse) = found.made_worse() {
+        ui.label(small(worse));
+    }
     ui.label(small(CANNOT_TELL).weak());
     ui.separator();
 }

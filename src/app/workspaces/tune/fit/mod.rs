@@ -86,6 +86,9 @@ fn run(ui: &mut Ui, state: &mut State) {
             }
         });
         ui.checkbox(&mut state.fitting.shown, "Let the curves follow");
+        for doubt in job.progress().iter().flat_map(|p| p.doubts.iter()) {
+            ui.label(small(doubt).color(ui.visuals().warn_fg_color));
+        }
         return;
     }
     let why_not = obstacle(state);
