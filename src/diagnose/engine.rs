@@ -24,7 +24,7 @@ const FLOOR: f64 = 1.04;
 /// Standard errors by which chi2 must exceed that where the noise is known only so well.
 const SURELY: f64 = 3.5;
 /// Fall of chi2 by forces without a name from which something is left.
-const NAMELESS: f64 = 110.0;
+const NAMELESS: f64 = 60.0;
 /// A single stretch this far above the others, in units of what chance leaves.
 const LOCAL: f64 = 8.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
@@ -317,6 +317,11 @@ fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Op
         .iter()
         .map(Fitted::per_value)
         .fold(stand.train.per_value(), f64::max);
+    log::debug!(
+        "worst {worst:.4}, joint {:.1} by {:?}, broken {broken:.1}",
+        evidence.joint,
+        evidence.strongest
+    );
     if worst > floor {
         return Some(Left::Mean(worst));
     }

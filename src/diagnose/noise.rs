@@ -9,7 +9,7 @@ use crate::fit::timeline::Timeline;
 use crate::recording::Recording;
 
 /// Stays are looked at in windows this long \[s\].
-const WINDOW: f64 = 6e-3;
+const WINDOW: f64 = 12e-3;
 /// Fewest samples of a window.
 const LEAST: usize = 40;
 /// Time after touch that is left out, for what is left of the landing \[s\].
@@ -22,6 +22,19 @@ const SHARES: [f64; 12] = [
 ];
 /// Memories that are tried \[samples\].
 const MEMORIES: [f64; 10] = [1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 120.0];
+/// Neighbours of a place in share and memory, in steps.
+const NEIGHBOURS: [(i32, i32); 8] = [
+    (-1, -1),
+    (-1, 0),
+    (-1, 1),
+    (0, -1),
+    (0, 1),
+    (1, -1),
+    (1, 0),
+    (1, 1),
+];
+/// Largest share of the variance with a memory.
+const MOST_SHARE: f64 = 0.95;
 /// By how much the log-likelihood of a colour must exceed that of white noise.
 const CLEARLY: f64 = 6.0;
 
@@ -111,6 +124,23 @@ pub fn estimate(stays: &[Stays<'_>]) -> Noise {
             }
         }
     }
+    // Between the places of the grid, in smaller and smaller steps.
+    for step in [1.25f64, 1.12, 1.06] {
+        let Colour { share, keep } = best.colour;
+        if share <= 0.0 {
+            break;
+        }
+        for (more, longer) in NEIGHBOURS {
+            let colour = Colour {
+                share: (share * step.powi(more)).min(MOST_SHARE),
+                keep: keep.powf(step.powi(-longer)),
+            };
+            let (noise, l) = fit(&windows, colour);
+            if l > likelihood {
+                (best, likelihood) = (noise, l);
+            }
+        }
+    }
     best
 }
 
@@ -159,6 +189,8 @@ fn fit(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
                 project(first, second);
             }
             project(&columns[i], &mut values);
+            // A slow noise looks quieter about a line of its own: restricted likelihood.
+            determinant += columns[i].iter().map(|c| c * c).sum::<f64>().ln();
         }
         sum += values.iter().map(|v| v * v).sum::<f64>();
         freedom += (n - columns.len()) as f64;
@@ -178,5 +210,78 @@ fn project(direction: &[f64], values: &mut [f64]) {
     let share = dot(direction, values) / dot(direction, direction).max(1e-300);
     for (v, d) in values.iter_mut().zip(direction) {
         *v -= share * d;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::trial::dice::Dice;
+
+    const SIGMA: f64 = 20e-9;
+
+    /// A mass that is held for 20 ms and away for 20 ms in turn, read with noise of which
+    /// `share` has a memory of so many samples.
+    fn held(share: f64, memory: f64, seed: u64) -> Recording {
+        let mut dice = Dice::new(seed, 0);
+        let mut fresh = || dice.normal();
+        let keep = (-1.0 / memory).exp();
+        let mut slow = fresh();
+        let time: Vec<f64> = (0..20_000).map(|i| 2e-5 * f64::from(i)).collect();
+        let xp = time.iter().map(|t| {
+            let level = if (t / 20e-3) as usize % 2 == 0 {
+                -58e-6
+            } else {
+                40e-6
+            };
+            slow = keep * slow + (1.0 - keep * keep).sqrt() * fresh();
+            level + SIGMA * (share.sqrt() * slow + (1.0 - share).sqrt() * fresh())
+        });
+        let xp = xp.collect();
+        Recording::new("held", time, None, xp, None).unwrap()
+    }
+
+    /// Power of slow noise against that of white noise of the same size.
+    fn slow_power(colour: Colour) -> f64 {
+        1.0 + colour.share * 2.0 * colour.keep / (1.0 - colour.keep)
+    }
+
+    #[test]
+    fn slow_noise_is_told_without_bias_though_each_stay_has_a_level_of_its_own() {
+        for (share, memory) in [(0.11, 42.0), (0.3, 15.0), (0.3, 4.0)] {
+            let truth = slow_power(Colour {
+                share,
+                keep: (-1.0f64 / memory).exp(),
+            });
+            let mut logarithms = Vec::new();
+            for seed in 0..6 {
+                let recording = held(share, memory, seed);
+                let xp = &recording.proof_mass;
+                let timeline = Timeline::new(&recording.time, xp, -58e-6, SIGMA);
+                let stays = Stays {
+                    recording: &recording,
+                    timeline: &timeline,
+                    sigma: SIGMA,
+                };
+                let found = estimate(&[stays]);
+                assert!((found.factor - 1.0).abs() < 0.1, "{found:?}");
+                logarithms.push((slow_power(found.colour) / truth).ln());
+            }
+            let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+            println!("{share} {memory}: {:.2} {logarithms:.2?}", mean.exp());
+            assert!(mean.abs() < 0.25, "{:.2}", mean.exp());
+        }
+    }
+
+    #[test]
+    fn white_noise_has_no_colour() {
+        let recording = held(0.0, 1.0, 7);
+        let timeline = Timeline::new(&recording.time, &recording.proof_mass, -58e-6, SIGMA);
+        let stays = Stays {
+            recording: &recording,
+            timeline: &timeline,
+            sigma: SIGMA,
+        };
+        assert_eq!(estimate(&[stays]).colour, Colour::WHITE);
     }
 }
