@@ -5,8 +5,9 @@
 //! effect's trace; what the baseline's parameters, the rig and the state at the start
 //! of every stretch could absorb is projected out with the generator's own
 //! sensitivities. Restitution, contact level and pull-off force at the events are rows
-//! of their own. Noise is taken as white at its total rms. An effect is called
-//! smallest visible where what is left has five standard deviations in all.
+//! of their own. The readings' noise has the colour that it is made with; events are
+//! judged by its total rms. An effect is called smallest visible where what is left has
+//! five standard deviations in all.
 
 mod events;
 mod stretch;

@@ -5,6 +5,7 @@ use crate::diagnose::trial::device::{Device, Phase};
 use crate::diagnose::trial::hybrid::{RunError, Stretch, follow};
 use crate::diagnose::trial::rig::Instruments;
 use crate::diagnose::trial::voltage::Piece;
+use crate::fit::colour::Colour;
 use nalgebra::DVector;
 
 /// Local error of positions \[m\]; differences of tens of nanometres are taken.
@@ -132,11 +133,24 @@ pub(super) fn add_stretch(
         let both = p.into_iter().chain(c).take(rows);
         local.push(DVector::from_iterator(rows, both) - &rest);
     }
+    let colour = Colour {
+        share: instruments.coloured_share,
+        keep: (-1.0 / (instruments.rate * instruments.coloured_time)).exp(),
+    };
+    // Slow noise hides what is slow.
+    let whiten = |mut v: DVector<f64>| {
+        for channel in v.as_mut_slice().chunks_mut(m) {
+            colour.whiten(channel);
+        }
+        v
+    };
+    let local: Vec<_> = local.into_iter().map(whiten).collect();
+    let global: Vec<_> = global.into_iter().map(|(i, v)| (i, whiten(v))).collect();
     project(
         normal,
         &local,
         &global,
-        &trace,
+        &whiten(trace),
         weight / instruments.noise.powi(2),
     );
     Ok(())
