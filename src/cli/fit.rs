@@ -187,7 +187,7 @@ fn said_for_the_command_line(error: FitError) -> Failure {
             "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; name with --free only others, for example eta,zeta1, or add a recording in which the mass hits the ground"
         )
         .into(),
-        FitError::UnknownParameter { .. } | FitError::NothingFree => wrong_command(error.into()),
+        FitError::UnknownParameter { .. } | FitError::NothingFree | FitError::OfTheRig { .. } => wrong_command(error.into()),
         other => other.into(),
     }
 }

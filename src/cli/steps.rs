@@ -162,7 +162,7 @@ fn drive(fit: &DriveFit) -> Outcome {
         .open_ends
         .map(|(volts, gap)| format!("{gap:+.4} at {volts:.2} V"));
     let text = format!(
-        "Drive: gc(V) in units of eta, from {} blocks of slow motion\n{}{}  rising less falling branch at the ends, in units of eta: {low} and {high} (a closed loop has 0)\n",
+        "Drive: gc(V) in units of eta, from {} blocks of slow motion\n{}{}  rising less falling branch where both were seen last, in units of eta: {low} and {high} (0 where a loop closes)\n",
         fit.points.len(),
         describe("rising", &fit.rising),
         describe("falling", &fit.falling),

@@ -79,7 +79,7 @@ pub(super) fn disagreements(
                 format!("{value} +- {error}")
             };
             format!(
-                "{a} and {b} seem to be of different devices: fitted alone, {id} is {} in the one and {} in the other; fit them separately",
+                "{a} and {b} do not agree: where each is fitted alone, with all else as fitted to all, {id} is {} in the one and {} in the other; they may be of different devices (fit them separately), or the model lacks something that acts differently in them (a diagnosis looks for it)",
                 write(x),
                 write(y)
             )

@@ -4,11 +4,13 @@ use super::concerns::{other_rest, same_ring};
 use super::error::FitError;
 use super::noise::noise_of;
 use super::options::FitOptions;
+use super::plausible::{check_columns, check_level};
 use super::prepare::{Findings, Part, look};
 use super::space::Space;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
+use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::{NoiseError, estimate_noise};
 use crate::recording::{Channel, Recording};
 use std::sync::Arc;
@@ -29,9 +31,6 @@ const APART: f64 = 15e-6;
 const APART_IN_A_FIT: f64 = 8e-6;
 /// A voltage that moves less than this is no drive \[V\].
 const STILL: f64 = 1e-3;
-/// A ground that is this many times deeper or less deep than the starting value is read in
-/// another unit.
-const OTHER_UNIT: f64 = 300.0;
 /// A voltage reaches this share of its one extreme on the other side, if nothing cuts it.
 const SYMMETRIC: f64 = 0.95;
 /// Noise below this share of the motion is the rounding of a simulation.
@@ -103,7 +102,7 @@ pub fn check_fit(
         });
     }
     if model.has_ground && free("dp") {
-        check_unit(model, train, findings)?;
+        check_level(model, train, findings)?;
         let p = &model.parameters;
         for (part, finding) in train.iter().zip(findings) {
             let Ok(level) = finding.level else { continue };
@@ -118,12 +117,25 @@ pub fn check_fit(
         }
     }
     let findings = look(model, &all);
-    same_device(&all, &findings, APART_IN_A_FIT)?;
-    let ring = same_ring(model, &all, &findings)?;
+    let ring = one_device(model, &all, &findings)?;
     Ok(ring
         .into_iter()
         .chain(other_rest(&all, &findings))
         .collect())
+}
+
+/// Checks that the ground and the ring are one device's. A sentence where the ring is in
+/// doubt.
+///
+/// # Errors
+/// [`FitError::DifferentDevices`].
+pub(crate) fn one_device(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+) -> Result<Option<String>, FitError> {
+    same_device(parts, findings, APART_IN_A_FIT)?;
+    same_ring(model, parts, findings)
 }
 
 /// Whether two parts have samples in common, or hold the same ones under two names.
@@ -152,32 +164,6 @@ fn is_still(part: &Part) -> bool {
     })
 }
 
-/// A ground that is hundreds of times deeper or less deep than the device's was read in
-/// another unit.
-///
-/// # Errors
-/// [`FitError::OtherUnit`].
-pub(super) fn check_unit(
-    model: &Model,
-    parts: &[Part],
-    findings: &[Findings],
-) -> Result<(), FitError> {
-    let dp = model.parameters[ParameterId::Dp];
-    for (part, finding) in parts.iter().zip(findings) {
-        let Ok(level) = finding.level else { continue };
-        let ratio = -level / dp;
-        if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
-            let write = |v: f64| format_quantity(v, "m", 4);
-            return Err(FitError::OtherUnit {
-                recording: part.recording.name.clone(),
-                level: write(level),
-                dp: write(dp),
-            });
-        }
-    }
-    Ok(())
-}
-
 fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     let r = &part.recording;
     let xp = &r.proof_mass[part.samples.clone()];
@@ -200,6 +186,7 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
             recording: r.name.clone(),
         });
     }
+    check_columns(model, part)?;
     let channels = [Channel::ProofMass, Channel::Cantilever];
     for channel in channels
         .into_iter()
@@ -214,7 +201,18 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
         }
     }
     saturated(r, part, Channel::ProofMass)?;
+    if model.has_ground {
+        ceiling(part)?;
+    }
     if model.has_cantilever {
+        if let Some(xc) = r.cantilever.as_deref() {
+            let (low, high) = span(&xc[part.samples.clone()]);
+            if high <= low {
+                return Err(FitError::StillCantilever {
+                    recording: r.name.clone(),
+                });
+            }
+        }
         saturated(r, part, Channel::Cantilever)?;
     }
     Ok(())
@@ -245,7 +243,8 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
         STUCK_IN_NOISE
     };
     for (which, extreme) in [("highest", high), ("lowest", low)] {
-        if which == "lowest" && noiseless {
+        // So it does where a step of the reading is coarser than its noise.
+        if which == "lowest" && (noiseless || stepped) {
             continue;
         }
         if let Some(share) = stuck(values, extreme, most) {
@@ -259,6 +258,26 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
         }
     }
     Ok(())
+}
+
+/// A mass that stops suddenly at its highest and stays there, as it does on the ground, has
+/// left the range of what reads it, be there noise behind that or not.
+fn ceiling(part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let down: Vec<f64> = r.proof_mass.iter().map(|x| -x).collect();
+    let noise = noise_of(r, Channel::ProofMass).ok();
+    let Ok(level) = estimate_contact_level(r.axis(), None, &down, noise) else {
+        return Ok(());
+    };
+    let near = 4.0 * noise.map_or(0.0, |n| n.sigma);
+    let at = down.iter().filter(|x| (**x - level).abs() <= near).count();
+    Err(FitError::Saturated {
+        recording: r.name.clone(),
+        channel: Channel::ProofMass.symbol(),
+        which: "highest",
+        value: format_quantity(-level, "m", 4),
+        percent: 100.0 * at as f64 / down.len() as f64,
+    })
 }
 
 /// Share of the samples at an extreme value, if it is above `most` and the reading stays there.

@@ -16,7 +16,7 @@ use crate::recording::ring::{Ring, ring_in};
 const BAND: f64 = 2.5;
 /// Rings farther apart than this share are of different devices. What a strong cubic spring
 /// or friction makes of one device's is nearer.
-const OTHER: f64 = 0.2;
+const OTHER: f64 = 0.14;
 /// Rings farther apart than this share may be of different devices ...
 const DOUBTFUL: f64 = 0.03;
 /// ... if they are farther apart than so many of their errors.
@@ -27,11 +27,10 @@ const SAME_VOLTAGE: f64 = 0.01;
 /// scales are off by a percent, and a piezo creeps.
 const HEIGHTS: (f64, f64) = (0.02, 1.5e-6);
 
-/// The ring of the mass in the flights of a part, looked for around `f1` \[Hz\].
+/// The ring of the mass in the flights of a part's recording, looked for around `f1` \[Hz\].
 fn ring_of(part: &Part, findings: &Findings, f1: f64) -> Option<Ring> {
     let r = &part.recording;
-    let last = part.samples.end.checked_sub(1)?;
-    let (from, to) = (r.time[part.samples.start], r.time[last]);
+    let (from, to) = r.span();
     let noise = findings.noise.0;
     let mut flights = Vec::new();
     let mut begin = from;
@@ -42,7 +41,7 @@ fn ring_of(part: &Part, findings: &Findings, f1: f64) -> Option<Ring> {
             hop: HOP,
         };
         let contacts = find_events(r.axis(), &findings.levelled(r), &options).contacts;
-        for contact in contacts.iter().filter(|c| c.end > from && c.start < to) {
+        for contact in &contacts {
             flights.push((begin, contact.start));
             begin = contact.end;
         }
@@ -65,9 +64,17 @@ pub fn same_ring(
     if !model.uses(ParameterId::F1) || f1.is_nan() || f1 <= 0.0 || !of_several(parts) {
         return Ok(None);
     }
+    // Two parts of one recording are of one device.
+    let again = |i: usize| {
+        let own = &parts[i].recording;
+        parts[..i].iter().any(|p| Arc::ptr_eq(&p.recording, own))
+    };
     let mut rings: Vec<(&Part, Ring)> = parts
         .iter()
         .zip(findings)
+        .enumerate()
+        .filter(|(i, _)| !again(*i))
+        .map(|(_, both)| both)
         .filter_map(|(part, found)| Some((part, ring_of(part, found, f1)?)))
         .collect();
     rings.sort_by(|a, b| a.1.frequency.total_cmp(&b.1.frequency));

@@ -29,6 +29,8 @@ pub enum FitError {
         "{recording}: xp is constant, so there is no motion to fit to; record while the device moves"
     )]
     Constant { recording: String },
+    #[error("{recording}: xc is constant, so that it was not recorded; leave that column out")]
+    StillCantilever { recording: String },
     #[error(
         "{recording}: {channel} stands at its {which} value {value} for {percent:.0} % of the time while the rest moves; the reading is saturated: record with a larger range"
     )]
@@ -67,6 +69,29 @@ pub enum FitError {
         level: String,
         dp: String,
     },
+    #[error(
+        "{recording}: {channel} reads {value} at t = {time}, a thousand times beyond all other readings; clear that cell, or check the file"
+    )]
+    Spike {
+        recording: String,
+        channel: &'static str,
+        value: String,
+        time: String,
+    },
+    #[error(
+        "{recording}: the voltage reaches {most}, but the drive of the device is known for some volts; check the unit of V"
+    )]
+    OtherVoltage { recording: String, most: String },
+    #[error("{recording} {what}, but the device rings at f1 = {f1}; check the unit of t, or f1")]
+    OtherTime {
+        recording: String,
+        what: String,
+        f1: String,
+    },
+    #[error(
+        "{id} is of the rig, not of the device: zeros and noise of each recording are found with every fit; do not fit it"
+    )]
+    OfTheRig { id: String },
     #[error(
         "{recording}: the ground lies at {level} in the recording, but gp = {gp} is not fitted and must exceed dp; fit gp too, set it beyond that, or check the unit of xp"
     )]

@@ -22,6 +22,7 @@ pub mod global;
 pub mod interval;
 mod noise;
 pub mod options;
+mod plausible;
 pub mod prepare;
 pub mod problem;
 pub mod profile;

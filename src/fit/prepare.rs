@@ -28,7 +28,7 @@ const LAW: f64 = 0.1;
 const SAME_LEVEL: f64 = 2e-6;
 /// A noise below this share of the motion is taken to be this: the simulation and the
 /// recorder's digits are no better.
-const LEAST_NOISE: f64 = 1e-6;
+const LEAST_NOISE: f64 = 1e-5;
 
 /// A stretch of a recording to be used.
 #[derive(Debug, Clone)]

@@ -7,10 +7,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::chain::{Encounter, Nuisances, Run, Setting, residuals, run};
-use super::check::{check, check_unit};
+use super::check::{check, one_device};
 use super::engine::estimate_states;
 use super::error::FitError;
 use super::options::FitOptions;
+use super::plausible::check_level;
 use super::prepare::{Findings, Part, Prepared, look, prepare};
 use super::segment::{Joint, JointKind, Segment};
 use super::solve::{Clock, Control, Point};
@@ -131,12 +132,13 @@ pub(crate) fn sound(
     options: &FitOptions,
 ) -> Result<(), FitError> {
     match check(model, parts, findings, options) {
-        Ok(()) | Err(FitError::NoContact { .. }) if model.has_ground => {
-            check_unit(model, parts, findings)
-        }
-        Ok(()) | Err(FitError::NoContact { .. }) => Ok(()),
-        Err(error) => Err(error),
+        Ok(()) | Err(FitError::NoContact { .. }) => {}
+        Err(error) => return Err(error),
     }
+    if model.has_ground {
+        check_level(model, parts, findings)?;
+    }
+    one_device(model, parts, findings).map(|_| ())
 }
 
 /// Reads bounces and releases at a point whose segments are fitted with loose laws.

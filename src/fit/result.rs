@@ -263,7 +263,7 @@ pub(super) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
                 );
             }
             format!(
-                "{} does not fit (rms {} against noise {}, chi2 {}, {:.0} % set aside): it is of another device, or the model lacks something; values and errors mean little then. A diagnosis looks for what is missing",
+                "{} does not fit (rms {} against noise {}, chi2 {}, {:.0} % set aside): it is of another device, the model lacks something, or hits follow each other too fast to be read; values and errors mean little then. A diagnosis looks for what is missing",
                 m.name,
                 format_quantity(m.rms, "m", 3),
                 format_quantity(m.noise, "m", 3),

@@ -203,6 +203,10 @@ fn set(model: &mut Model, id: &str, value: f64) {
 /// The canonical id and table row of a parameter of `model`.
 fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
     if let Some(parameter) = ParameterId::from_id(id) {
+        use ParameterId as P;
+        if matches!(parameter, P::OffsetP | P::OffsetC | P::Noise) {
+            return Err(FitError::OfTheRig { id: id.to_owned() });
+        }
         return if model.uses(parameter) {
             Ok((parameter.spec().id.to_owned(), *parameter.spec()))
         } else {

@@ -46,6 +46,8 @@ pub struct Misfit {
     pub contact: f64,
     /// Cases within 30 % in both.
     pub both_within_30_percent: usize,
+    /// Cases in which bouncing is predicted where there is some, none where none.
+    pub bounce_existence: usize,
     /// Cases.
     pub cases: usize,
 }
@@ -103,11 +105,22 @@ impl TableFit {
                 (to > from + 0.005)
                     .then(|| format!("{what} from {:.0} to {:.0} %", 100.0 * from, 100.0 * to))
             };
-            let (from, to) = (before.both_within_30_percent, after.both_within_30_percent);
+            let fewer = |what: &str, from: usize, to: usize| {
+                (to < from).then(|| format!("{what} from {from} to {to}"))
+            };
             let all = [
                 percent("the mean error of the peaks", before.peak, after.peak),
                 percent("that of the contacts", before.contact, after.contact),
-                (to < from).then(|| format!("the cases within 30 % in both from {from} to {to}")),
+                fewer(
+                    "the cases within 30 % in both",
+                    before.both_within_30_percent,
+                    after.both_within_30_percent,
+                ),
+                fewer(
+                    "those whose bouncing is foreseen",
+                    before.bounce_existence,
+                    after.bounce_existence,
+                ),
             ];
             let said: Vec<String> = all.into_iter().flatten().collect();
             (!said.is_empty()).then(|| said.join(", "))
@@ -228,6 +241,7 @@ fn misfit(rows: &[Row]) -> Misfit {
         peak: s.peak_mean_absolute_error,
         contact: s.contact_mean_absolute_error,
         both_within_30_percent: s.both_within_30_percent,
+        bounce_existence: (s.bounce_existence * s.cases as f64).round() as usize,
         cases: s.cases,
     }
 }
@@ -328,16 +342,22 @@ mod tests {
             peak,
             contact,
             both_within_30_percent,
+            bounce_existence: 9,
             cases: 16,
         };
         traded.before = misfit(0.4, 0.2, 5);
         traded.after = misfit(0.1, 0.25, 7);
+        traded.after.bounce_existence = 6;
         traded.left_out[0].before = misfit(0.1, 0.1, 4);
         traded.left_out[0].after = misfit(0.1, 0.1, 2);
         let said = traded.made_worse().unwrap();
         assert!(said.contains("that of the contacts from 20 to 25 %") && !said.contains("peaks"));
         assert!(
             said.contains("at 5 Hz the cases within 30 % in both from 4 to 2"),
+            "{said}"
+        );
+        assert!(
+            said.contains("those whose bouncing is foreseen from 9 to 6"),
             "{said}"
         );
         traded.after = traded.before;

@@ -68,6 +68,7 @@ pub fn ring_in(
         .iter()
         .filter_map(|piece| piece.ring((low, high), noise))
         .collect();
+    log::debug!("{}: rings {rings:?}", recording.name);
     let mut found: Vec<f64> = rings.iter().map(|r| r.0).collect();
     if found.is_empty() {
         return None;

@@ -136,14 +136,22 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
             } else {
                 format!(", from {from:.1} to {to:.1} V")
             };
+            let least = 2 * (order + 1);
+            let needed = if own.len() < least {
+                format!("{least} or more are needed")
+            } else {
+                format!(
+                    "they cover {:.0} % of the {:.1} V that the drive moves, {:.0} % are needed",
+                    100.0 * (to - from) / (high - low),
+                    high - low,
+                    100.0 * COVERED
+                )
+            };
             StepError::Unsuited {
                 recording: names(recordings),
                 reason: format!(
-                    "{} of slow free motion on the {name} branch{seen}; {} or more are needed, over {:.0} % of the {:.1} V that the drive moves",
+                    "{} of slow free motion on the {name} branch{seen}; {needed}",
                     counted(own.len(), "block", "blocks"),
-                    2 * (order + 1),
-                    100.0 * COVERED,
-                    high - low,
                 ),
                 remedy: REMEDY,
             }

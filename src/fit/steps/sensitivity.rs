@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::fit::engine::{Fitted, fitted, go_on};
 use crate::fit::prepare::Prepared;
 use crate::fit::problem::Nuisance;
+use crate::fit::result::Misfit;
 use crate::fit::robust::Huber;
 use crate::fit::solve::{Point, settle};
 use crate::fit::{Control, FitError, FitOptions, FitResult, Part, Progress, fit};
@@ -52,13 +53,17 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Whether the coefficients that were fitted depend on the zero, in one sentence; `None`
-    /// where the second identification has not come to as good an end as the first.
+    /// Whether the coefficients that were fitted depend on the zero, in one sentence, or why
+    /// that cannot be said; `None` where the second identification has not come to as good an
+    /// end as the first.
     #[must_use]
     pub fn verdict(&self) -> Option<String> {
         let (a, b) = (&self.original, &self.altered);
         if b.cancelled || b.train.0.rms > WORSE * a.train.0.rms {
             return None;
+        }
+        if a.train.1.iter().any(Misfit::is_bad) {
+            return Some("The device does not fit these recordings, so that the comparison says nothing of the zero: fit the whole device first.".to_owned());
         }
         let row = |id: &ParameterId| {
             let of = |fit: &FitResult| {
@@ -69,9 +74,13 @@ impl Sensitivity {
         };
         // The gap is counted from the zero and has to move.
         let others = ROWS.iter().filter(|id| **id != ParameterId::Gp);
-        let rows: Vec<_> = others.filter_map(row).collect();
+        let told = |fitted: (f64, f64)| fitted.1.is_finite();
+        let rows: Vec<_> = others
+            .filter_map(row)
+            .filter(|(_, a, b)| told(*a) && told(*b))
+            .collect();
         if rows.is_empty() {
-            return None;
+            return Some("These recordings tell none of the coefficients, so that the comparison says nothing of the zero.".to_owned());
         }
         let moved: Vec<String> = rows
             .into_iter()

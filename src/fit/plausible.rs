@@ -1,0 +1,122 @@
+//! Whether what was read can be what it is said to be: units of the columns, and cells that
+//! are no readings.
+
+use super::error::FitError;
+use super::prepare::{Findings, Part};
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::model::unit::format_quantity;
+use crate::recording::{Channel, quantile_in_place};
+
+/// A ground that is this many times deeper or less deep than the starting value, or a
+/// voltage so many times higher or lower than the known ones, is read in another unit.
+const OTHER_UNIT: f64 = 300.0;
+/// Voltage to which the branches of the piezo are known \[V\] (figs. 3 and 4).
+const KNOWN_VOLTAGE: f64 = 8.0;
+/// A voltage that moves less than this stands still rather than being in another unit \[V\].
+const STILL: f64 = 1e-3;
+/// Fewest samples in a period of the first mode.
+const SAMPLES: f64 = 3.0;
+/// Shortest recording, in periods of the first mode.
+const PERIODS: f64 = 0.5;
+/// A reading this many times farther out than the others are apart is none.
+const SPIKE: f64 = 1e3;
+
+/// A ground that is hundreds of times deeper or less deep than the device's was read in
+/// another unit.
+///
+/// # Errors
+/// [`FitError::OtherUnit`].
+pub fn check_level(model: &Model, parts: &[Part], findings: &[Findings]) -> Result<(), FitError> {
+    let dp = model.parameters[ParameterId::Dp];
+    for (part, finding) in parts.iter().zip(findings) {
+        let Ok(level) = finding.level else { continue };
+        let ratio = -level / dp;
+        if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
+            let write = |v: f64| format_quantity(v, "m", 4);
+            return Err(FitError::OtherUnit {
+                recording: part.recording.name.clone(),
+                level: write(level),
+                dp: write(dp),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Checks the columns of a part for cells that are no readings, and time and voltage for
+/// units that the device rules out.
+///
+/// # Errors
+/// [`FitError::Spike`], [`FitError::OtherVoltage`] or [`FitError::OtherTime`].
+pub fn check_columns(model: &Model, part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    for channel in [Channel::ProofMass, Channel::Cantilever, Channel::Voltage] {
+        if let Some(values) = r.channel(channel) {
+            check_spikes(part, channel, &values[part.samples.clone()])?;
+        }
+    }
+    let f1 = model.parameters[ParameterId::F1];
+    if model.uses(ParameterId::F1) && f1 > 0.0 {
+        let rate = r.sampling_rate();
+        let last = r.time[part.samples.end - 1];
+        let long = last - r.time[part.samples.start];
+        let what = if rate < SAMPLES * f1 {
+            format!(
+                "has {} samples a second",
+                crate::model::unit::format_number(rate, 3)
+            )
+        } else if long * f1 < PERIODS {
+            format!("lasts {}", format_quantity(long, "s", 3))
+        } else {
+            return check_voltage(model, part);
+        };
+        return Err(FitError::OtherTime {
+            recording: r.name.clone(),
+            what,
+            f1: format_quantity(f1, "Hz", 4),
+        });
+    }
+    check_voltage(model, part)
+}
+
+fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let Some(volts) = r.voltage.as_deref().filter(|_| model.piezo.is_some()) else {
+        return Ok(());
+    };
+    let finite = volts[part.samples.clone()].iter().filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(*v), h.max(*v))
+    });
+    let most = high.max(-low);
+    let far = most > OTHER_UNIT * KNOWN_VOLTAGE || most < KNOWN_VOLTAGE / OTHER_UNIT;
+    if far && high - low > STILL {
+        return Err(FitError::OtherVoltage {
+            recording: r.name.clone(),
+            most: format_quantity(most, "V", 3),
+        });
+    }
+    Ok(())
+}
+
+fn check_spikes(part: &Part, channel: Channel, values: &[f64]) -> Result<(), FitError> {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    if finite.is_empty() {
+        return Ok(());
+    }
+    let low = quantile_in_place(&mut finite, 0.02);
+    let high = quantile_in_place(&mut finite, 0.98);
+    let far = SPIKE * (high - low);
+    let out = |v: &f64| far > 0.0 && (*v - high > far || low - *v > far);
+    let Some(at) = values.iter().position(out) else {
+        return Ok(());
+    };
+    let r = &part.recording;
+    Err(FitError::Spike {
+        recording: r.name.clone(),
+        channel: channel.symbol(),
+        value: format_quantity(values[at], channel.base_unit(), 3),
+        time: format_quantity(r.time[part.samples.start + at], "s", 6),
+    })
+}
