@@ -40,8 +40,18 @@ const USUAL: usize = 30;
 const SOFT: f64 = 30.0;
 /// How often events are read again.
 const ROUNDS: usize = 2;
+/// Share of a recording with a say below which its rig is looked for anew.
+const HARDLY: f64 = 0.2;
 /// Loss at first: hardly robust, as everything is far off.
 const FAR: Huber = Huber(1e4);
+
+/// The same for a recording that is looked at again on its own, and rounds in which its
+/// segments settle at first.
+const LOST: Huber = Huber(1e3);
+/// See [`LOST`].
+const SETTLING: usize = 6;
+/// Iterations for its rig.
+const FEW: usize = 10;
 
 /// The best fit of `parts`, the problem, and its first guess.
 ///
@@ -243,6 +253,7 @@ pub(super) fn read_again(
             break;
         }
         best = improve(problem, best, plan, control, clock)?;
+        recover(prepared, &mut best, control, clock)?;
         let huber = threshold(problem, &best)?;
         let watch = (control, &*clock);
         if revise(problem, &mut best, &prepared.segments, huber, watch)? == 0 {
@@ -251,6 +262,57 @@ pub(super) fn read_again(
         best = improve(problem, best, plan, control, clock)?;
     }
     Ok(best)
+}
+
+/// Finds the rig of each recording anew of which hardly anything has a say, with the device as
+/// it is: with a zero that has gone astray nothing of it would ever fit again.
+fn recover(
+    prepared: &Prepared,
+    best: &mut Point,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<(), FitError> {
+    let problem = &prepared.problem;
+    let parameters = problem.space.len();
+    for recording in 0..problem.data.len() {
+        let own: Vec<bool> = best
+            .segments
+            .iter()
+            .map(|s| s.recording == recording)
+            .collect();
+        let samples = |has_say: bool| -> usize {
+            let segments = best.segments.iter().zip(&best.used);
+            let own = segments
+                .zip(&own)
+                .filter(|((_, used), own)| **own && (**used || !has_say));
+            own.map(|((s, _), _)| s.samples.len()).sum()
+        };
+        if samples(true) as f64 >= HARDLY * samples(false) as f64 || control.cancelled() {
+            continue;
+        }
+        let mut x = best.x.clone();
+        let mut locked: Vec<usize> = (0..parameters).collect();
+        for (i, nuisance) in problem.nuisances.iter().enumerate() {
+            if nuisance.recording == recording {
+                x[parameters + i] = prepared.nuisances[i];
+            } else {
+                locked.push(parameters + i);
+            }
+        }
+        let point = settle(problem, &x, &prepared.segments, &own, LOST, SETTLING)?;
+        let plan = Plan {
+            stage: "beginnings and events",
+            iterations: FEW,
+            locked: &locked,
+            enough: 1e-6,
+        };
+        let point = improve(problem, point, &plan, control, clock)?;
+        best.x[parameters..].copy_from_slice(&point.x[parameters..]);
+        for (i, _) in own.iter().enumerate().filter(|(_, own)| **own) {
+            best.segments[i] = point.segments[i].clone();
+        }
+    }
+    Ok(())
 }
 
 /// Loosens the laws of bounce and release by a factor: as long as some events are

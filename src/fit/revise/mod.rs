@@ -9,19 +9,24 @@ mod readings;
 use rayon::prelude::*;
 
 use self::readings::readings;
+use super::chain::{Nuisances, Row, residuals, rows};
 use super::problem::Problem;
 use super::robust::Huber;
 use super::segment::Segment;
 use super::solve::{Clock, Control, Point};
 use crate::model::Model;
 use crate::recording::quantile_in_place;
-use crate::sim::{SimError, StretchSimulator};
+use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// Misfit, in units of the noise, beyond which events are not read again.
 const HOPELESS: f64 = 10.0;
-/// A segment whose mean cost is above this is looked at again.
+/// A segment whose mean cost is above this is suspect, and looked at again.
 const SUSPECT: f64 = 1.6;
-/// Another reading must bring the cost below this share.
+/// So is one in which this many readings in a row of a point ...
+const ROW: usize = 8;
+/// ... have a mean square above this: an event misread shows there, however long the rest is.
+const ROUGH: f64 = 7.0;
+/// Another reading must bring what is suspect below this share.
 const BETTER: f64 = 0.8;
 /// Changes made to one segment, one after the other.
 const MOST_CHANGES: usize = 2;
@@ -47,7 +52,7 @@ pub fn set_suspects_aside(
 ) -> Result<usize, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
-    let fitted: Option<Vec<(Vec<f64>, f64)>> = point
+    let fitted: Option<Vec<(Vec<f64>, Strain)>> = point
         .segments
         .par_iter()
         .enumerate()
@@ -59,21 +64,28 @@ pub fn set_suspects_aside(
             let start = segment.locals.clone();
             let (locals, cost) =
                 problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
-            Some((locals, cost / problem.rows(segment).len().max(1) as f64))
+            let strain = strain(
+                problem,
+                segment,
+                &locals,
+                (&simulator, &states[i]),
+                (cost, &nuisances),
+            );
+            Some((locals, strain))
         })
         .collect();
     let Some(fitted) = fitted else {
         return Ok(0);
     };
     // Measured by the others: where all are off, it is not the reading of events.
-    let mut costs: Vec<f64> = fitted.iter().map(|f| f.1).collect();
+    let mut costs: Vec<f64> = fitted.iter().map(|f| f.1.mean).collect();
     let usual = quantile_in_place(&mut costs, 0.5);
     let grounded = problem.space.model(&point.x).has_ground;
     let mut aside = 0;
-    for (i, (locals, cost)) in fitted.into_iter().enumerate() {
+    for (i, (locals, strain)) in fitted.into_iter().enumerate() {
         point.segments[i].locals = locals;
         // Without a ground there are no events to misread.
-        point.used[i] = !grounded || cost <= SUSPECT * usual.max(1.0);
+        point.used[i] = !grounded || strain.of(usual) <= 1.0;
         aside += usize::from(!point.used[i]);
     }
     Ok(aside)
@@ -127,13 +139,61 @@ pub fn revise(
         .collect();
     let mut back = 0;
     for (i, revised) in revised.into_iter().enumerate() {
-        if let Some((segment, cost)) = revised {
+        if let Some((segment, strain)) = revised {
             point.segments[i] = segment;
-            point.used[i] = cost < SUSPECT;
+            point.used[i] = strain < 1.0;
             back += usize::from(point.used[i]);
         }
     }
     Ok(back)
+}
+
+/// How badly a segment fits.
+#[derive(Debug, Clone, Copy)]
+struct Strain {
+    /// Mean cost of its rows.
+    mean: f64,
+    /// Largest mean square of [`ROW`] readings in a row.
+    row: f64,
+}
+
+impl Strain {
+    /// Above 1 where it is suspect, with a mean cost that is `usual` for the others.
+    fn of(self, usual: f64) -> f64 {
+        (self.mean / SUSPECT).max(self.row / ROUGH) / usual.max(1.0)
+    }
+}
+
+/// Strain of a segment with its unknowns at `locals`, for which the robust cost is known.
+fn strain(
+    problem: &Problem,
+    segment: &Segment,
+    locals: &[f64],
+    (simulator, states): (&StretchSimulator, &[f64]),
+    (cost, nuisances): (f64, &Nuisances),
+) -> Strain {
+    let mean = cost / problem.rows(segment).len().max(1) as f64;
+    let setting = problem.setting(segment, states);
+    let (mut stretcher, mut r) = (Stretcher::new(simulator), Vec::new());
+    if residuals(segment, &setting, &mut stretcher, nuisances, locals, &mut r).is_err() {
+        let row = f64::INFINITY;
+        return Strain { mean, row };
+    }
+    let kinds = rows(segment, &setting);
+    let worst = |point: Row| {
+        let own: Vec<f64> = r
+            .iter()
+            .zip(&kinds)
+            .filter(|(_, kind)| **kind == point)
+            .map(|(r, _)| r * r)
+            .collect();
+        let means = own.windows(ROW).map(|w| w.iter().sum::<f64>() / ROW as f64);
+        means.fold(0.0, f64::max)
+    };
+    Strain {
+        mean,
+        row: worst(Row::ProofMass).max(worst(Row::Cantilever)),
+    }
 }
 
 struct Trial<'a> {
@@ -147,7 +207,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// Fits a segment's own unknowns; its mean cost per row.
+    /// Fits a segment's own unknowns; its strain.
     fn fit(&self, segment: &mut Segment) -> f64 {
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
         let refine = |s: &Segment, huber: Huber, rounds| {
@@ -166,13 +226,20 @@ impl Trial<'_> {
         segment.locals = refine(segment, LOOSE, ROUNDS).0;
         let (locals, cost) = refine(segment, self.huber, ROUNDS);
         segment.locals = locals;
-        cost / self.problem.rows(segment).len().max(1) as f64
+        strain(
+            self.problem,
+            segment,
+            &segment.locals,
+            (self.simulator, self.states),
+            (cost, &nuisances),
+        )
+        .of(1.0)
     }
 
-    /// The best reading found, with its mean cost per row.
+    /// The best reading found, with its strain.
     fn revised(&self, segment: &Segment, first: &Segment) -> (Segment, f64) {
         let mut best = segment.clone();
-        let mut cost = self.fit(&mut best);
+        let mut strain = self.fit(&mut best);
         // The same reading from the first guess: the fit may have gone astray before.
         let mut others = vec![first.clone()];
         // Restitution is told by the bounces, so that it may be off as long as they are
@@ -184,16 +251,16 @@ impl Trial<'_> {
         );
         others.retain(Segment::is_consistent);
         for mut other in others {
-            if cost < SUSPECT || self.control.cancelled() {
+            if strain < 1.0 || self.control.cancelled() {
                 break;
             }
             let now = self.fit(&mut other);
-            if now < BETTER * cost {
-                (best, cost) = (other, now);
+            if now < BETTER * strain {
+                (best, strain) = (other, now);
             }
         }
         for _ in 0..MOST_CHANGES {
-            if cost < SUSPECT || best.joints.len() > MOST_JOINTS {
+            if strain < 1.0 || best.joints.len() > MOST_JOINTS {
                 break;
             }
             let mut found: Option<(Segment, f64)> = None;
@@ -205,13 +272,13 @@ impl Trial<'_> {
                     break;
                 }
                 let now = self.fit(&mut other);
-                if now < found.as_ref().map_or(BETTER * cost, |f| f.1) {
+                if now < found.as_ref().map_or(BETTER * strain, |f| f.1) {
                     found = Some((other, now));
                 }
             }
             let Some((segment, now)) = found else { break };
-            (best, cost) = (segment, now);
+            (best, strain) = (segment, now);
         }
-        (best, cost)
+        (best, strain)
     }
 }
