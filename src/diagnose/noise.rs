@@ -229,7 +229,7 @@ mod tests {
         let mut slow = fresh();
         let time: Vec<f64> = (0..20_000).map(|i| 2e-5 * f64::from(i)).collect();
         let xp = time.iter().map(|t| {
-            let level = if (t / 20e-3) as usize % 2 == 0 {
+            let level = if ((t / 20e-3) as usize).is_multiple_of(2) {
                 -58e-6
             } else {
                 40e-6

@@ -17,7 +17,12 @@ use std::sync::Arc;
 const ERRORS: f64 = 5.0;
 /// ... if they differ by this share as well: scales are off by a percent or so.
 const SHARE: f64 = 0.03;
-/// Most iterations for each recording.
+/// Chi2 that a recording of which all is set aside counts for.
+const ASIDE: f64 = 100.0;
+/// First frequencies from which each recording is fitted, as shares of that of all, until one
+/// leads to a fit: from far off it may end anywhere.
+const BEGINNINGS: [f64; 3] = [1.0, 0.8, 1.25];
+/// Most iterations for each of them.
 const ITERATIONS: usize = 15;
 
 /// A value with its standard error, SI.
@@ -115,8 +120,6 @@ fn fitted_alone(
         p.set(ParameterId::Dp, -level);
         p.set(ParameterId::Gp, thickness - level);
     }
-    let prepared = prepare(&begin, &space, one, &findings, options)?;
-    let point = estimate_states(&prepared, &begin, options, control, clock)?;
     let locked: Vec<usize> = (ids.len()..free.len()).collect();
     let plan = Plan {
         stage: "each recording by itself",
@@ -124,11 +127,31 @@ fn fitted_alone(
         locked: &locked,
         enough: 1e-4,
     };
-    let point = improve(&prepared.problem, point, &plan, control, clock)?;
-    let chi2 = misfits(&prepared, &point)?.0.chi2;
-    let found = uncertainty(model, &prepared, &point, chi2)?;
-    let own = found.parameters.iter().take(ids.len());
-    Ok(own.map(|p| (p.value, p.std_error)).collect())
+    let f1 = begin.parameters[ParameterId::F1];
+    let mut best: Option<(f64, Vec<Value>)> = None;
+    for factor in BEGINNINGS {
+        if control.cancelled() {
+            break;
+        }
+        if model.uses(ParameterId::F1) {
+            begin.parameters.set(ParameterId::F1, factor * f1);
+        }
+        let prepared = prepare(&begin, &space, one, &findings, options)?;
+        let point = estimate_states(&prepared, &begin, options, control, clock)?;
+        let point = improve(&prepared.problem, point, &plan, control, clock)?;
+        let (misfit, _) = misfits(&prepared, &point)?;
+        // What is set aside does not fit either.
+        let off = misfit.chi2 + ASIDE * misfit.set_aside;
+        if best.as_ref().is_none_or(|b| off < b.0) {
+            let found = uncertainty(model, &prepared, &point, misfit.chi2)?;
+            let own = found.parameters.iter().take(ids.len());
+            best = Some((off, own.map(|p| (p.value, p.std_error)).collect()));
+        }
+        if !misfit.is_bad() {
+            break;
+        }
+    }
+    Ok(best.map(|b| b.1).unwrap_or_default())
 }
 
 /// The two values that are farthest apart, if they are apart at all.

@@ -90,8 +90,8 @@ fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
         (l.min(*v), h.max(*v))
     });
     let most = high.max(-low);
-    let far = most > OTHER_UNIT * KNOWN_VOLTAGE || most < KNOWN_VOLTAGE / OTHER_UNIT;
-    if far && high - low > STILL {
+    let possible = KNOWN_VOLTAGE / OTHER_UNIT..=KNOWN_VOLTAGE * OTHER_UNIT;
+    if !possible.contains(&most) && high - low > STILL {
         return Err(FitError::OtherVoltage {
             recording: r.name.clone(),
             most: format_quantity(most, "V", 3),

@@ -83,7 +83,7 @@ mod tests {
     /// one, after a ring, and on the ground 58 um below it at the other.
     fn tapping() -> Recording {
         let time: Vec<f64> = (0..6000).map(|i| 2e-5 * f64::from(i)).collect();
-        let up = |t: f64| (t / 30e-3) as usize % 2 == 0;
+        let up = |t: f64| ((t / 30e-3) as usize).is_multiple_of(2);
         let volts = time
             .iter()
             .map(|t| if up(*t) { 8.0 } else { -8.0 })

@@ -164,7 +164,7 @@ impl Piece {
         let without = left(&slow, &self.xp)?;
         let step = FINE / long;
         let count = ((high - low) / step).floor();
-        if !(count >= 2.0) {
+        if count.is_nan() || count < 2.0 {
             return None;
         }
         let tried = |f: f64| -> Option<f64> {
@@ -269,7 +269,7 @@ mod tests {
         let time: Vec<f64> = (0..6000).map(|i| 2e-5 * f64::from(i)).collect();
         let sway = |t: f64| 1.5 * (40.0 * t).sin();
         let jumps = |t: f64| {
-            if (t / 30e-3) as usize % 2 == 0 {
+            if ((t / 30e-3) as usize).is_multiple_of(2) {
                 4.0
             } else {
                 -4.0
