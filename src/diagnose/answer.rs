@@ -10,6 +10,7 @@ use super::promises::PROMISING;
 use super::result::{
     BounceSeen, Candidate, Estimate, EventsSeen, LevelSeen, NamedEffect, ReleaseSeen, Verdict,
 };
+use super::scales::untold;
 use super::{events, size};
 use crate::fit::prepare::Prepared;
 use crate::fit::result::uncertainty;
@@ -77,7 +78,8 @@ pub fn names(
                 Estimate {
                     id: p.id.to_owned(),
                     value: *value,
-                    std_error: fitted.map_or(f64::INFINITY, |f| f.std_error),
+                    std_error: fitted
+                        .map_or(f64::INFINITY, |f| f.std_error.hypot(untold(*value, p.unit))),
                     unit: p.unit,
                 }
             });
@@ -110,7 +112,7 @@ pub fn names(
             .map(|((p, value), error)| Estimate {
                 id: p.id.to_owned(),
                 value: *value,
-                std_error: *error,
+                std_error: error.hypot(untold(*value, p.unit)),
                 unit: p.unit,
             });
         out.push((

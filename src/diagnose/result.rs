@@ -65,7 +65,8 @@ pub struct Estimate {
     pub id: String,
     /// Value, SI.
     pub value: f64,
-    /// Standard error, SI; infinite if the data do not tell it.
+    /// Standard error, SI, with what the readings' scale and the device's mass leave open;
+    /// infinite if the data do not tell it.
     pub std_error: f64,
     /// SI unit.
     pub unit: &'static str,
