@@ -4,7 +4,7 @@ use super::concerns::{other_rest, same_ring};
 use super::error::FitError;
 use super::noise::noise_of;
 use super::options::FitOptions;
-use super::plausible::{check_columns, check_level};
+use super::plausible::{STILL, check_columns, check_level};
 use super::prepare::{Findings, Part, look};
 use super::space::Space;
 use crate::model::Model;
@@ -29,8 +29,6 @@ const RUN: usize = 20;
 const APART: f64 = 15e-6;
 /// The same for one fit: zeros may be off by some micrometres, and the scales by a percent.
 const APART_IN_A_FIT: f64 = 8e-6;
-/// A voltage that moves less than this is no drive \[V\].
-const STILL: f64 = 1e-3;
 /// A voltage reaches this share of its one extreme on the other side, if nothing cuts it.
 const SYMMETRIC: f64 = 0.95;
 /// Noise below this share of the motion is the rounding of a simulation.

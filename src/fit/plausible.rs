@@ -5,7 +5,7 @@ use super::error::FitError;
 use super::prepare::{Findings, Part};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::model::unit::format_quantity;
+use crate::model::unit::{format_number, format_quantity};
 use crate::recording::{Channel, quantile_in_place};
 
 /// A ground that is this many times deeper or less deep than the starting value, or a
@@ -13,8 +13,8 @@ use crate::recording::{Channel, quantile_in_place};
 const OTHER_UNIT: f64 = 300.0;
 /// Voltage to which the branches of the piezo are known \[V\] (figs. 3 and 4).
 const KNOWN_VOLTAGE: f64 = 8.0;
-/// A voltage that moves less than this stands still rather than being in another unit \[V\].
-const STILL: f64 = 1e-3;
+/// A voltage that moves less than this is no drive \[V\], in whatever unit.
+pub(super) const STILL: f64 = 1e-3;
 /// Fewest samples in a period of the first mode.
 const SAMPLES: f64 = 3.0;
 /// Shortest recording, in periods of the first mode.
@@ -56,28 +56,30 @@ pub fn check_columns(model: &Model, part: &Part) -> Result<(), FitError> {
             check_spikes(part, channel, &values[part.samples.clone()])?;
         }
     }
-    let f1 = model.parameters[ParameterId::F1];
-    if model.uses(ParameterId::F1) && f1 > 0.0 {
-        let rate = r.sampling_rate();
-        let last = r.time[part.samples.end - 1];
-        let long = last - r.time[part.samples.start];
-        let what = if rate < SAMPLES * f1 {
-            format!(
-                "has {} samples a second",
-                crate::model::unit::format_number(rate, 3)
-            )
-        } else if long * f1 < PERIODS {
-            format!("lasts {}", format_quantity(long, "s", 3))
-        } else {
-            return check_voltage(model, part);
-        };
-        return Err(FitError::OtherTime {
-            recording: r.name.clone(),
-            what,
-            f1: format_quantity(f1, "Hz", 4),
-        });
-    }
+    check_time(model, part)?;
     check_voltage(model, part)
+}
+
+fn check_time(model: &Model, part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let f1 = model.parameters[ParameterId::F1];
+    if !model.uses(ParameterId::F1) || f1.is_nan() || f1 <= 0.0 {
+        return Ok(());
+    }
+    let rate = r.sampling_rate();
+    let long = r.time[part.samples.end - 1] - r.time[part.samples.start];
+    let what = if rate < SAMPLES * f1 {
+        format!("has {} samples a second", format_number(rate, 3))
+    } else if long * f1 < PERIODS {
+        format!("lasts {}", format_quantity(long, "s", 3))
+    } else {
+        return Ok(());
+    };
+    Err(FitError::OtherTime {
+        recording: r.name.clone(),
+        what,
+        f1: format_quantity(f1, "Hz", 4),
+    })
 }
 
 fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
@@ -119,4 +121,49 @@ fn check_spikes(part: &Part, channel: Channel, values: &[f64]) -> Result<(), Fit
         value: format_quantity(values[at], channel.base_unit(), 3),
         time: format_quantity(r.time[part.samples.start + at], "s", 6),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{made, paper, part};
+    use super::*;
+    use crate::recording::Recording;
+
+    /// A recording with its columns of time, V and xp changed.
+    fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>, &mut Vec<f64>)) -> Part {
+        let r = made(&paper(), "square:50Hz:6V", 0.03, 1);
+        let (mut time, mut volts, mut xp) = (r.time, r.voltage.unwrap(), r.proof_mass);
+        change(&mut time, &mut volts, &mut xp);
+        part(Recording::new("changed", time, Some(volts), xp, r.cantilever).unwrap())
+    }
+
+    #[test]
+    fn other_units_and_cells_that_are_no_readings_are_named() {
+        let says = |part: Part, words: &str| {
+            let error = check_columns(&paper(), &part).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        let scale = |values: &mut Vec<f64>, by: f64| values.iter_mut().for_each(|v| *v *= by);
+        let slow = changed(|t, _, _| scale(t, 1e3));
+        says(
+            slow,
+            "has 50 samples a second, but the device rings at f1 = 623 Hz",
+        );
+        says(changed(|t, _, _| scale(t, 1e-3)), "lasts 30 µs");
+        says(changed(|_, v, _| scale(v, 1e3)), "the voltage reaches 6 kV");
+        says(
+            changed(|_, v, _| scale(v, 1e-3)),
+            "the voltage reaches 6 mV",
+        );
+        says(changed(|_, _, xp| xp[700] = 1e30), "t = 14 ms");
+        says(changed(|_, v, _| v[3] = -1e9), "V reads -1 GV");
+    }
+
+    #[test]
+    fn a_recording_as_it_should_be_passes() {
+        check_columns(&paper(), &changed(|_, _, _| {})).unwrap();
+        // A drive that stands still is for others to speak of.
+        let still = changed(|_, v, _| v.iter_mut().for_each(|v| *v = 0.0));
+        check_columns(&paper(), &still).unwrap();
+    }
 }
