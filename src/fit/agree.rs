@@ -147,7 +147,7 @@ fn fitted_alone(
             let own = found.parameters.iter().take(ids.len());
             best = Some((off, own.map(|p| (p.value, p.std_error)).collect()));
         }
-        if !misfit.is_bad() {
+        if !misfit.is_bad() || !model.uses(ParameterId::F1) {
             break;
         }
     }

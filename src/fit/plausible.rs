@@ -19,8 +19,12 @@ pub(super) const STILL: f64 = 1e-3;
 const SAMPLES: f64 = 3.0;
 /// Shortest recording, in periods of the first mode.
 const PERIODS: f64 = 0.5;
-/// A reading this many times farther out than the others are apart is none.
+/// A reading this many times farther out than the others is none ...
 const SPIKE: f64 = 1e3;
+/// ... if no more than so many are ...
+const CELLS: usize = 5;
+/// ... or this share of all.
+const MANY: f64 = 1e-3;
 
 /// A ground that is hundreds of times deeper or less deep than the device's was read in
 /// another unit.
@@ -102,15 +106,24 @@ fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
+/// A few cells far beyond all others are no readings. Pulses are none of those, however short
+/// a share of the time they take: many samples of them are as far out.
 fn check_spikes(part: &Part, channel: Channel, values: &[f64]) -> Result<(), FitError> {
     let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    if finite.is_empty() {
+    if finite.len() < 2 * CELLS {
         return Ok(());
     }
-    let low = quantile_in_place(&mut finite, 0.02);
-    let high = quantile_in_place(&mut finite, 0.98);
-    let far = SPIKE * (high - low);
-    let out = |v: &f64| far > 0.0 && (*v - high > far || low - *v > far);
+    let middle = quantile_in_place(&mut finite, 0.5);
+    finite.iter_mut().for_each(|v| *v = (*v - middle).abs());
+    finite.sort_unstable_by(f64::total_cmp);
+    let cells = CELLS.max((MANY * finite.len() as f64) as usize);
+    let far = SPIKE * finite[finite.len() - 1 - cells];
+    let least = if channel == Channel::Voltage {
+        OTHER_UNIT * KNOWN_VOLTAGE
+    } else {
+        0.0
+    };
+    let out = |v: &f64| far > 0.0 && (*v - middle).abs() > far.max(least);
     let Some(at) = values.iter().position(out) else {
         return Ok(());
     };
@@ -162,6 +175,16 @@ mod tests {
     #[test]
     fn a_recording_as_it_should_be_passes() {
         check_columns(&paper(), &changed(|_, _, _| {})).unwrap();
+        // Short pulses over long rest are far beyond it, and readings for all that.
+        let pulses = changed(|_, v, xp| {
+            for (i, (v, x)) in v.iter_mut().zip(xp).enumerate() {
+                let rest = 1e-9 * ((i * i) as f64).sin();
+                let pulse = i % 1000 < 12;
+                *v = if pulse { 8.0 } else { 1e6 * rest };
+                *x = if pulse { 1e-4 } else { rest };
+            }
+        });
+        check_columns(&paper(), &pulses).unwrap();
         // A drive that stands still is for others to speak of.
         let still = changed(|_, v, _| v.iter_mut().for_each(|v| *v = 0.0));
         check_columns(&paper(), &still).unwrap();

@@ -40,8 +40,6 @@ pub struct Ring {
     pub frequency: f64,
     /// Its uncertainty \[Hz\]: scatter among the pieces, or what one of them resolves.
     pub error: f64,
-    /// In how many pieces it was seen.
-    pub pieces: usize,
 }
 
 /// The ring in the `flights` of a recording (begin and end in s) whose frequency is
@@ -77,11 +75,9 @@ pub fn ring_in(
     let mut off: Vec<f64> = found.iter().map(|f| (f - frequency).abs()).collect();
     let scatter = 1.5 * median_in_place(&mut off);
     let resolved = rings.iter().map(|r| r.1).fold(f64::INFINITY, f64::min);
-    let pieces = rings.len();
     Some(Ring {
         frequency,
-        error: (scatter / (pieces as f64).sqrt()).max(resolved),
-        pieces,
+        error: (scatter / (rings.len() as f64).sqrt()).max(resolved),
     })
 }
 
