@@ -4,8 +4,8 @@
 /// Standard error of the readings' scale: up to 1 % off, evenly (an interferometer's or a
 /// vibrometer's calibration).
 const LENGTH: f64 = 0.006;
-/// Standard error of the mass that the mode shapes stand for, as a share: the proof mass is
-/// known from its drawn size and density.
+/// Standard error of the mass that the mode shapes stand for, as a share: an assumption, for a
+/// proof mass that is known from its drawn size and density only.
 const MASS: f64 = 0.03;
 
 /// Standard error of `value`, in its SI `unit`, that scale and mass leave.

@@ -12,7 +12,7 @@ use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::{NoiseError, estimate_noise};
-use crate::recording::{Channel, Recording};
+use crate::recording::{Channel, Recording, extremes};
 use std::sync::Arc;
 
 /// Fewest samples to fit to.
@@ -157,7 +157,7 @@ fn overlap(a: &Part, b: &Part) -> bool {
 fn is_still(part: &Part) -> bool {
     let volts = part.recording.voltage.as_deref();
     volts.is_some_and(|v| {
-        let (low, high) = span(&v[part.samples.clone()]);
+        let (low, high) = extremes(&v[part.samples.clone()]);
         high - low < STILL
     })
 }
@@ -173,7 +173,7 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
             needed: LEAST,
         });
     }
-    let (low, high) = span(xp);
+    let (low, high) = extremes(xp);
     if high <= low {
         return Err(FitError::Constant {
             recording: r.name.clone(),
@@ -204,7 +204,7 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     }
     if model.has_cantilever {
         if let Some(xc) = r.cantilever.as_deref() {
-            let (low, high) = span(&xc[part.samples.clone()]);
+            let (low, high) = extremes(&xc[part.samples.clone()]);
             if high <= low {
                 return Err(FitError::StillCantilever {
                     recording: r.name.clone(),
@@ -216,22 +216,13 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-fn span(values: &[f64]) -> (f64, f64) {
-    values
-        .iter()
-        .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-            (l.min(*v), h.max(*v))
-        })
-}
-
 /// A reading that stays exactly at its extreme, time and again, has hit the end of its
 /// range. A mass that rests on the ground does so too, but at a level with noise.
 fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitError> {
     let Some(values) = r.channel(channel).map(|v| &v[part.samples.clone()]) else {
         return Ok(());
     };
-    let (low, high) = span(values);
+    let (low, high) = extremes(values);
     // A noiseless simulation rests exactly too; only the upper end is judged then.
     let noiseless = is_noiseless(r, channel, (low, high));
     let stepped = noise_of(r, channel).is_ok_and(|n| n.quantised);
@@ -298,7 +289,7 @@ fn cut_drive(part: &Part) -> Result<(), FitError> {
     let Some(values) = r.voltage.as_deref().map(|v| &v[part.samples.clone()]) else {
         return Ok(());
     };
-    let (low, high) = span(values);
+    let (low, high) = extremes(values);
     for (which, extreme, other) in [("highest", high, low), ("lowest", low, high)] {
         let beyond = extreme * other < 0.0 && extreme.abs() < SYMMETRIC * other.abs();
         if beyond

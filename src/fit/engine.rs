@@ -3,12 +3,11 @@
 use super::agree::disagreements;
 use super::check::{check, check_fit};
 use super::error::FitError;
-use super::global::{all_parameters, read_again, search};
+use super::global::{all_parameters, beginnings, begun, read_again, search};
 use super::options::FitOptions;
 use super::prepare::{Part, Prepared, look, prepare};
 use super::result::{FitResult, Misfit, misfit_remarks, misfits, uncertainty};
 use super::revise::{revise, set_suspects_aside};
-use super::robust::Huber;
 use super::solve::{Clock, Control, Plan, Point, improve, normal_equations, settle, threshold};
 use super::space::Space;
 use crate::model::Model;
@@ -273,15 +272,8 @@ pub(super) fn estimate_states(
     let locked: Vec<usize> = (0..x.len()).collect();
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];
-    let far = Huber(1e3);
-    let mut point = settle(problem, &x, &prepared.segments, &used, far, 6)?;
-    let plan = Plan {
-        stage: "beginnings and events",
-        iterations: options.iterations.min(10),
-        locked: &locked,
-        enough: 1e-6,
-    };
-    point = improve(problem, point, &plan, control, clock)?;
+    let plan = beginnings(&locked, options.iterations);
+    let mut point = begun(prepared, &x, &used, &plan, control, clock)?;
     let huber = threshold(problem, &point)?;
     if set_suspects_aside(problem, &mut point, huber, control)? > 0 {
         let watch = (control, &*clock);

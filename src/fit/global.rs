@@ -24,6 +24,7 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::events::{EventOptions, HOP, Impact, find_events};
 use crate::recording::quantile_in_place;
+use crate::sim::SimError;
 
 /// Thicknesses of the film at contact that are tried, as shares of `dp`.
 const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
@@ -45,12 +46,12 @@ const HARDLY: f64 = 0.2;
 /// Loss at first: hardly robust, as everything is far off.
 const FAR: Huber = Huber(1e4);
 
-/// The same for a recording that is looked at again on its own, and rounds in which its
-/// segments settle at first.
+/// The same for what belongs to the recordings alone, and rounds in which segments settle at
+/// first.
 const LOST: Huber = Huber(1e3);
 /// See [`LOST`].
 const SETTLING: usize = 6;
-/// Iterations for its rig.
+/// Most iterations for that.
 const FEW: usize = 10;
 
 /// The best fit of `parts`, the problem, and its first guess.
@@ -264,6 +265,34 @@ pub(super) fn read_again(
     Ok(best)
 }
 
+/// The plan by which what belongs to the recordings is found, with `locked` held.
+pub(super) fn beginnings(locked: &[usize], iterations: usize) -> Plan<'_> {
+    Plan {
+        stage: "beginnings and events",
+        iterations: iterations.min(FEW),
+        locked,
+        enough: 1e-6,
+    }
+}
+
+/// The point that `plan` leads to at unknowns `x`, the segments that are `used` being as
+/// first guessed.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at `x`.
+pub(super) fn begun(
+    prepared: &Prepared,
+    x: &[f64],
+    used: &[bool],
+    plan: &Plan<'_>,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Point, SimError> {
+    let problem = &prepared.problem;
+    let point = settle(problem, x, &prepared.segments, used, LOST, SETTLING)?;
+    improve(problem, point, plan, control, clock)
+}
+
 /// Finds the rig of each recording anew of which hardly anything has a say, with the device as
 /// it is: with a zero that has gone astray nothing of it would ever fit again.
 fn recover(
@@ -299,14 +328,14 @@ fn recover(
                 locked.push(parameters + i);
             }
         }
-        let point = settle(problem, &x, &prepared.segments, &own, LOST, SETTLING)?;
-        let plan = Plan {
-            stage: "beginnings and events",
-            iterations: FEW,
-            locked: &locked,
-            enough: 1e-6,
-        };
-        let point = improve(problem, point, &plan, control, clock)?;
+        let point = begun(
+            prepared,
+            &x,
+            &own,
+            &beginnings(&locked, FEW),
+            control,
+            clock,
+        )?;
         best.x[parameters..].copy_from_slice(&point.x[parameters..]);
         for (i, _) in own.iter().enumerate().filter(|(_, own)| **own) {
             best.segments[i] = point.segments[i].clone();

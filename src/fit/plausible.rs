@@ -6,7 +6,7 @@ use super::prepare::{Findings, Part};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};
-use crate::recording::{Channel, quantile_in_place};
+use crate::recording::{Channel, extremes, quantile_in_place};
 
 /// A ground that is this many times deeper or less deep than the starting value, or a
 /// voltage so many times higher or lower than the known ones, is read in another unit.
@@ -91,10 +91,7 @@ fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
     let Some(volts) = r.voltage.as_deref().filter(|_| model.piezo.is_some()) else {
         return Ok(());
     };
-    let finite = volts[part.samples.clone()].iter().filter(|v| v.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(*v), h.max(*v))
-    });
+    let (low, high) = extremes(&volts[part.samples.clone()]);
     let most = high.max(-low);
     let possible = KNOWN_VOLTAGE / OTHER_UNIT..=KNOWN_VOLTAGE * OTHER_UNIT;
     if !possible.contains(&most) && high - low > STILL {

@@ -227,13 +227,7 @@ fn judge_time(columns: &Columns, mut warn: impl FnMut(WarningKind, usize, Option
         );
         warn(WarningKind::Gap, gaps, first, message);
     }
-    let (low, high) = columns
-        .proof_mass
-        .iter()
-        .filter(|x| x.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(*x), h.max(*x))
-        });
+    let (low, high) = super::extremes(&columns.proof_mass);
     let travel = high - low;
     // A thing that moves by less than a millimetre is small, hence fast, and is not
     // recorded at less than 1 kHz; nothing here is recorded slower than once a second

@@ -9,7 +9,7 @@
 use super::events::{EventOptions, HOP, find_events};
 use super::features::Missing;
 use super::noise::NoiseEstimate;
-use super::{TimeAxis, median_in_place, quantile_in_place};
+use super::{TimeAxis, extremes, median_in_place, quantile_in_place};
 
 /// A stay shorter than this shows no rest \[s\] (the sustained contact of Table A.1).
 const REST: f64 = 2e-4;
@@ -116,10 +116,7 @@ pub fn estimate_contact_level(
 /// contacts. What it jumps does not count: a mass at rest anywhere needs some time to
 /// follow a jump.
 fn held_against(time: TimeAxis, voltage: &[f64], contacts: &[super::events::Contact]) -> bool {
-    let finite = voltage.iter().copied().filter(|v| v.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
+    let (low, high) = extremes(voltage);
     let all = (high - low).max(0.0);
     let clear = CLEAR as f64 * time.interval(voltage.len());
     let mut i = 0;

@@ -331,6 +331,15 @@ pub(crate) fn median_in_place(values: &mut [f64]) -> f64 {
     quantile_in_place(values, 0.5)
 }
 
+/// Lowest and highest of the finite `values`; infinite and the wrong way round if there are
+/// none.
+pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {
+    let finite = values.iter().filter(|v| v.is_finite());
+    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(*v), h.max(*v))
+    })
+}
+
 /// The value below which the share `q` of `values` lies, reordering them; NaN if
 /// empty.
 pub(crate) fn quantile_in_place(values: &mut [f64], q: f64) -> f64 {

@@ -1,6 +1,6 @@
 //! Where the mass comes to rest in flight while the voltage stands still, from data alone.
 
-use super::{Recording, quantile_in_place};
+use super::{Recording, extremes};
 
 /// A voltage that moves by less than this share of its range stands still.
 const STILL: f64 = 0.005;
@@ -32,12 +32,11 @@ pub fn rests(recording: &Recording, level: f64, noise: f64) -> Vec<Rest> {
     let Some(volts) = recording.voltage.as_deref() else {
         return Vec::new();
     };
-    let mut sorted: Vec<f64> = volts.iter().copied().filter(|v| v.is_finite()).collect();
-    if sorted.is_empty() {
+    let (low, high) = extremes(volts);
+    if low > high {
         return Vec::new();
     }
-    let low = quantile_in_place(&mut sorted, 0.0);
-    let still = STILL * (quantile_in_place(&mut sorted, 1.0) - low);
+    let still = STILL * (high - low);
     let mut found = Vec::new();
     let mut begin = 0;
     for i in 1..=volts.len() {
@@ -70,9 +69,7 @@ pub fn rests(recording: &Recording, level: f64, noise: f64) -> Vec<Rest> {
 fn mean(values: &[f64]) -> Option<(f64, (f64, f64))> {
     let finite = || values.iter().copied().filter(|x| x.is_finite());
     let count = finite().count();
-    let ends = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
-    let ends = finite().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
-    (count >= 20).then(|| (finite().sum::<f64>() / count as f64, ends))
+    (count >= 20).then(|| (finite().sum::<f64>() / count as f64, extremes(values)))
 }
 
 #[cfg(test)]

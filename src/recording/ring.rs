@@ -8,7 +8,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Recording, median_in_place};
+use super::{Recording, extremes, median_in_place};
 
 /// Decays that are tried, as damping ratios.
 const DAMPINGS: [f64; 6] = [0.0, 0.01, 0.02, 0.04, 0.08, 0.16];
@@ -96,10 +96,7 @@ struct Piece {
 fn cut(recording: &Recording, (from, to): (f64, f64), low: f64) -> Vec<Piece> {
     let time = &recording.time;
     let volts = recording.voltage.as_deref();
-    let finite = volts.into_iter().flatten().filter(|v| v.is_finite());
-    let (least, most) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(*v), h.max(*v))
-    });
+    let (least, most) = extremes(volts.unwrap_or_default());
     let jump = JUMP * (most - least);
     let first = time.partition_point(|t| *t < from) + CLEAR;
     let end = time.partition_point(|t| *t <= to).saturating_sub(CLEAR);
@@ -244,11 +241,7 @@ fn left(columns: &DMatrix<f64>, values: &[f64]) -> Option<f64> {
 
 /// Values between -1 and 1; `None` if they do not move.
 fn scaled(values: &[f64]) -> Option<Vec<f64>> {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-            (l.min(*v), h.max(*v))
-        });
+    let (low, high) = extremes(values);
     let half = 0.5 * (high - low);
     (half > 0.0).then(|| values.iter().map(|v| (v - low) / half - 1.0).collect())
 }

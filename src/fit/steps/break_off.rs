@@ -12,6 +12,7 @@ use crate::fit::space::Space;
 use crate::fit::timeline::{Kind, Timeline};
 use crate::model::Model;
 use crate::recording::events::{EventOptions, HOP, find_events};
+use crate::recording::extremes;
 
 /// A shorter contact is a bounce rather than a stay \[s\].
 pub(super) const STAY: f64 = 0.5e-3;
@@ -70,9 +71,7 @@ pub(super) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -
         for b in &mut own {
             b.of = of;
             let ring = &b.window.recording.proof_mass[b.window.samples.clone()];
-            let seen = ring.iter().filter(|x| x.is_finite());
-            let ends = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
-            let (low, high) = seen.fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+            let (low, high) = extremes(ring);
             b.height = high - low;
         }
         // The sort keeps the order of time among equals.
