@@ -249,12 +249,18 @@ fn structure_and_base() {
 
 #[test]
 fn contact_laws() {
-    for share in [0.0, 1.0] {
+    // In place of the straight line, and on top of half of it.
+    for (share, line) in [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5)] {
         let effects = Effects {
-            adhesion: (60e-9, 2e-3, share),
+            adhesion: (60e-9, 2e-3, share, line),
             ..Effects::default()
         };
-        let values = [("dF", 60e-9), ("tau", 2e-3), ("log_share", share)];
+        let values = [
+            ("dF", 60e-9),
+            ("tau", 2e-3),
+            ("log_share", share),
+            ("line_share", line),
+        ];
         check("adhesion_saturation", &values, effects, &[SQUARE, SINE]);
     }
     // The mass sticks at every touch of the slow sine: only the square tells.

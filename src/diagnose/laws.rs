@@ -1,30 +1,22 @@
 //! Laws of the ground fitted to the events as read: restitution against speed, pull-off
 //! force against contact time, time between touch and rebound.
 
+use super::adhesion::{self, line, pulls};
 use super::curve::{Curve, cost, curve, scatter};
 use super::events::Ground;
-use crate::fit::readings::{Bounce, Readings, Release};
+use crate::fit::readings::{Bounce, Readings};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
 
 /// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
-const TOLD: f64 = 30.0;
-/// Fall of chi2 on both sides together from which adhesion bends:
-/// the best of two laws and several times.
-const FORESEEN_BEND: f64 = 60.0;
-/// The same for a ground that gives way, which is one law of one number.
+pub(super) const TOLD: f64 = 30.0;
+/// Fall of chi2 on both sides together from which a ground gives way, which is one law of
+/// one number.
 const FORESEEN_DWELL: f64 = 50.0;
-/// A shorter stay \[s\] may be one of the hops of a landing, from which the mass was not
-/// pulled off but rebounded.
-const HOP: f64 = 1e-3;
-/// Standard errors below zero from which a force presses for certain.
-const PRESSED: f64 = 4.0;
-/// A force known so many times worse than the best is not used.
-const VAGUE: f64 = 15.0;
 /// Fewest events for a law.
-const LEAST: usize = 6;
+pub(super) const LEAST: usize = 6;
 /// Bounces slower than this share of the fastest tell little of the law: adhesion has a
 /// say in them.
 const SLOW: f64 = 0.03;
@@ -53,7 +45,7 @@ const FEW: usize = 3;
 /// What is said where the recordings kept out have too few bounces.
 const IN_TURN: &str = ", as each of the recordings shows when it is left out in turn";
 /// What is said where the fitted recordings by themselves tell nothing.
-const ALSO_HELD_OUT: &str = ", as only those of the recordings kept out tell";
+pub(super) const ALSO_HELD_OUT: &str = ", as only those of the recordings kept out tell";
 
 /// A law of the ground, fitted with and without an effect.
 #[derive(Debug, Clone)]
@@ -82,7 +74,7 @@ pub struct LawTest {
 }
 
 /// Where a quantity was read, the quantity, and its standard error.
-type Reading = (f64, f64, f64);
+pub(super) type Reading = (f64, f64, f64);
 
 /// (speed, ratio, error) of the bounces that tell the law. A mass that lands, or hops too
 /// low to be seen, reads as one that hardly leaves the ground, with an error that knows
@@ -111,22 +103,6 @@ fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
     telling.map(|b| (b.approach, b.ratio, b.error)).collect()
 }
 
-/// (contact time, force, error) of the releases that tell the law. Where the drive jumped
-/// or the stay was short the force is known so badly that its error is not known either; a
-/// mass that is pressed on the ground was not pulled off it.
-fn pulls(releases: &[Release]) -> Vec<Reading> {
-    let known = releases
-        .iter()
-        .filter(|r| r.contact > HOP && r.error.is_finite())
-        .filter(|r| r.force > -PRESSED * r.error);
-    let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
-    let good = quantile_in_place(&mut errors, 0.1);
-    known
-        .filter(|r| r.error < VAGUE * good)
-        .map(|r| (r.contact, r.force, r.error))
-        .collect()
-}
-
 /// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,
 /// `Ca0`, each where told.
 pub fn baseline(model: &Model, readings: &Readings) -> Model {
@@ -147,13 +123,13 @@ pub fn baseline(model: &Model, readings: &Readings) -> Model {
     model
 }
 
-fn line(points: &[Reading]) -> Curve {
-    curve(points, &[2e-8, 1e-6], &|t, p| p[0] + p[1] * t)
-}
-
 /// All laws of the ground that the model may lack.
 pub fn tests(ground: &Ground) -> Vec<LawTest> {
-    let all = [restitution(ground), adhesion(ground), compliance(ground)];
+    let all = [
+        restitution(ground),
+        adhesion::test(ground),
+        compliance(ground),
+    ];
     let all: Vec<LawTest> = all.into_iter().flatten().collect();
     for t in &all {
         log::debug!(
@@ -221,88 +197,6 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
             -told.values[1],
             told.errors[1] * root,
             proved(gain, held_gain, &held)
-        ),
-    })
-}
-
-/// Adhesion as it may bend: force over contact time for three values and a share.
-fn bent(t: f64, p: &[f64], share: f64) -> f64 {
-    let over = t / p[2].abs().max(1e-7);
-    p[0] + p[1]
-        * if share == 0.0 {
-            -(-over).exp_m1()
-        } else {
-            over.ln_1p()
-        }
-}
-
-/// The best bent law through the points and its share; `None` if none makes sense.
-fn bend(points: &[Reading], start: f64) -> Option<(Curve, f64)> {
-    let mut best: Option<(Curve, f64)> = None;
-    for share in [0.0, 1.0] {
-        for tau in [3e-4, 1e-3, 4e-3, 15e-3] {
-            let fit = curve(points, &[start, 30e-9, tau], &|t, p| bent(t, p, share));
-            let sound = fit.values[1] > 0.0 && fit.values[2].abs() < 0.2;
-            if sound && best.as_ref().is_none_or(|b| fit.cost < b.0.cost) {
-                best = Some((fit, share));
-            }
-        }
-    }
-    best
-}
-
-/// Adhesion that saturates, against one that grows in proportion to contact time.
-///
-/// A few excitations have few contact times: two of them are on any straight line, and
-/// only with those of the recordings kept out is there a bend. These are judged by what
-/// the fitted ones foresee of them, with all that they leave open.
-fn adhesion(ground: &Ground) -> Option<LawTest> {
-    let (train, held) = (
-        pulls(&ground.train.releases),
-        pulls(&ground.held_out.releases),
-    );
-    let spec = find("adhesion_saturation")?;
-    if train.len() < LEAST {
-        return None;
-    }
-    let all = [train.as_slice(), held.as_slice()].concat();
-    let (straight, straight_all) = (line(&train), line(&all));
-    let start = straight.values[0].max(1e-9);
-    let (fit_all, share_all) = bend(&all, start)?;
-    let scale = scatter(&all, 3, &|t| bent(t, &fit_all.values, share_all));
-    // Both laws of bending are one hypothesis: that which suits all is asked of the first.
-    let same = curve(&train, &fit_all.values, &|t, p| bent(t, p, share_all));
-    let foreseen = same.foresees(&fit_all, scale);
-    let (fit, share) = bend(&train, start).unwrap_or((same, share_all));
-    let held_gain = straight.foresees(&straight_all, scale) - foreseen;
-    let gain = (straight.cost - fit.cost) / scale;
-    let together = gain <= TOLD && held_gain > 0.0;
-    let (told, share) = if together {
-        (fit_all, share_all)
-    } else {
-        (fit, share)
-    };
-    let after = cost(&held, &|t| bent(t, &told.values, share));
-    let root = scale.sqrt();
-    let times = if together { &all } else { &train };
-    Some(LawTest {
-        id: spec.id,
-        gain,
-        held_gain,
-        foreseen: Some(FORESEEN_BEND),
-        held_chi2: after / held.len().max(1) as f64,
-        effect: ActiveEffect {
-            spec,
-            values: vec![told.values[1], told.values[2].abs(), share],
-        },
-        errors: vec![told.errors[1] * root, told.errors[2] * root, f64::INFINITY],
-        sets: vec![(ParameterId::Ca0, told.values[0].max(0.0))],
-        evidence: format!(
-            "{} releases: the pull-off force bends over contact times of {:.2} to {:.1} ms{}",
-            times.len(),
-            1e3 * times.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
-            1e3 * times.iter().fold(0.0f64, |a, p| a.max(p.0)),
-            if together { ALSO_HELD_OUT } else { "" }
         ),
     })
 }

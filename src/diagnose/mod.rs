@@ -9,6 +9,7 @@
 //! stretch to stretch; [`engine`] puts it all together.
 //! [`report`] writes it down for people and programs.
 
+mod adhesion;
 mod answer;
 pub mod bench;
 pub mod calm;

@@ -7,6 +7,7 @@ use super::explain::Stand;
 use super::options::DiagnoseError;
 use super::ring;
 use super::scan::{Linear, Scan, find_line, find_step};
+use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, find};
 
 /// Frequencies of a vibration of the base that are looked at \[Hz\].
@@ -17,6 +18,11 @@ const SPACING: f64 = 100.0;
 const SHAKE: f64 = 0.05;
 /// Height with which a step of the ground is looked for \[m\].
 const RISE: f64 = 1e-7;
+/// Stays that begin so close to each other may begin with the step \[s\].
+const WHILE: f64 = 1e-3;
+/// Where a frequency that is read as another may lie: multiples of the sampling rate, and the
+/// sign with which the other is added.
+const MIRRORS: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
 /// Share of a further mode's motion at the mass, of that of all modes.
 const UNNOTICED: f64 = 0.06;
 /// Factor by which constants may leave what was looked at.
@@ -32,6 +38,9 @@ pub const PROMISING: f64 = 15.0;
 pub struct Hypothesis {
     /// The effect to begin with.
     pub start: ActiveEffect,
+    /// Others to begin with that look like it, and their own bounds: the one that brings most
+    /// is kept.
+    pub others: Vec<(ActiveEffect, Vec<Bound>)>,
     /// Ids of its parameters that are fitted.
     pub free: Vec<String>,
     /// The effect to begin with, and ids of the parameters that are fitted, where the law is
@@ -99,6 +108,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             };
             out.push(Hypothesis {
                 start,
+                others: Vec::new(),
                 free: own_ids(spec, &[0, 1, 2]),
                 full: None,
                 bounds: Vec::new(),
@@ -113,13 +123,21 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             spec,
             values: vec![RISE, -1e9],
         };
-        if let Some(step) = find_step(&linear, model, &always, &bench.epochs())? {
-            let start = ActiveEffect {
+        let stays = held_out_stays(stand);
+        for step in find_step(&linear, model, &always, &bench.epochs())? {
+            let at = |time: f64| ActiveEffect {
                 spec,
-                values: vec![RISE * step.height, step.time],
+                values: vec![RISE * step.height, time],
             };
+            // Only in each recording: those kept out are later in the series.
+            let open = |t: &&f64| !step.series && **t > step.since && **t < step.time;
             out.push(Hypothesis {
-                start,
+                start: at(step.time),
+                others: stays
+                    .iter()
+                    .filter(open)
+                    .map(|t| (at(*t), Vec::new()))
+                    .collect(),
                 free: own_ids(spec, &[0]),
                 full: None,
                 bounds: Vec::new(),
@@ -138,28 +156,53 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         // has gone unnoticed hardly moves the mass.
         let usual = model.structure().mobility().sqrt();
         let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
-        let start = ActiveEffect {
+        let at = |f: f64| ActiveEffect {
             spec,
-            values: vec![ring.frequency, 0.01, size * c, size * p, 0.0],
+            values: vec![f, 0.01, size * c, size * p, 0.0],
         };
+        // A mode that is free to be slow and dead would pass for any other force.
+        let near = |f: f64| {
+            let frequency = ("extra_mode.f".to_owned(), (0.9 * f, 1.1 * f));
+            vec![frequency, ("extra_mode.zeta".to_owned(), (1e-4, 0.1))]
+        };
+        // Between the samples it may have swung further.
+        let mirrors = MIRRORS.map(|(n, sign)| n * ring.rate + sign * ring.frequency);
+        let (_, quickest) = spec.parameters[0].range;
         out.push(Hypothesis {
-            start,
+            start: at(ring.frequency),
+            others: mirrors
+                .into_iter()
+                .filter(|f| *f < quickest)
+                .map(|f| (at(f), near(f)))
+                .collect(),
             free: own_ids(spec, &[0, 1, 2, 3, 4]),
             full: None,
-            // A mode that is free to be slow and dead would pass for any other force.
-            bounds: vec![
-                (
-                    "extra_mode.f".to_owned(),
-                    (0.9 * ring.frequency, 1.1 * ring.frequency),
-                ),
-                ("extra_mode.zeta".to_owned(), (1e-4, 0.1)),
-            ],
+            bounds: near(ring.frequency),
             promise: ring.gain.max(2.0 * PROMISING),
             searched: false,
             series: false,
         });
     }
     Ok(out)
+}
+
+/// When stays on the ground begin in the recordings kept out \[s\], the last first, each a
+/// while before the next: beginnings that are closer are those of one instant, the
+/// first of them.
+fn held_out_stays(stand: &Stand) -> Vec<f64> {
+    let Some(held) = &stand.held_out else {
+        return Vec::new();
+    };
+    let segments = held.point.segments.iter().filter(|s| s.starts_held);
+    let begin = |s: &Segment| {
+        let time = &held.problem.data[s.recording].recording.time;
+        time[s.samples.start] - 0.5 * s.interval
+    };
+    let mut all: Vec<f64> = segments.map(begin).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|later, earlier| *later - *earlier < WHILE);
+    all.reverse();
+    all
 }
 
 fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
@@ -195,6 +238,7 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
     });
     Hypothesis {
         start,
+        others: Vec::new(),
         free: form.free_ids(),
         full,
         bounds,

@@ -1,6 +1,6 @@
 //! View 3: a further mode shows as a narrow hump in the spectrum of what is left.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Complex, Matrix2, SymmetricEigen};
 use rayon::prelude::*;
@@ -19,12 +19,19 @@ pub const HUMP: f64 = 6.0;
 const BESIDE: f64 = 1.25;
 /// Stretches shorter than this many samples tell no frequency.
 const LEAST: usize = 40;
+/// The beginning of a stretch, in samples: a damped mode rings no longer.
+const EARLY: usize = 60;
+
+/// A top is higher than so many frequencies on either side.
+const FLANK: usize = 4;
 
 /// A hump in the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
     /// Frequency \[Hz\].
     pub frequency: f64,
+    /// At which the recordings are sampled \[Hz\].
+    pub rate: f64,
     /// Unit vector of proof mass and cantilever: how they share in it.
     pub shape: (f64, f64),
     /// Power above the noise, in units of what chance leaves.
@@ -33,20 +40,22 @@ pub struct Ring {
     pub gain: f64,
 }
 
-/// The highest hump in the residuals of a fit, if there is any spectrum to speak of.
+/// Residuals of a stretch of flight: proof mass and cantilever, in units of the noise.
+struct Left {
+    channels: [Vec<f64>; 2],
+    /// Time between samples \[s\].
+    interval: f64,
+}
+
+/// The highest hump in the residuals of a fit, if there is any spectrum to speak of: of whole
+/// stretches, in which a mode rings on, or of their beginnings, after which it has died away.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
-    let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
-    let Some(rate) = problem
-        .data
-        .iter()
-        .map(|d| d.recording.sampling_rate())
-        .reduce(f64::min)
-    else {
+    let rates = problem.data.iter().map(|d| d.recording.sampling_rate());
+    let Some(rate) = rates.reduce(f64::min) else {
         return Ok(None);
     };
     let count = ((0.48 * rate - LOWEST) / SPACING).floor();
@@ -56,56 +65,99 @@ pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
     let frequencies: Vec<f64> = (0..count as usize)
         .map(|k| LOWEST + k as f64 * SPACING)
         .collect();
-    let spectra: Vec<Vec<[Complex<f64>; 2]>> = point
-        .segments
-        .par_iter()
-        .enumerate()
-        .filter(|(i, s)| point.used[*i] && s.samples.len() >= LEAST && !s.starts_held)
-        .filter_map(|(i, segment)| {
-            let mut stretcher = Stretcher::new(&simulator);
-            let nuisances = problem.nuisances_of(&point.x, segment.recording);
-            let mut r = Vec::new();
-            let locals = &segment.locals;
-            let z = &states[i];
-            if !problem.evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r) {
-                return None;
-            }
-            let rows = problem.rows(segment);
-            let of = |kind: Row| -> Vec<f64> {
-                let own = rows.iter().zip(&r).filter(|(row, _)| **row == kind);
-                own.map(|(_, r)| r.clamp(-5.0, 5.0)).collect()
-            };
-            let channels = [of(Row::ProofMass), of(Row::Cantilever)];
-            let interval = segment.interval;
-            let at = |f: f64| {
-                channels.each_ref().map(|values| {
-                    let turn = Complex::from_polar(1.0, -TAU * f * interval);
-                    let mut phase = Complex::new(1.0, 0.0);
-                    let mut sum = Complex::new(0.0, 0.0);
-                    for v in values {
-                        sum += phase * *v;
-                        phase *= turn;
-                    }
-                    sum / (values.len().max(1) as f64).sqrt()
-                })
-            };
-            Some(frequencies.iter().map(|&f| at(f)).collect())
-        })
-        .collect();
-    if spectra.len() < 5 {
+    let left = residuals(fitted)?;
+    if left.len() < 5 {
         return Ok(None);
     }
-    let n = spectra.len() as f64;
     let both = point
         .segments
         .first()
         .is_some_and(|s| problem.data[s.recording].recording.cantilever.is_some());
+    // What is left beside a mode that the model has is that mode's rather than
+    // another's, unless nothing else stands out.
+    let structure = fitted.model.structure();
+    let beside = |f: f64| {
+        let known = structure.modes.iter().map(|m| m.frequency);
+        known
+            .filter(|known| *known > 0.0)
+            .any(|known| f < BESIDE * known && known < BESIDE * f)
+    };
+    let humps = [usize::MAX, EARLY].map(|length| humps(&left, (&frequencies, rate), length, both));
+    let highest = |which: &dyn Fn(f64) -> bool| {
+        let all = humps.iter().flatten();
+        all.filter(|ring| which(ring.frequency) && ring.gain.is_finite())
+            .max_by(|a, b| a.significance.total_cmp(&b.significance))
+            .copied()
+    };
+    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > HUMP);
+    let ring = elsewhere.or_else(|| highest(&|_| true));
+    log::debug!("highest hump: {ring:?}");
+    Ok(ring)
+}
+
+/// What the fit leaves of the stretches of flight that are long enough.
+fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
+    let (problem, point) = (&fitted.problem, &fitted.point);
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&simulator, &point.segments);
+    let all = point.segments.par_iter().enumerate();
+    let flights = all.filter(|(i, s)| point.used[*i] && s.samples.len() >= LEAST && !s.starts_held);
+    let left = flights.filter_map(|(i, segment)| {
+        let mut stretcher = Stretcher::new(&simulator);
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        let mut r = Vec::new();
+        let locals = &segment.locals;
+        let z = &states[i];
+        if !problem.evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r) {
+            return None;
+        }
+        let rows = problem.rows(segment);
+        let of = |kind: Row| -> Vec<f64> {
+            let own = rows.iter().zip(&r).filter(|(row, _)| **row == kind);
+            own.map(|(_, r)| r.clamp(-5.0, 5.0)).collect()
+        };
+        Some(Left {
+            channels: [of(Row::ProofMass), of(Row::Cantilever)],
+            interval: segment.interval,
+        })
+    });
+    Ok(left.collect())
+}
+
+/// The spectrum of the first `length` samples of all stretches at each of the `frequencies`,
+/// its tops against what is usual.
+fn humps(
+    left: &[Left],
+    (frequencies, rate): (&[f64], f64),
+    length: usize,
+    both: bool,
+) -> Vec<Ring> {
+    let spectrum = |own: &Left, f: f64| {
+        own.channels.each_ref().map(|values| {
+            let turn = Complex::from_polar(1.0, -TAU * f * own.interval);
+            let mut phase = Complex::new(1.0, 0.0);
+            let (mut sum, mut power) = (Complex::new(0.0, 0.0), 0.0);
+            for (i, v) in values.iter().take(length).enumerate() {
+                // Cut off, a hump would have others at its sides.
+                let weight = match length {
+                    usize::MAX => 1.0,
+                    _ => (0.5 * PI * i as f64 / length as f64).cos().powi(2),
+                };
+                sum += phase * (weight * v);
+                power += weight * weight;
+                phase *= turn;
+            }
+            sum / power.max(1.0).sqrt()
+        })
+    };
+    let n = left.len() as f64;
     // Largest share of the power that one direction of the two readings holds.
-    let power: Vec<(f64, (f64, f64))> = (0..frequencies.len())
-        .map(|k| {
+    let powers: Vec<(f64, (f64, f64))> = frequencies
+        .par_iter()
+        .map(|&f| {
             let mut m = Matrix2::zeros();
-            for s in &spectra {
-                let [p, c] = s[k];
+            for own in left {
+                let [p, c] = spectrum(own, f);
                 m[(0, 0)] += p.norm_sqr() / n;
                 m[(1, 1)] += c.norm_sqr() / n;
                 m[(0, 1)] += (p * c.conj()).re / n;
@@ -120,32 +172,102 @@ pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
             (eigen.eigenvalues[top], (v[0], v[1]))
         })
         .collect();
-    let mut sorted: Vec<f64> = power.iter().map(|p| p.0).collect();
+    let mut sorted: Vec<f64> = powers.iter().map(|p| p.0).collect();
     let usual = crate::recording::quantile_in_place(&mut sorted, 0.5);
     let spread = usual / n.sqrt();
-    // What is left beside a mode that the model has is that mode's rather than
-    // another's, unless nothing else stands out.
-    let structure = fitted.model.structure();
-    let beside = |f: f64| {
-        let known = structure.modes.iter().map(|m| m.frequency);
-        known
-            .filter(|known| *known > 0.0)
-            .any(|known| f < BESIDE * known && known < BESIDE * f)
+    let top = |k: usize| {
+        let around = k.saturating_sub(FLANK)..(k + FLANK + 1).min(powers.len());
+        powers[around].iter().all(|p| p.0 <= powers[k].0)
     };
-    let highest = |which: &dyn Fn(f64) -> bool| {
-        power
-            .iter()
-            .zip(&frequencies)
-            .filter(|(_, f)| which(**f))
-            .max_by(|a, b| a.0.0.total_cmp(&b.0.0))
-            .map(|((p, shape), f)| Ring {
-                frequency: *f,
-                shape: *shape,
-                significance: (p - usual) / spread,
-                gain: (p - usual) * n,
+    // The flank of a hump is no hump.
+    let tops = (0..powers.len()).filter(|k| top(*k));
+    tops.map(|k| Ring {
+        frequency: frequencies[k],
+        rate,
+        shape: powers[k].1,
+        significance: (powers[k].0 - usual) / spread,
+        gain: (powers[k].0 - usual) * n,
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const RATE: f64 = 50e3;
+
+    /// Stretches of white noise in which a mode of `frequency` rings, `decay` samples long, of
+    /// `size` at the proof mass and half of that at the cantilever.
+    fn stretches(frequency: f64, decay: f64, size: f64) -> Vec<Left> {
+        let mut dice = ChaCha8Rng::seed_from_u64(3);
+        (0..60)
+            .map(|k| {
+                let phase = 2.4 * k as f64;
+                let mut channel = |share: f64| -> Vec<f64> {
+                    let ring = |i: usize| {
+                        let turn = TAU * frequency * i as f64 / RATE + phase;
+                        share * size * (-(i as f64) / decay).exp() * turn.sin()
+                    };
+                    (0..600)
+                        .map(|i| {
+                            let noise: f64 = (0..12).map(|_| dice.random_range(-0.5..0.5)).sum();
+                            noise + ring(i)
+                        })
+                        .collect()
+                };
+                Left {
+                    channels: [channel(1.0), channel(0.5)],
+                    interval: 1.0 / RATE,
+                }
             })
-    };
-    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > HUMP);
-    let ring = elsewhere.or_else(|| highest(&|_| true));
-    Ok(ring.filter(|r| r.gain.is_finite()))
+            .collect()
+    }
+
+    fn highest(left: &[Left], length: usize) -> Ring {
+        let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
+        let all = humps(left, (&frequencies, RATE), length, true);
+        let top = all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+        *top.expect("a spectrum")
+    }
+
+    #[test]
+    fn noise_has_no_hump() {
+        let left = stretches(7e3, 100.0, 0.0);
+        for length in [usize::MAX, EARLY] {
+            let ring = highest(&left, length);
+            assert!(ring.significance < HUMP, "{ring:?}");
+        }
+    }
+
+    #[test]
+    fn a_mode_that_rings_on_is_found_with_its_shape() {
+        let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
+        assert!(ring.significance > 2.0 * HUMP, "{ring:?}");
+        assert!((ring.frequency - 7e3).abs() <= SPACING, "{ring:?}");
+        assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
+    }
+
+    #[test]
+    fn a_mode_that_dies_away_is_found_in_the_beginnings() {
+        let left = stretches(18e3, 15.0, 1.2);
+        let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY));
+        assert!(early.significance > 1.5 * HUMP, "{early:?}");
+        assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
+        assert!((early.frequency - 18e3).abs() <= 5.0 * SPACING, "{early:?}");
+    }
+
+    #[test]
+    fn the_flank_of_a_hump_is_no_hump() {
+        let left = stretches(7e3, 40.0, 4.0);
+        let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
+        for length in [usize::MAX, EARLY] {
+            for ring in humps(&left, (&frequencies, RATE), length, true) {
+                let beside = (ring.frequency - 7e3).abs() > 1e3;
+                assert!(!beside || ring.significance < HUMP, "{ring:?}");
+            }
+        }
+    }
 }

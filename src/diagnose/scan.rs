@@ -449,15 +449,18 @@ pub struct Step {
     pub height: f64,
     /// When \[s\]: in each recording, or through the series.
     pub time: f64,
+    /// Beginning of the last stay before that \[s\]; the recordings do not tell when between
+    /// the two it happens.
+    pub since: f64,
     /// Whether it happens once in the series of recordings.
     pub series: bool,
     /// Fall of chi2.
     pub gain: f64,
 }
 
-/// Looks for a step of the ground's level, at the same time in each recording or once in
-/// the series, where `epochs` are the recordings' beginnings in it. `step` is a step that
-/// was always there, of 1 in the unit of its height.
+/// Looks for a step of the ground's level, at the same time in each recording and once in
+/// the series, where `epochs` are the recordings' beginnings in it; the best of either.
+/// `step` is a step that was always there, of 1 in the unit of its height.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
@@ -466,12 +469,12 @@ pub fn find_step(
     model: &Model,
     step: &ActiveEffect,
     epochs: &[f64],
-) -> Result<Option<Step>, SimError> {
+) -> Result<Vec<Step>, SimError> {
     let products = linear.products(model, std::slice::from_ref(step))?;
     let whole = Scan::gather(linear, &products, 1);
     let n = whole.unknowns;
     let Some(base) = Base::new(&whole.normal, &whole.gradient, n) else {
-        return Ok(None);
+        return Ok(Vec::new());
     };
     let segments = &linear.point.segments;
     let begin = |p: &Products| {
@@ -494,32 +497,36 @@ pub fn find_step(
         }
         base.promise(&cross, own, slope)
     };
-    let mut best: Option<Step> = None;
-    let mut offer = |promise: Option<Promise>, time: f64, series: bool| {
-        if let Some(p) = promise
-            && best.is_none_or(|b| p.gain > b.gain)
-        {
-            best = Some(Step {
-                height: p.theta,
-                time,
-                series,
-                gain: p.gain,
-            });
-        }
-    };
+    let mut best: [Option<Step>; 2] = [None, None];
     for at in &held {
         let t0 = begin(at);
         let k = segments[at.segment].recording;
-        offer(weigh(&|p| begin(p) >= t0), t0, false);
-        let later = |p: &Products| {
+        let later = |p: &Products, series: bool| {
             let r = segments[p.segment].recording;
-            r > k || (r == k && begin(p) >= t0)
+            match series {
+                true => r > k || (r == k && begin(p) >= t0),
+                false => begin(p) >= t0,
+            }
         };
-        offer(
-            weigh(&later),
-            epochs.get(k).copied().unwrap_or(0.0) + t0,
-            true,
-        );
+        for (series, best) in [false, true].into_iter().zip(&mut best) {
+            let Some(p) = weigh(&|p| later(p, series)) else {
+                continue;
+            };
+            if best.is_none_or(|b| p.gain > b.gain) {
+                let before = held.iter().filter(|p| !later(p, series));
+                let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
+                let in_series = |p: &Products| epoch(segments[p.segment].recording) + begin(p);
+                *best = Some(Step {
+                    height: p.theta,
+                    time: in_series(at),
+                    since: before
+                        .map(|p| in_series(p))
+                        .fold(f64::NEG_INFINITY, f64::max),
+                    series,
+                    gain: p.gain,
+                });
+            }
+        }
     }
-    Ok(best)
+    Ok(best.into_iter().flatten().collect())
 }

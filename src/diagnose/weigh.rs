@@ -2,16 +2,19 @@
 //! where that has lost its way, from where the re-tuning began, and judged on the recordings
 //! kept out.
 
-use super::bench::{Bench, Bound, Fitted, Side, with_effect};
+use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
 use super::explain::{Stand, Trial, Weighed};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
+use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
 /// Share of the best refit below which a promise is far behind.
 const FAR: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MOST: usize = 4;
+/// Steps of a fit at most.
+const ITERATIONS: usize = 12;
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
 /// along.
 const LOST: f64 = 4.0;
@@ -50,7 +53,10 @@ pub fn weigh(
     let mut out: Vec<Weighed> = Vec::new();
     let mut best = 0.0f64;
     let count = hypotheses.len().clamp(1, MOST);
-    for (k, hypothesis) in hypotheses.into_iter().enumerate() {
+    for hypothesis in hypotheses {
+        let same = |w: &Weighed| w.spec == hypothesis.start.spec;
+        let known = out.iter().position(same);
+        let k = known.unwrap_or(out.len());
         // Where the promise is far below what a refit has reached, a refit is in vain:
         // promises are right where the baseline is near the data.
         let least = if hypothesis.searched {
@@ -71,11 +77,17 @@ pub fn weigh(
             trial = attempt(bench, stand, &hypothesis, afar, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
-        out.push(Weighed {
+        let own = Weighed {
             spec: hypothesis.start.spec,
             promise: hypothesis.promise,
             trial,
-        });
+        };
+        let worth = |w: &Weighed| w.trial.as_ref().map_or(f64::NEG_INFINITY, Trial::worth);
+        match known {
+            Some(known) if worth(&out[known]) >= worth(&own) => {}
+            Some(known) => out[known] = own,
+            None => out.push(own),
+        }
     }
     Ok(out)
 }
@@ -100,29 +112,23 @@ fn attempt(
     {
         return Ok(Some(trial));
     }
-    let start = with_effect(&stand.train.model, hypothesis.start.clone());
-    let (mut free, mut bounds) = freedoms(stand);
-    free.extend_from_slice(&hypothesis.free);
-    bounds.extend_from_slice(&hypothesis.bounds);
     let series = hypothesis.series.then(|| bench.in_series());
-    let bench = series.as_ref().unwrap_or(bench);
-    let train = match bench.fit(&start, &free, &bounds, &stand.train, 12, control) {
-        Ok(fitted) => fitted,
-        Err(DiagnoseError::Sim(_)) => return Ok(None),
-        Err(error) => return Err(error),
+    let nearby = series.as_ref().unwrap_or(bench);
+    let near = if further {
+        likeliest(nearby, stand, hypothesis, control)?
+    } else {
+        from_near(nearby, stand, hypothesis, control)?
     };
-    let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
-    let held_gain = match (&stand.held_out, &held_out) {
-        (Some(before), Some(after)) => before.cost - after.cost,
-        _ => 0.0,
+    let Some(mut near) = near else {
+        return Ok(None);
     };
-    let near = Trial {
-        gain: stand.train.cost - train.cost,
-        held_gain,
-        train,
-        held_out,
-        hypothesis: hypothesis.clone(),
-    };
+    for other in others(hypothesis).filter(|_| !further) {
+        if let Some(trial) = from_near(nearby, stand, &other, control)?
+            && trial.worth() > near.worth()
+        {
+            near = trial;
+        }
+    }
     if astray
         && hypothesis.full.is_none()
         && lost(&near.train)
@@ -138,6 +144,92 @@ fn attempt(
         }
     }
     Ok(Some(near))
+}
+
+/// The hypotheses that look like `hypothesis`.
+fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
+    hypothesis.others.iter().map(|(start, bounds)| Hypothesis {
+        start: start.clone(),
+        bounds: bounds.clone(),
+        ..hypothesis.clone()
+    })
+}
+
+/// A fit with that of a hypothesis and those which look like it that suits a part of the fitted
+/// recordings best: of a further mode, whose fits take long. `None` if it cannot be simulated.
+fn likeliest(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let mut best: Option<(Sketch, Hypothesis)> = None;
+    for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
+        let (start, free, bounds) = with_freedoms(stand, &own);
+        let sketch = match bench.sketch(&start, &free, &bounds, &stand.train, control) {
+            Ok(sketch) => sketch,
+            Err(DiagnoseError::Sim(_)) => continue,
+            Err(error) => return Err(error),
+        };
+        log::debug!("{:.1} at {:?}", sketch.cost(), own.start.values);
+        if best.as_ref().is_none_or(|b| sketch.cost() < b.0.cost()) {
+            best = Some((sketch, own));
+        }
+    }
+    let Some((sketch, own)) = best else {
+        return Ok(None);
+    };
+    match bench.complete(sketch, ITERATIONS, control) {
+        Ok(train) => judged(bench, stand, &own, train, control).map(Some),
+        Err(DiagnoseError::Sim(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The model of `stand` with a hypothesis to begin with, what is fitted and its bounds.
+fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Model, Vec<String>, Vec<Bound>) {
+    let start = with_effect(&stand.train.model, hypothesis.start.clone());
+    let (mut free, mut bounds) = freedoms(stand);
+    free.extend_from_slice(&hypothesis.free);
+    bounds.extend_from_slice(&hypothesis.bounds);
+    (start, free, bounds)
+}
+
+/// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
+fn from_near(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let (start, free, bounds) = with_freedoms(stand, hypothesis);
+    match bench.fit(&start, &free, &bounds, &stand.train, ITERATIONS, control) {
+        Ok(train) => judged(bench, stand, hypothesis, train, control).map(Some),
+        Err(DiagnoseError::Sim(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// A fit with one more effect against that of `stand`.
+fn judged(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    train: Fitted,
+    control: &DiagnoseControl<'_>,
+) -> Result<Trial, DiagnoseError> {
+    let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
+    let held_gain = match (&stand.held_out, &held_out) {
+        (Some(before), Some(after)) => before.cost - after.cost,
+        _ => 0.0,
+    };
+    Ok(Trial {
+        gain: stand.train.cost - train.cost,
+        held_gain,
+        train,
+        held_out,
+        hypothesis: hypothesis.clone(),
+    })
 }
 
 /// A fit with the first effect from where the re-tuning began, for `stand` has been drawn

@@ -5,6 +5,7 @@ use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{adopt, heal, thinned};
+use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::settle;
 use crate::fit::space::Space;
@@ -30,6 +31,34 @@ impl Bench {
         iterations: usize,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
+        if modes(start) != modes(&from.model) {
+            let sketch = self.sketch(start, free, bounds, from, control)?;
+            return self.complete(sketch, iterations, control);
+        }
+        let (problem, x) = self.posed(start, free, bounds, from)?;
+        let own = &from.point;
+        let mut point = if modes(start) > QUICK_MODES {
+            // Fast modes make short steps: the way is gone on a part of the stretches.
+            let few = some_of(&own.segments, &own.used);
+            let start = settle(&problem, &x, &own.segments, &few, LOSS, 2)?;
+            let near = self.improve(&problem, start, &[], (iterations, ROUGH), control)?;
+            settle(&problem, &near.x, &own.segments, &own.used, LOSS, 2)?
+        } else {
+            settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
+        };
+        point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
+        self.finish(problem, point)
+    }
+
+    /// The problem of a model with effects, and its unknowns at `start` and beside that as in
+    /// `from`.
+    pub(super) fn posed(
+        &self,
+        start: &Model,
+        free: &[String],
+        bounds: &[Bound],
+        from: &Fitted,
+    ) -> Result<(Problem, Vec<f64>), DiagnoseError> {
         let mut ids = self.free.clone();
         ids.extend_from_slice(free);
         let mut problem = self.train.calm.prepared.problem.clone();
@@ -40,47 +69,7 @@ impl Bench {
         let mut x = problem.space.coordinates(start);
         x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
         shift_skews(&problem, &mut x, delay(start)? - delay(&from.model)?);
-        let fresh = modes(start) != modes(&from.model);
-        let mut point = if fresh {
-            let side = &self.train;
-            let space = &problem.space;
-            let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
-            let segments = calm.prepared.segments;
-            // The same stretches, with more unknowns each: what was misread stays aside.
-            let used = if segments.len() == from.point.used.len() {
-                from.point.used.clone()
-            } else {
-                vec![true; segments.len()]
-            };
-            let (old, new) = (
-                from.problem.simulator(&from.point.x)?,
-                StretchSimulator::new(start, &problem.options)?,
-            );
-            let segments = adopt(&from.point.segments, segments, (&old, &new), &problem);
-            // What is new finds its place first, on a part of the stretches.
-            let few = some_of(&segments, &used);
-            let start = settle(&problem, &x, &segments, &few, LOSS, 3)?;
-            let known: Vec<usize> = (0..self.free.len()).collect();
-            let near = self.improve(&problem, start, &known, (12, ROUGH), control)?;
-            let near = self.improve(&problem, near, &[], (6, ROUGH), control)?;
-            let mut all = segments;
-            for i in (0..all.len()).filter(|&i| few[i]) {
-                all[i] = near.segments[i].clone();
-            }
-            settle(&problem, &near.x, &all, &used, LOSS, 3)?
-        } else if modes(start) > QUICK_MODES {
-            // Fast modes make short steps: the way is gone on a part of the stretches.
-            let own = &from.point;
-            let few = some_of(&own.segments, &own.used);
-            let start = settle(&problem, &x, &own.segments, &few, LOSS, 2)?;
-            let near = self.improve(&problem, start, &[], (iterations, ROUGH), control)?;
-            settle(&problem, &near.x, &own.segments, &own.used, LOSS, 2)?
-        } else {
-            let own = &from.point;
-            settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
-        };
-        point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
-        self.finish(problem, point)
+        Ok((problem, x))
     }
 
     /// A model against the recordings kept out, its parameters frozen; `None` if there are
@@ -163,12 +152,12 @@ impl Bench {
 }
 
 /// Those of `used` that are used on the way.
-fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
+pub(super) fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
     let few = thinned(segments).into_iter();
     few.zip(used).map(|(few, used)| few && *used).collect()
 }
 
-fn modes(model: &Model) -> usize {
+pub(super) fn modes(model: &Model) -> usize {
     let further = model.effects.iter().filter(|e| e.spec.id == "extra_mode");
     model.modes.len() + further.count()
 }

@@ -8,11 +8,13 @@ mod baseline;
 mod clocks;
 mod fits;
 mod freedoms;
+mod sketch;
 mod values;
 
 use std::time::Duration;
 
 use self::freedoms::{freedoms, structure_bounds};
+pub use self::sketch::Sketch;
 use self::values::Values;
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};

@@ -7,8 +7,8 @@ use crate::model::parameter::{ParameterSpec, Rank, Scale};
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "adhesion_saturation",
     name: "saturating adhesion",
-    sentence: "Adhesion grows fast at first and then levels off, in place of a straight line in contact time.",
-    law: "f_a = Ca0 + dF ((1 - s)(1 - exp(-t/tau)) + s ln(1 + t/tau))",
+    sentence: "Adhesion grows fast at first and then levels off, in place of a straight line in contact time or on top of one.",
+    law: "f_a = Ca0 + dF ((1 - s)(1 - exp(-t/tau)) + s ln(1 + t/tau)) + l Ca t",
     source: "capillary nucleation: Szoszkiewicz and Riedo, Phys. Rev. Lett. 95, 135502 (2005)",
     needs: Need::Ground,
     parameters: &[
@@ -51,12 +51,26 @@ pub static EFFECT: EffectSpec = EffectSpec {
             meaning: "0 levels off, 1 grows as ln(1 + t/tau)",
             equation: "f_a = Ca0 + dF ln(1 + t/tau)",
         },
+        ParameterSpec {
+            id: "line_share",
+            symbol: "l",
+            name: "share of the straight line",
+            unit: "",
+            default: 0.0,
+            range: (0.0, 1.0),
+            limits: (0.0, 1.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "0: in place of the straight line, 1: on top of it",
+            equation: "f_a = Ca0 + dF (...) + l Ca t",
+        },
     ],
     build: |values, _| {
         Box::new(AdhesionSaturation {
             growth: values[0],
             tau: values[1],
             log_share: values[2],
+            line_share: values[3],
         })
     },
 };
@@ -66,6 +80,7 @@ struct AdhesionSaturation {
     growth: f64,
     tau: f64,
     log_share: f64,
+    line_share: f64,
 }
 
 impl Action for AdhesionSaturation {
@@ -79,6 +94,7 @@ impl Action for AdhesionSaturation {
         }
         let s = contact_time.max(0.0) / self.tau;
         let levels_off = -(-s).exp_m1();
-        at_touch + self.growth * ((1.0 - self.log_share) * levels_off + self.log_share * s.ln_1p())
+        let bend = (1.0 - self.log_share) * levels_off + self.log_share * s.ln_1p();
+        at_touch + self.growth * bend + self.line_share * (adhesion - at_touch)
     }
 }

@@ -80,10 +80,11 @@ impl Machine<'_> {
     }
 
     pub(super) fn adhesion(&self, time: f64) -> f64 {
-        let (growth, tau, share) = self.e().adhesion;
+        let (growth, tau, share, line) = self.e().adhesion;
         if growth > 0.0 {
             let s = time / tau;
-            CA0 + growth * ((1.0 - share) * (1.0 - (-s).exp()) + share * (1.0 + s).ln())
+            let bend = (1.0 - share) * (1.0 - (-s).exp()) + share * (1.0 + s).ln();
+            CA0 + growth * bend + line * CA * time
         } else {
             CA0 + CA * time
         }

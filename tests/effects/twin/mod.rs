@@ -51,8 +51,8 @@ pub struct Effects {
     pub film_tau: f64,
     /// Force, range, exponent.
     pub attraction: (f64, f64, f64),
-    /// Growth, time, share of the logarithm.
-    pub adhesion: (f64, f64, f64),
+    /// Growth, time, share of the logarithm, of the straight line.
+    pub adhesion: (f64, f64, f64, f64),
     /// Exponent, speed.
     pub restitution: (f64, f64),
     /// Stiffness, damping.

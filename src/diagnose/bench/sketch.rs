@@ -1,0 +1,95 @@
+//! The first part of a fit with a further mode: its own constants find their place on a part
+//! of the stretches, before all of them are taken up.
+
+use super::fits::{modes, some_of};
+use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH};
+use crate::diagnose::calm::prepare_calm;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::stretches::adopt;
+use crate::fit::problem::Problem;
+use crate::fit::segment::Segment;
+use crate::fit::solve::{Point, settle};
+use crate::model::Model;
+use crate::sim::StretchSimulator;
+
+/// A fit on a part of the stretches.
+#[derive(Debug)]
+pub struct Sketch {
+    problem: Problem,
+    near: Point,
+    /// All stretches, those of the part as they were.
+    segments: Vec<Segment>,
+    used: Vec<bool>,
+    few: Vec<bool>,
+}
+
+impl Sketch {
+    /// Chi2 on that part, the same for all fits that begin from one.
+    pub fn cost(&self) -> f64 {
+        self.near.cost
+    }
+}
+
+impl Bench {
+    /// Begins a fit of a model that has more modes than that of `from`; see [`Bench::fit`].
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn sketch(
+        &self,
+        start: &Model,
+        free: &[String],
+        bounds: &[Bound],
+        from: &Fitted,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Sketch, DiagnoseError> {
+        debug_assert!(modes(start) != modes(&from.model), "no further mode");
+        let (problem, x) = self.posed(start, free, bounds, from)?;
+        let (side, space) = (&self.train, &problem.space);
+        let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
+        let segments = calm.prepared.segments;
+        // The same stretches, with more unknowns each: what was misread stays aside.
+        let used = if segments.len() == from.point.used.len() {
+            from.point.used.clone()
+        } else {
+            vec![true; segments.len()]
+        };
+        let (old, new) = (
+            from.problem.simulator(&from.point.x)?,
+            StretchSimulator::new(start, &problem.options)?,
+        );
+        let segments = adopt(&from.point.segments, segments, (&old, &new), &problem);
+        let few = some_of(&segments, &used);
+        let begun = settle(&problem, &x, &segments, &few, LOSS, 3)?;
+        let known: Vec<usize> = (0..self.free.len()).collect();
+        let near = self.improve(&problem, begun, &known, (12, ROUGH), control)?;
+        let near = self.improve(&problem, near, &[], (6, ROUGH), control)?;
+        Ok(Sketch {
+            problem,
+            near,
+            segments,
+            used,
+            few,
+        })
+    }
+
+    /// Goes on with all stretches.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn complete(
+        &self,
+        sketch: Sketch,
+        iterations: usize,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let (problem, near) = (sketch.problem, sketch.near);
+        let mut all = sketch.segments;
+        for i in (0..all.len()).filter(|&i| sketch.few[i]) {
+            all[i] = near.segments[i].clone();
+        }
+        let point = settle(&problem, &near.x, &all, &sketch.used, LOSS, 3)?;
+        let point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
+        self.finish(problem, point)
+    }
+}
