@@ -35,6 +35,7 @@ pub mod result;
 pub mod ring;
 mod scales;
 pub mod scan;
+mod search;
 mod size;
 mod stretches;
 mod strips;

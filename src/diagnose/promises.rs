@@ -6,7 +6,8 @@ use super::candidates::{Form, Scale, forms, own_ids};
 use super::explain::Stand;
 use super::options::DiagnoseError;
 use super::ring;
-use super::scan::{Linear, Scan, find_line, find_step};
+use super::scan::{Linear, Scan};
+use super::search::{find_line, find_step};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, find};
 
