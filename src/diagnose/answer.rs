@@ -189,6 +189,8 @@ pub fn candidates(
                 remarks.push("it promises far less than the best, and was not fitted".to_owned());
             } else if weighed.is_some() {
                 remarks.push("re-tuning explains all that it could".to_owned());
+            } else if !found.baseline.train.model.allows(spec) {
+                remarks.push("this device has nothing that it acts on".to_owned());
             } else if test.is_none() {
                 remarks.push("these recordings do not ask about it".to_owned());
             }

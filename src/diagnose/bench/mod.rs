@@ -9,12 +9,14 @@ mod clocks;
 mod fits;
 mod freedoms;
 mod sketch;
+mod tuned;
 mod values;
 
 use std::time::Duration;
 
 use self::freedoms::{freedoms, structure_bounds};
 pub use self::sketch::Sketch;
+pub use self::tuned::Tuned;
 use self::values::Values;
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
@@ -37,8 +39,6 @@ const SKEW: f64 = 5e-6;
 /// Noise of a first reading that is taken over, by those that follow, counts for no more than
 /// so many values.
 const MOST_TAKEN: f64 = 20.0;
-/// How often recordings are cut again for readings that are late.
-const AGAIN: usize = 2;
 /// A loss that forgives nothing.
 pub const WIDE: Huber = Huber(1e4);
 /// Loss by which fits are compared, in units of the noise.
@@ -81,6 +81,18 @@ pub struct Bench {
     options: FitOptions,
 }
 
+/// Why a recording has no stays on the ground that seems to have some.
+const HOVERS: &str = "the mass comes to rest over the ground without touching it";
+
+/// What is found out about the readings on the way.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Known {
+    /// By how much they are late against the voltage \[s\].
+    late: f64,
+    /// In which recordings of either side the mass rests over the ground.
+    hovers: (Vec<usize>, Vec<usize>),
+}
+
 /// A model fitted to one side.
 #[derive(Debug, Clone)]
 pub struct Fitted {
@@ -118,15 +130,16 @@ impl Bench {
         held_out: &[Part],
         options: &DiagnoseOptions,
     ) -> Result<Self, DiagnoseError> {
-        Self::of_late(model, (train, held_out), options, 0.0)
+        let known = Known::default();
+        Self::of_known(model, (train, held_out), options, &known)
     }
 
-    /// The same where the readings were found to be `late` \[s\] against the voltage.
-    fn of_late(
+    /// The same with what was found out about the readings.
+    fn of_known(
         model: &Model,
         (train, held_out): (&[Part], &[Part]),
         options: &DiagnoseOptions,
-        late: f64,
+        known: &Known,
     ) -> Result<Self, DiagnoseError> {
         if train.is_empty() {
             return Err(DiagnoseError::NoRecording);
@@ -146,14 +159,18 @@ impl Bench {
                 offsets: true,
                 scales: None,
                 skew: Some(SKEW),
-                late,
+                late: known.late,
             },
             tolerance: options.tolerance,
             ..FitOptions::for_model(model)
         };
         let space = Space::new(model, &free)?;
-        let side = |parts: &[Part]| -> Result<Side, FitError> {
-            let findings = look(model, parts);
+        let side = |parts: &[Part], hovers: &[usize]| -> Result<Side, FitError> {
+            let mut findings = look(model, parts);
+            for &k in hovers {
+                findings[k].level = Err(HOVERS.to_owned());
+                findings[k].step = None;
+            }
             let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
             Ok(Side {
                 parts: parts.to_vec(),
@@ -161,11 +178,11 @@ impl Bench {
                 calm,
             })
         };
-        let mut train = side(train)?;
+        let mut train = side(train, &known.hovers.0)?;
         let mut held_out = if held_out.is_empty() {
             None
         } else {
-            Some(side(held_out)?)
+            Some(side(held_out, &known.hovers.1)?)
         };
         let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
         let mut information = 0.0;
@@ -206,31 +223,6 @@ impl Bench {
             bounds: structure_bounds(model),
             options: fit,
         })
-    }
-
-    /// The baseline re-tuned from `model`, with the recordings cut for it again where their
-    /// readings turn out to be late by more than stretches bear.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] if a recording or the model cannot be used.
-    pub fn tuned(
-        mut self,
-        model: &Model,
-        options: &DiagnoseOptions,
-        control: &DiagnoseControl<'_>,
-    ) -> Result<(Self, Fitted), DiagnoseError> {
-        let mut base = self.baseline(model, control)?;
-        for _ in 0..AGAIN {
-            let Some(late) = clocks::late(&base).filter(|_| !control.cancelled()) else {
-                break;
-            };
-            let late = self.options.nuisances.late + late;
-            log::debug!("readings are {:.1} us late", 1e6 * late);
-            let held_out = self.held_out.as_ref().map_or(&[][..], |s| &s.parts);
-            self = Self::of_late(model, (&self.train.parts, held_out), options, late)?;
-            base = self.baseline(model, control)?;
-        }
-        Ok((self, base))
     }
 
     /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].

@@ -67,7 +67,9 @@ fn what(out: &mut Lines, diagnosis: &Diagnosis) {
     if diagnosis.verdict == Verdict::Unexplained && !diagnosis.candidates.is_empty() {
         out.head("Weighed and found wanting");
         let mut rows = vec![columns(["", "probability", "chi2 kept out"])];
-        rows.extend(diagnosis.candidates.iter().take(CANDIDATES).map(|c| {
+        let asked = diagnosis.candidates.iter();
+        let asked = asked.filter(|c| c.gain.is_finite() || c.score > 0.0);
+        rows.extend(asked.take(CANDIDATES).map(|c| {
             columns([
                 c.name.as_str(),
                 &probability(c.probability),
