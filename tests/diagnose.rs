@@ -8,7 +8,13 @@ use impactscope::diagnose::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, Diagnosis, Verdict, diagnose,
 };
 use impactscope::fit::Part;
+use impactscope::model::Model;
+use impactscope::model::drive::Waveform;
+use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
+use impactscope::model::sensor::Sensor;
+use impactscope::recording::Recording;
+use impactscope::sim::{Options, simulate};
 
 /// Diagnoses a few recordings of a trial, for the sake of time.
 fn ask(seed: u64, mix: Mix, cancelled: bool) -> Result<Diagnosis, DiagnoseError> {
@@ -93,4 +99,73 @@ fn senseless_questions_are_refused() {
         text.contains("nonsense") && text.contains("quadratic_drag"),
         "{text}"
     );
+}
+
+/// A recording of `model` as the simulator makes it, 150 nm of noise on both points.
+fn recording(model: &Model, drive: &str, duration: f64, seed: u64) -> Part {
+    let waveform = Waveform::parse(drive, duration).expect("a drive");
+    let options = Options {
+        rate: 25e3,
+        ..Options::default()
+    };
+    let mut trace = simulate(model, &waveform, duration, &options).expect("a trace");
+    let sensor = Sensor {
+        noise: 150e-9,
+        ..Sensor::default()
+    };
+    sensor.add_noise(&mut trace.proof_mass, seed);
+    sensor.add_noise(&mut trace.cantilever, seed + 1000);
+    let (time, volts) = (trace.times(), Some(trace.voltage.clone()));
+    let (xp, xc) = (trace.proof_mass, Some(trace.cantilever));
+    let made = Recording::new(drive, time, volts, xp, xc).expect("a recording");
+    Part::whole(std::sync::Arc::new(made))
+}
+
+#[test]
+fn a_mass_that_hovers_over_the_ground_is_not_taken_to_stay_on_it() {
+    let mut model = Preset::embedded("paper").expect("a preset").model;
+    // Little enough that the mass does not stick where it hovers.
+    model.set("Ca0", 1e-9).expect("a parameter");
+    let start = model.clone();
+    // Where it rests without a ground, half a period after the step down.
+    let rest = |volts: f64| {
+        let mut free = model.clone();
+        free.set("dp", 300e-6).expect("a parameter");
+        free.set("gp", 320e-6).expect("a parameter");
+        let drive = Waveform::parse(&format!("square:5Hz:{volts}V"), 0.2).expect("a drive");
+        let trace = simulate(&free, &drive, 0.2, &Options::default()).expect("a trace");
+        let end = |share: f64| trace.proof_mass[(share * trace.proof_mass.len() as f64) as usize];
+        end(0.49).min(end(0.99))
+    };
+    let over = -model.parameters[ParameterId::Dp] + 0.5e-6;
+    let (mut low, mut high) = (2.0, 8.0);
+    for _ in 0..30 {
+        let volts = 0.5 * (low + high);
+        if rest(volts) > over {
+            low = volts;
+        } else {
+            high = volts;
+        }
+    }
+    let hovering = format!("square:50Hz:{low:.6}V");
+    model
+        .set("eta", 1.02 * start.parameters[ParameterId::Eta])
+        .expect("a parameter");
+    let train = [
+        recording(&start, "square:15Hz:8V", 0.2, 1),
+        recording(&start, "sine:50Hz:8V", 0.1, 2),
+        recording(&start, &hovering, 0.12, 3),
+    ];
+    let held_out = [recording(&start, "square:40Hz:7.5V", 0.1, 4)];
+    let cancel = AtomicBool::new(false);
+    let quiet = |_: &impactscope::diagnose::DiagnoseProgress| {};
+    let control = DiagnoseControl {
+        cancel: &cancel,
+        progress: &quiet,
+    };
+    let options = DiagnoseOptions::default();
+    let found = diagnose(&model, &train, &held_out, &options, &control).expect("an answer");
+    let said = |r: &String| r.starts_with(&hovering) && r.contains("without touching");
+    assert!(found.remarks.iter().any(said), "{:?}", found.remarks);
+    assert_eq!(found.verdict, Verdict::Adequate, "{:?}", found.remarks);
 }
