@@ -32,6 +32,10 @@ const LOCAL: f64 = 8.0;
 const BROKEN: f64 = 6.5;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
+/// Fall of chi2 from which a ground gives way although a further mode rings.
+const DESPITE_MODE: f64 = 300.0;
+/// Laws of which the force hangs on the displacement more than on anything else.
+const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
 /// Share of what is left from which it is a matter of the named laws' form.
 const FORM: f64 = 0.5;
 /// Share of what is missing that named effects must carry.
@@ -137,9 +141,16 @@ pub fn diagnose(
         };
         // So does a further mode that the impacts set ringing: flight tells little of how.
         let further = found.stand.named.iter().any(|n| n.spec.id == "extra_mode");
-        let asked = |t: &LawTest| by_hand(t.id) == Some(true);
-        let sure = |t: &LawTest| asked(t) || !(further && t.id == "compliant_ground");
-        match compliant.filter(|t| sure(t) && by_hand(t.id).unwrap_or_else(|| still(t))) {
+        let sure = |t: &LawTest| {
+            let doubtful = further && t.id == "compliant_ground";
+            let much = t.gain + t.held_gain > DESPITE_MODE;
+            !doubtful || much || by_hand(t.id) == Some(true)
+        };
+        let after = |first: &LawTest| {
+            let again = tests.iter().find(|t| t.id == first.id);
+            by_hand(first.id).unwrap_or_else(|| still(first) && again.is_some_and(sure))
+        };
+        match compliant.filter(after) {
             Some(test) => named_laws.push(test),
             None => named_laws.extend(tests.iter().filter(|t| named(t) && sure(t)).cloned()),
         }
@@ -199,9 +210,18 @@ pub fn diagnose(
         let swings = swing::gain(&found.stand.train)?;
         log::debug!("{share:.2} carried, {formal:.0} formal, {swings:.0} swinging, left: {left:?}");
         let names: Vec<&str> = found.stand.named.iter().map(|n| n.spec.name).collect();
+        let of_displacement = named
+            .iter()
+            .filter(|n| OF_DISPLACEMENT.contains(&n.spec.id));
+        let displaced = of_displacement.count();
         let refused = if swings > TRAIN_GAIN {
             left = left.or(Some(Left::Force("xp", swings)));
             Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned())
+        } else if left.is_some() && displaced > 1 {
+            Some(format!(
+                "{} together still leave a force over the displacement: that is rather one law which is not in the catalogue",
+                names.join(" and ")
+            ))
         } else if share < CARRIED && left.is_some() {
             // Chi2 of stretches each by itself may fall where the whole stays as wrong.
             let unbroken = if share < explained {

@@ -1,9 +1,14 @@
 //! The baseline re-tuned, with the recordings cut again for it where they turn out to have been
 //! misread: readings that are late, a mass that rests over the ground without touching it.
 
+use rayon::prelude::*;
+
 use super::{Bench, Fitted, Known, Side, clocks};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::fit::segment::Segment;
 use crate::model::Model;
+use crate::recording::quantile_in_place;
+use crate::sim::{SimError, Stretcher};
 
 /// How often recordings are cut again for readings that are late.
 const AGAIN: usize = 2;
@@ -11,8 +16,10 @@ const AGAIN: usize = 2;
 const MISREAD: f64 = 0.5;
 /// Fewest of them.
 const LEAST: usize = 3;
-/// Chi2 per value may grow by this factor where stretches that were set aside come back.
-const NO_WORSE: f64 = 1.02;
+/// Chi2 per value of a recording, over that of others and over 1, from which it is far off.
+const APART: f64 = 1.4;
+/// Residuals beyond this many standard deviations count no more.
+const CLIP: f64 = 6.0;
 
 /// The re-tuned baseline.
 #[derive(Debug)]
@@ -28,34 +35,82 @@ pub struct Tuned {
 }
 
 impl Fitted {
-    /// Recordings whose stays on the ground were set aside as misread, most of them.
-    fn doubtful(&self) -> Vec<usize> {
-        let stays = |k: usize, aside: bool| {
-            let all = self.point.segments.iter().zip(&self.point.used);
-            all.filter(|(s, used)| s.recording == k && s.starts_held && !(aside && **used))
-                .count()
+    /// Chi2 per value of each stretch that is not set aside, with its recording and whether it is
+    /// a stay on the ground.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    fn distances(&self) -> Result<Vec<(usize, bool, f64)>, SimError> {
+        let (problem, point) = (&self.problem, &self.point);
+        let simulator = problem.simulator(&point.x)?;
+        let states = problem.states(&simulator, &point.segments);
+        let all = point.segments.par_iter().enumerate();
+        let one = |(i, segment): (usize, &Segment)| {
+            let mut stretcher = Stretcher::new(&simulator);
+            let nuisances = problem.nuisances_of(&point.x, segment.recording);
+            let (locals, z) = (&segment.locals, &states[i]);
+            let mut r = Vec::new();
+            problem
+                .evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r)
+                .then(|| {
+                    let squares = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2));
+                    let mean = squares.sum::<f64>() / r.len().max(1) as f64;
+                    (segment.recording, segment.starts_held, mean)
+                })
         };
-        (0..self.problem.data.len())
-            .filter(|&k| {
-                let (all, aside) = (stays(k, false), stays(k, true));
-                aside >= LEAST && aside as f64 > MISREAD * all as f64
-            })
-            .collect()
+        Ok(all
+            .filter(|(i, _)| point.used[*i])
+            .filter_map(one)
+            .collect())
     }
 
-    /// Whether `other`, for which the recordings are cut in another way, has fewer stretches
-    /// set aside and comes as near.
-    fn yields_to(&self, other: &Self) -> bool {
-        let nearer = other.per_value() < NO_WORSE * self.per_value().max(1.0);
+    /// Recordings in whose stays on the ground the mass may be elsewhere: most of them were set
+    /// aside as misread, or are farther from the model than those of other recordings.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    fn doubtful(&self) -> Result<Vec<usize>, SimError> {
+        let told = self.distances()?;
+        let told: Vec<(usize, f64)> = told.iter().filter(|s| s.1).map(|s| (s.0, s.2)).collect();
+        let doubtful = |&k: &usize| {
+            let stays = self.point.segments.iter();
+            let all = stays.filter(|s| s.recording == k && s.starts_held).count();
+            let used = told.iter().filter(|s| s.0 == k).count();
+            let aside = all - used;
+            let misread = aside >= LEAST && aside as f64 > MISREAD * all as f64;
+            misread || (used >= LEAST && apart(&told, k, &[k]))
+        };
+        Ok((0..self.problem.data.len()).filter(doubtful).collect())
+    }
+
+    /// Whether `other`, for which recordings are `flown` through, sets no more aside, and comes
+    /// as near to those as to others.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    fn yields_to(&self, other: &Self, flown: &[usize]) -> Result<bool, SimError> {
+        let told = other.distances()?;
+        let told: Vec<(usize, f64)> = told.iter().map(|s| (s.0, s.2)).collect();
+        let far = flown.iter().filter(|&&k| apart(&told, k, flown)).count();
         log::debug!(
-            "flown through: {:.1} % aside in place of {:.1} %, chi2 per value {:.3} in place of {:.3}",
+            "flown through: {:.1} % aside in place of {:.1} %, {far} of {} far off",
             100.0 * other.aside(),
             100.0 * self.aside(),
-            other.per_value(),
-            self.per_value()
+            flown.len()
         );
-        other.aside() < self.aside() && nearer
+        Ok(other.aside() <= self.aside() && far == 0)
     }
+}
+
+/// Whether the stretches of recording `k` are farther off than those of all but `these`, of
+/// which each has its recording and its distance.
+fn apart(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
+    let median = |which: &dyn Fn(usize) -> bool| {
+        let mut own: Vec<f64> = told.iter().filter(|s| which(s.0)).map(|s| s.1).collect();
+        quantile_in_place(&mut own, 0.5)
+    };
+    let usual = median(&|r| !these.contains(&r));
+    median(&|r| r == k) > APART * if usual > 1.0 { usual } else { 1.0 }
 }
 
 impl Bench {
@@ -88,26 +143,32 @@ impl Bench {
             train = bench.baseline(model, control)?;
         }
         let mut remarks = Vec::new();
-        let hovers = train.doubtful();
+        let hovers = train.doubtful()?;
         if !hovers.is_empty() && !control.cancelled() {
             let mut flown = known.clone();
             flown.hovers.0 = hovers;
             let other = again(&bench, &flown)?;
             let fit = other.baseline(model, control)?;
-            if train.yields_to(&fit) {
+            if train.yields_to(&fit, &flown.hovers.0)? {
                 remarks.extend(said(&other.train, &flown.hovers.0));
                 (bench, train, known) = (other, fit, flown);
             }
         }
         let mut held_out = bench.judge(&train.model, (&train, None), control)?;
-        let hovers = held_out.as_ref().map_or(Vec::new(), Fitted::doubtful);
+        let hovers = match &held_out {
+            Some(judged) => judged.doubtful()?,
+            None => Vec::new(),
+        };
         if !hovers.is_empty() && !control.cancelled() {
             let mut flown = known;
             flown.hovers.1 = hovers;
             let other = again(&bench, &flown)?;
             let judged = other.judge(&train.model, (&train, None), control)?;
-            let pair = held_out.as_ref().zip(judged.as_ref());
-            if pair.is_some_and(|(before, after)| before.yields_to(after)) {
+            let better = match (&held_out, &judged) {
+                (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
+                _ => false,
+            };
+            if better {
                 let side = other.held_out.as_ref();
                 remarks.extend(side.into_iter().flat_map(|s| said(s, &flown.hovers.1)));
                 (bench, held_out) = (other, judged);
