@@ -203,14 +203,15 @@ fn friction_and_film() {
         };
         check("dry_friction", &[("fc", fc)], effects, &[SQUARE, SINE]);
     }
-    for film_tau in [5e-6, 200e-6] {
+    for (film_tau, film_growth) in [(5e-6, 0.0), (200e-6, 0.0), (300e-6, 2.0)] {
         let effects = Effects {
             film_tau,
+            film_growth,
             ..Effects::default()
         };
         check(
             "film_spring",
-            &[("tau", film_tau)],
+            &[("tau", film_tau), ("p", film_growth)],
             effects,
             &[SQUARE, SINE],
         );

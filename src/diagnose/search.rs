@@ -9,6 +9,8 @@ use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
+/// Fewest stays on the ground before a step of it.
+const BEFORE: usize = 3;
 /// Most frequencies between two that are simulated, on either side.
 const MOST_STEPS: f64 = 2000.0;
 
@@ -177,17 +179,21 @@ pub fn find_step(
             }
         };
         for (series, best) in [false, true].into_iter().zip(&mut best) {
+            // A ground that has been elsewhere all the time has made no step.
+            let before = || held.iter().filter(|p| !later(p, series));
+            if before().count() < BEFORE {
+                continue;
+            }
             let Some(p) = weigh(&|p| later(p, series)) else {
                 continue;
             };
             if best.is_none_or(|b| p.gain > b.gain) {
-                let before = held.iter().filter(|p| !later(p, series));
                 let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
                 let in_series = |p: &Products| epoch(segments[p.segment].recording) + begin(p);
                 *best = Some(Step {
                     height: p.theta,
                     time: in_series(at),
-                    since: before
+                    since: before()
                         .map(|p| in_series(p))
                         .fold(f64::NEG_INFINITY, f64::max),
                     series,

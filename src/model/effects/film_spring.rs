@@ -1,36 +1,71 @@
 //! `film_spring`: the gas of the film is compressed before it flows away.
 
 use super::{Action, EffectSpec, Kinematics, Need};
-use crate::model::parameter::{ParameterSpec, Rank, Scale};
+use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
+
+/// Time of the film at contact over that far off, at most: between these, by the quickest rate
+/// [1/s] that a simulation follows in few steps. Far off the film is so weak that it does not
+/// matter how late it is.
+const MOST: (f64, f64) = (9.0, 50.0);
+/// See above.
+const QUICKEST: f64 = 2e5;
+/// Thinnest film, as a share of that at contact.
+const THINNEST: f64 = 0.1;
 
 /// The effect.
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "film_spring",
     name: "compressible film",
     sentence: "The gas under the mass is compressed before it flows away, so that the film's force comes late.",
-    law: "tau F' + F = -Cs xp' / (xp + gp)^3",
+    law: "tau ((gp - dp) / (xp + gp))^p F' + F = -Cs xp' / (xp + gp)^3",
     source: "squeeze number: Blech, J. Lubrication Technol. 105, 615 (1983)",
     needs: Need::Ground,
-    parameters: &[ParameterSpec {
-        id: "tau",
-        symbol: "τ",
-        name: "time of the film",
-        unit: "s",
-        default: 50e-6,
-        range: (0.0, 1e-3),
-        limits: (0.0, 1e3),
-        scale: Scale::Linear,
-        rank: Rank::Advanced,
-        meaning: "time in which trapped gas flows away; 0 is the film of eq (10)",
-        equation: "tau F' + F = -Cs xp' / (xp + gp)^3",
-    }],
-    build: |values, _| {
+    parameters: &[
+        ParameterSpec {
+            id: "tau",
+            symbol: "τ",
+            name: "time of the film",
+            unit: "s",
+            default: 50e-6,
+            range: (0.0, 1e-3),
+            limits: (0.0, 1e3),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "time in which trapped gas flows away, at contact; 0 is the film of eq (10)",
+            equation: "tau F' + F = -Cs xp' / (xp + gp)^3",
+        },
+        ParameterSpec {
+            id: "p",
+            symbol: "p",
+            name: "growth as the gap closes",
+            unit: "",
+            default: 0.0,
+            range: (0.0, 3.0),
+            limits: (0.0, 10.0),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "0: the same time at any height; 2: as the inverse square of the gap, like the squeeze number",
+            equation: "tau(xp) = tau ((gp - dp) / (xp + gp))^p",
+        },
+    ],
+    build: |values, around| {
+        let (tau, growth) = (values[0], values[1]);
+        let most = if growth > 0.0 {
+            (QUICKEST * tau).clamp(MOST.0, MOST.1)
+        } else {
+            1.0
+        };
+        let parameters = around.parameters;
         Box::new(FilmSpring {
-            rates: if values[0] > 0.0 {
-                vec![1.0 / values[0]]
+            rates: if tau > 0.0 {
+                vec![most / tau]
             } else {
                 Vec::new()
             },
+            growth,
+            most,
+            gap: parameters[ParameterId::Gp],
+            thinnest: parameters[ParameterId::Gp] - parameters[ParameterId::Dp],
         })
     },
 };
@@ -39,7 +74,14 @@ pub static EFFECT: EffectSpec = EffectSpec {
 /// its force on the mass counts in the balance.
 #[derive(Debug)]
 struct FilmSpring {
+    /// The quickest rate [1/s].
     rates: Vec<f64>,
+    growth: f64,
+    /// Rate far off over that at contact, at most.
+    most: f64,
+    /// Thickness of the film where the mass is at zero, and at contact [m].
+    gap: f64,
+    thinnest: f64,
 }
 
 impl Action for FilmSpring {
@@ -51,10 +93,18 @@ impl Action for FilmSpring {
         &self.rates
     }
 
-    fn state_inputs(&self, at: &Kinematics, _z: &[f64], inputs: &mut [f64]) {
-        if let ([rate], [input]) = (self.rates.as_slice(), inputs) {
+    fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
+        let ([rate], [input], [force]) = (self.rates.as_slice(), inputs, z) else {
+            return;
+        };
+        if self.growth == 0.0 {
             *input = rate * at.film;
+            return;
         }
+        let wider = (at.xp + self.gap).max(THINNEST * self.thinnest) / self.thinnest;
+        let share = (wider.powf(self.growth) / self.most).min(1.0);
+        // The state decays at the quickest rate: what that is too much comes back.
+        *input = rate * (share * at.film + (1.0 - share) * force);
     }
 
     fn film_force(&self, film: f64, z: &[f64]) -> f64 {

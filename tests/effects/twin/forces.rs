@@ -155,7 +155,11 @@ impl Machine<'_> {
             // Creep answers to gc without itself.
             lag(e.creep.1, gain - e.creep.0 * s[7], s[7]),
             lag(
-                e.film_tau,
+                e.film_tau
+                    * (2e5 * e.film_tau)
+                        .clamp(9.0, 50.0)
+                        .recip()
+                        .max(((GP - DP) / (xp + GP)).powf(e.film_growth)),
                 if self.phase == Phase::Flight {
                     film
                 } else {

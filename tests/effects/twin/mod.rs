@@ -49,6 +49,7 @@ pub struct Effects {
     pub cd: f64,
     pub fc: f64,
     pub film_tau: f64,
+    pub film_growth: f64,
     /// Force, range, exponent.
     pub attraction: (f64, f64, f64),
     /// Growth, time, share of the logarithm, of the straight line.
