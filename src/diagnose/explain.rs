@@ -340,7 +340,8 @@ fn drop_needless(
         // would be lost.
         let latest = stand.named.last().map_or(0.0, |n| n.gain.0);
         let own = stand.named[k].gain.0;
-        if latest > SURE * TRAIN_GAIN && own > SURE * latest {
+        let later = stand.named[k].hypothesis.told_by.is_some();
+        if later || latest > SURE * TRAIN_GAIN && own > SURE * latest {
             k += 1;
             continue;
         }

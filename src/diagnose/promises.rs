@@ -7,7 +7,7 @@ use super::explain::Stand;
 use super::options::DiagnoseError;
 use super::ring;
 use super::scan::{Linear, Scan};
-use super::search::{find_line, find_step};
+use super::search::{find_line, find_step, first_level};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, find};
 
@@ -55,6 +55,9 @@ pub struct Hypothesis {
     pub searched: bool,
     /// Whether its times go through the series of recordings.
     pub series: bool,
+    /// If it begins after the fitted recordings: that of those kept out by which it is told, to
+    /// be proved by the others.
+    pub told_by: Option<usize>,
 }
 
 /// The best form of each effect, with what the linearised problem promises.
@@ -116,6 +119,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 promise: line.gain,
                 searched: true,
                 series: false,
+                told_by: None,
             });
         }
     }
@@ -145,8 +149,10 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 promise: step.gain,
                 searched: true,
                 series: step.series,
+                told_by: None,
             });
         }
+        out.extend(after_all(bench, stand, &always)?);
     }
     if let Some(spec) = find("extra_mode")
         && let Some(ring) = ring::find(&stand.train)?
@@ -182,9 +188,41 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             promise: ring.gain.max(2.0 * PROMISING),
             searched: false,
             series: false,
+            told_by: None,
         });
     }
     Ok(out)
+}
+
+/// A step of the ground between the fitted recordings and those kept out: `always` is one that
+/// was always there. The first of those kept out tells its height.
+fn after_all(
+    bench: &Bench,
+    stand: &Stand,
+    always: &ActiveEffect,
+) -> Result<Option<Hypothesis>, DiagnoseError> {
+    let Some(held) = &stand.held_out else {
+        return Ok(None);
+    };
+    let linear = Linear::new(&held.problem, &held.point, super::bench::LOSS)?;
+    let Some((first, promise)) = first_level(&linear, &held.model, always)? else {
+        return Ok(None);
+    };
+    let spec = always.spec;
+    Ok(Some(Hypothesis {
+        start: ActiveEffect {
+            spec,
+            values: vec![RISE * promise.theta, bench.end_of_fitted()],
+        },
+        others: Vec::new(),
+        free: own_ids(spec, &[0]),
+        full: None,
+        bounds: Vec::new(),
+        promise: promise.gain,
+        searched: true,
+        series: true,
+        told_by: Some(first),
+    }))
 }
 
 /// When stays on the ground begin in the recordings kept out \[s\], the last first, each a
@@ -246,5 +284,6 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
         promise: gain,
         searched: false,
         series: false,
+        told_by: None,
     }
 }

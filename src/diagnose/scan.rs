@@ -16,6 +16,8 @@ use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// A direction of which re-tuning explains all but this share cannot be told.
 pub(super) const UNTOLD: f64 = 1e-7;
+/// Weight that keeps an unknown where it is, over what the data give it.
+const LOCKED: f64 = 1e12;
 /// Ridge of the baseline's own directions, as a share of each.
 const RIDGE: f64 = 1e-10;
 
@@ -229,6 +231,15 @@ impl Scan {
     /// The baseline's own directions, `None` if they are singular.
     pub(super) fn base(&self) -> Option<Base> {
         Base::new(&self.normal, &self.gradient, self.unknowns)
+    }
+
+    /// The same where the first `locked` unknowns, the model's parameters, stay as they are.
+    pub(super) fn base_without(&self, locked: usize) -> Option<Base> {
+        let mut normal = self.normal.clone();
+        for i in 0..locked.min(self.unknowns) {
+            normal[(i, i)] = LOCKED * normal[(i, i)].max(1e-200);
+        }
+        Base::new(&normal, &self.gradient, self.unknowns)
     }
 
     /// Normal equations from products with so many probes each.

@@ -4,7 +4,7 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::scan::{Linear, Products, Scan, UNTOLD};
+use super::scan::{Base, Linear, Products, Promise, Scan, UNTOLD};
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
@@ -157,15 +157,7 @@ pub fn find_step(
         .filter(|p| segments[p.segment].starts_held)
         .collect();
     let weigh = |on: &dyn Fn(&Products) -> bool| {
-        let (mut cross, mut own, mut slope) = (DVector::zeros(n), 0.0, 0.0);
-        for p in held.iter().filter(|p| on(p)) {
-            for (i, &c) in p.columns.iter().enumerate() {
-                cross[c] += p.cross[(i, 0)];
-            }
-            own += p.gram[(0, 0)];
-            slope += p.slope[0];
-        }
-        base.promise(&cross, own, slope)
+        promise_of(&base, n, held.iter().copied().filter(|p| on(p)))
     };
     let mut best: [Option<Step>; 2] = [None, None];
     for at in &held {
@@ -203,4 +195,53 @@ pub fn find_step(
         }
     }
     Ok(best.into_iter().flatten().collect())
+}
+
+/// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
+fn promise_of<'a>(
+    base: &Base,
+    n: usize,
+    some: impl Iterator<Item = &'a Products>,
+) -> Option<Promise> {
+    let (mut cross, mut own, mut slope) = (DVector::zeros(n), 0.0, 0.0);
+    for p in some {
+        for (i, &c) in p.columns.iter().enumerate() {
+            cross[c] += p.cross[(i, 0)];
+        }
+        own += p.gram[(0, 0)];
+        slope += p.slope[0];
+    }
+    base.promise(&cross, own, slope)
+}
+
+/// Another level of the ground in the first of the recordings of `linear` in which the mass
+/// stays on it, the model's parameters as they are: that recording and what it would bring
+/// there, in units of `step`.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn first_level(
+    linear: &Linear<'_>,
+    model: &Model,
+    step: &ActiveEffect,
+) -> Result<Option<(usize, Promise)>, SimError> {
+    let products = linear.products(model, std::slice::from_ref(step))?;
+    let segments = &linear.point().segments;
+    let count = |k: usize| {
+        let own = products.iter().map(|p| &segments[p.segment]);
+        own.filter(|s| s.recording == k && s.starts_held).count()
+    };
+    let recordings = 0..linear.problem().data.len();
+    let Some(first) = recordings.into_iter().find(|&k| count(k) >= BEFORE) else {
+        return Ok(None);
+    };
+    let whole = Scan::gather(linear, &products, 1);
+    let stays = products.iter().filter(|p| {
+        let s = &segments[p.segment];
+        s.starts_held && s.recording == first
+    });
+    let n = linear.problem().unknowns();
+    let base = whole.base_without(linear.problem().space.len());
+    let promise = base.and_then(|base| promise_of(&base, n, stays));
+    Ok(promise.map(|promise| (first, promise)))
 }

@@ -219,12 +219,19 @@ fn judged(
     control: &DiagnoseControl<'_>,
 ) -> Result<Trial, DiagnoseError> {
     let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
-    let held_gain = match (&stand.held_out, &held_out) {
+    let mut gain = stand.train.cost - train.cost;
+    let mut held_gain = match (&stand.held_out, &held_out) {
         (Some(before), Some(after)) => before.cost - after.cost,
         _ => 0.0,
     };
+    // What begins after the fitted recordings is told by one that was kept out, which proves
+    // nothing then.
+    if let (Some(k), Some(before), Some(after)) = (hypothesis.told_by, &stand.held_out, &held_out) {
+        gain = before.cost_of(k)? - after.cost_of(k)?;
+        held_gain -= gain;
+    }
     Ok(Trial {
-        gain: stand.train.cost - train.cost,
+        gain,
         held_gain,
         train,
         held_out,

@@ -239,13 +239,18 @@ impl Bench {
             .collect()
     }
 
+    /// End of the fitted recordings in that series \[s\].
+    pub fn end_of_fitted(&self) -> f64 {
+        let spans = self.train.parts.iter().map(|p| p.recording.span());
+        spans.map(|(begin, end)| end - begin).sum()
+    }
+
     /// The same recordings as one series in time: what happens to the ground once, happens
     /// to all later ones. Those kept out come last.
     pub fn in_series(&self) -> Self {
         let mut series = self.clone();
         let mut epochs = self.epochs();
-        let length = |p: &Part| p.recording.span().1 - p.recording.span().0;
-        let mut at: f64 = self.train.parts.iter().map(length).sum();
+        let mut at = self.end_of_fitted();
         for (data, epoch) in series
             .train
             .calm
@@ -267,8 +272,9 @@ impl Bench {
                 .iter_mut()
                 .zip(&held_out.parts)
             {
-                data.epoch = at - part.recording.span().0;
-                at += length(part);
+                let (begin, end) = part.recording.span();
+                data.epoch = at - begin;
+                at += end - begin;
             }
         }
         series

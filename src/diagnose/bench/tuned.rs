@@ -21,6 +21,16 @@ const APART: f64 = 1.4;
 /// Residuals beyond this many standard deviations count no more.
 const CLIP: f64 = 6.0;
 
+/// How far a stretch is from the model.
+struct Distance {
+    recording: usize,
+    /// Whether it is a stay on the ground.
+    stays: bool,
+    rows: usize,
+    /// Chi2 per value.
+    mean: f64,
+}
+
 /// The re-tuned baseline.
 #[derive(Debug)]
 pub struct Tuned {
@@ -35,12 +45,11 @@ pub struct Tuned {
 }
 
 impl Fitted {
-    /// Chi2 per value of each stretch that is not set aside, with its recording and whether it is
-    /// a stay on the ground.
+    /// How far each stretch is that is not set aside.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
-    fn distances(&self) -> Result<Vec<(usize, bool, f64)>, SimError> {
+    fn distances(&self) -> Result<Vec<Distance>, SimError> {
         let (problem, point) = (&self.problem, &self.point);
         let simulator = problem.simulator(&point.x)?;
         let states = problem.states(&simulator, &point.segments);
@@ -55,13 +64,29 @@ impl Fitted {
                 .then(|| {
                     let squares = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2));
                     let mean = squares.sum::<f64>() / r.len().max(1) as f64;
-                    (segment.recording, segment.starts_held, mean)
+                    Distance {
+                        recording: segment.recording,
+                        stays: segment.starts_held,
+                        rows: r.len(),
+                        mean,
+                    }
                 })
         };
         Ok(all
             .filter(|(i, _)| point.used[*i])
             .filter_map(one)
             .collect())
+    }
+
+    /// Robust cost of the stretches of recording `k` that are not set aside, each stretch's
+    /// residuals clipped.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    pub fn cost_of(&self, k: usize) -> Result<f64, SimError> {
+        let all = self.distances()?;
+        let own = all.iter().filter(|s| s.recording == k);
+        Ok(own.map(|s| s.mean * s.rows as f64).sum())
     }
 
     /// Recordings in whose stays on the ground the mass may be elsewhere: most of them were set
@@ -71,7 +96,11 @@ impl Fitted {
     /// [`SimError`] if the model makes no sense.
     fn doubtful(&self) -> Result<Vec<usize>, SimError> {
         let told = self.distances()?;
-        let told: Vec<(usize, f64)> = told.iter().filter(|s| s.1).map(|s| (s.0, s.2)).collect();
+        let told: Vec<(usize, f64)> = told
+            .iter()
+            .filter(|s| s.stays)
+            .map(|s| (s.recording, s.mean))
+            .collect();
         let doubtful = |&k: &usize| {
             let stays = self.point.segments.iter();
             let all = stays.filter(|s| s.recording == k && s.starts_held).count();
@@ -90,7 +119,7 @@ impl Fitted {
     /// [`SimError`] if the model makes no sense.
     fn yields_to(&self, other: &Self, flown: &[usize]) -> Result<bool, SimError> {
         let told = other.distances()?;
-        let told: Vec<(usize, f64)> = told.iter().map(|s| (s.0, s.2)).collect();
+        let told: Vec<(usize, f64)> = told.iter().map(|s| (s.recording, s.mean)).collect();
         let far = flown.iter().filter(|&&k| apart(&told, k, flown)).count();
         log::debug!(
             "flown through: {:.1} % aside in place of {:.1} %, {far} of {} far off",
