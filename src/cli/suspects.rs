@@ -82,7 +82,7 @@ pub fn summary(out: &mut dyn Write, asked: &Suspects) -> anyhow::Result<()> {
     }
     writeln!(
         out,
-        "Further modes and vibrations were not asked: peaks, contacts and bounces do not hold their frequencies.\n"
+        "Further modes and vibrations were not asked, as peaks, contacts and bounces do not hold their frequencies; nor a ground that gives way and a compressible film.\n"
     )?;
     Ok(())
 }

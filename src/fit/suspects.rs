@@ -2,7 +2,8 @@
 //! could be is fitted beside the parameters, and judged at frequencies that it was not shown.
 //!
 //! A further mode, a vibration and what befalls a single recording have constants of which peaks,
-//! contacts and bounces say nothing; they are not asked.
+//! contacts and bounces say nothing; they are not asked. Nor are a ground that gives way and a
+//! compressible film, of which a run takes twenty times as long and which act for microseconds.
 
 use serde::Serialize;
 
@@ -13,7 +14,7 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
 /// Effects that are asked, their strength, and where it is next to nothing.
-const ASKED: [(&str, &str, f64); 12] = [
+const ASKED: [(&str, &str, f64); 10] = [
     ("amplifier_lag", "tau", 0.0),
     ("piezo_creep", "c", 0.0),
     ("hysteresis_memory", "s", 0.0),
@@ -21,17 +22,15 @@ const ASKED: [(&str, &str, f64); 12] = [
     ("cubic_stiffness", "k3", 0.0),
     ("quadratic_drag", "cd", 1e-9),
     ("dry_friction", "fc", 0.0),
-    ("film_spring", "tau", 0.0),
     ("long_range_attraction", "A", 0.0),
     ("adhesion_saturation", "dF", 0.0),
     ("velocity_restitution", "n", 0.0),
-    ("compliant_ground", "k", 1e8),
 ];
 
 /// Generations of each search that are enough, from where the fit has come.
-pub const GENERATIONS: usize = 25;
+pub const GENERATIONS: usize = 12;
 /// Those that come nearest are also asked at frequencies left out.
-const CROSS_CHECKED: usize = 5;
+const CROSS_CHECKED: usize = 3;
 /// Standard errors by which the frequencies left out must agree.
 const AGREE: f64 = 2.0;
 
