@@ -12,7 +12,6 @@ mod read;
 mod result;
 mod simulate;
 mod steps;
-mod suspects;
 mod trial;
 mod validate;
 mod watch;

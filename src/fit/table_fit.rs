@@ -179,20 +179,11 @@ fn values(model: &Model) -> Vec<f64> {
 }
 
 /// `base` with the free parameters at a point of the cube.
-pub(super) fn model_at(base: &Model, point: &[f64]) -> Model {
-    let places = FREE.iter().zip(point);
-    let values: Vec<f64> = places
-        .map(|(id, place)| id.spec().value_at(*place))
-        .collect();
-    with_values(base, &values)
-}
-
-/// `base` with values of the free parameters, SI.
-pub(super) fn with_values(base: &Model, values: &[f64]) -> Model {
+fn model_at(base: &Model, point: &[f64]) -> Model {
     let mut model = base.clone();
     let film = base.parameters[ParameterId::Gp] - base.parameters[ParameterId::Dp];
-    for (id, value) in FREE.iter().zip(values) {
-        model.parameters.set(*id, *value);
+    for (id, place) in FREE.iter().zip(point) {
+        model.parameters.set(*id, id.spec().value_at(*place));
     }
     let dp = model.parameters[ParameterId::Dp];
     model.parameters.set(ParameterId::Gp, dp + film);
@@ -200,7 +191,7 @@ pub(super) fn with_values(base: &Model, values: &[f64]) -> Model {
 }
 
 /// Rows of some cases; a case that cannot be simulated has no figures.
-pub(super) fn rows(model: &Model, cases: &[Case]) -> Vec<Row> {
+fn rows(model: &Model, cases: &[Case]) -> Vec<Row> {
     let options = Options {
         rate: RATE,
         ..Options::default()
@@ -218,7 +209,7 @@ pub(super) fn rows(model: &Model, cases: &[Case]) -> Vec<Row> {
 }
 
 /// Sum of robust squares over the rows, against the experiment.
-pub(super) fn cost(rows: &[Row]) -> f64 {
+fn cost(rows: &[Row]) -> f64 {
     rows.iter()
         .map(|row| {
             let published = row.published(Column::Experiment);
@@ -244,7 +235,7 @@ pub(super) fn cost(rows: &[Row]) -> f64 {
         .sum()
 }
 
-pub(super) fn misfit(rows: &[Row]) -> Misfit {
+fn misfit(rows: &[Row]) -> Misfit {
     let s = super::validate::statistics(rows, Column::Experiment);
     Misfit {
         peak: s.peak_mean_absolute_error,
