@@ -210,17 +210,16 @@ pub fn diagnose(
         let swings = swing::gain(&found.stand.train)?;
         log::debug!("{share:.2} carried, {formal:.0} formal, {swings:.0} swinging, left: {left:?}");
         let names: Vec<&str> = found.stand.named.iter().map(|n| n.spec.name).collect();
-        let of_displacement = named
-            .iter()
-            .filter(|n| OF_DISPLACEMENT.contains(&n.spec.id));
-        let displaced = of_displacement.count();
+        let displaced = named.iter().map(|n| n.spec);
+        let displaced = displaced.filter(|spec| OF_DISPLACEMENT.contains(&spec.id));
+        let displaced: Vec<&str> = displaced.map(|spec| spec.name).collect();
         let refused = if swings > TRAIN_GAIN {
             left = left.or(Some(Left::Force("xp", swings)));
             Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned())
-        } else if left.is_some() && displaced > 1 {
+        } else if left.is_some() && displaced.len() > 1 {
             Some(format!(
-                "{} together still leave a force over the displacement: that is rather one law which is not in the catalogue",
-                names.join(" and ")
+                "{} would stand for one force over the displacement and still leave something: that is rather one law which is not in the catalogue",
+                displaced.join(" and ")
             ))
         } else if share < CARRIED && left.is_some() {
             // Chi2 of stretches each by itself may fall where the whole stays as wrong.

@@ -227,8 +227,10 @@ fn judged(
     // What begins after the fitted recordings is told by one that was kept out, which proves
     // nothing then.
     if let (Some(k), Some(before), Some(after)) = (hypothesis.told_by, &stand.held_out, &held_out) {
-        gain = before.cost_of(k)? - after.cost_of(k)?;
-        held_gain -= gain;
+        let falls = before.costs()?.into_iter().zip(after.costs()?);
+        let falls: Vec<f64> = falls.map(|(before, after)| before - after).collect();
+        gain = falls[k];
+        held_gain = falls.iter().sum::<f64>() - gain;
     }
     Ok(Trial {
         gain,

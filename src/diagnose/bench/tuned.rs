@@ -78,15 +78,16 @@ impl Fitted {
             .collect())
     }
 
-    /// Robust cost of the stretches of recording `k` that are not set aside, each stretch's
-    /// residuals clipped.
+    /// Cost of each recording's stretches that are not set aside, residuals clipped.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
-    pub fn cost_of(&self, k: usize) -> Result<f64, SimError> {
-        let all = self.distances()?;
-        let own = all.iter().filter(|s| s.recording == k);
-        Ok(own.map(|s| s.mean * s.rows as f64).sum())
+    pub fn costs(&self) -> Result<Vec<f64>, SimError> {
+        let mut costs = vec![0.0; self.problem.data.len()];
+        for s in self.distances()? {
+            costs[s.recording] += s.mean * s.rows as f64;
+        }
+        Ok(costs)
     }
 
     /// Recordings in whose stays on the ground the mass may be elsewhere: most of them were set
