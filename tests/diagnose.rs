@@ -42,14 +42,24 @@ fn ask(seed: u64, mix: Mix, cancelled: bool) -> Result<Diagnosis, DiagnoseError>
     let train = parts(&recordings.train, &[1, 2, 3]);
     let held_out = parts(&recordings.held_out, &[2]);
     let model = Preset::embedded("paper").expect("a preset").model;
+    let options = DiagnoseOptions::default();
+    answer(&model, (&train, &held_out), &options, cancelled)
+}
+
+/// A diagnosis whose progress nobody sees.
+fn answer(
+    model: &Model,
+    (train, held_out): (&[Part], &[Part]),
+    options: &DiagnoseOptions,
+    cancelled: bool,
+) -> Result<Diagnosis, DiagnoseError> {
     let cancel = AtomicBool::new(cancelled);
     let quiet = |_: &impactscope::diagnose::DiagnoseProgress| {};
     let control = DiagnoseControl {
         cancel: &cancel,
         progress: &quiet,
     };
-    let options = DiagnoseOptions::default();
-    diagnose(&model, &train, &held_out, &options, &control)
+    diagnose(model, train, held_out, options, &control)
 }
 
 #[test]
@@ -80,20 +90,14 @@ fn cancelled_it_still_answers_and_names_nothing() {
 #[test]
 fn senseless_questions_are_refused() {
     let model = Preset::embedded("paper").unwrap().model;
-    let cancel = AtomicBool::new(false);
-    let quiet = |_: &impactscope::diagnose::DiagnoseProgress| {};
-    let control = DiagnoseControl {
-        cancel: &cancel,
-        progress: &quiet,
-    };
     let options = DiagnoseOptions::default();
-    let none = diagnose(&model, &[], &[], &options, &control);
+    let none = answer(&model, (&[], &[]), &options, false);
     assert!(matches!(none, Err(DiagnoseError::NoRecording)));
     let options = DiagnoseOptions {
         candidates: vec!["nonsense".to_owned()],
         ..options
     };
-    let unknown = diagnose(&model, &[], &[], &options, &control);
+    let unknown = answer(&model, (&[], &[]), &options, false);
     let text = unknown.err().map(|e| e.to_string()).unwrap_or_default();
     assert!(
         text.contains("nonsense") && text.contains("quadratic_drag"),
@@ -157,14 +161,8 @@ fn a_mass_that_hovers_over_the_ground_is_not_taken_to_stay_on_it() {
         recording(&start, &hovering, 0.12, 3),
     ];
     let held_out = [recording(&start, "square:40Hz:7.5V", 0.1, 4)];
-    let cancel = AtomicBool::new(false);
-    let quiet = |_: &impactscope::diagnose::DiagnoseProgress| {};
-    let control = DiagnoseControl {
-        cancel: &cancel,
-        progress: &quiet,
-    };
     let options = DiagnoseOptions::default();
-    let found = diagnose(&model, &train, &held_out, &options, &control).expect("an answer");
+    let found = answer(&model, (&train, &held_out), &options, false).expect("an answer");
     let said = |r: &String| r.starts_with(&hovering) && r.contains("without touching");
     assert!(found.remarks.iter().any(said), "{:?}", found.remarks);
     assert_eq!(found.verdict, Verdict::Adequate, "{:?}", found.remarks);

@@ -86,7 +86,8 @@ pub fn diagnose(
         remarks.push("nothing was kept out, so that no improvement can be proved".to_owned());
     }
     say("baseline", "re-tuning", 0.05);
-    let tuned = bench.tuned(model, options, control)?;
+    let judging = || say("baseline", "recordings kept out", 0.25);
+    let tuned = bench.tuned(model, options, control, &judging)?;
     let bench = tuned.bench;
     remarks.extend(tuned.remarks);
     let baseline = Stand {

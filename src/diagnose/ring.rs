@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use super::bench::Fitted;
 use crate::fit::chain::Row;
-use crate::sim::{SimError, Stretcher};
+use crate::fit::segment::Segment;
+use crate::fit::solve::residuals_at;
+use crate::sim::SimError;
 
 /// Spacing of the frequencies looked at \[Hz\].
 const SPACING: f64 = 100.0;
@@ -98,20 +100,11 @@ pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
 /// What the fit leaves of the stretches of flight that are long enough.
 fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
-    let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
-    let all = point.segments.par_iter().enumerate();
-    let flights = all.filter(|(i, s)| point.used[*i] && s.samples.len() >= LEAST && !s.starts_held);
-    let left = flights.filter_map(|(i, segment)| {
-        let mut stretcher = Stretcher::new(&simulator);
-        let nuisances = problem.nuisances_of(&point.x, segment.recording);
-        let mut r = Vec::new();
-        let locals = &segment.locals;
-        let z = &states[i];
-        if !problem.evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r) {
-            return None;
-        }
-        let rows = problem.rows(segment);
+    let all = residuals_at(problem, point, |i, s| {
+        point.used[i] && s.samples.len() >= LEAST && !s.starts_held
+    })?;
+    let left = |(segment, r): (&Segment, Option<Vec<f64>>)| {
+        let (rows, r) = (problem.rows(segment), r?);
         let of = |kind: Row| -> Vec<f64> {
             let own = rows.iter().zip(&r).filter(|(row, _)| **row == kind);
             own.map(|(_, r)| r.clamp(-5.0, 5.0)).collect()
@@ -120,8 +113,8 @@ fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
             channels: [of(Row::ProofMass), of(Row::Cantilever)],
             interval: segment.interval,
         })
-    });
-    Ok(left.collect())
+    };
+    Ok(point.segments.iter().zip(all).filter_map(left).collect())
 }
 
 /// The spectrum of the first `length` samples of all stretches at each of the `frequencies`,

@@ -1,16 +1,15 @@
 //! What a fit has found, how sure it is, and how far it is from the data.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rayon::prelude::*;
 
 use super::chain::Row;
 use super::error::FitError;
 use super::prepare::Prepared;
-use super::solve::{Point, normal_equations, threshold};
+use super::solve::{Point, normal_equations, residuals_at, threshold};
 use crate::model::Model;
 use crate::model::parameter::Scale;
 use crate::model::unit::{format_number, format_quantity};
-use crate::sim::{SimError, Stretcher};
+use crate::sim::SimError;
 
 /// Correlation from which two parameters count as not told apart.
 const EXTREME: f64 = 0.95;
@@ -283,38 +282,26 @@ pub(super) fn misfits(
     point: &Point,
 ) -> Result<(Misfit, Vec<Misfit>), SimError> {
     let problem = &prepared.problem;
-    let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let all = residuals_at(problem, point, |_, _| true)?;
     let sums: Vec<Sums> = point
         .segments
-        .par_iter()
+        .iter()
+        .zip(all)
         .enumerate()
-        .map(|(i, segment)| {
-            let mut stretcher = Stretcher::new(&simulator);
-            let nuisances = problem.nuisances_of(&point.x, segment.recording);
-            let mut r = Vec::new();
-            let locals = &segment.locals;
+        .map(|(i, (segment, r))| {
             let mut sums = Sums {
-                unknowns: locals.len(),
+                unknowns: segment.locals.len(),
                 ..Sums::default()
             };
-            let done = problem.evaluate(
-                segment,
-                &states[i],
-                &mut stretcher,
-                &nuisances,
-                locals,
-                &mut r,
-            );
             let sigma = problem.data[segment.recording].sigmas.xp;
-            if !done {
+            let Some(r) = r else {
                 let rows = problem.rows(segment);
                 let lost = rows.iter().filter(|row| **row == Row::ProofMass).count();
                 return Sums {
                     lost,
                     ..Sums::default()
                 };
-            }
+            };
             for (row, r) in problem.rows(segment).iter().zip(&r) {
                 if *row == Row::ProofMass {
                     sums.square += r * r * sigma * sigma;

@@ -17,6 +17,7 @@ use std::time::Duration;
 use self::freedoms::{freedoms, structure_bounds};
 pub use self::sketch::Sketch;
 pub use self::tuned::Tuned;
+use self::tuned::{HOVERS, Known};
 use self::values::Values;
 use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
@@ -79,18 +80,6 @@ pub struct Bench {
     pub outset: Model,
     bounds: Vec<Bound>,
     options: FitOptions,
-}
-
-/// Why a recording has no stays on the ground that seems to have some.
-const HOVERS: &str = "the mass comes to rest over the ground without touching it";
-
-/// What is found out about the readings on the way.
-#[derive(Debug, Clone, Default, PartialEq)]
-struct Known {
-    /// By how much they are late against the voltage \[s\].
-    late: f64,
-    /// In which recordings of either side the mass rests over the ground.
-    hovers: (Vec<usize>, Vec<usize>),
 }
 
 /// A model fitted to one side.

@@ -1,14 +1,13 @@
 //! The baseline re-tuned, with the recordings cut again for it where they turn out to have been
 //! misread: readings that are late, a mass that rests over the ground without touching it.
 
-use rayon::prelude::*;
-
-use super::{Bench, Fitted, Known, Side, clocks};
+use super::{Bench, Fitted, Side, clocks};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::segment::Segment;
+use crate::fit::solve::residuals_at;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
-use crate::sim::{SimError, Stretcher};
+use crate::sim::SimError;
 
 /// How often recordings are cut again for readings that are late.
 const AGAIN: usize = 2;
@@ -20,6 +19,18 @@ const LEAST: usize = 3;
 const APART: f64 = 1.4;
 /// Residuals beyond this many standard deviations count no more.
 const CLIP: f64 = 6.0;
+
+/// Why a recording has no stays on the ground that seems to have some.
+pub(super) const HOVERS: &str = "the mass comes to rest over the ground without touching it";
+
+/// What is found out about the readings on the way.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Known {
+    /// By how much they are late against the voltage \[s\].
+    pub late: f64,
+    /// In which recordings of either side the mass rests over the ground.
+    pub hovers: (Vec<usize>, Vec<usize>),
+}
 
 /// How far a stretch is from the model.
 struct Distance {
@@ -50,32 +61,20 @@ impl Fitted {
     /// # Errors
     /// [`SimError`] if the model makes no sense.
     fn distances(&self) -> Result<Vec<Distance>, SimError> {
-        let (problem, point) = (&self.problem, &self.point);
-        let simulator = problem.simulator(&point.x)?;
-        let states = problem.states(&simulator, &point.segments);
-        let all = point.segments.par_iter().enumerate();
-        let one = |(i, segment): (usize, &Segment)| {
-            let mut stretcher = Stretcher::new(&simulator);
-            let nuisances = problem.nuisances_of(&point.x, segment.recording);
-            let (locals, z) = (&segment.locals, &states[i]);
-            let mut r = Vec::new();
-            problem
-                .evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r)
-                .then(|| {
-                    let squares = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2));
-                    let mean = squares.sum::<f64>() / r.len().max(1) as f64;
-                    Distance {
-                        recording: segment.recording,
-                        stays: segment.starts_held,
-                        rows: r.len(),
-                        mean,
-                    }
-                })
+        let point = &self.point;
+        let all = residuals_at(&self.problem, point, |i, _| point.used[i])?;
+        let one = |(segment, r): (&Segment, Option<Vec<f64>>)| {
+            r.map(|r| {
+                let squares = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2));
+                Distance {
+                    recording: segment.recording,
+                    stays: segment.starts_held,
+                    rows: r.len(),
+                    mean: squares.sum::<f64>() / r.len().max(1) as f64,
+                }
+            })
         };
-        Ok(all
-            .filter(|(i, _)| point.used[*i])
-            .filter_map(one)
-            .collect())
+        Ok(point.segments.iter().zip(all).filter_map(one).collect())
     }
 
     /// Cost of each recording's stretches that are not set aside, residuals clipped.
@@ -146,7 +145,8 @@ fn apart(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
 impl Bench {
     /// The baseline re-tuned from `model`, with the recordings cut for it again where their
     /// readings turn out to be late by more than stretches bear, and without stays in those
-    /// in which flight through suits better.
+    /// in which flight through suits better. `judging` is called before those kept out are
+    /// looked at.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a recording or the model cannot be used.
@@ -155,6 +155,7 @@ impl Bench {
         model: &Model,
         options: &DiagnoseOptions,
         control: &DiagnoseControl<'_>,
+        judging: &dyn Fn(),
     ) -> Result<Tuned, DiagnoseError> {
         let mut known = Known::default();
         let mut bench = self;
@@ -184,6 +185,7 @@ impl Bench {
                 (bench, train, known) = (other, fit, flown);
             }
         }
+        judging();
         let mut held_out = bench.judge(&train.model, (&train, None), control)?;
         let hovers = match &held_out {
             Some(judged) => judged.doubtful()?,

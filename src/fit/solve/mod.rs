@@ -4,7 +4,7 @@
 mod point;
 mod step;
 
-pub use self::point::{Point, scales, settle, threshold};
+pub use self::point::{Point, residuals_at, scales, settle, threshold};
 pub use self::step::normal_equations;
 
 use std::sync::Arc;

@@ -110,27 +110,40 @@ pub(super) fn at(
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
 pub fn scales(problem: &Problem, point: &Point) -> Result<Vec<f64>, SimError> {
+    let scale = |r: Option<Vec<f64>>| {
+        r.map_or(f64::INFINITY, |mut r| {
+            r.iter_mut().for_each(|r| *r = r.abs());
+            quantile_in_place(&mut r, 0.683)
+        })
+    };
+    let all = residuals_at(problem, point, |_, _| true)?;
+    Ok(all.into_iter().map(scale).collect())
+}
+
+/// Residuals of those segments at a point that are asked for, by index and segment, in units of
+/// the noise; `None` for the others, and where one cannot be simulated.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub fn residuals_at(
+    problem: &Problem,
+    point: &Point,
+    which: impl Fn(usize, &Segment) -> bool + Sync,
+) -> Result<Vec<Option<Vec<f64>>>, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&simulator, &point.segments);
-    let scale = |(i, segment): (usize, &Segment)| {
+    let one = |(i, segment): (usize, &Segment)| {
+        if !which(i, segment) {
+            return None;
+        }
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let mut stretcher = Stretcher::new(&simulator);
-        let mut r = Vec::new();
-        let locals = &segment.locals;
-        if !problem.evaluate(
-            segment,
-            &states[i],
-            &mut stretcher,
-            &nuisances,
-            locals,
-            &mut r,
-        ) {
-            return f64::INFINITY;
-        }
-        r.iter_mut().for_each(|r| *r = r.abs());
-        quantile_in_place(&mut r, 0.683)
+        let (locals, states, mut r) = (&segment.locals, &states[i], Vec::new());
+        problem
+            .evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r)
+            .then_some(r)
     };
-    Ok(point.segments.par_iter().enumerate().map(scale).collect())
+    Ok(point.segments.par_iter().enumerate().map(one).collect())
 }
 
 /// Threshold of the loss that suits the present residuals.
