@@ -100,6 +100,7 @@ pub fn names(
                     n.gain.0, n.gain.1
                 ),
             }];
+            evidence.extend(n.told.clone());
             if n.hypothesis.series {
                 evidence
                     .push("its time counts through the recordings in the order given".to_owned());

@@ -4,9 +4,10 @@
 
 use super::bench::{Bench, Fitted, Side};
 use super::options::DiagnoseError;
+use crate::fit::prepare::Prepared;
 use crate::fit::readings::{self, Readings};
 use crate::fit::robust::Huber;
-use crate::fit::solve::settle;
+use crate::fit::solve::{Point, settle};
 
 /// Longest stretch around events \[s\]: few events in each, so that one that is misread
 /// spoils no others.
@@ -52,6 +53,27 @@ pub fn read(
 }
 
 fn side_readings(bench: &Bench, side: &Side, fitted: &Fitted) -> Result<Readings, DiagnoseError> {
+    let (prepared, point) = around_events(bench, side, fitted)?;
+    let mut found = readings::read(&prepared, &point)?;
+    for b in &mut found.bounces {
+        b.error = b.error.hypot(LEAST_RATIO_ERROR);
+    }
+    for r in &mut found.releases {
+        r.error = r.error.hypot(LEAST_FORCE_ERROR);
+    }
+    Ok(found)
+}
+
+/// Short stretches of one side with what happens at the ground in them, told by the model as
+/// fitted and no law of the ground.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model cannot be simulated.
+pub fn around_events(
+    bench: &Bench,
+    side: &Side,
+    fitted: &Fitted,
+) -> Result<(Prepared, Point), DiagnoseError> {
     let mut prepared = bench.with_events(side, &fitted.model, LONGEST)?;
     let own = &fitted.problem;
     for (data, known) in prepared.problem.data.iter_mut().zip(&own.data) {
@@ -73,12 +95,5 @@ fn side_readings(bench: &Bench, side: &Side, fitted: &Fitted) -> Result<Readings
         6,
     )?;
     let point = settle(&prepared.problem, x, &point.segments, &used, Huber(6.0), 5)?;
-    let mut found = readings::read(&prepared, &point)?;
-    for b in &mut found.bounces {
-        b.error = b.error.hypot(LEAST_RATIO_ERROR);
-    }
-    for r in &mut found.releases {
-        r.error = r.error.hypot(LEAST_FORCE_ERROR);
-    }
-    Ok(found)
+    Ok((prepared, point))
 }

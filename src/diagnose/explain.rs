@@ -2,10 +2,10 @@
 //! out, and added one by one as long as both sides improve beyond chance.
 
 use super::bench::{Bench, Fitted, Side};
-use super::kin;
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
 use super::weigh::{freedoms, weigh};
+use super::{choice, kin};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
@@ -20,10 +20,6 @@ const SURE: f64 = 4.0;
 pub const HELD_GAIN: f64 = 10.0;
 /// A further name must explain this share of what the first ones explained.
 const SHARE: f64 = 0.004;
-/// Two hypotheses whose gains differ by less than this share cannot be told apart.
-const ALIKE: f64 = 0.03;
-/// Nor if they differ by less than this.
-const ALIKE_LEAST: f64 = 8.0;
 /// Share of the rows set aside as misread from which they are looked at again.
 const ASIDE: f64 = 0.03;
 /// Or any, where chi2 per value is so many times larger on recordings kept out, and than 1.
@@ -97,6 +93,8 @@ pub struct Named {
     pub gain: (f64, f64),
     /// Others that did as well.
     pub alike: Vec<&'static str>,
+    /// Why one that does as well in flight is not among those.
+    pub told: Option<String>,
 }
 
 /// What the search found.
@@ -237,35 +235,18 @@ fn search(
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
         let round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
-        let best = round_weighed
-            .iter()
-            .filter_map(|w| w.trial.as_ref().map(|t| (w.spec, t)))
-            .max_by(|a, b| a.1.worth().total_cmp(&b.1.worth()))
-            .map(|(spec, t)| (spec, t.clone()));
-        let alike: Vec<&'static str> = best.as_ref().map_or(Vec::new(), |(spec, best)| {
-            let slack = (ALIKE * best.worth()).max(ALIKE_LEAST);
-            let near = |w: &&Weighed| {
-                w.spec != *spec
-                    && w.trial
-                        .as_ref()
-                        .is_some_and(|t| t.worth() > best.worth() - slack)
-            };
-            round_weighed
-                .iter()
-                .filter(near)
-                .map(|w| w.spec.id)
-                .collect()
-        });
+        let best = choice::best(&bench, &round_weighed)?;
         if weighed.is_empty() {
             weighed = round_weighed;
         }
-        let Some((spec, trial)) = best else {
+        let Some(best) = best else {
             // Asked for by hand, the next one may still be something.
             if only.is_some() {
                 continue;
             }
             break;
         };
+        let trial = best.trial;
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
         let least = if trial.hypothesis.searched {
             SEARCHED_GAIN
@@ -281,10 +262,11 @@ fn search(
             bench = bench.in_series();
         }
         stand.named.push(Named {
-            spec,
+            spec: best.spec,
             hypothesis: trial.hypothesis,
             gain: (trial.gain, trial.held_gain),
-            alike,
+            alike: best.alike,
+            told: best.told,
         });
         // What was misread did not stand out while all was far off.
         let clearer = stand.train.per_value() > CLEARER * trial.train.per_value();

@@ -1,0 +1,202 @@
+//! A late reading or a late drive: in flight the two look alike. Where the mass bounces they
+//! do not: a lag of the reading rounds the kink of the motion off, one of the drive leaves it.
+
+use super::bench::{Bench, Fitted, Side, taken_over};
+use super::events::around_events;
+use super::options::DiagnoseError;
+use crate::fit::prepare::Prepared;
+use crate::fit::robust::Huber;
+use crate::fit::segment::{JointKind, Segment};
+use crate::fit::solve::{Point, residuals_at, settle};
+use crate::fit::timeline::Kind;
+
+/// The two.
+const ALIKE: [&str; 2] = ["sensor_lag", "amplifier_lag"];
+/// Residuals beyond this many standard deviations count in proportion.
+const LOSS: Huber = Huber(4.0);
+/// Steps of a stretch from where the other model has it.
+const STEPS: usize = 8;
+/// Mean square of the residuals from which a stretch is misread.
+const POOR: f64 = 1.4;
+/// No stretch counts for more than this.
+const CAP: f64 = 30.0;
+/// Nor does one tell anything by less than this.
+const TELLING: f64 = 8.0;
+/// Fall of all together from which they tell.
+const LEAST: f64 = 40.0;
+/// Share of those telling that may tell the contrary.
+const AGAINST: f64 = 0.2;
+
+/// Whether `a` and `b` are the two that look alike in flight.
+pub fn looks_like(a: &str, b: &str) -> bool {
+    a != b && ALIKE.contains(&a) && ALIKE.contains(&b)
+}
+
+/// Which of two fits the stretches around bounces tell for, and by how much less they cost
+/// with it: above 0 it is `b`, below `a`, each a fit to the recordings fitted and that to those
+/// kept out. `None` where they do not tell, or not with one voice.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn told(
+    bench: &Bench,
+    a: (&Fitted, Option<&Fitted>),
+    b: (&Fitted, Option<&Fitted>),
+) -> Result<Option<f64>, DiagnoseError> {
+    let mut falls = of_side(bench, &bench.train, a.0, b.0)?;
+    if let (Some(side), Some(a), Some(b)) = (&bench.held_out, a.1, b.1) {
+        falls.extend(of_side(bench, side, a, b)?);
+    }
+    log::debug!("around bounces: {falls:.0?}");
+    Ok(verdict(&falls))
+}
+
+/// What the falls of single stretches say together.
+fn verdict(falls: &[f64]) -> Option<f64> {
+    let sum: f64 = falls.iter().map(|fall| fall.clamp(-CAP, CAP)).sum();
+    let telling = falls.iter().filter(|fall| fall.abs() > TELLING);
+    let against = telling.clone().filter(|fall| **fall * sum < 0.0).count();
+    let one_voice = against as f64 <= AGAINST * telling.count() as f64;
+    (sum.abs() > LEAST && one_voice).then_some(sum)
+}
+
+/// By how much less each stretch around bounces costs with `b` than with `a`, where one of
+/// them comes near it.
+fn of_side(bench: &Bench, side: &Side, a: &Fitted, b: &Fitted) -> Result<Vec<f64>, DiagnoseError> {
+    let (a, b) = (
+        around_events(bench, side, a)?,
+        around_events(bench, side, b)?,
+    );
+    // Each may have lost its way in a stretch where the other has not.
+    let (of_a, of_b) = (costs(&a, &b.1)?, costs(&b, &a.1)?);
+    let own = a.1.segments.iter().zip(of_a);
+    let pairs = own
+        .filter(|(s, _)| bounces(s))
+        .filter_map(|(segment, of_a)| {
+            let k = b.1.segments.iter().position(|s| same(s, segment))?;
+            let rows = a.0.problem.rows(segment).len();
+            let near = of_a.min(of_b[k]) < POOR * rows as f64;
+            near.then_some(of_a - of_b[k])
+        });
+    Ok(pairs.collect())
+}
+
+fn same(a: &Segment, b: &Segment) -> bool {
+    (a.recording, &a.samples, a.joints.len()) == (b.recording, &b.samples, b.joints.len())
+}
+
+fn bounces(segment: &Segment) -> bool {
+    let bounce = |k: &JointKind| matches!(k, JointKind::Event(Kind::Bounce { .. }));
+    segment.joints.iter().any(|j| bounce(&j.what))
+}
+
+/// Cost of each stretch around bounces, from where it is and from where `other` has it,
+/// whichever is less.
+fn costs((prepared, point): &(Prepared, Point), other: &Point) -> Result<Vec<f64>, DiagnoseError> {
+    let mut segments = point.segments.clone();
+    for segment in &mut segments {
+        if let Some(there) = other.segments.iter().find(|s| same(s, segment)) {
+            segment.locals.clone_from(&there.locals);
+        }
+    }
+    let problem = &prepared.problem;
+    let there = settle(problem, &point.x, &segments, &point.used, LOSS, STEPS)?;
+    let simulator = problem.simulator(&point.x)?;
+    let of = |point: &Point| -> Result<Vec<f64>, DiagnoseError> {
+        let all = residuals_at(problem, point, |i, s| point.used[i] && bounces(s))?;
+        let one = |(segment, r): (&Segment, Option<Vec<f64>>)| {
+            r.map_or(f64::INFINITY, |r| {
+                let cost: f64 = r.iter().map(|r| LOSS.cost(*r)).sum();
+                cost + taken_over(problem, &simulator, segment)
+            })
+        };
+        Ok(point.segments.iter().zip(all).map(one).collect())
+    };
+    let pairs = of(point)?.into_iter().zip(of(&there)?);
+    Ok(pairs.map(|(a, b)| a.min(b)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::diagnose::bench::with_effect;
+    use crate::diagnose::{DiagnoseControl, DiagnoseOptions};
+    use crate::fit::Part;
+    use crate::model::drive::Waveform;
+    use crate::model::effects::{ActiveEffect, find};
+    use crate::model::preset::Preset;
+    use crate::model::sensor::Sensor;
+    use crate::recording::Recording;
+    use crate::sim::{Options, simulate};
+
+    #[test]
+    fn bounces_tell_only_with_one_voice() {
+        assert_eq!(verdict(&[]), None);
+        assert_eq!(verdict(&[1.0, -2.0, 7.0, 3.0]), None);
+        assert_eq!(verdict(&[25.0, 20.0, 500.0, -1.0]), Some(74.0));
+        assert_eq!(
+            verdict(&[-25.0, -20.0, -15.0, -9.0, -12.0, 9.0]),
+            Some(-72.0)
+        );
+        assert_eq!(verdict(&[25.0, 20.0, 30.0, -20.0]), None);
+    }
+
+    #[test]
+    fn only_lags_of_the_reading_and_of_the_drive_look_alike() {
+        assert!(looks_like("sensor_lag", "amplifier_lag"));
+        assert!(looks_like("amplifier_lag", "sensor_lag"));
+        assert!(!looks_like("sensor_lag", "sensor_lag"));
+        assert!(!looks_like("sensor_lag", "piezo_creep"));
+    }
+
+    /// What a square drive tells of a device with the first lag, asked for one or the other.
+    fn asked(concealed: &str) -> Option<f64> {
+        let with = |id: &str| {
+            let mut effect = ActiveEffect::new(find(id).unwrap());
+            effect.values.iter_mut().for_each(|v| *v = 0.0);
+            effect.values[0] = 25e-6;
+            with_effect(&Preset::embedded("paper").unwrap().model, effect)
+        };
+        let options = Options {
+            rate: 25e3,
+            ..Options::default()
+        };
+        let drives = [("square:40Hz:8V", 0.06), ("square:300Hz:8V", 0.05)];
+        let parts = drives.map(|(drive, duration)| {
+            let waveform = Waveform::parse(drive, duration).unwrap();
+            let mut trace = simulate(&with(concealed), &waveform, duration, &options).unwrap();
+            let sensor = Sensor {
+                noise: 50e-9,
+                ..Sensor::default()
+            };
+            sensor.add_noise(&mut trace.proof_mass, 1);
+            sensor.add_noise(&mut trace.cantilever, 2);
+            let (xp, xc) = (trace.proof_mass.clone(), trace.cantilever.clone());
+            let (time, volts) = (trace.times(), trace.voltage.clone());
+            let made = Recording::new(drive, time, Some(volts), xp, Some(xc)).unwrap();
+            Part::whole(Arc::new(made))
+        });
+        let cancel = AtomicBool::new(false);
+        let control = DiagnoseControl {
+            cancel: &cancel,
+            progress: &|_| {},
+        };
+        let options = DiagnoseOptions::default();
+        let model = Preset::embedded("paper").unwrap().model;
+        let bench = Bench::new(&model, &parts, &[], &options).unwrap();
+        let fit = |id: &str| bench.baseline(&with(id), &control).unwrap();
+        let (sensor, amplifier) = (fit("sensor_lag"), fit("amplifier_lag"));
+        told(&bench, (&sensor, None), (&amplifier, None)).unwrap()
+    }
+
+    #[test]
+    fn bounces_tell_a_late_reading_from_a_late_drive() {
+        let late_readings = asked("sensor_lag").unwrap();
+        assert!(late_readings < -LEAST, "{late_readings}");
+        let late_drive = asked("amplifier_lag").unwrap();
+        assert!(late_drive > LEAST, "{late_drive}");
+    }
+}
