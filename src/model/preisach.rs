@@ -50,6 +50,8 @@ pub struct Relays {
     step: f64,
     /// `int_0^h f(h') h'^n dh'` at every `step` of `h`; empty where all widths count alike.
     moments: Vec<[f64; MOMENTS]>,
+    /// `f` there, times `step`.
+    densities: Vec<f64>,
 }
 
 impl Relays {
@@ -64,9 +66,12 @@ impl Relays {
             half_height: 1.0,
             step: (STEP * reference).min(NARROW_STEP / narrow),
             moments: Vec::new(),
+            densities: Vec::new(),
         };
         if narrow != 0.0 || wider != 0.0 || b2 != 0.0 || b4 != 0.0 {
             relays.moments = relays.integrate();
+            let at = |cell: usize| relays.step * relays.density(relays.step * cell as f64);
+            relays.densities = (0..=CELLS).map(at).collect();
         }
         let e = |a: f64, b: f64| relays.everett(a, b);
         let half = 0.5 * (e(reference, -reference) - e(reference, 0.0) - e(0.0, -reference));
@@ -122,7 +127,7 @@ impl Relays {
         let cell = (place as usize).min(CELLS - 1);
         let (low, high) = (&self.moments[cell], &self.moments[cell + 1]);
         let at = [cell, cell + 1].map(|i| self.step * i as f64);
-        let mut slope = at.map(|h| self.step * self.density(h));
+        let mut slope = [self.densities[cell], self.densities[cell + 1]];
         let t = place - cell as f64;
         let r = 1.0 - t;
         let mut out = [0.0; MOMENTS];

@@ -176,6 +176,11 @@ impl Step {
         let states = self.z.len() / S;
         for i in 0..states {
             let z0 = self.z[i];
+            if self.rates[i] == 0.0 && (0..S).all(|j| self.inputs[j * states + i] == 0.0) {
+                // A memory, which changes between pieces only.
+                (1..S).for_each(|k| self.z[k * states + i] = z0);
+                continue;
+            }
             let decay = &table.decays[i];
             for k in 0..S - 1 {
                 let mut z = decay.state[k] * z0;
