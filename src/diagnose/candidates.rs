@@ -29,6 +29,8 @@ pub struct Form {
     /// Values to begin with, and which are fitted, where the law is too strong for any model
     /// without it, if those are others.
     pub full: Option<(Vec<f64>, Vec<usize>)>,
+    /// Which parameters shape the law, to be fitted besides once it has shown up.
+    pub shape: &'static [usize],
 }
 
 impl Form {
@@ -142,6 +144,11 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                     values[8] = 1e-3;
                     (values, vec![1, 3, 4, 5, 6, 7, 8])
                 }),
+                shape: if spec.id == "hysteresis_memory" {
+                    &[3, 4, 5, 6, 7]
+                } else {
+                    &[]
+                },
             });
         };
         let dp = model.parameters[ParameterId::Dp];
@@ -160,9 +167,13 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 }
             }
             "hysteresis_memory" if driven => {
+                // Relays of all widths as in the branches, and rather narrow ones that lie
+                // evenly.
                 for width in [0.5, 1.2] {
-                    let values = [0.2, width, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-                    add(&values, 0, false, &[0, 1]);
+                    for (q, k, b1) in [(0.0, 0.0, 1.0), (0.4, 3.0, 0.0), (0.7, 6.0, 0.0)] {
+                        let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0];
+                        add(&values, 0, false, &[0, 1]);
+                    }
                 }
             }
             "electrostatic" if driven && ground => {

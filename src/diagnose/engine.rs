@@ -37,7 +37,7 @@ const DESPITE_MODE: f64 = 300.0;
 /// Laws of which the force hangs on the displacement more than on anything else.
 const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
 /// Share of what is left from which it is a matter of the named laws' form.
-const FORM: f64 = 0.5;
+const FORM: f64 = 0.8;
 /// Share of what is missing that named effects must carry.
 const CARRIED: f64 = 0.8;
 

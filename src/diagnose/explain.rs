@@ -4,7 +4,7 @@
 use super::bench::{Bench, Fitted, Side};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
-use super::weigh::{freedoms, weigh};
+use super::weigh::{freedoms, shaped, weigh};
 use super::{choice, kin};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
@@ -246,7 +246,7 @@ fn search(
             }
             break;
         };
-        let trial = best.trial;
+        let trial = shaped(&bench, &stand, best.trial, control)?;
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
         let least = if trial.hypothesis.searched {
             SEARCHED_GAIN

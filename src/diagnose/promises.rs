@@ -47,6 +47,8 @@ pub struct Hypothesis {
     /// The effect to begin with, and ids of the parameters that are fitted, where the law is
     /// too strong for any model without it, if those are others.
     pub full: Option<(ActiveEffect, Vec<String>)>,
+    /// Ids of those that shape the law, fitted besides once it has shown up.
+    pub shape: Vec<String>,
     /// Parameters that stay within bounds.
     pub bounds: Vec<Bound>,
     /// Fall of chi2 promised by the linearised problem.
@@ -115,6 +117,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 others: Vec::new(),
                 free: own_ids(spec, &[0, 1, 2]),
                 full: None,
+                shape: Vec::new(),
                 bounds: Vec::new(),
                 promise: line.gain,
                 searched: true,
@@ -145,6 +148,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                     .collect(),
                 free: own_ids(spec, &[0]),
                 full: None,
+                shape: Vec::new(),
                 bounds: Vec::new(),
                 promise: step.gain,
                 searched: true,
@@ -184,6 +188,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
                 .collect(),
             free: own_ids(spec, &[0, 1, 2, 3, 4]),
             full: None,
+            shape: Vec::new(),
             bounds: near(ring.frequency),
             promise: ring.gain.max(2.0 * PROMISING),
             searched: false,
@@ -217,6 +222,7 @@ fn after_all(
         others: Vec::new(),
         free: own_ids(spec, &[0]),
         full: None,
+        shape: Vec::new(),
         bounds: Vec::new(),
         promise: promise.gain,
         searched: true,
@@ -280,6 +286,7 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
         others: Vec::new(),
         free: form.free_ids(),
         full,
+        shape: own_ids(form.spec, form.shape),
         bounds,
         promise: gain,
         searched: false,

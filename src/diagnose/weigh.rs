@@ -15,6 +15,10 @@ const FAR: f64 = 0.3;
 const MOST: usize = 4;
 /// Steps of a fit at most.
 const ITERATIONS: usize = 12;
+/// Fall of chi2 on both sides from which a law has shown up.
+const SHOWS: f64 = 40.0;
+/// Fall of chi2 from which another shape of a law is better by more than chance.
+const SHAPED: f64 = 25.0;
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
 /// along.
 const LOST: f64 = 4.0;
@@ -144,6 +148,47 @@ fn attempt(
         }
     }
     Ok(Some(near))
+}
+
+/// `trial` with its law given the shape that suits best, if that brings more than chance on
+/// both sides. Later fits keep that shape.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn shaped(
+    bench: &Bench,
+    stand: &Stand,
+    trial: Trial,
+    control: &DiagnoseControl<'_>,
+) -> Result<Trial, DiagnoseError> {
+    let hypothesis = &trial.hypothesis;
+    let effects = &trial.train.model.effects;
+    let effect = effects.iter().find(|e| e.spec == hypothesis.start.spec);
+    let known = trial.worth() > SHOWS && !hypothesis.shape.is_empty();
+    let (Some(effect), true) = (effect, known && !control.cancelled()) else {
+        return Ok(trial);
+    };
+    let mut free = hypothesis.free.clone();
+    free.extend_from_slice(&hypothesis.shape);
+    let whole = Hypothesis {
+        start: effect.clone(),
+        free,
+        ..hypothesis.clone()
+    };
+    let Some(mut other) = from_near(bench, stand, &whole, control)? else {
+        return Ok(trial);
+    };
+    log::debug!(
+        "with its shape {:.0}, {:.0} kept out in place of {:.0}, {:.0}",
+        other.gain,
+        other.held_gain,
+        trial.gain,
+        trial.held_gain
+    );
+    other.hypothesis.free.clone_from(&hypothesis.free);
+    let more = other.gain - trial.gain;
+    let held = stand.held_out.is_none() || other.held_gain > trial.held_gain;
+    Ok(if more > SHAPED && held { other } else { trial })
 }
 
 /// The hypotheses that look like `hypothesis`.

@@ -14,6 +14,8 @@ use crate::sim::StretchSimulator;
 
 /// Modes that are simulated quickly.
 const QUICK_MODES: usize = 2;
+/// Unknowns beside those of the baseline with which a step does not take long.
+const FEW: usize = 6;
 
 impl Bench {
     /// A model with effects, fitted to the fitted recordings from `start`, whose values
@@ -37,8 +39,9 @@ impl Bench {
         }
         let (problem, x) = self.posed(start, free, bounds, from)?;
         let own = &from.point;
-        let mut point = if modes(start) > QUICK_MODES {
-            // Fast modes make short steps: the way is gone on a part of the stretches.
+        let mut point = if modes(start) > QUICK_MODES || free.len() > FEW {
+            // Fast modes make short steps, many unknowns make each step long: the way is gone
+            // on a part of the stretches.
             let few = some_of(&own.segments, &own.used);
             let start = settle(&problem, &x, &own.segments, &few, LOSS, 2)?;
             let near = self.improve(&problem, start, &[], (iterations, ROUGH), control)?;
