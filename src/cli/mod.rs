@@ -12,6 +12,7 @@ mod read;
 mod result;
 mod simulate;
 mod steps;
+mod suspects;
 mod trial;
 mod validate;
 mod watch;

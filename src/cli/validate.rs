@@ -11,11 +11,17 @@ use serde::Serialize;
 
 use super::device::{add_effect, set_parameter};
 use super::{Failure, interrupt, output, result, wrong_command};
+use crate::fit::suspects::{Suspects, suspects};
 use crate::fit::table_fit::{CANNOT_TELL, FREE, GENERATIONS, LeftOut, Misfit, TableFit, fit_table};
 use crate::fit::validate::{Column, Row, Statistics, statistics, validate};
 use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::format_quantity;
+
+/// Searches of a fit; lines of progress.
+const SEARCHES: f64 = 5.0;
+/// Lines of progress of the suspects.
+const SUSPECTED: f64 = 10.0;
 
 /// Arguments of `validate`.
 #[derive(Debug, Args)]
@@ -32,6 +38,10 @@ pub struct Arguments {
     /// Fit the device to the experiments first, with leave-one-frequency-out errors (some minutes)
     #[arg(long)]
     fit: bool,
+    /// Also ask which effects could be behind what the fit does not reach, and which recording
+    /// would separate them (some more minutes); implies --fit
+    #[arg(long)]
+    suspects: bool,
     /// File for the results as JSON; - for standard output, then without the table
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -53,6 +63,8 @@ struct Json {
     statistics: BothColumns,
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<FitJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    suspects: Option<Suspects>,
 }
 
 /// What `--fit` adds. Values in SI.
@@ -106,7 +118,15 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         )));
     }
     output::ready(&[("--json", args.json.as_deref())], &[])?;
-    let fitted = args.fit.then(|| fit(&model));
+    let fitted = (args.fit || args.suspects).then(|| fit(&model));
+    let whole = fitted
+        .as_ref()
+        .filter(|fit| args.suspects && !fit.cancelled);
+    let asked = whole.map(|fit| {
+        progress("asking the suspects", SUSPECTED, |go_on| {
+            suspects(&model, fit, go_on)
+        })
+    });
     let model = fitted.as_ref().map_or(&model, |fit| &fit.model);
     let rows = validate(model)?;
     let both = BothColumns {
@@ -122,6 +142,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             if let Some(fit) = &fitted {
                 fit_summary(out, fit)?;
             }
+            if let Some(asked) = &asked {
+                super::suspects::summary(out, asked)?;
+            }
             summary(out, &rows, &both)
         })?;
     }
@@ -133,34 +156,42 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                 cases,
                 statistics: both,
                 fit: fitted.as_ref().map(FitJson::new),
+                suspects: asked.clone(),
             },
         )?;
     }
-    if fitted.is_some_and(|fit| fit.cancelled) {
+    if fitted.is_some_and(|fit| fit.cancelled) || asked.is_some_and(|asked| asked.cancelled) {
         return Err(interrupt::cancelled());
     }
     Ok(())
 }
 
-/// The fit with its progress on standard error: one line that changes on a terminal, else
-/// one for each of its five searches.
+/// The fit, with its progress.
 fn fit(model: &Model) -> TableFit {
+    progress("fitting", SEARCHES, |go_on| {
+        fit_table(model, GENERATIONS, go_on)
+    })
+}
+
+/// Long work with its progress on standard error: one line that changes on a terminal, else
+/// one for each of so many `parts`.
+fn progress<T>(what: &str, parts: f64, work: impl FnOnce(&mut dyn FnMut(f64) -> bool) -> T) -> T {
     let (live, stop) = (std::io::stderr().is_terminal(), interrupt::flag());
     let started = Instant::now();
     let mut said = None;
-    let fit = fit_table(model, GENERATIONS, |share| {
+    let done = work(&mut |share| {
         let left = started.elapsed().as_secs_f64() * (1.0 - share) / share;
-        let line = format!("fitting: {:3.0} %, about {left:.0} s left", 100.0 * share);
-        let search = (5.0 * share).floor() as usize;
+        let line = format!("{what}: {:3.0} %, about {left:.0} s left", 100.0 * share);
+        let part = (parts * share).floor() as usize;
         if live {
             eprint!("\r\x1b[K{line}");
-        } else if said.replace(search) != Some(search) {
+        } else if said.replace(part) != Some(part) {
             eprintln!("{line}");
         }
         !stop.load(Ordering::Relaxed)
     });
     output::end_of_progress();
-    fit
+    done
 }
 
 fn case(row: &Row) -> CaseJson {

@@ -34,6 +34,7 @@ pub mod segment;
 pub mod solve;
 pub mod space;
 pub mod steps;
+pub mod suspects;
 pub mod table_a1;
 pub mod table_fit;
 pub mod timeline;

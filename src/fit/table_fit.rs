@@ -83,7 +83,7 @@ pub struct TableFit {
 }
 
 /// What the table cannot tell however near the fit comes.
-pub const CANNOT_TELL: &str = "These are 16 rows of three features: they tell that a large ring is damped more than a small one, not by what. More damping of the first mode, a quadratic drag and a lag of the drive bring the peaks about equally near; recordings of a free ring-down at two amplitudes would separate them.";
+pub const CANNOT_TELL: &str = "These are 16 rows of three features: how near a fit comes does not say what is missing. `impactscope validate --suspects` asks each effect of the catalogue at frequencies that it was not shown, and says which recording would tell the nearest two apart.";
 
 impl TableFit {
     /// Cases that stay more than 30 % off in peak or contact.
@@ -179,11 +179,20 @@ fn values(model: &Model) -> Vec<f64> {
 }
 
 /// `base` with the free parameters at a point of the cube.
-fn model_at(base: &Model, point: &[f64]) -> Model {
+pub(super) fn model_at(base: &Model, point: &[f64]) -> Model {
+    let places = FREE.iter().zip(point);
+    let values: Vec<f64> = places
+        .map(|(id, place)| id.spec().value_at(*place))
+        .collect();
+    with_values(base, &values)
+}
+
+/// `base` with values of the free parameters, SI.
+pub(super) fn with_values(base: &Model, values: &[f64]) -> Model {
     let mut model = base.clone();
     let film = base.parameters[ParameterId::Gp] - base.parameters[ParameterId::Dp];
-    for (id, place) in FREE.iter().zip(point) {
-        model.parameters.set(*id, id.spec().value_at(*place));
+    for (id, value) in FREE.iter().zip(values) {
+        model.parameters.set(*id, *value);
     }
     let dp = model.parameters[ParameterId::Dp];
     model.parameters.set(ParameterId::Gp, dp + film);
@@ -191,7 +200,7 @@ fn model_at(base: &Model, point: &[f64]) -> Model {
 }
 
 /// Rows of some cases; a case that cannot be simulated has no figures.
-fn rows(model: &Model, cases: &[Case]) -> Vec<Row> {
+pub(super) fn rows(model: &Model, cases: &[Case]) -> Vec<Row> {
     let options = Options {
         rate: RATE,
         ..Options::default()
@@ -209,7 +218,7 @@ fn rows(model: &Model, cases: &[Case]) -> Vec<Row> {
 }
 
 /// Sum of robust squares over the rows, against the experiment.
-fn cost(rows: &[Row]) -> f64 {
+pub(super) fn cost(rows: &[Row]) -> f64 {
     rows.iter()
         .map(|row| {
             let published = row.published(Column::Experiment);
@@ -235,7 +244,7 @@ fn cost(rows: &[Row]) -> f64 {
         .sum()
 }
 
-fn misfit(rows: &[Row]) -> Misfit {
+pub(super) fn misfit(rows: &[Row]) -> Misfit {
     let s = super::validate::statistics(rows, Column::Experiment);
     Misfit {
         peak: s.peak_mean_absolute_error,
