@@ -36,6 +36,10 @@ const STANDS: f64 = 0.5;
 const DESPITE_MODE: f64 = 300.0;
 /// Laws of which the force hangs on the displacement more than on anything else.
 const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
+/// Share of a force over the displacement that is left from which a law of displacement that
+/// was named is only of another form: 90 % and more where it was, up to 83 % where it was not, in
+/// trials.
+const KIN: f64 = 0.86;
 /// Share of what is left from which it is a matter of the named laws' form.
 const FORM: f64 = 0.8;
 /// Share of what is missing that named effects must carry.
@@ -214,12 +218,17 @@ pub fn diagnose(
         let displaced = named.iter().map(|n| n.spec);
         let displaced = displaced.filter(|spec| OF_DISPLACEMENT.contains(&spec.id));
         let displaced: Vec<&str> = displaced.map(|spec| spec.name).collect();
+        // A law of another form leaves what its kin carry.
+        let over_xp = after_evidence
+            .strongest
+            .is_some_and(|s| s.0.symbol() == "xp");
+        let another = over_xp && formal < KIN * after_evidence.joint;
         let refused = if swings > TRAIN_GAIN {
             left = left.or(Some(Left::Force("xp", swings)));
             Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned())
-        } else if left.is_some() && displaced.len() > 1 {
+        } else if left.is_some() && (displaced.len() > 1 || displaced.len() == 1 && another) {
             Some(format!(
-                "{} would stand for one force over the displacement and still leave something: that is rather one law which is not in the catalogue",
+                "{} would stand for one force over the displacement and still leave something of it: that is rather one law which is not in the catalogue",
                 displaced.join(" and ")
             ))
         } else if share < CARRIED && left.is_some() {
@@ -326,11 +335,13 @@ pub fn diagnose(
 }
 
 fn passes(test: &LawTest, held_events: bool) -> bool {
-    let told = test.gain > TRAIN_GAIN && (!held_events || test.held_gain > 0.5 * HELD_GAIN);
-    // What both sides tell together counts where neither speaks against it.
+    let held = test.held_gain > 0.5 * HELD_GAIN;
+    let told = test.gain > TRAIN_GAIN && (!held_events || held);
+    // What both sides tell together counts where the one does not speak against it and the
+    // other proves it.
     let foreseen = |least: f64| {
         let both = test.gain + test.held_gain;
-        test.gain > -HELD_GAIN && test.held_gain > 0.0 && both > least
+        test.gain > -HELD_GAIN && held && both > least
     };
     told || test.foreseen.is_some_and(foreseen)
 }
