@@ -23,6 +23,9 @@ const SLOW: f64 = 0.03;
 
 /// Time that a bounce may take on a hard ground \[s\].
 const AT_ONCE: f64 = 1.5e-6;
+/// Time for which the mass may seem to stay below a hard ground's level, as instants are read
+/// with a film and a clock that are nearly right \[s\].
+const HARD: f64 = 0.6e-6;
 /// Standard errors beyond it from which the bounce was misread.
 const MISREAD: f64 = 3.0;
 /// Samples for which a mass must fly on for its velocity to be known.
@@ -286,7 +289,7 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
     let (fit, fit_all) = (soft(&train, &level), soft(&all, &level_all));
     let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
     let root = scale.sqrt();
-    let gives = |fit: &Curve| fit.values[1] > 0.0;
+    let gives = |fit: &Curve| fit.values[1] > HARD;
     let gain = if gives(&fit) {
         (level.cost - fit.cost) / scale
     } else {
