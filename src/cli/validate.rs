@@ -142,8 +142,10 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             if let Some(fit) = &fitted {
                 fit_summary(out, fit)?;
             }
-            if let Some(asked) = &asked {
-                super::suspects::summary(out, asked)?;
+            match &asked {
+                Some(asked) => super::suspects::summary(out, asked)?,
+                None if fitted.is_some() => writeln!(out, "{CANNOT_TELL}\n")?,
+                None => {}
             }
             summary(out, &rows, &both)
         })?;
@@ -263,7 +265,6 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     if let Some(worse) = fit.made_worse() {
         writeln!(out, "{worse}")?;
     }
-    writeln!(out, "{CANNOT_TELL}\n")?;
     Ok(())
 }
 

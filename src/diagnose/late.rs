@@ -100,10 +100,12 @@ fn costs((prepared, point): &(Prepared, Point), other: &Point) -> Result<Vec<f64
         }
     }
     let problem = &prepared.problem;
-    let there = settle(problem, &point.x, &segments, &point.used, LOSS, STEPS)?;
+    let asked = |(segment, used): (&Segment, &bool)| *used && bounces(segment);
+    let asked: Vec<bool> = segments.iter().zip(&point.used).map(asked).collect();
+    let there = settle(problem, &point.x, &segments, &asked, LOSS, STEPS)?;
     let simulator = problem.simulator(&point.x)?;
     let of = |point: &Point| -> Result<Vec<f64>, DiagnoseError> {
-        let all = residuals_at(problem, point, |i, s| point.used[i] && bounces(s))?;
+        let all = residuals_at(problem, point, |i, _| asked[i])?;
         let one = |(segment, r): (&Segment, Option<Vec<f64>>)| {
             r.map_or(f64::INFINITY, |r| {
                 let cost: f64 = r.iter().map(|r| LOSS.cost(*r)).sum();
@@ -152,7 +154,8 @@ mod tests {
         assert!(!looks_like("sensor_lag", "piezo_creep"));
     }
 
-    /// What a square drive tells of a device with the first lag, asked for one or the other.
+    /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the
+    /// reading's, above 0 the drive's.
     fn asked(concealed: &str) -> Option<f64> {
         let with = |id: &str| {
             let mut effect = ActiveEffect::new(find(id).unwrap());

@@ -28,13 +28,11 @@ impl Step {
         let count = self.rates.len();
         let mut values = [0.0; MAX_STATES];
         for (i, value) in values[..count].iter_mut().enumerate() {
-            let own = |k: usize| self.inputs[k * count + i];
-            if self.rates[i] == 0.0 && (0..S).all(|k| own(k) == 0.0) {
-                // A memory, which changes between pieces only.
+            if self.keeps(i) {
                 *value = self.z[i];
                 continue;
             }
-            let input: [f64; S] = std::array::from_fn(own);
+            let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * count + i]);
             *value = if self.rates[i] * self.h > QUICK_DECAY {
                 decay_at(self.rates[i], self.h, self.z[i], &input, s)
             } else {

@@ -172,12 +172,17 @@ impl Step {
         }
     }
 
+    /// Whether a state stays as it is over the step: a memory, which changes between pieces.
+    fn keeps(&self, i: usize) -> bool {
+        let states = self.rates.len();
+        self.rates[i] == 0.0 && (0..S).all(|k| self.inputs[k * states + i] == 0.0)
+    }
+
     fn propagate_states(&mut self, table: &Table) {
         let states = self.z.len() / S;
         for i in 0..states {
             let z0 = self.z[i];
-            if self.rates[i] == 0.0 && (0..S).all(|j| self.inputs[j * states + i] == 0.0) {
-                // A memory, which changes between pieces only.
+            if self.keeps(i) {
                 (1..S).for_each(|k| self.z[k * states + i] = z0);
                 continue;
             }
