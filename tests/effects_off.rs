@@ -18,7 +18,7 @@ use impactscope::sim::{Options, Trace, simulate};
 
 /// Parameters whose zero switches an effect off.
 const STRENGTHS: [(&str, &[&str]); 17] = [
-    ("amplifier_lag", &["tau"]),
+    ("amplifier_lag", &["tau", "r"]),
     ("piezo_creep", &["c"]),
     ("hysteresis_memory", &["s"]),
     ("electrostatic", &["A"]),
@@ -98,6 +98,57 @@ fn a_lagging_amplifier_drives_like_the_lagged_voltage() {
         assert!(apart < 60e-9, "{apart}");
         let plain = run(&Preset::default().model, &drive, 0.05);
         assert!(largest_difference(&lagging.proof_mass, &plain.proof_mass) > 1e-6);
+    }
+}
+
+/// The square wave of an amplifier that takes `pace` seconds for a volt, as a table of lines:
+/// from rest to the upper level, then from one to the other.
+fn slewed_square(frequency: f64, amplitude: f64, pace: f64, duration: f64) -> Waveform {
+    let half = 0.5 / frequency;
+    let (mut time, mut voltage) = (vec![0.0], vec![0.0]);
+    for k in 0..(duration / half).round() as usize {
+        let (at, level) = (
+            k as f64 * half,
+            if k % 2 == 0 { 1.0 } else { -1.0 } * amplitude,
+        );
+        if k > 0 {
+            time.push(at);
+            voltage.push(-level);
+        }
+        time.push(at + pace * (level - voltage[voltage.len() - 1]).abs());
+        voltage.push(level);
+    }
+    time.push(duration);
+    voltage.push(voltage[voltage.len() - 1]);
+    Waveform::Table(Arc::new(
+        VoltageTable::new("slewed", time, voltage, 0.0).unwrap(),
+    ))
+}
+
+#[test]
+fn an_amplifier_of_bounded_pace_drives_like_the_slopes_that_it_makes() {
+    for (frequency, pace, tau) in [
+        (50.0, 20e-6, 0.0),
+        (80.0, 100e-6, 0.0),
+        (50.0, 20e-6, 80e-6),
+    ] {
+        let drive = Waveform::Square {
+            frequency,
+            amplitude: 7.0,
+        };
+        let slow = run(
+            &with("amplifier_lag", &[("tau", tau), ("r", pace)]),
+            &drive,
+            0.05,
+        );
+        let slopes = slewed_square(frequency, 7.0, pace, 0.05);
+        // Behind the bounded pace the first-order lag is that of the slopes.
+        let driven = run(&with("amplifier_lag", &[("tau", tau)]), &slopes, 0.05);
+        let apart = largest_difference(&slow.proof_mass, &driven.proof_mass);
+        println!("{frequency} Hz, {pace} s/V, {tau} s: {apart:e} m");
+        assert!(apart < 2e-9, "{apart}");
+        let plain = run(&Preset::default().model, &drive, 0.05);
+        assert!(largest_difference(&slow.proof_mass, &plain.proof_mass) > 1e-6);
     }
 }
 

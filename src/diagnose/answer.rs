@@ -1,7 +1,7 @@
 //! The answer put together from what the search found: named effects, everything that
 //! was weighed, the events as seen, the next experiment.
 
-use super::explain::{Explanation, HELD_GAIN, Stand, TRAIN_GAIN};
+use super::explain::{Explanation, HELD_GAIN, Stand};
 use super::laws::LawTest;
 use super::locate::{self, Sample};
 use super::next::experiment;
@@ -194,7 +194,7 @@ pub fn candidates(
                 _ => (f64::NAN, f64::NAN, f64::NAN),
             };
             if let Some(t) = trial {
-                remarks.push(if t.gain < TRAIN_GAIN {
+                remarks.push(if t.by_chance() {
                     "it improves the fit no more than chance does".to_owned()
                 } else if found.stand.held_out.is_some() && t.held_gain < HELD_GAIN {
                     "its improvement does not hold on the recordings kept out".to_owned()

@@ -52,7 +52,8 @@ impl Form {
         if self.signed {
             f64::NEG_INFINITY
         } else {
-            let lag = self.spec.parameters[self.strength].unit == "s";
+            let unit = self.spec.parameters[self.strength].unit;
+            let lag = matches!(unit, "s" | "s/V");
             (if lag { LEAST_LAG } else { 1e-4 }) * self.values[self.strength]
         }
     }
@@ -158,7 +159,10 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
         match spec.id {
             "amplifier_lag" if driven => {
                 for tau in [1e-6, 3e-6, 1e-5, 5e-5, 2e-4] {
-                    add(&[tau], 0, false, &[0]);
+                    add(&[tau, 0.0], 0, false, &[0]);
+                }
+                for pace in [1e-6, 5e-6, 2e-5] {
+                    add(&[0.0, pace], 1, false, &[1]);
                 }
             }
             "piezo_creep" if driven => {

@@ -12,6 +12,9 @@ const ALIKE: f64 = 0.03;
 const ALIKE_LEAST: f64 = 8.0;
 /// Share of the best one's gain from which the one that looks like it is asked as well.
 const TWIN: f64 = 0.7;
+/// Two that look alike in flight cannot be told there if their gains differ by less than this
+/// share: so much a law of somewhat other form makes up for.
+const TWIN_ALIKE: f64 = 0.1;
 
 /// The best of a round.
 pub struct Choice {
@@ -56,7 +59,11 @@ pub fn best<'w>(bench: &Bench, weighed: &'w [Weighed]) -> Result<Option<Choice>,
     }
     let least = of_first - (ALIKE * of_first).max(ALIKE_LEAST);
     let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
-    let others = trials().filter(|(spec, t)| other(spec) && t.worth() > least);
+    let others = trials().filter(|(spec, t)| {
+        let twin = late::looks_like(first.0.id, spec.id);
+        let close = t.worth() > least || twin && t.worth() > (1.0 - TWIN_ALIKE) * of_first;
+        other(spec) && close
+    });
     let alike = others.map(|(spec, _)| spec.id).collect();
     let told = told.map(|(other, fall)| {
         format!(

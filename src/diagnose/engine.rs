@@ -33,7 +33,7 @@ const BROKEN: f64 = 6.5;
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
 /// Fall of chi2 from which a ground gives way although a further mode rings.
-const DESPITE_MODE: f64 = 300.0;
+const DESPITE_MODE: f64 = 100.0;
 /// Laws of which the force hangs on the displacement more than on anything else.
 const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
 /// Share of a force over the displacement that is left from which a law of displacement that

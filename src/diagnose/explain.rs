@@ -13,6 +13,9 @@ use crate::model::effects::EffectSpec;
 pub const TRAIN_GAIN: f64 = 30.0;
 /// The same where the best of many times or frequencies was searched for.
 const SEARCHED_GAIN: f64 = 50.0;
+/// Falls on the fitted recordings and on both sides from which a name needs no more where
+/// those kept out, of which chance knows nothing, fall by as much as that.
+const CONFIRMED: (f64, f64) = (15.0, 45.0);
 /// An earlier effect that brought so many times more than a later one is not asked again
 /// whether it is needed.
 const SURE: f64 = 4.0;
@@ -59,6 +62,16 @@ impl Trial {
     /// Both gains.
     pub fn worth(&self) -> f64 {
         self.gain + self.held_gain
+    }
+
+    /// Whether the fitted recordings improve by no more than chance lets them.
+    pub fn by_chance(&self) -> bool {
+        if self.hypothesis.searched {
+            return self.gain < SEARCHED_GAIN;
+        }
+        let (own, both) = CONFIRMED;
+        let confirmed = self.gain > own && self.held_gain > own && self.worth() > both;
+        self.gain < TRAIN_GAIN && !confirmed
     }
 }
 
@@ -248,12 +261,7 @@ fn search(
         };
         let trial = shaped(&bench, &stand, best.trial, control)?;
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        let least = if trial.hypothesis.searched {
-            SEARCHED_GAIN
-        } else {
-            TRAIN_GAIN
-        };
-        let chance = trial.gain < least || !held || trial.worth() < SHARE * explained;
+        let chance = trial.by_chance() || !held || trial.worth() < SHARE * explained;
         if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;
         }

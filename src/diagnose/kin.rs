@@ -136,7 +136,20 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .map(|(_, middle, width)| window(Against::Velocity, middle, width, OFF * v[0]))
             .collect(),
         "piezo_creep" | "zero_drift" => other_times(0, 1),
-        "amplifier_lag" | "film_spring" => wrapped(effect, &scaled(0, None), None)
+        // A first-order lag of another size; a bounded pace that is as late in its place, or
+        // the other way round.
+        "amplifier_lag" => {
+            let [tau, pace] = v[..] else {
+                return Vec::new();
+            };
+            let swing = (0.5 * (volts.1 - volts.0)).max(1e-9);
+            let other = [pace * swing, tau / swing];
+            [scaled(usize::from(pace > 0.0), None), other.to_vec()]
+                .iter()
+                .filter_map(|values| wrapped(effect, values, None))
+                .collect()
+        }
+        "film_spring" => wrapped(effect, &scaled(0, None), None)
             .into_iter()
             .collect(),
         "hysteresis_memory" => {
@@ -227,12 +240,16 @@ impl Action for Kin {
         self.inner.state_inputs(at, z, inputs);
     }
 
+    fn settle(&self, at: &Kinematics, z: &mut [f64]) {
+        self.inner.settle(at, z);
+    }
+
     fn piece(&self, segment: Segment, t: f64, z: &[f64]) -> Segment {
         self.inner.piece(segment, t, z)
     }
 
-    fn end_piece(&self, at: &Kinematics, z: &mut [f64]) {
-        self.inner.end_piece(at, z);
+    fn end_piece(&self, at: &Kinematics, film: f64, z: &mut [f64]) {
+        self.inner.end_piece(at, film, z);
     }
 
     fn hysteresis(&self, gain: f64, voltage: f64, branch: Branch, z: &[f64]) -> f64 {
@@ -317,7 +334,7 @@ mod tests {
                     voltage: extreme,
                     ..Kinematics::default()
                 };
-                action.end_piece(&at, &mut z);
+                action.end_piece(&at, extreme, &mut z);
             }
             action.hysteresis(2.0, voltage, Branch::Rising, &z) - 2.0
         };

@@ -214,12 +214,14 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
     })
 }
 
-/// (speed, height, error) of the bounces that tell how long the mass stays below the level.
+/// (speed, height, error) of the bounces that tell how long the mass stays below the level. A
+/// mass that hardly leaves the ground has landed in hops too low to be seen: they take time.
 fn misses(bounces: &[Bounce]) -> Vec<Reading> {
     let fast = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
     let telling = bounces
         .iter()
-        .filter(|b| b.approach > SLOW * fast && b.miss_error.is_finite());
+        .filter(|b| b.approach > SLOW * fast && b.miss_error.is_finite())
+        .filter(|b| b.ratio > LEAVES * b.error && b.flight > FLIGHT);
     telling
         .map(|b| (b.approach, b.miss, b.miss_error.hypot(2e-9)))
         .collect()

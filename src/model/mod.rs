@@ -9,6 +9,7 @@ pub mod piezo;
 pub mod preisach;
 pub mod preset;
 pub mod sensor;
+pub mod slew;
 pub mod structure;
 pub mod unit;
 

@@ -131,6 +131,48 @@ impl Shape {
             }
         }
     }
+
+    /// Rate of change [V/s] at `t` [s].
+    pub fn slope(&self, t: f64) -> f64 {
+        match *self {
+            Shape::Constant { .. } => 0.0,
+            Shape::Line { slope, .. } => slope,
+            Shape::Sine {
+                amplitude,
+                omega,
+                at,
+            } => amplitude * omega * (omega * (t - at)).cos(),
+            Shape::Chirp {
+                amplitude,
+                from,
+                rate,
+            } => amplitude * TAU * (from + rate * t) * (TAU * t * (from + 0.5 * rate * t)).cos(),
+            Shape::Cubic { c, at, unit } => {
+                let u = (t - at) / unit;
+                (c[1] + u * (2.0 * c[2] + u * 3.0 * c[3])) / unit
+            }
+        }
+    }
+
+    /// A rate of change [V/s] that is not exceeded between `from` and `to` [s].
+    pub fn steepest(&self, from: f64, to: f64) -> f64 {
+        match *self {
+            Shape::Constant { .. } => 0.0,
+            Shape::Line { slope, .. } => slope.abs(),
+            Shape::Sine {
+                amplitude, omega, ..
+            } => (amplitude * omega).abs(),
+            Shape::Chirp {
+                amplitude,
+                from: f,
+                rate,
+            } => amplitude.abs() * TAU * (f + rate * from).abs().max((f + rate * to).abs()),
+            Shape::Cubic { c, at, unit } => {
+                let u = ((from - at) / unit).abs().max(((to - at) / unit).abs());
+                (c[1].abs() + u * (2.0 * c[2].abs() + u * 3.0 * c[3].abs())) / unit.abs()
+            }
+        }
+    }
 }
 
 impl Waveform {

@@ -1,9 +1,11 @@
-//! `amplifier_lag`: the film sees the voltage late, through the amplifier's resistance.
+//! `amplifier_lag`: the film sees the voltage late, through the amplifier's resistance or
+//! because the amplifier's current, and with it the pace of the voltage, is bounded.
 
 use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::{Segment, Shape};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::Branch;
+use crate::model::slew::{MEMORY, Slew};
 
 /// Step of the search for the turn of the lagged voltage [time constants].
 const SEARCH_STEP: f64 = 0.25;
@@ -17,38 +19,60 @@ pub static EFFECT: EffectSpec = EffectSpec {
     id: "amplifier_lag",
     name: "amplifier lag",
     sentence: "The amplifier charges the film with a delay, so that voltage edges excite the modes less.",
-    law: "gc(V_l, V_l'),  tau V_l' = V - V_l",
-    source: "first-order charging of the film's capacitance through the source resistance",
+    law: "gc(V_l, V_l'),  tau V_l' = V_s - V_l,  V_s follows V no faster than 1/r",
+    source: "first-order charging of the film's capacitance through the source resistance; slew rate as in the data sheets of amplifiers: bounded current into that capacitance",
     needs: Need::Drive,
-    parameters: &[ParameterSpec {
-        id: "tau",
-        symbol: "τ",
-        name: "time constant",
-        unit: "s",
-        default: 50e-6,
-        range: (0.0, 1e-3),
-        limits: (0.0, 1e3),
-        scale: Scale::Linear,
-        rank: Rank::Advanced,
-        meaning: "resistance times capacitance; 100 kohm into 1.3 nF is 130 us",
-        equation: "tau V_l' = V - V_l",
-    }],
+    parameters: &[
+        ParameterSpec {
+            id: "tau",
+            symbol: "τ",
+            name: "time constant",
+            unit: "s",
+            default: 50e-6,
+            range: (0.0, 1e-3),
+            limits: (0.0, 1e3),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "resistance times capacitance; 100 kohm into 1.3 nF is 130 us",
+            equation: "tau V_l' = V_s - V_l",
+        },
+        ParameterSpec {
+            id: "r",
+            symbol: "r",
+            name: "time for a volt",
+            unit: "s/V",
+            default: 0.0,
+            range: (0.0, 1e-4),
+            limits: (0.0, 1e3),
+            scale: Scale::Linear,
+            rank: Rank::Advanced,
+            meaning: "reciprocal of the slew rate: capacitance over largest current; 1 mA into 10 nF is 10 us/V; 0: the amplifier follows any edge",
+            equation: "|V_s'| <= 1/r",
+        },
+    ],
     build: |values, _| {
+        let (tau, pace) = (values[0], values[1]);
+        let mut rates = Vec::new();
+        if tau > 0.0 {
+            rates.push(1.0 / tau);
+        }
+        if pace > 0.0 {
+            rates.extend([0.0; MEMORY]);
+        }
         Box::new(AmplifierLag {
-            tau: values[0],
-            rates: if values[0] > 0.0 {
-                vec![1.0 / values[0]]
-            } else {
-                Vec::new()
-            },
+            tau,
+            slew: (pace > 0.0).then_some(Slew { pace }),
+            rates,
         })
     },
 };
 
-/// State: the lagged voltage [V].
+/// States: the lagged voltage [V] if there is a time constant, then what a bounded pace
+/// remembers if there is one.
 #[derive(Debug)]
 struct AmplifierLag {
     tau: f64,
+    slew: Option<Slew>,
     rates: Vec<f64>,
 }
 
@@ -62,30 +86,53 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 
 impl AmplifierLag {
-    /// The lagged voltage `h` later than it was `lagged` at `t`.
-    fn later(&self, shape: &Shape, lagged: f64, t: f64, h: f64) -> f64 {
+    /// Where the memory of the pace begins among the effect's states.
+    fn first(&self) -> usize {
+        usize::from(self.tau > 0.0)
+    }
+
+    /// The lagged voltage, if there is a time constant, and the memory of the pace.
+    fn parts<'a>(&self, z: &'a [f64]) -> (Option<f64>, &'a [f64]) {
+        let (lagged, memory) = z.split_at(self.first());
+        (lagged.first().copied(), memory)
+    }
+
+    /// What the resistance is fed with [V].
+    fn source(&self, voltage: f64, t: f64, memory: &[f64]) -> f64 {
+        self.slew
+            .map_or(voltage, |slew| slew.follow(voltage, t, memory))
+    }
+
+    /// The lagged voltage `h` later than it was `lagged` at `t`, fed with `source`.
+    fn later(&self, source: &dyn Fn(f64) -> f64, lagged: f64, t: f64, h: f64) -> f64 {
         let input: f64 = GAUSS
             .iter()
             .map(|(place, weight)| {
-                weight * shape.voltage(t + place * h) * (-(1.0 - place) * h / self.tau).exp()
+                weight * source(t + place * h) * (-(1.0 - place) * h / self.tau).exp()
             })
             .sum();
         lagged * (-h / self.tau).exp() + h / self.tau * input
     }
 
-    /// When voltage and lagged voltage meet, if they do before `end`.
-    fn meeting(&self, shape: &Shape, lagged: f64, start: f64, end: f64) -> Option<f64> {
-        let ahead = |t: f64, lagged: f64| shape.voltage(t) - lagged;
+    /// When source and lagged voltage meet, if they do before `end`.
+    fn meeting(
+        &self,
+        source: &dyn Fn(f64) -> f64,
+        lagged: f64,
+        start: f64,
+        end: f64,
+    ) -> Option<f64> {
+        let ahead = |t: f64, lagged: f64| source(t) - lagged;
         let sign = ahead(start, lagged).signum();
         let (mut t, mut lagged) = (start, lagged);
         for _ in 0..SEARCH_STEPS {
             let h = (SEARCH_STEP * self.tau).min(end - t);
-            let next = self.later(shape, lagged, t, h);
+            let next = self.later(source, lagged, t, h);
             if ahead(t + h, next) * sign <= 0.0 {
                 let (mut low, mut high) = (0.0, h);
                 for _ in 0..60 {
                     let middle = 0.5 * (low + high);
-                    let there = self.later(shape, lagged, t, middle);
+                    let there = self.later(source, lagged, t, middle);
                     if ahead(t + middle, there) * sign <= 0.0 {
                         high = middle;
                     } else {
@@ -113,38 +160,65 @@ impl Action for AmplifierLag {
         &self.rates
     }
 
-    fn state_inputs(&self, at: &Kinematics, _z: &[f64], inputs: &mut [f64]) {
-        if let ([rate], [input]) = (self.rates.as_slice(), inputs) {
-            *input = rate * at.voltage;
+    fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
+        let (lagged, memory) = self.parts(z);
+        inputs.fill(0.0);
+        if lagged.is_some() {
+            inputs[0] = self.rates[0] * self.source(at.voltage, at.t, memory);
         }
     }
 
-    /// The branch follows the sign of `V_l' = (V - V_l) / tau`. Over a segment the voltage
-    /// moves one way; where it has just turned, the lagged one turns when they meet.
+    fn settle(&self, at: &Kinematics, z: &mut [f64]) {
+        if self.slew.is_some() {
+            z[self.first()..].copy_from_slice(&[at.voltage, at.t]);
+        }
+    }
+
+    fn end_piece(&self, at: &Kinematics, _film: f64, z: &mut [f64]) {
+        if let Some(slew) = self.slew {
+            slew.remember(at.voltage, at.t, &mut z[self.first()..]);
+        }
+    }
+
+    /// The branch follows the sign of the film's voltage's change. Over a segment the voltage
+    /// moves one way; where it has just turned, what lags behind it turns when they meet.
     fn piece(&self, segment: Segment, t: f64, z: &[f64]) -> Segment {
-        let (&[lagged], false) = (z, segment.branch == Branch::Poled) else {
-            return segment;
+        let (lagged, memory) = self.parts(z);
+        let mut piece = segment;
+        let mut moves = !matches!(segment.shape, Shape::Constant { .. });
+        let toward = |ahead: f64| match segment.branch {
+            Branch::Poled => Branch::Poled,
+            _ if ahead > 0.0 => Branch::Rising,
+            _ => Branch::Falling,
         };
-        let voltage = segment.shape.voltage(t);
-        let ahead = voltage - lagged;
-        let branch = if ahead > 0.0 {
-            Branch::Rising
-        } else {
-            Branch::Falling
-        };
-        if ahead.abs() <= EQUAL * voltage.abs().max(lagged.abs()) || branch == segment.branch {
-            return segment;
+        if let Some(slew) = self.slew {
+            let course = slew.course(&segment, t, memory);
+            piece.end = course.end;
+            if course.direction != 0.0 {
+                piece.branch = toward(course.direction);
+                moves = true;
+            }
         }
-        let moves = !matches!(segment.shape, Shape::Constant { .. });
-        let end = moves.then(|| self.meeting(&segment.shape, lagged, t, segment.end));
+        let (Some(lagged), false) = (lagged, segment.branch == Branch::Poled) else {
+            return piece;
+        };
+        let source = |s: f64| self.source(segment.shape.voltage(s), s, memory);
+        let now = source(t);
+        let ahead = now - lagged;
+        let branch = toward(ahead);
+        if ahead.abs() <= EQUAL * now.abs().max(lagged.abs()) || branch == piece.branch {
+            return piece;
+        }
+        let end = moves.then(|| self.meeting(&source, lagged, t, piece.end));
         Segment {
-            end: end.flatten().unwrap_or(segment.end),
+            end: end.flatten().unwrap_or(piece.end),
             branch,
-            ..segment
+            ..piece
         }
     }
 
-    fn drive_voltage(&self, voltage: f64, _at: &Kinematics, z: &[f64]) -> f64 {
-        z.first().copied().unwrap_or(voltage)
+    fn drive_voltage(&self, voltage: f64, at: &Kinematics, z: &[f64]) -> f64 {
+        let (lagged, memory) = self.parts(z);
+        lagged.unwrap_or_else(|| self.source(voltage, at.t, memory))
     }
 }

@@ -192,16 +192,16 @@ impl Action for HysteresisMemory {
         &self.rates
     }
 
-    fn end_piece(&self, at: &Kinematics, z: &mut [f64]) {
+    fn end_piece(&self, _at: &Kinematics, film: f64, z: &mut [f64]) {
         let past = Past::new(self.before, z);
-        let still = standing(past.extremes(), at.voltage, EQUAL);
+        let still = standing(past.extremes(), film, EQUAL);
         let n = still.len().saturating_sub(usize::from(past.older));
         // A sweep too short to count changes nothing.
-        let moved = |from: f64| (at.voltage - from).abs() > EQUAL;
+        let moved = |from: f64| (film - from).abs() > EQUAL;
         let from = still.last().copied().unwrap_or(0.0);
         let count = if moved(from) {
             let place = n.min(MEMORY - 1);
-            z[1 + place] = at.voltage;
+            z[1 + place] = film;
             place + 1
         } else {
             n
@@ -266,11 +266,8 @@ mod tests {
     use super::*;
     use crate::model::drive::Shape;
 
-    fn at(voltage: f64) -> Kinematics {
-        Kinematics {
-            voltage,
-            ..Kinematics::default()
-        }
+    fn end(law: &HysteresisMemory, extreme: f64, z: &mut [f64]) {
+        law.end_piece(&Kinematics::default(), extreme, z);
     }
 
     fn law() -> HysteresisMemory {
@@ -288,7 +285,7 @@ mod tests {
     fn at_the_reference_amplitude_the_loop_is_that_of_the_branches() {
         let (law, mut z) = (law(), [0.0; 1 + MEMORY]);
         for extreme in [8.0, -8.0] {
-            law.end_piece(&at(extreme), &mut z);
+            end(&law, extreme, &mut z);
         }
         for branch in [Branch::Rising, Branch::Falling] {
             for step in 0..=16 {
@@ -302,8 +299,9 @@ mod tests {
                     "{voltage}: {gain} {expected}"
                 );
             }
-            law.end_piece(
-                &at(if branch == Branch::Rising { 8.0 } else { -8.0 }),
+            end(
+                &law,
+                if branch == Branch::Rising { 8.0 } else { -8.0 },
                 &mut z,
             );
         }
@@ -313,17 +311,17 @@ mod tests {
     fn loops_close_at_every_amplitude() {
         let (law, mut z) = (law(), [0.0; 1 + MEMORY]);
         for extreme in [8.0, -8.0, 3.0] {
-            law.end_piece(&at(extreme), &mut z);
+            end(&law, extreme, &mut z);
         }
         let before = law.hysteresis(0.0, 5.0, Branch::Rising, &z);
         // A minor loop leaves no trace, nor do a hundred nested ones more than a small one.
         for extreme in [-1.0, 3.0] {
-            law.end_piece(&at(extreme), &mut z);
+            end(&law, extreme, &mut z);
         }
         assert_eq!(law.hysteresis(0.0, 5.0, Branch::Rising, &z), before);
         for i in 0..100 {
             let size = 3.0 / (1.0 + f64::from(i));
-            law.end_piece(&at(if i % 2 == 0 { -size } else { size }), &mut z);
+            end(&law, if i % 2 == 0 { -size } else { size }, &mut z);
         }
         assert_eq!(law.hysteresis(0.0, 5.0, Branch::Rising, &z), before);
     }
@@ -335,8 +333,8 @@ mod tests {
         let (fresh, mut z, mut y) = (law(), [0.0; 1 + MEMORY], [0.0; 1 + MEMORY]);
         let gain = |law: &HysteresisMemory, z: &[f64]| law.hysteresis(0.0, 1.0, Branch::Falling, z);
         for extreme in [4.0, 7.0] {
-            older.end_piece(&at(extreme), &mut z);
-            fresh.end_piece(&at(extreme), &mut y);
+            end(&older, extreme, &mut z);
+            end(&fresh, extreme, &mut y);
             let apart = (gain(&older, &z) - gain(&fresh, &y)).abs();
             assert_eq!(apart > 1e-3, extreme < 6.0, "{extreme}: {apart}");
         }
@@ -347,7 +345,7 @@ mod tests {
     fn a_sweep_that_ends_at_an_extreme_is_not_cut() {
         let (law, mut z) = (law(), [0.0; 1 + MEMORY]);
         for extreme in [8.0, -6.0] {
-            law.end_piece(&at(extreme), &mut z);
+            end(&law, extreme, &mut z);
         }
         for (end, cut) in [(-8.000000000000002, false), (-8.5, true)] {
             let sweep = Segment {

@@ -185,6 +185,10 @@ pub trait Action: Send + Sync + fmt::Debug {
     /// Extra states: the inputs `u_k`.
     fn state_inputs(&self, _at: &Kinematics, _z: &[f64], _inputs: &mut [f64]) {}
 
+    /// Extra states: what a memory holds where everything has stood at `at` for long; states
+    /// that decay are there already.
+    fn settle(&self, _at: &Kinematics, _z: &mut [f64]) {}
+
     /// Drive: the piece of `segment` that begins at `t` over which the effect's law has no
     /// break; its end may be earlier, its hysteresis branch another.
     fn piece(&self, segment: Segment, _t: f64, _z: &[f64]) -> Segment {
@@ -196,9 +200,9 @@ pub trait Action: Send + Sync + fmt::Debug {
         voltage
     }
 
-    /// Extra states: brings a memory up to date where a piece of the drive ends. Here
-    /// `at.voltage` is the voltage that the film sees; only it, `t` and `gain` are given.
-    fn end_piece(&self, _at: &Kinematics, _z: &mut [f64]) {}
+    /// Extra states: brings a memory up to date where a piece of the drive ends, the film
+    /// seeing `film` \[V\]. Of `at` only `t`, `voltage` and `gain` are given.
+    fn end_piece(&self, _at: &Kinematics, _film: f64, _z: &mut [f64]) {}
 
     /// Drive: the transducer's law `gc(V)` in place of the two branches, from theirs.
     /// `voltage` is what the film sees. Before [`Action::drive_gain`].

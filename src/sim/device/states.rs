@@ -18,9 +18,10 @@ impl Device {
             ..Kinematics::default()
         };
         self.drive_force(&mut at, piece.branch, z);
-        at.voltage = self.film_voltage(&at, z);
+        let film = self.film_voltage(&at, z);
         for e in &self.effects {
-            e.action.end_piece(&at, &mut z[e.first..e.first + e.count]);
+            let own = &mut z[e.first..e.first + e.count];
+            e.action.end_piece(&at, film, own);
         }
     }
 
@@ -53,6 +54,9 @@ impl Device {
             self.state_inputs(at, &z, &mut input);
             for ((z, u), rate) in z.iter_mut().zip(&input).zip(&self.rates) {
                 *z = if *rate > 0.0 { u / rate } else { 0.0 };
+            }
+            for e in &self.effects {
+                e.action.settle(at, &mut z[e.first..e.first + e.count]);
             }
         }
         z

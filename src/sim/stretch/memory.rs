@@ -15,19 +15,12 @@ impl StretchSimulator {
         let d = &self.device;
         let segment = segment_at(drive, t);
         let voltage = segment.shape.voltage(t);
-        let mut z = vec![0.0; d.rates.len()];
-        let mut input = vec![0.0; d.rates.len()];
         let mut at = Kinematics {
             t,
             voltage,
             ..Kinematics::default()
         };
-        for _ in 0..3 {
-            d.state_inputs(&at, &z, &mut input);
-            for ((z, u), rate) in z.iter_mut().zip(&input).zip(&d.rates) {
-                *z = if *rate > 0.0 { u / rate } else { 0.0 };
-            }
-        }
+        let z = d.settled_states(&at);
         let force = d.drive_force(&mut at, segment.branch, &z);
         let q: Vec<f64> = match held {
             None => (0..d.flight.len())

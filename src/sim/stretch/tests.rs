@@ -87,6 +87,7 @@ fn agrees_with_the_simulator_between_events() {
 fn agrees_with_the_simulator_with_effects() {
     for (id, parameter, value) in [
         ("amplifier_lag", "tau", 1e-4),
+        ("amplifier_lag", "r", 2e-5),
         ("piezo_creep", "c", 0.1),
         ("hysteresis_memory", "s", 1.0),
         ("dry_friction", "fc", 5e-9),

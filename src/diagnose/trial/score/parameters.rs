@@ -40,10 +40,10 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
     let stated = |id: &str| named.parameters.iter().find(|p| p.id == id);
     match (named.id.as_str(), parameter) {
         ("amplifier_lag", "tau") => {
-            // A bounded slew rate has neither of the two.
             let first = number("/amplifier/first")?;
             (number("/amplifier/second")? == 0.0).then(|| exact(first))
         }
+        ("amplifier_lag", "r") => number("/amplifier/rate").map(|rate| exact(1.0 / rate)),
         ("piezo_creep", "c" | "tau") => {
             let others = ["1", "2"].map(|k| number(&format!("/term/creep/compliance/{k}")));
             let path = if parameter == "c" {
