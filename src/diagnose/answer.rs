@@ -87,8 +87,9 @@ pub fn names(
                         Some(_) if n.hypothesis.free.contains(&id) => {
                             value.abs() / (n.gain.0 + n.gain.1).max(1.0).sqrt()
                         }
-                        _ => fitted
-                            .map_or(f64::INFINITY, |f| f.std_error.hypot(untold(*value, p.unit))),
+                        _ => fitted.map_or(f64::INFINITY, |f| {
+                            f.std_error.hypot(untold(n.spec, p, *value))
+                        }),
                     },
                     unit: p.unit,
                 }
@@ -130,7 +131,7 @@ pub fn names(
             .map(|((p, value), error)| Estimate {
                 id: p.id.to_owned(),
                 value: *value,
-                std_error: error.hypot(untold(*value, p.unit)),
+                std_error: error.hypot(untold(test.effect.spec, p, *value)),
                 unit: p.unit,
             });
         out.push((

@@ -1,5 +1,8 @@
-//! What no recording tells of a value: readings have a scale of their own, and forces count
-//! by the device's mass. Stated errors hold that beside what the noise leaves.
+//! What no recording tells of a value: readings have a scale of their own, recorders a clock,
+//! and forces count by the device's mass. Stated errors hold that beside what the noise leaves.
+
+use crate::model::effects::EffectSpec;
+use crate::model::parameter::ParameterSpec;
 
 /// Standard error of the readings' scale: up to 1 % off, evenly (an interferometer's or a
 /// vibrometer's calibration).
@@ -8,8 +11,21 @@ const LENGTH: f64 = 0.006;
 /// proof mass that is known from its drawn size and density only.
 const MASS: f64 = 0.03;
 
+/// Standard error of a time shift between voltage and reading: up to 10 us, evenly. Beside a
+/// delay of the reading it does not show.
+const CLOCK: f64 = 5.8e-6;
+
+/// Standard error of the `value` of a parameter of an effect that scale, mass and clock leave.
+pub fn untold(effect: &EffectSpec, parameter: &ParameterSpec, value: f64) -> f64 {
+    if (effect.id, parameter.id) == ("sensor_lag", "delay") && value != 0.0 {
+        CLOCK
+    } else {
+        by_units(value, parameter.unit)
+    }
+}
+
 /// Standard error of `value`, in its SI `unit`, that scale and mass leave.
-pub fn untold(value: f64, unit: &str) -> f64 {
+fn by_units(value: f64, unit: &str) -> f64 {
     let (mut length, mut mass) = (0.0, 0.0);
     let sides = match unit {
         // The slash is part of an exponent.
@@ -58,9 +74,9 @@ mod tests {
             ("1/V", 0.0, 0.0),
         ] {
             let expected = 2.0 * f64::hypot(LENGTH * length, MASS * mass);
-            assert!((untold(-2.0, unit) - expected).abs() < 1e-12, "{unit}");
+            assert!((by_units(-2.0, unit) - expected).abs() < 1e-12, "{unit}");
         }
         let units = CATALOGUE.iter().flat_map(|e| e.parameters);
-        assert!(units.into_iter().all(|p| untold(1.0, p.unit) < 0.1));
+        assert!(units.into_iter().all(|p| by_units(1.0, p.unit) < 0.1));
     }
 }
