@@ -45,6 +45,11 @@ impl Form {
         }
     }
 
+    /// Whether the strength is how late something is.
+    pub fn is_lag(&self) -> bool {
+        matches!(self.spec.parameters[self.strength].unit, "s" | "s/V")
+    }
+
     /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
     /// a lag, whose answer goes as its square beside a shift of the clocks, calls for a
     /// shorter form.
@@ -52,9 +57,8 @@ impl Form {
         if self.signed {
             f64::NEG_INFINITY
         } else {
-            let unit = self.spec.parameters[self.strength].unit;
-            let lag = matches!(unit, "s" | "s/V");
-            (if lag { LEAST_LAG } else { 1e-4 }) * self.values[self.strength]
+            let share = if self.is_lag() { LEAST_LAG } else { 1e-4 };
+            share * self.values[self.strength]
         }
     }
 

@@ -9,7 +9,7 @@ use super::ring;
 use super::scan::{Linear, Scan};
 use super::search::{find_line, find_step, first_level};
 use crate::fit::segment::Segment;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
 /// Frequencies of a vibration of the base that are looked at \[Hz\].
 const LINES: (f64, f64) = (8.0, 2100.0);
@@ -31,6 +31,8 @@ const NEAR: f64 = 3.0;
 /// The same where a search has found the best of many times or frequencies: the promise
 /// is as good as the refit, and chance has had many tries.
 pub const FOUND: f64 = 25.0;
+/// Share of the promise of an effect's best law from which another one of it is asked, too.
+const CLOSE: f64 = 0.8;
 /// A hypothesis is refitted from this promised fall of chi2 on.
 pub const PROMISING: f64 = 15.0;
 
@@ -62,7 +64,13 @@ pub struct Hypothesis {
     pub told_by: Option<usize>,
 }
 
-/// The best form of each effect, with what the linearised problem promises.
+/// The largest promise among the hypotheses of an effect.
+fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
+    let own = all.iter().filter(|h| h.start.spec == spec);
+    own.fold(0.0, |most, h| most.max(h.promise))
+}
+
+/// The best form of each law of each effect, with what the linearised problem promises.
 pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseError> {
     let model = &stand.train.model;
     let linear = Linear::new(&stand.train.problem, &stand.train.point, super::bench::LOSS)?;
@@ -80,20 +88,24 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         let Some(promise) = scan.promise(k) else {
             continue;
         };
-        let lag = form.spec.parameters[form.strength].unit == "s";
-        let too_short = lag && promise.theta * form.values[form.strength] < form.least();
+        let too_short = form.is_lag() && promise.theta * form.values[form.strength] < form.least();
         let gain = if too_short || promise.theta < 0.0 && !form.signed {
             0.0
         } else {
             promise.gain
         };
         let hypothesis = from_form(form, &all, promise.theta, gain);
-        match out.iter_mut().find(|h| h.start.spec == form.spec) {
+        // Laws of one effect that differ in what is their strength are asked each.
+        let same = |h: &&mut Hypothesis| h.start.spec == form.spec && h.free == hypothesis.free;
+        match out.iter_mut().find(same) {
             Some(known) if known.promise >= gain => {}
             Some(known) => *known = hypothesis,
             None => out.push(hypothesis),
         }
     }
+    let most: Vec<f64> = out.iter().map(|h| most_of(&out, h.start.spec)).collect();
+    let mut most = most.into_iter();
+    out.retain(|h| most.next().is_none_or(|most| h.promise >= CLOSE * most));
     if let Some(spec) = find("base_vibration") {
         let vibration = |f: f64, phase: f64| ActiveEffect {
             spec,

@@ -8,6 +8,8 @@ pub use self::linear::{Jacobian, Reduced};
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::chain::{Nuisances, Row, Setting, Sigmas, residuals, rows};
 use super::segment::Segment;
 use super::space::Space;
@@ -111,7 +113,7 @@ impl Problem {
         if count == 0 {
             return out;
         }
-        for (index, data) in self.data.iter().enumerate() {
+        let of_recording = |(index, data): (usize, &Data)| {
             let own: Vec<usize> = (0..segments.len())
                 .filter(|&i| segments[i].recording == index)
                 .collect();
@@ -136,7 +138,11 @@ impl Problem {
                 }
             };
             let states = simulator.states_from_drive(&data.track.pieces, &times, &motion);
-            for (&i, z) in own.iter().zip(states.chunks(count)) {
+            (own, states)
+        };
+        let all: Vec<_> = self.data.par_iter().enumerate().map(of_recording).collect();
+        for (own, states) in all {
+            for (i, z) in own.into_iter().zip(states.chunks(count)) {
                 out[i] = z.to_vec();
             }
         }
