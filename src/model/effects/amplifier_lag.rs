@@ -160,6 +160,10 @@ impl Action for AmplifierLag {
         &self.rates
     }
 
+    fn states_feel_motion(&self) -> bool {
+        false
+    }
+
     fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
         let (lagged, memory) = self.parts(z);
         inputs.fill(0.0);

@@ -192,6 +192,10 @@ impl Action for HysteresisMemory {
         &self.rates
     }
 
+    fn states_feel_motion(&self) -> bool {
+        false
+    }
+
     fn end_piece(&self, _at: &Kinematics, film: f64, z: &mut [f64]) {
         let past = Past::new(self.before, z);
         let still = standing(past.extremes(), film, EQUAL);

@@ -185,6 +185,11 @@ pub trait Action: Send + Sync + fmt::Debug {
     /// Extra states: the inputs `u_k`.
     fn state_inputs(&self, _at: &Kinematics, _z: &[f64], _inputs: &mut [f64]) {}
 
+    /// Extra states: whether their inputs feel the motion, and not the drive alone.
+    fn states_feel_motion(&self) -> bool {
+        !self.state_rates().is_empty()
+    }
+
     /// Extra states: what a memory holds where everything has stood at `at` for long; states
     /// that decay are there already.
     fn settle(&self, _at: &Kinematics, _z: &mut [f64]) {}

@@ -73,6 +73,10 @@ impl Action for PiezoCreep {
         &self.rates
     }
 
+    fn states_feel_motion(&self) -> bool {
+        false
+    }
+
     fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
         if let ([rate], [input]) = (self.rates.as_slice(), inputs) {
             *input = rate * (at.gain - self.creep(z));

@@ -94,6 +94,12 @@ impl Device {
         })
     }
 
+    /// Whether extra states other than the readings' feel the motion.
+    pub fn states_feel_motion(&self) -> bool {
+        let others = self.effects.iter().filter(|e| !e.action.reads_states());
+        others.into_iter().any(|e| e.action.states_feel_motion())
+    }
+
     /// Where the extra states stand that are the readings of proof mass and cantilever.
     pub fn reading_states(&self) -> Option<usize> {
         let lagged = |e: &&Attached| e.count > 0 && e.action.reads_states();

@@ -43,7 +43,8 @@ impl StretchSimulator {
 
     /// The effects' extra states over the whole drive, from its first instant on, at
     /// increasing `times` \[s\]; row-major `[time][state]`. `motion` gives the points'
-    /// displacements and velocities where they matter, from the data or zero.
+    /// displacements and velocities where they matter, from the data or zero. States that are
+    /// readings are for recordings to tell: here they are not followed.
     pub fn states_from_drive(
         &self,
         drive: &[Segment],
@@ -63,7 +64,11 @@ impl StretchSimulator {
         let mut t = begin;
         let mut z = self.rest_state(drive, begin, None).z;
         let mut u = vec![0.0; count];
-        let fastest = d.rates.iter().fold(0.0f64, |a, &b| a.max(b));
+        let readings = d.reading_states().map_or(0..0, |first| first..first + 2);
+        let all = d.rates.iter().enumerate();
+        let followed = all.filter(|(i, _)| !readings.contains(i));
+        let fastest = followed.fold(0.0f64, |a, (_, &b)| a.max(b));
+        let felt = d.states_feel_motion();
         let longest = (0.2 / fastest.max(1.0)).min(2e-4);
         // What decays is forgotten, unless an effect keeps a memory of its own.
         let slowest = d.rates.iter().fold(f64::INFINITY, |a, &b| a.min(b));
@@ -81,7 +86,11 @@ impl StretchSimulator {
                 let end = target.min(segment.end).min(t + longest).max(t + 1e-12);
                 let h = end - t;
                 let middle = t + 0.5 * h;
-                let p = motion(middle);
+                let p = if felt {
+                    motion(middle)
+                } else {
+                    Points::default()
+                };
                 let mut at = Kinematics {
                     t: middle,
                     xp: p.xp,
