@@ -80,19 +80,31 @@ pub fn union(ranges: impl IntoIterator<Item = (f64, f64)>) -> Option<(f64, f64)>
         .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
+/// Round marks at least `spacing` points apart; in a low picture closer, where one mark alone
+/// would tell no scale.
 fn marks(input: &GridInput, spacing: f64) -> Vec<GridMark> {
+    /// Share of a round step below which the next smaller one lies.
+    const FINER: f64 = 0.4;
     let (from, to) = input.bounds;
+    let every = |step: f64| -> Vec<GridMark> {
+        let first = (from / step).ceil();
+        let count = ((to - from) / step).ceil().clamp(0.0, 200.0) as usize;
+        (0..=count)
+            .map(|i| (first + i as f64) * step)
+            .filter(|value| (from..=to).contains(value))
+            .map(|value| GridMark {
+                value,
+                step_size: step,
+            })
+            .collect()
+    };
     let step = round_step(input.base_step_size / f64::from(LEAST_SPACING) * spacing);
-    let first = (from / step).ceil();
-    let count = ((to - from) / step).ceil().clamp(0.0, 200.0) as usize;
-    (0..=count)
-        .map(|i| (first + i as f64) * step)
-        .filter(|value| (from..=to).contains(value))
-        .map(|value| GridMark {
-            value,
-            step_size: step,
-        })
-        .collect()
+    let marks = every(step);
+    if marks.len() < 2 {
+        every(round_step(FINER * step))
+    } else {
+        marks
+    }
 }
 
 /// Round ticks from `from` to `to`, at most `most`, with their texts.
@@ -182,6 +194,20 @@ mod tests {
         assert!(low < 0.0 && high > 100.0 && high < 120.0);
         assert!(room(Some((5.0, 5.0)), 1e-3).0 < 5.0);
         assert!(room(None, 1.0).1 > 0.0);
+    }
+
+    #[test]
+    fn a_low_picture_shows_its_scale() {
+        let values = |half: f64, height: f64| -> Vec<f64> {
+            let input = GridInput {
+                bounds: (-half, half),
+                base_step_size: 2.0 * half / height * f64::from(LEAST_SPACING),
+            };
+            marks(&input, 24.0).iter().map(|mark| mark.value).collect()
+        };
+        assert_eq!(values(19.0, 80.0), [-10.0, 0.0, 10.0]);
+        assert_eq!(values(21.0, 80.0), [-20.0, 0.0, 20.0]);
+        assert_eq!(values(8.5, 60.0), [-5.0, 0.0, 5.0]);
     }
 
     #[test]
