@@ -228,12 +228,7 @@ pub fn candidates(
                         (Some(n), Some(t)) => probability(t.worth(), n.alike.len()),
                         // What others explain better has no odds of its own.
                         _ if found.stand.named.is_empty() && gain.is_finite() => {
-                            let most = if verdict == Verdict::Unexplained {
-                                AFTER_ALL
-                            } else {
-                                0.5
-                            };
-                            probability(gain.min(gain + held_gain), 0).min(most)
+                            probability(gain.min(gain + held_gain), 0).min(0.5)
                         }
                         _ => 0.0,
                     }
@@ -251,6 +246,12 @@ pub fn candidates(
             }
         })
         .collect();
+    if verdict == Verdict::Unexplained {
+        // They share what chance there is that it was one of them after all.
+        let all: f64 = out.iter().map(|c| c.probability).sum();
+        let share = AFTER_ALL / all.max(AFTER_ALL);
+        out.iter_mut().for_each(|c| c.probability *= share);
+    }
     out.sort_by(|a, b| {
         b.probability
             .total_cmp(&a.probability)
