@@ -19,6 +19,8 @@ const CONFIRMED: (f64, f64) = (15.0, 45.0);
 /// An earlier effect that brought so many times more than a later one is not asked again
 /// whether it is needed.
 const SURE: f64 = 4.0;
+/// Times its promise from which what an effect brought may be owed to the fit before it.
+const UNFORESEEN: f64 = 4.0;
 /// Least fall on the recordings kept out.
 pub const HELD_GAIN: f64 = 10.0;
 /// A further name must explain this share of what the first ones explained.
@@ -237,7 +239,6 @@ fn search(
         mut weighed,
     } = from;
     let mut bench = bench.clone();
-    let mut explained: f64 = stand.named.iter().map(|n| n.gain.0 + n.gain.1).sum();
     let rounds = options.by_hand.as_ref().map_or(options.most, Vec::len);
     for round in stand.named.len()..rounds {
         if control.cancelled() {
@@ -261,11 +262,11 @@ fn search(
         };
         let trial = shaped(&bench, &stand, best.trial, control)?;
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
+        let explained: f64 = stand.named.iter().map(|n| n.gain.0 + n.gain.1).sum();
         let chance = trial.by_chance() || !held || trial.worth() < SHARE * explained;
         if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;
         }
-        explained += trial.worth();
         if trial.hypothesis.series {
             bench = bench.in_series();
         }
@@ -315,15 +316,22 @@ fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
     Ok(own * trial.gain < TRAIN_GAIN || held)
 }
 
-/// Drops effects that a later one has made needless.
+/// Drops effects that a later one has made needless, and a latest one that only went on where
+/// the fit before it had stopped.
 fn drop_needless(
     bench: &Bench,
     stand: &mut Stand,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
     let mut k = 0;
-    while stand.named.len() > 1 && k + 1 < stand.named.len() {
+    while k < stand.named.len() {
         if control.cancelled() {
+            break;
+        }
+        // The latest one is asked where it brought far more than was promised: the fit before
+        // may have stopped halfway, and this one have gone on for it.
+        let n = &stand.named[k];
+        if k + 1 == stand.named.len() && n.gain.0 < UNFORESEEN * n.hypothesis.promise {
             break;
         }
         // Each was the best of its round: without it at least what the next ones brought
