@@ -40,9 +40,9 @@ const KNOWN: f64 = 0.15;
 /// one number.
 const FORESEEN_SPEED: f64 = 50.0;
 
-/// Power of the speed that is none: it changes restitution by less than five hundredths over a
+/// Power of the speed that is none: it changes restitution by less than three hundredths over a
 /// decade of speeds, as does a film of slightly other form.
-const LEAST_POWER: f64 = 0.02;
+const LEAST_POWER: f64 = 0.013;
 
 /// How well the level of the ground is known from the stays on it \[m\].
 const LEVEL: f64 = 1e-7;

@@ -19,7 +19,7 @@ const LATE: f64 = 0.8;
 /// Skews nearer than this agree \[s\].
 const NEAR: f64 = 5e-6;
 /// Fall of a recording's cost from which it takes another skew.
-const BETTER: f64 = 40.0;
+pub const BETTER: f64 = 40.0;
 /// No stretch counts for more than this a value.
 const MOST: f64 = 30.0;
 /// Cost per value up to which a recording is told well as it is.

@@ -1,6 +1,6 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::clocks::{delay, set_clocks, shift_skews, usual_skew};
+use super::clocks::{BETTER, delay, set_clocks, shift_skews, usual_skew};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -142,9 +142,15 @@ impl Bench {
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
         let mut point = self.improve(&problem, point, &locked, (10, FINE), control)?;
-        // Jumps that all lie alike between two samples leave a clock a sample off.
-        let all = vec![true; segments.len()];
-        if from.is_none() && set_clocks(&problem, &mut point, &segments, &all)? {
+        // Jumps that all lie alike between two samples leave a clock a sample off, and what a
+        // clock has made up for before may lead it astray.
+        let eligible = if from.is_none() {
+            vec![true; segments.len()]
+        } else {
+            point.used.clone()
+        };
+        let worse = from.is_none_or(|from| point.cost > from.point.cost + BETTER);
+        if worse && set_clocks(&problem, &mut point, &segments, &eligible)? {
             point = self.improve(&problem, point, &locked, (10, FINE), control)?;
         }
         if from.is_none() && heal(&problem, &mut point, &segments)? {
