@@ -103,9 +103,8 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             None => out.push(hypothesis),
         }
     }
-    let most: Vec<f64> = out.iter().map(|h| most_of(&out, h.start.spec)).collect();
-    let mut most = most.into_iter();
-    out.retain(|h| most.next().is_none_or(|most| h.promise >= CLOSE * most));
+    let every = out.clone();
+    out.retain(|h| h.promise >= CLOSE * most_of(&every, h.start.spec));
     if let Some(spec) = find("base_vibration") {
         let vibration = |f: f64, phase: f64| ActiveEffect {
             spec,
