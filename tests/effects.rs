@@ -167,11 +167,11 @@ fn forces_on_the_mass() {
         effects,
         &both,
     );
-    for k3 in [5e4, -2e4] {
+    for (k3, k5) in [(5e4, 0.0), (-2e4, 0.0), (5e4, -3e11), (0.0, 2e11)] {
         check(
             "cubic_stiffness",
-            &[("k3", k3)],
-            Effects { k3, ..none() },
+            &[("k3", k3), ("k5", k5)],
+            Effects { k3, k5, ..none() },
             &both,
         );
     }

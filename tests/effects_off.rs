@@ -23,7 +23,7 @@ const STRENGTHS: [(&str, &[&str]); 17] = [
     ("hysteresis_memory", &["s"]),
     ("electrostatic", &["A"]),
     ("extra_mode", &["phi_c", "phi_p", "phi_d"]),
-    ("cubic_stiffness", &["k3"]),
+    ("cubic_stiffness", &["k3", "k5"]),
     ("quadratic_drag", &["cd"]),
     ("dry_friction", &["fc"]),
     ("film_spring", &["tau"]),

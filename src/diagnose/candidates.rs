@@ -149,10 +149,11 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                     values[8] = 1e-3;
                     (values, vec![1, 3, 4, 5, 6, 7, 8])
                 }),
-                shape: if spec.id == "hysteresis_memory" {
-                    &[3, 4, 5, 6, 7]
-                } else {
-                    &[]
+                shape: match spec.id {
+                    "hysteresis_memory" => &[3, 4, 5, 6, 7],
+                    "cubic_stiffness" => &[1],
+                    "long_range_attraction" => &[2],
+                    _ => &[],
                 },
             });
         };
@@ -190,7 +191,8 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 }
             }
             "cubic_stiffness" if sprung => {
-                add(&[1e-3 * scale.force / scale.length.powi(3)], 0, true, &[0]);
+                let k3 = 1e-3 * scale.force / scale.length.powi(3);
+                add(&[k3, 0.0], 0, true, &[0]);
             }
             "quadratic_drag" => add(&[1e-3 * scale.force / scale.speed.powi(2)], 0, false, &[0]),
             "dry_friction" => add(&[1e-3 * scale.force], 0, false, &[0]),
@@ -203,7 +205,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 }
             }
             "long_range_attraction" if ground => {
-                for (reach, power) in [(0.6e-6, 2.0), (2e-6, 2.0), (6e-6, 2.0), (6e-6, 3.0)] {
+                for (reach, power) in [0.6e-6, 2e-6, 6e-6].map(|r| [(r, 2.0), (r, 3.0)]).concat() {
                     add(&[3e-9, reach, power], 0, false, &[0, 1]);
                 }
             }

@@ -55,6 +55,14 @@ pub fn read(
 fn side_readings(bench: &Bench, side: &Side, fitted: &Fitted) -> Result<Readings, DiagnoseError> {
     let (prepared, point) = around_events(bench, side, fitted)?;
     let mut found = readings::read(&prepared, &point)?;
+    log::debug!(
+        "{} bounces and {} releases read, {} and {} not, {:.2} off",
+        found.bounces.len(),
+        found.releases.len(),
+        found.unread,
+        found.unread_releases,
+        found.off.read
+    );
     for b in &mut found.bounces {
         b.error = b.error.hypot(LEAST_RATIO_ERROR);
     }

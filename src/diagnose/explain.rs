@@ -13,14 +13,17 @@ use crate::model::effects::EffectSpec;
 pub const TRAIN_GAIN: f64 = 30.0;
 /// The same where the best of many times or frequencies was searched for.
 const SEARCHED_GAIN: f64 = 50.0;
-/// Falls on the fitted recordings and on both sides from which a name needs no more where
-/// those kept out, of which chance knows nothing, fall by as much as that.
-const CONFIRMED: (f64, f64) = (15.0, 45.0);
+/// Falls on the fitted recordings and on both sides from which a name, or the shape of a law,
+/// needs no more where those kept out, of which chance knows nothing, fall by as much as that.
+pub const CONFIRMED: (f64, f64) = (15.0, 45.0);
 /// An earlier effect that brought so many times more than a later one is not asked again
 /// whether it is needed.
 const SURE: f64 = 4.0;
 /// Times its promise from which what an effect brought may be owed to the fit before it.
 const UNFORESEEN: f64 = 4.0;
+/// Where other forms of the laws named would bring so many times what a further name brings,
+/// it is one of those forms that is wrong, in a way that is not known.
+const OUTWEIGHED: f64 = 2.0;
 /// Least fall on the recordings kept out.
 pub const HELD_GAIN: f64 = 10.0;
 /// A further name must explain this share of what the first ones explained.
@@ -295,8 +298,8 @@ fn search(
     })
 }
 
-/// Whether what `trial` brings is little more than the effects named before would bring if
-/// their laws were of somewhat other form.
+/// Whether what `trial` brings is little more, or far less, than the effects named before would
+/// bring if their laws were of somewhat other form.
 fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
     let named = stand.specs();
     if named.is_empty() {
@@ -313,7 +316,8 @@ fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
         trial.gain
     );
     let held = trial.held_out.is_some() && own * trial.held_gain < HELD_GAIN;
-    Ok(own * trial.gain < TRAIN_GAIN || held)
+    let outweighed = before > OUTWEIGHED * trial.gain;
+    Ok(outweighed || own * trial.gain < TRAIN_GAIN || held)
 }
 
 /// Drops effects that a later one has made needless, and a latest one that only went on where

@@ -26,6 +26,11 @@ const WHILE: f64 = 1e-3;
 const MIRRORS: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
 /// Share of a further mode's motion at the mass, of that of all modes.
 const UNNOTICED: f64 = 0.06;
+/// Most times a form's strength that a refit begins with: the linearised problem knows
+/// direction and rough size only.
+const MOST: f64 = 30.0;
+/// The same for a delay, in proportion to which the readings move.
+const MOST_DELAY: f64 = 300.0;
 /// Factor by which constants may leave what was looked at.
 const NEAR: f64 = 3.0;
 /// The same where a search has found the best of many times or frequencies: the promise
@@ -262,11 +267,14 @@ fn held_out_stays(stand: &Stand) -> Vec<f64> {
 }
 
 fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
-    // The linearised problem knows direction and rough size only.
+    let most = match form.strength_id().as_str() {
+        "sensor_lag.delay" => MOST_DELAY,
+        _ => MOST,
+    };
     let theta = if form.signed {
-        theta.clamp(-30.0, 30.0)
+        theta.clamp(-most, most)
     } else {
-        theta.clamp(form.least() / form.values[form.strength], 30.0)
+        theta.clamp(form.least() / form.values[form.strength], most)
     };
     let mut bounds = Vec::new();
     if !form.signed {

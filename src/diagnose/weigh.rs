@@ -3,7 +3,7 @@
 //! kept out.
 
 use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
-use super::explain::{Stand, Trial, Weighed};
+use super::explain::{CONFIRMED, Stand, Trial, Weighed};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
 use crate::model::Model;
@@ -151,7 +151,8 @@ fn attempt(
 }
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
-/// both sides. Later fits keep that shape.
+/// both sides. Later fits keep that shape: of more than one number they would take too long
+/// to ask for it again.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -185,10 +186,14 @@ pub fn shaped(
         trial.gain,
         trial.held_gain
     );
-    other.hypothesis.free.clone_from(&hypothesis.free);
-    let more = other.gain - trial.gain;
-    let held = stand.held_out.is_none() || other.held_gain > trial.held_gain;
-    Ok(if more > SHAPED && held { other } else { trial })
+    if hypothesis.shape.len() > 1 {
+        other.hypothesis.free.clone_from(&hypothesis.free);
+    }
+    let (more, held_more) = (other.gain - trial.gain, other.held_gain - trial.held_gain);
+    let (own, both) = CONFIRMED;
+    let confirmed = more > own && held_more > own && more + held_more > both;
+    let told = more > SHAPED && (stand.held_out.is_none() || held_more > 0.0);
+    Ok(if told || confirmed { other } else { trial })
 }
 
 /// The hypotheses that look like `hypothesis`.

@@ -3,9 +3,6 @@
 use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
-/// The mass is never nearer than this share of `h0`: the force stays finite.
-const NEAREST: f64 = 1e-3;
-
 /// The effect.
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "long_range_attraction",
@@ -79,7 +76,8 @@ impl Action for LongRangeAttraction {
     }
 
     fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
-        let height = (at.xp + self.dp + self.range).max(NEAREST * self.range);
-        -self.strength * (self.range / height).powf(self.exponent)
+        // On the ground, or in one that gives way, the mass is no nearer than in touch.
+        let height = (at.xp + self.dp).max(0.0);
+        -self.strength * (self.range / (height + self.range)).powf(self.exponent)
     }
 }

@@ -111,7 +111,8 @@ impl Machine<'_> {
         if self.phase != Phase::Flight && e.film_tau == 0.0 {
             on_mass = 0.0;
         }
-        on_mass -= e.k3 * xp.powi(3) + e.cd * vp * vp.abs() + 3.495e-10 * e.gravity;
+        on_mass -=
+            e.k3 * xp.powi(3) + e.k5 * xp.powi(5) + e.cd * vp * vp.abs() + 3.495e-10 * e.gravity;
         if e.electrostatic.0 > 0.0 {
             let distance = xp + e.electrostatic.1;
             on_mass -= 0.5 * 8.8541878128e-12 * e.electrostatic.0 * volt * volt / distance.powi(2);

@@ -46,6 +46,7 @@ pub struct Effects {
     /// Frequency, damping, shapes at cantilever, mass and drive.
     pub mode: [f64; 5],
     pub k3: f64,
+    pub k5: f64,
     pub cd: f64,
     pub fc: f64,
     pub film_tau: f64,

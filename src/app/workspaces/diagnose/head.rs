@@ -66,7 +66,7 @@ fn action(ui: &mut Ui, state: &mut State) {
         }
         let done = progress.as_ref().map_or(0.0, |p| p.done as f32);
         let bar = ProgressBar::new(done.clamp(0.0, 1.0))
-            .text(small(format!("{:.0} %", 100.0 * done)).color(ui.visuals().strong_text_color()))
+            .text(small(share(done, progress.as_ref())).color(ui.visuals().strong_text_color()))
             .desired_width(ui.available_width());
         ui.add(bar);
     });
@@ -98,13 +98,18 @@ fn line(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
     } else {
         format!(": {}", p.detail.replace('_', " "))
     };
-    let seconds = p.remaining.as_secs_f64();
+    format!("{stage}{detail}")
+}
+
+/// How far it is, in numbers.
+fn share(done: f32, progress: Option<&DiagnoseProgress>) -> String {
+    let seconds = progress.map_or(0.0, |p| p.remaining.as_secs_f64());
     let left = if seconds >= 1.0 {
         format!(", about {seconds:.0} s left")
     } else {
         String::new()
     };
-    format!("{stage}{detail}{left}")
+    format!("{:.0} %{left}", 100.0 * done)
 }
 
 fn says(ui: &mut Ui, state: &mut State) {
