@@ -13,9 +13,9 @@ use crate::model::effects::EffectSpec;
 pub const TRAIN_GAIN: f64 = 30.0;
 /// The same where the best of many times or frequencies was searched for.
 const SEARCHED_GAIN: f64 = 50.0;
-/// Falls on the fitted recordings and on both sides from which a name, or the shape of a law,
-/// needs no more where those kept out, of which chance knows nothing, fall by as much as that.
-pub const CONFIRMED: (f64, f64) = (15.0, 45.0);
+/// Falls on the fitted recordings and on both sides from which a name needs no more where
+/// those kept out, of which chance knows nothing, fall by as much as that.
+const CONFIRMED: (f64, f64) = (15.0, 45.0);
 /// An earlier effect that brought so many times more than a later one is not asked again
 /// whether it is needed.
 const SURE: f64 = 4.0;

@@ -3,7 +3,7 @@
 //! kept out.
 
 use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
-use super::explain::{CONFIRMED, Stand, Trial, Weighed};
+use super::explain::{Stand, Trial, Weighed};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
 use crate::model::Model;
@@ -19,6 +19,8 @@ const ITERATIONS: usize = 12;
 const SHOWS: f64 = 40.0;
 /// Fall of chi2 from which another shape of a law is better by more than chance.
 const SHAPED: f64 = 25.0;
+/// Falls on either side and on both from which it is where those kept out confirm it.
+const CONFIRMED: (f64, f64) = (5.0, 30.0);
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
 /// along.
 const LOST: f64 = 4.0;
@@ -191,7 +193,7 @@ pub fn shaped(
     }
     let (more, held_more) = (other.gain - trial.gain, other.held_gain - trial.held_gain);
     let (own, both) = CONFIRMED;
-    let confirmed = more > own && held_more > own && more + held_more > both;
+    let confirmed = more.min(held_more) > own && more + held_more > both;
     let told = more > SHAPED && (stand.held_out.is_none() || held_more > 0.0);
     Ok(if told || confirmed { other } else { trial })
 }
