@@ -155,10 +155,12 @@ pub fn diagnose(
             let again = tests.iter().find(|t| t.id == first.id);
             by_hand(first.id).unwrap_or_else(|| still(first) && again.is_some_and(sure))
         };
-        match compliant.filter(after) {
-            Some(test) => named_laws.push(test),
-            None => named_laws.extend(tests.iter().filter(|t| named(t) && sure(t)).cloned()),
-        }
+        named_laws.extend(compliant.filter(after));
+        // A ground that gives way rebounds by its own law.
+        let soft = !named_laws.is_empty();
+        let beside = |t: &LawTest| !soft || t.id == "adhesion_saturation";
+        let others = tests.iter().filter(|t| beside(t) && named(t) && sure(t));
+        named_laws.extend(others.cloned());
     }
 
     say("evidence", "", 0.8);

@@ -72,6 +72,13 @@ impl Case {
             excitations: &excitations,
         };
         let (class, ids) = conceal(&settings.mix, &mut dice);
+        // A ground that gives way rebounds by its own law: no other shows beside it.
+        if ["compliant_ground", "velocity_restitution"]
+            .iter()
+            .all(|id| ids.iter().any(|i| i == id))
+        {
+            return Ok(None);
+        }
         let mut hidden: Vec<(Choice, f64)> = Vec::new();
         for id in &ids {
             let low = if class == Class::One { 0.5 } else { 3.0 };
