@@ -18,6 +18,8 @@ const LOSS: Huber = Huber(4.0);
 const STEPS: usize = 8;
 /// Mean square of the residuals from which a stretch is misread.
 const POOR: f64 = 1.4;
+/// Events in a stretch: where more happen, either fit may lose its way among them.
+const MANY: usize = 3;
 /// No stretch counts for more than this.
 const CAP: f64 = 30.0;
 /// Nor does one tell anything by less than this.
@@ -85,9 +87,10 @@ fn same(a: &Segment, b: &Segment) -> bool {
     (a.recording, &a.samples, a.joints.len()) == (b.recording, &b.samples, b.joints.len())
 }
 
+/// Whether the mass bounces in a stretch, and little else happens in it.
 fn bounces(segment: &Segment) -> bool {
     let bounce = |k: &JointKind| matches!(k, JointKind::Event(Kind::Bounce { .. }));
-    segment.joints.iter().any(|j| bounce(&j.what))
+    segment.joints.len() <= MANY && segment.joints.iter().any(|j| bounce(&j.what))
 }
 
 /// Cost of each stretch around bounces, from where it is and from where `other` has it,
