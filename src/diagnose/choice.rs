@@ -1,9 +1,10 @@
 //! Which of the hypotheses weighed is the best, and which others do as well.
 
 use super::bench::Bench;
-use super::explain::{Trial, Weighed};
+use super::explain::{Stand, Trial, Weighed};
 use super::late;
-use super::options::DiagnoseError;
+use super::options::{DiagnoseControl, DiagnoseError};
+use super::weigh::from_other;
 use crate::model::effects::EffectSpec;
 
 /// Two hypotheses whose gains differ by less than this share cannot be told apart.
@@ -32,36 +33,48 @@ pub struct Choice {
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn best<'w>(bench: &Bench, weighed: &'w [Weighed]) -> Result<Option<Choice>, DiagnoseError> {
-    let trials = || {
-        let all = weighed.iter();
-        all.filter_map(|w| w.trial.as_ref().map(|t| (w.spec, t)))
-    };
-    let Some(mut first) = trials().max_by(|a, b| a.1.worth().total_cmp(&b.1.worth())) else {
+pub fn best(
+    bench: &Bench,
+    stand: &Stand,
+    weighed: &[Weighed],
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Choice>, DiagnoseError> {
+    let all = weighed.iter();
+    let all = all.filter_map(|w| w.trial.clone().map(|t| (w.spec, t)));
+    let mut trials: Vec<(&'static EffectSpec, Trial)> = all.collect();
+    trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
+    let Some(first) = trials.first() else {
         return Ok(None);
     };
     // In flight the twin may even suit better, where the law is of somewhat other form.
-    let of_first = first.1.worth();
-    let twin = trials()
-        .find(|(spec, t)| late::looks_like(first.0.id, spec.id) && t.worth() > TWIN * of_first);
+    let twin = trials.iter().position(|(spec, t)| {
+        late::looks_like(first.0.id, spec.id) && t.worth() > TWIN * first.1.worth()
+    });
     let mut told = None;
+    let mut best = 0;
     if let Some(twin) = twin {
-        let fits = |t: &'w Trial| (&t.train, t.held_out.as_ref());
-        if let Some(fall) = late::told(bench, fits(first.1), fits(twin.1))? {
-            let (yes, no) = if fall > 0.0 {
-                (twin, first)
-            } else {
-                (first, twin)
-            };
-            first = yes;
-            told = Some((no.0, fall.abs()));
+        let again = |a: &Trial, b: &Trial| from_other(bench, stand, a, b, control);
+        trials[twin].1 = again(&trials[twin].1, &trials[0].1)?;
+        trials[0].1 = again(&trials[0].1, &trials[twin].1)?;
+        let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
+        match late::told(bench, fits(0), fits(twin))? {
+            Some(fall) if fall > 0.0 => {
+                best = twin;
+                told = Some((trials[0].0, fall));
+            }
+            Some(fall) => told = Some((trials[twin].0, -fall)),
+            None if trials[twin].1.worth() > trials[0].1.worth() => best = twin,
+            None => {}
         }
     }
-    let least = of_first - (ALIKE * of_first).max(ALIKE_LEAST);
+    let most = trials.iter().map(|(_, t)| t.worth());
+    let most = most.fold(f64::NEG_INFINITY, f64::max);
+    let first = &trials[best];
+    let least = most - (ALIKE * most).max(ALIKE_LEAST);
     let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
-    let others = trials().filter(|(spec, t)| {
+    let others = trials.iter().filter(|(spec, t)| {
         let twin = late::looks_like(first.0.id, spec.id);
-        let close = t.worth() > least || twin && t.worth() > (1.0 - TWIN_ALIKE) * of_first;
+        let close = t.worth() > least || twin && t.worth() > (1.0 - TWIN_ALIKE) * most;
         other(spec) && close
     });
     let alike = others.map(|(spec, _)| spec.id).collect();

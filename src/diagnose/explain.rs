@@ -252,7 +252,7 @@ fn search(
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
         let round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
-        let best = choice::best(&bench, &round_weighed)?;
+        let best = choice::best(&bench, &stand, &round_weighed, control)?;
         if weighed.is_empty() {
             weighed = round_weighed;
         }

@@ -262,6 +262,46 @@ fn from_near(
     }
 }
 
+/// `trial` fitted once more from where the fit with another effect in its place has come to,
+/// whichever suits better: a fit may stop halfway.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn from_other(
+    bench: &Bench,
+    stand: &Stand,
+    trial: &Trial,
+    other: &Trial,
+    control: &DiagnoseControl<'_>,
+) -> Result<Trial, DiagnoseError> {
+    let of = |t: &Trial| t.hypothesis.start.spec;
+    let mut start = other.train.model.clone();
+    start.effects.retain(|e| e.spec != of(other));
+    let own = trial.train.model.effects.iter();
+    start
+        .effects
+        .extend(own.filter(|e| e.spec == of(trial)).cloned());
+    let (_, free, bounds) = with_freedoms(stand, &trial.hypothesis);
+    let train = match bench.fit(&start, &free, &bounds, &other.train, ITERATIONS, control) {
+        Ok(train) => train,
+        Err(DiagnoseError::Sim(_)) => return Ok(trial.clone()),
+        Err(error) => return Err(error),
+    };
+    let again = judged(bench, stand, &trial.hypothesis, train, control)?;
+    log::debug!(
+        "{} from where {} has come to: {:.0} in place of {:.0}",
+        of(trial).id,
+        of(other).id,
+        again.worth(),
+        trial.worth()
+    );
+    Ok(if again.worth() > trial.worth() {
+        again
+    } else {
+        trial.clone()
+    })
+}
+
 /// A fit with one more effect against that of `stand`.
 fn judged(
     bench: &Bench,
