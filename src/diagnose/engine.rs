@@ -7,7 +7,8 @@ use super::bench::{Bench, Fitted, remaining, with_effect};
 use super::condition::condition;
 use super::continuity::joins;
 use super::evidence::{self, Evidence};
-use super::explain::{self, HELD_GAIN, Stand, TRAIN_GAIN};
+use super::explain::{self, Stand, TRAIN_GAIN};
+use super::ground::Rules;
 use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
@@ -30,10 +31,6 @@ const LOCAL: f64 = 8.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
 const BROKEN: f64 = 6.5;
-/// Share of a law's fall of chi2 that must be left once the model of flight is complete.
-const STANDS: f64 = 0.5;
-/// Fall of chi2 from which a ground gives way although a further mode rings.
-const DESPITE_MODE: f64 = 100.0;
 /// Laws of which the force hangs on the displacement more than on anything else.
 const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
 /// Share of a force over the displacement that is left from which a law of displacement that
@@ -105,21 +102,15 @@ pub fn diagnose(
     let seen = events::read(&bench, &baseline.train, baseline.held_out.as_ref())?;
     let mut tests = laws::tests(&seen);
     let held_events = bench.held_out.is_some();
-    let by_hand = |id: &str| {
-        options
-            .by_hand
-            .as_ref()
-            .map(|ids| ids.iter().any(|i| i == id))
+    let rules = Rules {
+        by_hand: options.by_hand.as_deref(),
+        held_out: held_events,
     };
-    let named = |t: &LawTest| by_hand(t.id).unwrap_or_else(|| passes(t, held_events));
-    let compliant = tests
-        .iter()
-        .find(|t| t.id == "compliant_ground" && named(t))
-        .cloned();
+    let gives_way = rules.gives_way(&tests).is_some();
 
     say("naming", "", 0.35);
     let mut chosen = options.clone();
-    if compliant.is_some() {
+    if gives_way {
         // A level that gives way under load passes for one that steps.
         if chosen.candidates.is_empty() {
             chosen.candidates = CATALOGUE.iter().map(|e| e.id.to_owned()).collect();
@@ -134,33 +125,13 @@ pub fn diagnose(
 
     let mut named_laws: Vec<LawTest> = Vec::new();
     if ready.may_name {
+        let first = tests.clone();
         if !found.stand.named.is_empty() {
             say("ground", "bounces and releases again", 0.78);
             let (t, h) = (&found.stand.train, found.stand.held_out.as_ref());
             tests = laws::tests(&events::read(&bench, t, h)?);
         }
-        // What was left out of flight may look like a ground that gives way.
-        let still = |first: &LawTest| {
-            let again = tests.iter().find(|t| t.id == first.id);
-            again.is_some_and(|t| t.gain + t.held_gain > STANDS * (first.gain + first.held_gain))
-        };
-        // So does a further mode that the impacts set ringing: flight tells little of how.
-        let further = found.stand.named.iter().any(|n| n.spec.id == "extra_mode");
-        let sure = |t: &LawTest| {
-            let doubtful = further && t.id == "compliant_ground";
-            let much = t.gain + t.held_gain > DESPITE_MODE;
-            !doubtful || much || by_hand(t.id) == Some(true)
-        };
-        let after = |first: &LawTest| {
-            let again = tests.iter().find(|t| t.id == first.id);
-            by_hand(first.id).unwrap_or_else(|| still(first) && again.is_some_and(sure))
-        };
-        named_laws.extend(compliant.filter(after));
-        // A ground that gives way rebounds by its own law.
-        let soft = !named_laws.is_empty();
-        let beside = |t: &LawTest| !soft || t.id == "adhesion_saturation";
-        let others = tests.iter().filter(|t| beside(t) && named(t) && sure(t));
-        named_laws.extend(others.cloned());
+        named_laws = rules.named(&first, &tests, &found.stand.specs());
     }
 
     say("evidence", "", 0.8);
@@ -334,18 +305,6 @@ pub fn diagnose(
         cancelled: control.cancelled(),
         left,
     })
-}
-
-fn passes(test: &LawTest, held_events: bool) -> bool {
-    let held = test.held_gain > 0.5 * HELD_GAIN;
-    let told = test.gain > TRAIN_GAIN && (!held_events || held);
-    // What both sides tell together counts where the one does not speak against it and the
-    // other proves it.
-    let foreseen = |least: f64| {
-        let both = test.gain + test.held_gain;
-        test.gain > -HELD_GAIN && held && both > least
-    };
-    told || test.foreseen.is_some_and(foreseen)
 }
 
 /// Chi2 above the floor, all together.

@@ -24,6 +24,7 @@ pub mod evidence;
 pub mod example;
 pub mod explain;
 pub mod generic;
+mod ground;
 pub mod kin;
 mod late;
 pub mod laws;
