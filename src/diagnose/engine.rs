@@ -195,7 +195,13 @@ pub fn diagnose(
         let over_xp = after_evidence
             .strongest
             .is_some_and(|s| s.0.symbol() == "xp");
-        let another = over_xp && formal < KIN * after_evidence.joint;
+        // And one of the last micrometres does not reach as far as it is let.
+        let reach = "long_range_attraction.h0";
+        let mut bounds = named.iter().flat_map(|n| &n.hypothesis.bounds);
+        let most = bounds.find(|b| b.0 == reach).map(|b| b.1.1);
+        let far = found.stand.train.model.get(reach).zip(most);
+        let far = far.is_some_and(|(h0, most)| h0 > 0.99 * most);
+        let another = over_xp && (far || formal < KIN * after_evidence.joint);
         let refused = if swings > TRAIN_GAIN {
             left = left.or(Some(Left::Force("xp", swings)));
             Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned())

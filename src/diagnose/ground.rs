@@ -57,7 +57,8 @@ impl Rules<'_> {
         let has = |id: &str| effects.iter().any(|e| e.id == id);
         let of = |id: &str| again.iter().find(|t| t.id == id);
         // Flight tells little of how an attraction goes on next to the ground, where it makes
-        // slow bounces slower: what it bends must have shown without it, and the same way.
+        // slow bounces slower and pulls at the end of each contact: what bends must have shown
+        // without it, and the same way.
         let shown = |t: &LawTest| {
             let mut before = first.iter().filter(|b| b.id == t.id && self.passes(b));
             before.any(|b| b.effect.values[0] * t.effect.values[0] > 0.0)
@@ -66,7 +67,9 @@ impl Rules<'_> {
         let sure = |t: &LawTest| {
             let doubtful = match t.id {
                 "compliant_ground" if has("extra_mode") => t.gain + t.held_gain <= DESPITE_MODE,
-                "velocity_restitution" if has("long_range_attraction") => !shown(t),
+                "velocity_restitution" | "adhesion_saturation" if has("long_range_attraction") => {
+                    !shown(t)
+                }
                 _ => false,
             };
             !doubtful || self.by_hand(t.id) == Some(true)
