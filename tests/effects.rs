@@ -307,6 +307,23 @@ fn compliant_ground() {
 }
 
 #[test]
+fn below_the_level_of_the_ground_the_attraction_is_that_of_touch() {
+    let effects = Effects {
+        ground: (1e4, 10.0),
+        attraction: (20e-9, 0.1e-6, 2.0),
+        ..Effects::default()
+    };
+    let mut model = with("compliant_ground", &[("k", 1e4), ("chi", 10.0)]);
+    let values = [("A", 20e-9), ("h0", 0.1e-6), ("n", 2.0)];
+    model
+        .effects
+        .extend(with("long_range_attraction", &values).effects);
+    let trace = run(&model, &SQUARE, 0.03);
+    let twin = Twin::new(effects, SQUARE).run(0.03, RATE);
+    compare("both", &trace, &twin, 1e-9);
+}
+
+#[test]
 fn readings() {
     let effects = Effects {
         sensor_tau: 30e-6,

@@ -68,7 +68,7 @@ fn the_ends_of_all_ranges_run() {
         for active in corners(effect) {
             let mut model = Preset::default().model;
             let name = format!("{} {:?}", effect.id, active.values);
-            let softest = active.values == [-1e5];
+            let softest = effect.id == "cubic_stiffness" && active.values[0] == -1e5;
             model.effects.push(active);
             for drive in ["square:50Hz:8V", "sine:50Hz:6V"] {
                 let waveform = Waveform::parse(drive, 0.03).unwrap();

@@ -123,6 +123,16 @@ impl Scale {
     }
 }
 
+impl Scale {
+    /// Whether a step of the quintic stiffness, which goes by the unit of its range, is small
+    /// where the device moves: on one that moves by centimetres it is not.
+    fn tells_quintic(&self) -> bool {
+        /// A step of a fit \[N/m^5\].
+        const STEP: f64 = 2e7;
+        STEP * self.length.powi(5) < 1e-3 * self.force
+    }
+}
+
 /// Forms of all effects that the linear scan can weigh on this device. Further modes,
 /// vibrations and what happens at the ground are looked for in ways of their own.
 pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
@@ -151,7 +161,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 }),
                 shape: match spec.id {
                     "hysteresis_memory" => &[3, 4, 5, 6, 7],
-                    "cubic_stiffness" => &[1],
+                    "cubic_stiffness" if scale.tells_quintic() => &[1],
                     "long_range_attraction" => &[2],
                     _ => &[],
                 },

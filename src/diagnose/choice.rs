@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::explain::{Stand, Trial, Weighed};
 use super::late;
 use super::options::{DiagnoseControl, DiagnoseError};
-use super::weigh::from_other;
+use super::refit::from_other;
 use crate::model::effects::EffectSpec;
 
 /// Two hypotheses whose gains differ by less than this share cannot be told apart.
@@ -29,19 +29,20 @@ pub struct Choice {
     pub told: Option<String>,
 }
 
-/// The best of what was `weighed`; `None` if nothing could be fitted.
+/// The best of what was `weighed`, in which the two that look alike in flight are fitted again
+/// if one of them is the best; `None` if nothing could be fitted.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn best(
     bench: &Bench,
     stand: &Stand,
-    weighed: &[Weighed],
+    weighed: &mut [Weighed],
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Choice>, DiagnoseError> {
-    let all = weighed.iter();
-    let all = all.filter_map(|w| w.trial.clone().map(|t| (w.spec, t)));
-    let mut trials: Vec<(&'static EffectSpec, Trial)> = all.collect();
+    let all = weighed.iter_mut();
+    let all = all.filter_map(|w| w.trial.as_mut().map(|t| (w.spec, t)));
+    let mut trials: Vec<(&'static EffectSpec, &mut Trial)> = all.collect();
     trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
     let Some(first) = trials.first() else {
         return Ok(None);
@@ -54,8 +55,8 @@ pub fn best(
     let mut best = 0;
     if let Some(twin) = twin {
         let again = |a: &Trial, b: &Trial| from_other(bench, stand, a, b, control);
-        trials[twin].1 = again(&trials[twin].1, &trials[0].1)?;
-        trials[0].1 = again(&trials[0].1, &trials[twin].1)?;
+        *trials[twin].1 = again(trials[twin].1, trials[0].1)?;
+        *trials[0].1 = again(trials[0].1, trials[twin].1)?;
         let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
         match late::told(bench, fits(0), fits(twin))? {
             Some(fall) if fall > 0.0 => {

@@ -37,6 +37,9 @@ const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", 
 /// was named is only of another form: 90 % and more where it was, up to 83 % where it was not, in
 /// trials.
 const KIN: f64 = 0.86;
+/// Height over which an attraction falls off at touch, as a share of itself, from which it is
+/// one over the whole stroke \[m\].
+const FAR: f64 = 8.5e-6;
 /// Share of what is left from which it is a matter of the named laws' form.
 const FORM: f64 = 0.8;
 /// Share of what is missing that named effects must carry.
@@ -101,10 +104,9 @@ pub fn diagnose(
     say("ground", "bounces and releases", 0.3);
     let seen = events::read(&bench, &baseline.train, baseline.held_out.as_ref())?;
     let mut tests = laws::tests(&seen);
-    let held_events = bench.held_out.is_some();
     let rules = Rules {
         by_hand: options.by_hand.as_deref(),
-        held_out: held_events,
+        held_out: bench.held_out.is_some(),
     };
     let gives_way = rules.gives_way(&tests).is_some();
 
@@ -195,12 +197,7 @@ pub fn diagnose(
         let over_xp = after_evidence
             .strongest
             .is_some_and(|s| s.0.symbol() == "xp");
-        // And one of the last micrometres does not reach as far as it is let.
-        let reach = "long_range_attraction.h0";
-        let mut bounds = named.iter().flat_map(|n| &n.hypothesis.bounds);
-        let most = bounds.find(|b| b.0 == reach).map(|b| b.1.1);
-        let far = found.stand.train.model.get(reach).zip(most);
-        let far = far.is_some_and(|(h0, most)| h0 > 0.99 * most);
+        let far = attraction_reaches_far(&found.stand.train.model);
         let another = over_xp && (far || formal < KIN * after_evidence.joint);
         let refused = if swings > TRAIN_GAIN {
             left = left.or(Some(Left::Force("xp", swings)));
@@ -311,6 +308,13 @@ pub fn diagnose(
         cancelled: control.cancelled(),
         left,
     })
+}
+
+/// Whether an attraction acts far beyond the last micrometres before touch.
+fn attraction_reaches_far(model: &Model) -> bool {
+    let of = |parameter: &str| model.get(&format!("long_range_attraction.{parameter}"));
+    let reach = of("h0").zip(of("n"));
+    reach.is_some_and(|(h0, n)| h0 > FAR * n)
 }
 
 /// Chi2 above the floor, all together.

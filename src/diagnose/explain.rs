@@ -4,7 +4,8 @@
 use super::bench::{Bench, Fitted, Side};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
-use super::weigh::{freedoms, shaped, weigh};
+use super::refit::shaped;
+use super::weigh::{freedoms, weigh};
 use super::{choice, kin};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
@@ -251,8 +252,8 @@ fn search(
             report(detail, (round as f64 + share) / rounds as f64);
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
-        let round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
-        let best = choice::best(&bench, &stand, &round_weighed, control)?;
+        let mut round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
+        let best = choice::best(&bench, &stand, &mut round_weighed, control)?;
         if weighed.is_empty() {
             weighed = round_weighed;
         }

@@ -10,7 +10,7 @@ const STANDS: f64 = 0.5;
 /// Fall of chi2 from which a ground gives way although a further mode rings.
 const DESPITE_MODE: f64 = 100.0;
 
-/// What counts.
+/// What a law of the ground is named by.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules<'a> {
     /// Effects that are taken as left out whatever the events say, in place of a search.
@@ -83,9 +83,16 @@ impl Rules<'_> {
             let by_hand = self.by_hand(first.id);
             by_hand.unwrap_or_else(|| of(first.id).is_some_and(still))
         };
-        let soft = self.gives_way(first).filter(|t| stands(t));
+        let soft = match self.gives_way(first) {
+            Some(test) => Some(test).filter(|t| stands(t)),
+            None => self.gives_way(again).filter(|t| sure(t)),
+        };
         // A ground that gives way rebounds by its own law.
-        let beside = |t: &LawTest| soft.is_none() || t.id == "adhesion_saturation";
+        let beside = |t: &LawTest| match t.id {
+            "compliant_ground" => false,
+            "velocity_restitution" => soft.is_none() || self.by_hand(t.id) == Some(true),
+            _ => true,
+        };
         let others = again.iter();
         let others = others.filter(|t| beside(t) && self.passes(t) && sure(t));
         soft.into_iter().chain(others).cloned().collect()
@@ -148,14 +155,31 @@ mod tests {
         let named = ids(&all, &all, &[]);
         assert_eq!(named, ["compliant_ground", "adhesion_saturation"]);
         // Told by what flight lacked, it is none.
-        let faint = says("compliant_ground", 20.0, 20.0, 1e5);
-        let again = [all[0].clone(), all[1].clone(), faint];
-        let named = ids(&all, &again, &["quadratic_drag"]);
+        let first = [says("compliant_ground", 400.0, 400.0, 1e5)];
+        let faint = says("compliant_ground", 60.0, 60.0, 1e5);
+        let again = [all[0].clone(), all[1].clone(), faint.clone()];
+        let named = ids(&first, &again, &["quadratic_drag"]);
         assert_eq!(named, ["velocity_restitution", "adhesion_saturation"]);
+        // Where flight alone hid it, it is one.
+        assert_eq!(
+            ids(&[], &[faint], &["quadratic_drag"]),
+            ["compliant_ground"]
+        );
+    }
+
+    #[test]
+    fn a_ground_must_give_way_by_more_beside_a_further_mode() {
+        let faint = [says("compliant_ground", 40.0, 40.0, 1e5)];
+        assert!(ids(&faint, &faint, &["extra_mode"]).is_empty());
+        assert_eq!(ids(&faint, &faint, &[]), ["compliant_ground"]);
+        let sure = [says("compliant_ground", 60.0, 60.0, 1e5)];
+        assert_eq!(ids(&sure, &sure, &["extra_mode"]), ["compliant_ground"]);
     }
 
     #[test]
     fn beside_an_attraction_restitution_must_have_shown_before() {
+        let bent = [says("adhesion_saturation", 80.0, 80.0, 1e-8)];
+        assert!(ids(&[], &bent, &["long_range_attraction"]).is_empty());
         let again = [says("velocity_restitution", 80.0, 80.0, 0.2)];
         let beside = |first: LawTest| ids(&[first], &again, &["long_range_attraction"]);
         assert!(beside(says("velocity_restitution", 80.0, 80.0, -0.05)).is_empty());

@@ -118,9 +118,14 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .collect()
     };
     match effect.spec.id {
-        "cubic_stiffness" | "long_range_attraction" => {
-            in_windows(0, windows(Against::Height, height))
+        // Both terms are one force.
+        "cubic_stiffness" => {
+            let values: Vec<f64> = v.iter().map(|k| OFF * k).collect();
+            let all = windows(Against::Height, height).into_iter();
+            all.filter_map(|w| wrapped(effect, &values, Some(w)))
+                .collect()
         }
+        "long_range_attraction" => in_windows(0, windows(Against::Height, height)),
         "electrostatic" => {
             let mut all = windows(Against::Height, height);
             all.extend(windows(Against::Voltage, volts));
@@ -301,7 +306,7 @@ mod tests {
     fn kin_is_the_effect_itself_in_a_window() {
         let cubic = ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
-            values: vec![2e4],
+            values: vec![2e4, -2e12],
         };
         let at = |xp: f64| Kinematics {
             xp,
@@ -309,6 +314,9 @@ mod tests {
         };
         let own = force(&cubic, &at(-4e-5));
         assert!(own > 0.0);
+        let tenth: Vec<f64> = cubic.values.iter().map(|k| 0.1 * k).collect();
+        let less = force(&wrapped(&cubic, &tenth, None).unwrap(), &at(-4e-5));
+        assert!((less - 0.1 * own).abs() < 1e-12 * own, "{less} {own}");
         let whole = wrapped(&cubic, &cubic.values, None).unwrap();
         assert_eq!(force(&whole, &at(-4e-5)), own);
         let window = (Against::Height, -4e-5, 1e-5);

@@ -18,7 +18,8 @@ const LOSS: Huber = Huber(4.0);
 const STEPS: usize = 8;
 /// Mean square of the residuals from which a stretch is misread.
 const POOR: f64 = 1.4;
-/// Events in a stretch: where more happen, either fit may lose its way among them.
+/// Most events and edges of the drive in a stretch: where more happen, either fit may lose its
+/// way among them.
 const MANY: usize = 3;
 /// No stretch counts for more than this.
 const CAP: f64 = 30.0;

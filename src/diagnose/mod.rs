@@ -33,6 +33,7 @@ pub mod next;
 pub mod noise;
 pub mod options;
 pub mod promises;
+mod refit;
 pub mod report;
 pub mod result;
 pub mod ring;

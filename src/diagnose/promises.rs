@@ -31,6 +31,9 @@ const UNNOTICED: f64 = 0.06;
 const MOST: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
 const MOST_DELAY: f64 = 300.0;
+/// Exponents that an attraction may have: that of a sphere on a plane to one that falls off as
+/// an exponential does.
+const EXPONENTS: (f64, f64) = (2.0, 12.0);
 /// Factor by which constants may leave what was looked at.
 const NEAR: f64 = 3.0;
 /// The same where a search has found the best of many times or frequencies: the promise
@@ -293,6 +296,9 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
             let id = format!("{}.{}", form.spec.id, form.spec.parameters[i].id);
             bounds.push((id, (low, high)));
         }
+    }
+    if form.spec.id == "long_range_attraction" {
+        bounds.push((format!("{}.n", form.spec.id), EXPONENTS));
     }
     let start = form.effect(theta);
     let full = form.full.as_ref().map(|(values, free)| {

@@ -14,13 +14,7 @@ const FAR: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MOST: usize = 4;
 /// Steps of a fit at most.
-const ITERATIONS: usize = 12;
-/// Fall of chi2 on both sides from which a law has shown up.
-const SHOWS: f64 = 40.0;
-/// Fall of chi2 from which another shape of a law is better by more than chance.
-const SHAPED: f64 = 25.0;
-/// Falls on either side and on both from which it is where those kept out confirm it.
-const CONFIRMED: (f64, f64) = (5.0, 30.0);
+pub const ITERATIONS: usize = 12;
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
 /// along.
 const LOST: f64 = 4.0;
@@ -152,52 +146,6 @@ fn attempt(
     Ok(Some(near))
 }
 
-/// `trial` with its law given the shape that suits best, if that brings more than chance on
-/// both sides. Later fits keep that shape: of more than one number they would take too long
-/// to ask for it again.
-///
-/// # Errors
-/// [`DiagnoseError`] if a model cannot be simulated.
-pub fn shaped(
-    bench: &Bench,
-    stand: &Stand,
-    trial: Trial,
-    control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
-    let hypothesis = &trial.hypothesis;
-    let effects = &trial.train.model.effects;
-    let effect = effects.iter().find(|e| e.spec == hypothesis.start.spec);
-    let known = trial.worth() > SHOWS && !hypothesis.shape.is_empty();
-    let (Some(effect), true) = (effect, known && !control.cancelled()) else {
-        return Ok(trial);
-    };
-    let mut free = hypothesis.free.clone();
-    free.extend_from_slice(&hypothesis.shape);
-    let whole = Hypothesis {
-        start: effect.clone(),
-        free,
-        ..hypothesis.clone()
-    };
-    let Some(mut other) = from_near(bench, stand, &whole, control)? else {
-        return Ok(trial);
-    };
-    log::debug!(
-        "with its shape {:.0}, {:.0} kept out in place of {:.0}, {:.0}",
-        other.gain,
-        other.held_gain,
-        trial.gain,
-        trial.held_gain
-    );
-    if hypothesis.shape.len() > 1 {
-        other.hypothesis.free.clone_from(&hypothesis.free);
-    }
-    let (more, held_more) = (other.gain - trial.gain, other.held_gain - trial.held_gain);
-    let (own, both) = CONFIRMED;
-    let confirmed = more.min(held_more) > own && more + held_more > both;
-    let told = more > SHAPED && (stand.held_out.is_none() || held_more > 0.0);
-    Ok(if told || confirmed { other } else { trial })
-}
-
 /// The hypotheses that look like `hypothesis`.
 fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
     hypothesis.others.iter().map(|(start, bounds)| Hypothesis {
@@ -239,7 +187,7 @@ fn likeliest(
 }
 
 /// The model of `stand` with a hypothesis to begin with, what is fitted and its bounds.
-fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Model, Vec<String>, Vec<Bound>) {
+pub fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Model, Vec<String>, Vec<Bound>) {
     let start = with_effect(&stand.train.model, hypothesis.start.clone());
     let (mut free, mut bounds) = freedoms(stand);
     free.extend_from_slice(&hypothesis.free);
@@ -248,7 +196,7 @@ fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Model, Vec<String>,
 }
 
 /// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
-fn from_near(
+pub fn from_near(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
@@ -262,48 +210,27 @@ fn from_near(
     }
 }
 
-/// `trial` fitted once more from where the fit with another effect in its place has come to,
-/// whichever suits better: a fit may stop halfway.
-///
-/// # Errors
-/// [`DiagnoseError`] if a model cannot be simulated.
-pub fn from_other(
+/// Falls of chi2 against the fit of `stand` on either side, all stretches counted, whatever
+/// either sets aside.
+pub fn whole_gains(
     bench: &Bench,
     stand: &Stand,
-    trial: &Trial,
-    other: &Trial,
-    control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
-    let of = |t: &Trial| t.hypothesis.start.spec;
-    let mut start = other.train.model.clone();
-    start.effects.retain(|e| e.spec != of(other));
-    let own = trial.train.model.effects.iter();
-    start
-        .effects
-        .extend(own.filter(|e| e.spec == of(trial)).cloned());
-    let (_, free, bounds) = with_freedoms(stand, &trial.hypothesis);
-    let train = match bench.fit(&start, &free, &bounds, &other.train, ITERATIONS, control) {
-        Ok(train) => train,
-        Err(DiagnoseError::Sim(_)) => return Ok(trial.clone()),
-        Err(error) => return Err(error),
+    train: &Fitted,
+    held_out: Option<&Fitted>,
+) -> Result<(f64, f64), DiagnoseError> {
+    let gain = |side: &Side, before: &Fitted, after: &Fitted| {
+        let first = side.segments();
+        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
     };
-    let again = judged(bench, stand, &trial.hypothesis, train, control)?;
-    log::debug!(
-        "{} from where {} has come to: {:.0} in place of {:.0}",
-        of(trial).id,
-        of(other).id,
-        again.worth(),
-        trial.worth()
-    );
-    Ok(if again.worth() > trial.worth() {
-        again
-    } else {
-        trial.clone()
-    })
+    let held_gain = match (&bench.held_out, &stand.held_out, held_out) {
+        (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
+        _ => 0.0,
+    };
+    Ok((gain(&bench.train, &stand.train, train)?, held_gain))
 }
 
 /// A fit with one more effect against that of `stand`.
-fn judged(
+pub fn judged(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
@@ -354,16 +281,9 @@ fn from_afar(
         Err(error) => return Err(error),
     };
     let held_out = bench.judge(&train.model, (&train, None), control)?;
-    let gain = |side: &Side, before: &Fitted, after: &Fitted| {
-        let first = side.segments();
-        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
-    };
-    let held_gain = match (&bench.held_out, &stand.held_out, &held_out) {
-        (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
-        _ => 0.0,
-    };
+    let (gain, held_gain) = whole_gains(bench, stand, &train, held_out.as_ref())?;
     Ok(Some(Trial {
-        gain: gain(&bench.train, &stand.train, &train)?,
+        gain,
         held_gain,
         train,
         held_out,

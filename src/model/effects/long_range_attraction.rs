@@ -45,7 +45,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             unit: "",
             default: 2.0,
             range: (2.0, 6.0),
-            limits: (2.0, 12.0),
+            limits: (0.5, 12.0),
             scale: Scale::Linear,
             rank: Rank::Advanced,
             meaning: "2 for a sphere on a plane, 3 for plates; many for what falls off as an exponential, as charge patches do",

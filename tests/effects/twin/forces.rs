@@ -119,7 +119,7 @@ impl Machine<'_> {
         }
         if e.attraction.0 > 0.0 {
             let (force, range, exponent) = e.attraction;
-            on_mass -= force * (1.0 + (xp + DP) / range).powf(-exponent);
+            on_mass -= force * (1.0 + (xp + DP).max(0.0) / range).powf(-exponent);
         }
         on_mass += self.reaction(t, xp, vp) - e.fc * self.sliding;
         let (a, f, phase) = e.base;

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align, Button, Layout, ProgressBar, RichText, Sense, Ui, UiBuilder, vec2};
 
-use super::{colors, error_color, small};
+use super::{colors, error_color, small, time_left};
 use crate::app::command::Command;
 use crate::app::diagnosing::{Answer, obstacle};
 use crate::app::layout;
@@ -66,7 +66,10 @@ fn action(ui: &mut Ui, state: &mut State) {
         }
         let done = progress.as_ref().map_or(0.0, |p| p.done as f32);
         let bar = ProgressBar::new(done.clamp(0.0, 1.0))
-            .text(small(share(done, progress.as_ref())).color(ui.visuals().strong_text_color()))
+            .text(
+                small(share(progress.as_ref(), running.job.is_cancelled()))
+                    .color(ui.visuals().strong_text_color()),
+            )
             .desired_width(ui.available_width());
         ui.add(bar);
     });
@@ -102,13 +105,10 @@ fn line(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
 }
 
 /// How far it is, in numbers.
-fn share(done: f32, progress: Option<&DiagnoseProgress>) -> String {
-    let seconds = progress.map_or(0.0, |p| p.remaining.as_secs_f64());
-    let left = if seconds >= 1.0 {
-        format!(", about {seconds:.0} s left")
-    } else {
-        String::new()
-    };
+fn share(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
+    let done = progress.map_or(0.0, |p| p.done);
+    let left = progress.filter(|_| !cancelled);
+    let left = left.map_or(String::new(), |p| time_left(p.remaining));
     format!("{:.0} %{left}", 100.0 * done)
 }
 

@@ -28,7 +28,7 @@ use eframe::egui::{
 };
 
 use crate::app::state::State;
-use crate::app::workspaces::tune::{error_color, small};
+use crate::app::workspaces::tune::{error_color, small, time_left};
 
 /// Its name, as on the command line.
 pub const NAME: &str = "diagnose";

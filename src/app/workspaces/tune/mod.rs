@@ -84,6 +84,15 @@ pub(super) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).size(11.5)
 }
 
+/// What is left of a time, to be said after how far it is: nothing of less than a second.
+pub(super) fn time_left(left: std::time::Duration) -> String {
+    let seconds = left.as_secs_f64();
+    if seconds < 1.0 {
+        return String::new();
+    }
+    format!(", about {seconds:.0} s left")
+}
+
 /// Colour of errors in the present theme.
 pub(super) fn error_color(ui: &Ui) -> eframe::egui::Color32 {
     crate::app::theme::error(ui.visuals().dark_mode)

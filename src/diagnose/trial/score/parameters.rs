@@ -57,11 +57,13 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
             let tau = number("/film/tau")?;
             (number("/film/power")? == 0.0).then(|| exact(tau))
         }
+        ("long_range_attraction", "n") => Some(exact(number("/term/power_attraction/power")?)),
         ("long_range_attraction", "A" | "h0") => {
-            // Strength and range are those of one exponent.
-            let exponent = stated("n").map_or(2.0, |n| n.value);
+            // Strength and range are those of one exponent, unless it is fitted with them.
+            let (exponent, error) =
+                stated("n").map_or((2.0, f64::INFINITY), |n| (n.value, n.std_error));
             let power = number("/term/power_attraction/power")?;
-            if (exponent - power).abs() > 0.25 {
+            if error.is_infinite() && (exponent - power).abs() > 0.25 {
                 return None;
             }
             if parameter == "A" {
@@ -191,7 +193,9 @@ mod tests {
         let power = truth.effects[0].law["term"]["power_attraction"]["power"].as_f64();
         let same = named("long_range_attraction", &[("n", power.unwrap())]);
         assert!(true_value(&truth, &same, "h0").is_some());
-        let other = named("long_range_attraction", &[("n", 9.0)]);
+        let mut other = named("long_range_attraction", &[("n", 9.0)]);
+        assert!(true_value(&truth, &other, "h0").is_some());
+        other.parameters[0].std_error = f64::INFINITY;
         assert!(true_value(&truth, &other, "h0").is_none());
     }
 }

@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Window};
 use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
 
-use super::small;
+use super::{small, time_left};
 use crate::app::command::Command;
 use crate::app::plots::axes::{round_step, tick};
 use crate::app::setup::Role;
@@ -109,12 +109,7 @@ fn run(ui: &mut Ui, state: &mut State) {
 
 fn advance(ui: &mut Ui, progress: &Progress) {
     let share = progress.iteration as f32 / progress.expected.max(1) as f32;
-    let seconds = progress.remaining.as_secs_f64();
-    let left = if seconds >= 1.0 {
-        format!(", about {seconds:.0} s left")
-    } else {
-        String::new()
-    };
+    let left = time_left(progress.remaining);
     let text = format!(
         "{}{left}; misfit {:.2} x noise",
         progress.stage, progress.misfit
