@@ -1,6 +1,8 @@
 //! The catalogue as hypotheses: for each effect some forms of it, each a direction in
 //! which the simulation would move, and what is left free when it is fitted.
 
+use crate::fit::problem::STEP;
+use crate::fit::space::linear_unit;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::ParameterId;
@@ -121,15 +123,12 @@ impl Scale {
             }
         }
     }
-}
 
-impl Scale {
-    /// Whether a step of the quintic stiffness, which goes by the unit of its range, is small
-    /// where the device moves: on one that moves by centimetres it is not.
-    fn tells_quintic(&self) -> bool {
-        /// A step of a fit \[N/m^5\].
-        const STEP: f64 = 2e7;
-        STEP * self.length.powi(5) < 1e-3 * self.force
+    /// Whether a step of the quintic stiffness, which a fit makes in units of its range, is
+    /// small where the device moves: on one that moves by centimetres it is not.
+    fn tells_quintic(&self, spec: &EffectSpec) -> bool {
+        let step = STEP * linear_unit(&spec.parameters[1]);
+        step * self.length.powi(5) < 1e-3 * self.force
     }
 }
 
@@ -161,7 +160,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 }),
                 shape: match spec.id {
                     "hysteresis_memory" => &[3, 4, 5, 6, 7],
-                    "cubic_stiffness" if scale.tells_quintic() => &[1],
+                    "cubic_stiffness" if scale.tells_quintic(spec) => &[1],
                     "long_range_attraction" => &[2],
                     _ => &[],
                 },

@@ -199,10 +199,13 @@ pub fn diagnose(
             .is_some_and(|s| s.0.symbol() == "xp");
         let far = attraction_reaches_far(&found.stand.train.model);
         let another = over_xp && (far || formal < KIN * after_evidence.joint);
+        // A single stretch that is off says nothing of a force.
+        let much = matches!(left, Some(Left::Mean(_) | Left::Force(..)));
+        let many = much && displaced.len() > 1;
         let refused = if swings > TRAIN_GAIN {
             left = left.or(Some(Left::Force("xp", swings)));
             Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned())
-        } else if left.is_some() && (displaced.len() > 1 || displaced.len() == 1 && another) {
+        } else if many || left.is_some() && displaced.len() == 1 && another {
             Some(format!(
                 "{} would stand for one force over the displacement and still leave something of it: that is rather one law which is not in the catalogue",
                 displaced.join(" and ")

@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::explain::{Stand, Trial};
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
-use super::weigh::{ITERATIONS, from_near, judged, whole_gains, with_freedoms};
+use super::weigh::{begun_from, from_near, whole_gains};
 
 /// Fall of chi2 on both sides from which a law has shown up.
 const SHOWS: f64 = 40.0;
@@ -79,13 +79,10 @@ pub fn from_other(
     start
         .effects
         .extend(own.filter(|e| e.spec == of(trial)).cloned());
-    let (_, free, bounds) = with_freedoms(stand, &trial.hypothesis);
-    let train = match bench.fit(&start, &free, &bounds, &other.train, ITERATIONS, control) {
-        Ok(train) => train,
-        Err(DiagnoseError::Sim(_)) => return Ok(trial.clone()),
-        Err(error) => return Err(error),
+    let begun = (&start, &other.train);
+    let Some(mut again) = begun_from(bench, stand, &trial.hypothesis, begun, control)? else {
+        return Ok(trial.clone());
     };
-    let mut again = judged(bench, stand, &trial.hypothesis, train, control)?;
     let mut trial = trial.clone();
     // What one of them sets aside must not count for it.
     let differs = |t: &Trial| t.train.point.used != stand.train.point.used;

@@ -14,7 +14,7 @@ const FAR: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MOST: usize = 4;
 /// Steps of a fit at most.
-pub const ITERATIONS: usize = 12;
+const ITERATIONS: usize = 12;
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
 /// along.
 const LOST: f64 = 4.0;
@@ -187,7 +187,7 @@ fn likeliest(
 }
 
 /// The model of `stand` with a hypothesis to begin with, what is fitted and its bounds.
-pub fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Model, Vec<String>, Vec<Bound>) {
+fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Model, Vec<String>, Vec<Bound>) {
     let start = with_effect(&stand.train.model, hypothesis.start.clone());
     let (mut free, mut bounds) = freedoms(stand);
     free.extend_from_slice(&hypothesis.free);
@@ -202,8 +202,21 @@ pub fn from_near(
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
-    let (start, free, bounds) = with_freedoms(stand, hypothesis);
-    match bench.fit(&start, &free, &bounds, &stand.train, ITERATIONS, control) {
+    let (start, _, _) = with_freedoms(stand, hypothesis);
+    begun_from(bench, stand, hypothesis, (&start, &stand.train), control)
+}
+
+/// A fit with one more effect that begins with a model and the states of another fit; `None`
+/// if it cannot be simulated.
+pub fn begun_from(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    (start, near): (&Model, &Fitted),
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let (_, free, bounds) = with_freedoms(stand, hypothesis);
+    match bench.fit(start, &free, &bounds, near, ITERATIONS, control) {
         Ok(train) => judged(bench, stand, hypothesis, train, control).map(Some),
         Err(DiagnoseError::Sim(_)) => Ok(None),
         Err(error) => Err(error),
@@ -230,7 +243,7 @@ pub fn whole_gains(
 }
 
 /// A fit with one more effect against that of `stand`.
-pub fn judged(
+fn judged(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,

@@ -4,6 +4,10 @@
 //! of its range. The film is moved by its thickness at contact, `gp - dp`, and by its
 //! strength there, `Cs / (gp - dp)^3`: what the data tell directly, where `Cs` and `gp`
 //! by themselves are all but one number. `gp > dp` then holds by itself.
+//!
+//! How unevenly the drive acts on the modes goes along with what keeps the motion as it is:
+//! the drive gain moves as that of the first mode, the shares in the second one as what is
+//! seen of it.
 
 use super::error::FitError;
 use crate::model::Model;
@@ -21,6 +25,10 @@ enum Coordinate {
     FilmGap,
     /// Logarithm of `Cs / (gp - dp)^3`.
     FilmStrength,
+    /// Logarithm of the drive's gain in the first mode.
+    DriveGain,
+    /// A share in the second mode at the same gain in the first one, over this unit.
+    Share(f64),
 }
 
 /// One parameter that is moved.
@@ -90,8 +98,8 @@ impl Space {
     pub fn keep_between(&mut self, id: &str, (least, most): (f64, f64)) {
         for e in self.entries.iter_mut().filter(|e| e.id == id) {
             let coordinate = |value: f64| match e.coordinate {
-                Coordinate::Log => value.max(f64::MIN_POSITIVE).ln(),
-                Coordinate::Linear(unit) => value / unit,
+                Coordinate::Log | Coordinate::DriveGain => value.max(f64::MIN_POSITIVE).ln(),
+                Coordinate::Linear(unit) | Coordinate::Share(unit) => value / unit,
                 Coordinate::FilmGap | Coordinate::FilmStrength => f64::NAN,
             };
             // The comparison with what is no number leaves the bound as it is.
@@ -118,6 +126,7 @@ impl Space {
     /// Coordinates of a model's values, within the bounds.
     pub fn coordinates(&self, model: &Model) -> Vec<f64> {
         let film = film_gap(model);
+        let uneven = unevenness(model);
         let coordinate = |e: &Entry| {
             let value = model.get(&e.id).unwrap_or(e.spec.default);
             let x = match e.coordinate {
@@ -125,6 +134,8 @@ impl Space {
                 Coordinate::Linear(unit) => value / unit,
                 Coordinate::FilmGap => film.ln(),
                 Coordinate::FilmStrength => (value.max(1e-40) / film.powi(3)).ln(),
+                Coordinate::DriveGain => (value.max(f64::MIN_POSITIVE) * uneven).ln(),
+                Coordinate::Share(unit) => value / uneven / unit,
             };
             x.clamp(e.low, e.high)
         };
@@ -134,7 +145,8 @@ impl Space {
     /// The model at coordinates `x`.
     pub fn model(&self, x: &[f64]) -> Model {
         let mut model = self.base.clone();
-        // Plain parameters first: the film's build on dp, its strength on the gap.
+        // Plain parameters first: the film's build on dp, its strength on the gap; the gain
+        // and the shares on how uneven the drive is.
         for pass in 0..3 {
             for (e, &x) in self.entries.iter().zip(x) {
                 let x = x.clamp(e.low, e.high);
@@ -143,6 +155,8 @@ impl Space {
                     (Coordinate::Linear(unit), 0) => x * unit,
                     (Coordinate::FilmGap, 1) => model.parameters[ParameterId::Dp] + x.exp(),
                     (Coordinate::FilmStrength, 2) => (x + 3.0 * film_gap(&model).ln()).exp(),
+                    (Coordinate::DriveGain, 1) => x.exp() / unevenness(&model),
+                    (Coordinate::Share(unit), 1) => x * unit * unevenness(&model),
                     _ => continue,
                 };
                 set(&mut model, &e.id, value);
@@ -191,6 +205,19 @@ impl Space {
 /// Thickness of the film at contact \[m\], kept above zero.
 fn film_gap(model: &Model) -> f64 {
     (model.parameters[ParameterId::Gp] - model.parameters[ParameterId::Dp]).max(1e-9)
+}
+
+/// Gain of the drive in the first mode over that of a drive on the cantilever alone, kept
+/// above zero.
+fn unevenness(model: &Model) -> f64 {
+    /// About where it would be zero it levels off.
+    const LEAST: f64 = 0.1;
+    let ratio = model.modes.first().map_or(0.0, |m| m.phi_p / m.phi_drive);
+    if !ratio.is_finite() {
+        return 1.0;
+    }
+    let gain = 1.0 + model.parameters[ParameterId::DriveP] * ratio;
+    0.5 * (gain + gain.hypot(LEAST))
 }
 
 fn set(model: &mut Model, id: &str, value: f64) {
@@ -243,6 +270,11 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
     })
 }
 
+/// Unit in which a parameter goes that may have either sign: a part of its range.
+pub fn linear_unit(spec: &ParameterSpec) -> f64 {
+    0.1 * (spec.range.1 - spec.range.0)
+}
+
 fn entry(id: String, spec: ParameterSpec) -> Entry {
     let (low, high) = spec.range;
     let (least, most) = spec.limits;
@@ -253,6 +285,11 @@ fn entry(id: String, spec: ParameterSpec) -> Entry {
             (1e-4 * low / 1e-12).ln(),
             (1e4 * high / 1e-18).ln(),
         ),
+        "eta" => (Coordinate::DriveGain, (1e-4 * low).ln(), (1e4 * high).ln()),
+        "shape_c2" | "shape_p2" => {
+            let unit = linear_unit(&spec);
+            (Coordinate::Share(unit), least / unit, most / unit)
+        }
         _ => match spec.scale {
             Scale::Log => (
                 Coordinate::Log,
@@ -260,7 +297,7 @@ fn entry(id: String, spec: ParameterSpec) -> Entry {
                 (1e4 * high).min(most).ln(),
             ),
             Scale::Linear => {
-                let unit = 0.1 * (high - low);
+                let unit = linear_unit(&spec);
                 (Coordinate::Linear(unit), least / unit, most / unit)
             }
         },
@@ -297,6 +334,24 @@ mod tests {
         moved[2] += 1.0;
         let there = space.model(&moved);
         assert!((film_gap(&there) / film_gap(&model) - 1.0).abs() < 1e-9);
+        // A drive that becomes uneven leaves the first mode's gain and what is seen of the
+        // second one.
+        let ids = ["eta", "shape_c2", "drive_p"].map(str::to_owned).to_vec();
+        let space = Space::new(&model, &ids).unwrap();
+        let mut x = space.coordinates(&model);
+        x[2] += 0.5;
+        let there = space.model(&x);
+        assert!((there.get("drive_p").unwrap() - 0.02).abs() < 1e-12);
+        let seen = |model: &Model| {
+            let mode = model.structure().modes[0];
+            let eta = model.parameters[ParameterId::Eta];
+            let share = model.parameters[ParameterId::ShapeC2];
+            (eta * mode.phi_drive, eta * share)
+        };
+        let (before, after) = (seen(&model), seen(&there));
+        assert!((after.0 / before.0 - 1.0).abs() < 3e-3, "{after:?}");
+        assert!((after.1 / before.1 - 1.0).abs() < 3e-3, "{after:?}");
+        assert!(after.1 < 1.01 * before.1 && there.get("eta") < model.get("eta"));
         assert!(Space::new(&model, &[]).is_err());
         assert!(Space::new(&model, &["nonsense".to_owned()]).is_err());
     }

@@ -12,7 +12,7 @@ use crate::model::parameter::ParameterId;
 use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// Step of a parameter's coordinate for differences.
-const STEP: f64 = 1e-4;
+pub const STEP: f64 = 1e-4;
 /// Ridge that keeps a segment's unknowns determined, as a share of their columns.
 const RIDGE: f64 = 1e-7;
 

@@ -4,7 +4,7 @@
 mod linear;
 mod own;
 
-pub use self::linear::{Jacobian, Reduced};
+pub use self::linear::{Jacobian, Reduced, STEP};
 
 use std::sync::Arc;
 
