@@ -16,7 +16,7 @@ mod trace;
 
 pub use error::{Options, SimError};
 pub use runner::Runner;
-pub use stretch::{Points, StretchSimulator, StretchState, Stretcher};
+pub use stretch::{Pace, Points, StretchSimulator, StretchState, Stretcher};
 pub use trace::{Event, EventKind, ForceTraces, Trace};
 
 use crate::model::Model;

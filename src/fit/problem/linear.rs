@@ -198,9 +198,11 @@ impl Problem {
         let mut stretcher = Stretcher::new(base);
         let mut r0 = Vec::new();
         let locals = &segment.locals;
+        stretcher.note_pace();
         if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r0) {
             return None;
         }
+        let pace = stretcher.noted_pace();
         let own: Vec<usize> = (0..self.nuisances.len())
             .filter(|&i| self.nuisances[i].recording == segment.recording)
             .collect();
@@ -220,6 +222,7 @@ impl Problem {
         for j in 0..l {
             let step = segment.step(locals, j);
             there[j] = locals[j] + step;
+            stretcher.follow(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, &there, &mut r) {
                 return None;
             }
@@ -229,6 +232,7 @@ impl Problem {
         for j in 0..parameters {
             let (step, simulator, states) = moved.by(j);
             let mut stretcher = Stretcher::new(simulator);
+            stretcher.follow(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
                 return None;
             }
@@ -239,6 +243,7 @@ impl Problem {
             let step = 0.5;
             there[parameters + i] += step;
             let nuisances = self.nuisances_of(&there, segment.recording);
+            stretcher.follow(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
                 return None;
             }

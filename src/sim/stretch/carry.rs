@@ -15,6 +15,15 @@ const MOST_STEPS: u64 = 20_000;
 /// And so many more for each reading.
 const STEPS_PER_READING: u64 = 200;
 
+/// A step of another's length may err by so many times the tolerance.
+const LENIENT: f64 = 100.0;
+
+/// The lengths of steps that were taken, carry by carry. What differs by little is to be
+/// compared in the same steps: each choice of steps has a discretisation error of its own,
+/// which a difference would divide by its step (Bock 1981, internal differentiation).
+#[derive(Debug, Clone, Default)]
+pub struct Pace(Vec<Vec<usize>>);
+
 /// Steps through stretches of one simulator with scratch of its own.
 #[derive(Debug)]
 pub struct Stretcher<'a> {
@@ -22,6 +31,8 @@ pub struct Stretcher<'a> {
     flight: Step,
     held: Step,
     level: usize,
+    noted: Option<Pace>,
+    followed: Option<(&'a Pace, usize)>,
 }
 
 impl<'a> Stretcher<'a> {
@@ -32,7 +43,25 @@ impl<'a> Stretcher<'a> {
             flight: Step::new(simulator.modes(), &simulator.device.rates),
             held: Step::new(simulator.device.held_modes.len(), &simulator.device.rates),
             level: 0,
+            noted: None,
+            followed: None,
         }
+    }
+
+    /// From now on notes the lengths of its steps.
+    pub fn note_pace(&mut self) {
+        self.noted = Some(Pace::default());
+    }
+
+    /// The lengths of the steps since [`Self::note_pace`]; none are noted any more.
+    pub fn noted_pace(&mut self) -> Pace {
+        self.noted.take().unwrap_or_default()
+    }
+
+    /// Takes the next carries in steps as long as those of `pace`, as far as they go and do
+    /// not err by far more than allowed.
+    pub fn follow(&mut self, pace: &'a Pace) {
+        self.followed = Some((pace, 0));
     }
 
     /// The simulator.
@@ -68,6 +97,14 @@ impl<'a> Stretcher<'a> {
         // Each stretch starts afresh, so that its answer does not depend on the one before.
         self.level = 0;
         self.flight.sliding = 0.0;
+        if let Some(pace) = &mut self.noted {
+            pace.0.push(Vec::new());
+        }
+        let mut before: &[usize] = &[];
+        if let Some((pace, carry)) = &mut self.followed {
+            before = pace.0.get(*carry).map_or(&[], Vec::as_slice);
+            *carry += 1;
+        }
         let (on_ground, mut held) = (held.is_some(), held);
         while t < to {
             let mut segment = segment_at(drive, t);
@@ -78,7 +115,10 @@ impl<'a> Stretcher<'a> {
                 self.rub(&segment, t, &mut held, state);
             }
             let end = to.min(if segment.end > t { segment.end } else { to });
-            let h = self.step(&segment, held, t, end, state, (&mut steps, most))?;
+            let h = match self.step_as(&mut before, &segment, held, t, state) {
+                Some(h) => h,
+                None => self.step(&segment, held, t, end, state, (&mut steps, most))?,
+            };
             let mut share = ((end - t) / h).min(1.0);
             let mut reached = if share < 1.0 { end } else { t + h };
             let step = if held.is_some() {
@@ -199,6 +239,58 @@ impl<'a> Stretcher<'a> {
         }
     }
 
+    /// One step into the scratch as long as the next one of those taken `before`; returns
+    /// its length, or `None` if there is none or it will not do, and then forgets the rest.
+    fn step_as(
+        &mut self,
+        before: &mut &[usize],
+        segment: &Segment,
+        held: Option<f64>,
+        t: f64,
+        state: &StretchState,
+    ) -> Option<f64> {
+        let (&level, rest) = before.split_first()?;
+        *before = rest;
+        let taken = self.step_at(level, segment, held, t, state);
+        if taken.is_none_or(|(_, excess)| excess.is_nan() || excess > LENIENT) {
+            *before = &[];
+            return None;
+        }
+        taken.map(|(length, _)| length)
+    }
+
+    /// One step of a level into the scratch; returns its length and its error over what is
+    /// allowed, or `None` if it cannot be taken.
+    fn step_at(
+        &mut self,
+        level: usize,
+        segment: &Segment,
+        held: Option<f64>,
+        t: f64,
+        state: &StretchState,
+    ) -> Option<(f64, f64)> {
+        let sim = self.simulator;
+        let (device, tolerance) = (&sim.device, sim.tolerance);
+        let from = (&state.q[..], &state.v[..], &state.z[..]);
+        let (taken, step, length) = match held {
+            Some(ground) => (
+                self.held.held(
+                    device, &sim.held, level, segment, t, from, ground, tolerance,
+                ),
+                &self.held,
+                sim.held.length(level),
+            ),
+            None => (
+                self.flight
+                    .flight(device, &sim.flight, level, segment, t, from, tolerance),
+                &self.flight,
+                sim.flight.length(level),
+            ),
+        };
+        let allowed = tolerance + 16.0 * f64::EPSILON * step.xp[0].abs();
+        taken.is_ok().then_some((length, step.error / allowed))
+    }
+
     /// One step into the scratch; returns its length.
     fn step(
         &mut self,
@@ -217,42 +309,16 @@ impl<'a> Stretcher<'a> {
             if *steps > most {
                 return Err(SimError::too_much(t, "steps", *steps, Burden::Film));
             }
-            let from = (&state.q[..], &state.v[..], &state.z[..]);
-            let (taken, step, length) = match held {
-                Some(ground) => (
-                    self.held.held(
-                        &sim.device,
-                        &sim.held,
-                        level,
-                        segment,
-                        t,
-                        from,
-                        ground,
-                        sim.tolerance,
-                    ),
-                    &self.held,
-                    sim.held.length(level),
-                ),
-                None => (
-                    self.flight.flight(
-                        &sim.device,
-                        &sim.flight,
-                        level,
-                        segment,
-                        t,
-                        from,
-                        sim.tolerance,
-                    ),
-                    &self.flight,
-                    sim.flight.length(level),
-                ),
-            };
-            let tolerance = sim.tolerance + 16.0 * f64::EPSILON * step.xp[0].abs();
-            if taken.is_ok() && step.error <= tolerance {
+            if let Some((length, excess)) = self.step_at(level, segment, held, t, state)
+                && excess <= 1.0
+            {
                 if rejected {
                     self.level = level;
-                } else if step.error < tolerance / 64.0 && level == self.level && level > 0 {
+                } else if excess < 1.0 / 64.0 && level == self.level && level > 0 {
                     self.level -= 1;
+                }
+                if let Some(carry) = self.noted.as_mut().and_then(|pace| pace.0.last_mut()) {
+                    carry.push(level);
                 }
                 return Ok(length);
             }

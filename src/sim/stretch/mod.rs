@@ -11,7 +11,7 @@ mod motion;
 #[cfg(test)]
 mod tests;
 
-pub use self::carry::Stretcher;
+pub use self::carry::{Pace, Stretcher};
 
 use super::device::Device;
 use super::error::{Options, SimError};
