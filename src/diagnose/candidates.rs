@@ -8,7 +8,7 @@ use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::ParameterId;
 
 /// Shortest lag that is tried, as a share of that of its form.
-const LEAST_LAG: f64 = 0.3;
+pub const LEAST_LAG: f64 = 0.3;
 
 /// Least distance of electrodes at contact \[m\].
 const LEAST_GAP: f64 = 2e-6;
@@ -162,6 +162,8 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                     "hysteresis_memory" => &[3, 4, 5, 6, 7],
                     "cubic_stiffness" if scale.tells_quintic(spec) => &[1],
                     "long_range_attraction" => &[2],
+                    // A lag that is as good as nothing is stiff: it shapes no pace.
+                    "amplifier_lag" if strength == 0 => &[1],
                     _ => &[],
                 },
             });

@@ -4,15 +4,16 @@ use super::bench::Bench;
 use super::explain::{Stand, Trial, Weighed};
 use super::late;
 use super::options::{DiagnoseControl, DiagnoseError};
-use super::refit::from_other;
-use crate::model::effects::EffectSpec;
+use super::refit::{mirrored, shaped};
+use crate::model::effects::{EffectSpec, find};
 
 /// Two hypotheses whose gains differ by less than this share cannot be told apart.
 const ALIKE: f64 = 0.03;
 /// Nor if they differ by less than this.
 const ALIKE_LEAST: f64 = 8.0;
-/// Share of the best one's gain from which the one that looks like it is asked as well.
-const TWIN: f64 = 0.7;
+/// Share of the best one's gain from which the one that looks like it is asked as well: where
+/// it comes to less, flight itself has told.
+const TWIN: f64 = 0.8;
 /// Two that look alike in flight cannot be told there if their gains differ by less than this
 /// share: so much a law of somewhat other form makes up for.
 const TWIN_ALIKE: f64 = 0.1;
@@ -29,8 +30,56 @@ pub struct Choice {
     pub told: Option<String>,
 }
 
-/// The best of what was `weighed`, in which the two that look alike in flight are fitted again
-/// if one of them is the best; `None` if nothing could be fitted.
+/// Adds to what was `weighed` the one that looks like the best in flight, begun from its fit,
+/// if it is asked for and has come to far less: the linearised problem foresees little of a
+/// lag that the clocks have taken.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn add_twin(
+    bench: &Bench,
+    stand: &Stand,
+    weighed: &mut Vec<Weighed>,
+    is_asked: &dyn Fn(&EffectSpec) -> bool,
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    let worth = |w: &Weighed| w.trial.as_ref().map_or(f64::NEG_INFINITY, Trial::worth);
+    let best = weighed
+        .iter()
+        .max_by(|a, b| worth(a).total_cmp(&worth(b)))
+        .and_then(|w| w.trial.as_ref().map(|t| (w.spec, t)));
+    let Some((first, trial)) = best.filter(|(_, t)| !t.by_chance()) else {
+        return Ok(());
+    };
+    let spec = late::twin(first.id).and_then(find).filter(|s| is_asked(s));
+    let Some(spec) = spec.filter(|_| !control.cancelled()) else {
+        return Ok(());
+    };
+    let known = weighed.iter().position(|w| w.spec == spec);
+    let least = known.map_or(f64::NEG_INFINITY, |k| worth(&weighed[k]));
+    if least > TWIN * trial.worth() {
+        return Ok(());
+    }
+    let Some(twin) = mirrored(bench, stand, trial, spec, control)? else {
+        return Ok(());
+    };
+    log::debug!("{} as {}: {:.0}", first.id, spec.id, twin.worth());
+    if twin.worth() > least {
+        let own = Weighed {
+            spec,
+            promise: known.map_or(0.0, |k| weighed[k].promise),
+            trial: Some(twin),
+        };
+        match known {
+            Some(k) => weighed[k] = own,
+            None => weighed.push(own),
+        }
+    }
+    Ok(())
+}
+
+/// The best of what was `weighed`, in which the two that look alike in flight are given the
+/// shape of their laws if one of them is the best; `None` if nothing could be fitted.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -54,9 +103,10 @@ pub fn best(
     let mut told = None;
     let mut best = 0;
     if let Some(twin) = twin {
-        let again = |a: &Trial, b: &Trial| from_other(bench, stand, a, b, control);
-        *trials[twin].1 = again(trials[twin].1, trials[0].1)?;
-        *trials[0].1 = again(trials[0].1, trials[twin].1)?;
+        // A law of another form would leave around bounces what is no matter of the two.
+        for k in [0, twin] {
+            *trials[k].1 = shaped(bench, stand, trials[k].1.clone(), control)?;
+        }
         let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
         match late::told(bench, fits(0), fits(twin))? {
             Some(fall) if fall > 0.0 => {

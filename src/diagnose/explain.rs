@@ -5,7 +5,7 @@ use super::bench::{Bench, Fitted, Side};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
 use super::refit::shaped;
-use super::weigh::{freedoms, weigh};
+use super::weigh::{freedoms, is_asked, weigh};
 use super::{choice, kin};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
@@ -253,6 +253,8 @@ fn search(
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
         let mut round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
+        let is_asked = |spec: &EffectSpec| is_asked(&stand, options, only, spec);
+        choice::add_twin(&bench, &stand, &mut round_weighed, &is_asked, control)?;
         let best = choice::best(&bench, &stand, &mut round_weighed, control)?;
         if weighed.is_empty() {
             weighed = round_weighed;

@@ -32,7 +32,17 @@ const AGAINST: f64 = 0.2;
 
 /// Whether `a` and `b` are the two that look alike in flight.
 pub fn looks_like(a: &str, b: &str) -> bool {
-    a != b && ALIKE.contains(&a) && ALIKE.contains(&b)
+    twin(a) == Some(b)
+}
+
+/// The one of the two that `id` is not, if it is one of them.
+pub fn twin(id: &str) -> Option<&'static str> {
+    let [a, b] = ALIKE;
+    match id {
+        _ if id == a => Some(b),
+        _ if id == b => Some(a),
+        _ => None,
+    }
 }
 
 /// Which of two fits the stretches around bounces tell for, and by how much less they cost

@@ -1,10 +1,12 @@
-//! Hypotheses fitted once more: with the shape of their law, or from where another has come to.
+//! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
-use super::bench::Bench;
+use super::bench::{Bench, with_effect};
+use super::candidates::{LEAST_LAG, own_ids};
 use super::explain::{Stand, Trial};
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
-use super::weigh::{begun_from, from_near, whole_gains};
+use super::weigh::{begun_from, from_near};
+use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Fall of chi2 on both sides from which a law has shown up.
 const SHOWS: f64 = 40.0;
@@ -15,8 +17,8 @@ const SHAPED: f64 = 25.0;
 const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
-/// both sides. A shape of one number stays free in later fits; one of more is kept as it is,
-/// for they would take too long.
+/// both sides; that is asked once. A shape of one number stays free in later fits; one of more is
+/// kept as it is, for they would take too long.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -26,15 +28,17 @@ pub fn shaped(
     trial: Trial,
     control: &DiagnoseControl<'_>,
 ) -> Result<Trial, DiagnoseError> {
+    let mut trial = trial;
+    let shape = std::mem::take(&mut trial.hypothesis.shape);
     let hypothesis = &trial.hypothesis;
     let effects = &trial.train.model.effects;
     let effect = effects.iter().find(|e| e.spec == hypothesis.start.spec);
-    let known = trial.worth() > SHOWS && !hypothesis.shape.is_empty();
+    let known = trial.worth() > SHOWS && !shape.is_empty();
     let (Some(effect), true) = (effect, known && !control.cancelled()) else {
         return Ok(trial);
     };
     let mut free = hypothesis.free.clone();
-    free.extend_from_slice(&hypothesis.shape);
+    free.extend_from_slice(&shape);
     let whole = Hypothesis {
         start: effect.clone(),
         free,
@@ -50,7 +54,7 @@ pub fn shaped(
         trial.gain,
         trial.held_gain
     );
-    if hypothesis.shape.len() > 1 {
+    if shape.len() > 1 {
         other.hypothesis.free.clone_from(&hypothesis.free);
     }
     let (more, held_more) = (other.gain - trial.gain, other.held_gain - trial.held_gain);
@@ -60,48 +64,43 @@ pub fn shaped(
     Ok(if told || confirmed { other } else { trial })
 }
 
-/// `trial` fitted once more from where the fit with another effect in its place has come to,
-/// whichever suits better: a fit may stop halfway.
+/// A lag of `spec`, which looks like that of `trial` in flight, as long as that is and begun
+/// from its fit; `None` if that has no time constant or it cannot be simulated.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn from_other(
+pub fn mirrored(
     bench: &Bench,
     stand: &Stand,
     trial: &Trial,
-    other: &Trial,
+    spec: &'static EffectSpec,
     control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
-    let of = |t: &Trial| t.hypothesis.start.spec;
-    let mut start = other.train.model.clone();
-    start.effects.retain(|e| e.spec != of(other));
-    let own = trial.train.model.effects.iter();
-    start
-        .effects
-        .extend(own.filter(|e| e.spec == of(trial)).cloned());
-    let begun = (&start, &other.train);
-    let Some(mut again) = begun_from(bench, stand, &trial.hypothesis, begun, control)? else {
-        return Ok(trial.clone());
+) -> Result<Option<Trial>, DiagnoseError> {
+    let of = trial.hypothesis.start.spec;
+    let mut start = trial.train.model.clone();
+    let lag = start
+        .get(&format!("{}.tau", of.id))
+        .filter(|tau| *tau > 0.0);
+    let Some(lag) = lag else {
+        return Ok(None);
     };
-    let mut trial = trial.clone();
-    // What one of them sets aside must not count for it.
-    let differs = |t: &Trial| t.train.point.used != stand.train.point.used;
-    if differs(&again) || differs(&trial) {
-        for t in [&mut again, &mut trial] {
-            let (train, held_out) = (&t.train, t.held_out.as_ref());
-            (t.gain, t.held_gain) = whole_gains(bench, stand, train, held_out)?;
-        }
-    }
-    log::debug!(
-        "{} from where {} has come to: {:.0} in place of {:.0}",
-        of(&trial).id,
-        of(other).id,
-        again.worth(),
-        trial.worth()
-    );
-    Ok(if again.worth() > trial.worth() {
-        again
-    } else {
-        trial
-    })
+    start.effects.retain(|e| e.spec != of);
+    let mut effect = ActiveEffect::new(spec);
+    effect.values.iter_mut().for_each(|v| *v = 0.0);
+    effect.values[0] = lag;
+    let free = own_ids(spec, &[0]);
+    let hypothesis = Hypothesis {
+        start: effect.clone(),
+        others: Vec::new(),
+        bounds: vec![(free[0].clone(), (LEAST_LAG * lag, f64::INFINITY))],
+        free,
+        full: None,
+        shape: Vec::new(),
+        promise: 0.0,
+        searched: false,
+        series: trial.hypothesis.series,
+        told_by: None,
+    };
+    let start = with_effect(&start, effect);
+    begun_from(bench, stand, &hypothesis, (&start, &trial.train), control)
 }

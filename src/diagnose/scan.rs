@@ -137,6 +137,7 @@ impl<'a> Linear<'a> {
             let mut r = Vec::with_capacity(m);
             for (k, (simulator, states)) in probes.iter().enumerate() {
                 let mut stretcher = Stretcher::new(simulator);
+                stretcher.follow(&jacobian.pace);
                 let z = &states[i];
                 let locals = &segment.locals;
                 if problem.evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r) {

@@ -34,12 +34,7 @@ pub fn weigh(
 ) -> Result<Vec<Weighed>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
     let mut hypotheses = promises(bench, stand)?;
-    let wanted = |id: &str| match only {
-        Some(only) => only == id,
-        None => options.candidates.is_empty() || options.candidates.iter().any(|c| c == id),
-    };
-    let has = |spec: &EffectSpec| stand.named.iter().any(|n| n.spec == spec);
-    hypotheses.retain(|h| wanted(h.start.spec.id) && !has(h.start.spec));
+    hypotheses.retain(|h| is_asked(stand, options, only, h.start.spec));
     hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
     for h in &hypotheses {
         let start = &h.start;
@@ -90,6 +85,20 @@ pub fn weigh(
         }
     }
     Ok(out)
+}
+
+/// Whether an effect is a candidate, or the `only` one, and not named yet.
+pub fn is_asked(
+    stand: &Stand,
+    options: &DiagnoseOptions,
+    only: Option<&str>,
+    spec: &EffectSpec,
+) -> bool {
+    let wanted = match only {
+        Some(only) => only == spec.id,
+        None => options.candidates.is_empty() || options.candidates.iter().any(|c| c == spec.id),
+    };
+    wanted && stand.named.iter().all(|n| n.spec != spec)
 }
 
 /// A fit with one more effect, or `None` if it cannot be simulated; also from `afar` if the
@@ -225,7 +234,7 @@ pub fn begun_from(
 
 /// Falls of chi2 against the fit of `stand` on either side, all stretches counted, whatever
 /// either sets aside.
-pub fn whole_gains(
+fn whole_gains(
     bench: &Bench,
     stand: &Stand,
     train: &Fitted,

@@ -9,7 +9,7 @@ use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::sim::{SimError, StretchSimulator, Stretcher};
+use crate::sim::{Pace, SimError, StretchSimulator, Stretcher};
 
 /// Step of a parameter's coordinate for differences.
 pub const STEP: f64 = 1e-4;
@@ -56,6 +56,8 @@ pub struct Jacobian {
     pub weights: Vec<f64>,
     /// Number of its own unknowns.
     pub locals: usize,
+    /// Steps in which the segment was simulated, for what is to be compared with it.
+    pub pace: Pace,
 }
 
 /// Simulators that are a step away in one parameter.
@@ -167,6 +169,7 @@ impl Problem {
             mut matrix,
             weights,
             locals: l,
+            ..
         } = self.jacobian(x, segment, huber, base, moved)?;
         let (m, g) = (weights.len(), columns.len());
         let height = (m + l).max(l + g + 1);
@@ -257,6 +260,7 @@ impl Problem {
             matrix: a,
             weights,
             locals: l,
+            pace,
         })
     }
 }
