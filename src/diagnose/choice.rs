@@ -107,15 +107,17 @@ pub fn best(
         for k in [0, twin] {
             *trials[k].1 = shaped(bench, stand, trials[k].1.clone(), control)?;
         }
-        let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
-        match late::told(bench, fits(0), fits(twin))? {
-            Some(fall) if fall > 0.0 => {
-                best = twin;
-                told = Some((trials[0].0, fall));
+        let (a, b) = (trials[0].1.worth(), trials[twin].1.worth());
+        if b > a {
+            best = twin;
+        }
+        if a.min(b) > TWIN * a.max(b) {
+            let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
+            if let Some(fall) = late::told(bench, fits(0), fits(twin))? {
+                let other;
+                (best, other) = if fall > 0.0 { (twin, 0) } else { (0, twin) };
+                told = Some((trials[other].0, fall.abs()));
             }
-            Some(fall) => told = Some((trials[twin].0, -fall)),
-            None if trials[twin].1.worth() > trials[0].1.worth() => best = twin,
-            None => {}
         }
     }
     let most = trials.iter().map(|(_, t)| t.worth());

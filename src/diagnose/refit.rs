@@ -64,6 +64,13 @@ pub fn shaped(
     Ok(if told || confirmed { other } else { trial })
 }
 
+/// Ids of what shapes a law with a time constant of `spec`.
+fn shape_of(spec: &EffectSpec) -> Vec<String> {
+    let all = spec.parameters.iter().enumerate();
+    let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
+    own_ids(spec, &paces.collect::<Vec<_>>())
+}
+
 /// A lag of `spec`, which looks like that of `trial` in flight, as long as that is and begun
 /// from its fit; `None` if that has no time constant or it cannot be simulated.
 ///
@@ -95,7 +102,7 @@ pub fn mirrored(
         bounds: vec![(free[0].clone(), (LEAST_LAG * lag, f64::INFINITY))],
         free,
         full: None,
-        shape: Vec::new(),
+        shape: shape_of(spec),
         promise: 0.0,
         searched: false,
         series: trial.hypothesis.series,
