@@ -165,6 +165,8 @@ mod tests {
         assert!(looks_like("sensor_lag", "amplifier_lag"));
         assert!(looks_like("amplifier_lag", "sensor_lag"));
         assert!(!looks_like("sensor_lag", "sensor_lag"));
+        assert_eq!(twin("sensor_lag"), Some("amplifier_lag"));
+        assert_eq!(twin("piezo_creep"), None);
         assert!(!looks_like("sensor_lag", "piezo_creep"));
     }
 

@@ -160,3 +160,81 @@ fn a_piece_of_no_length_changes_nothing() {
         }
     }
 }
+
+/// Readings of 10 ms of flight, with so many small steps in how the drive is shared out.
+fn flown(steps: f64, lag: f64, follow: Option<&Pace>) -> (Vec<f64>, Pace) {
+    let mut model = Preset::embedded("paper").unwrap().model;
+    model.set("drive_p", 4e-6 * steps).unwrap();
+    if lag > 0.0 {
+        let mut effect = ActiveEffect::new(effects::find("amplifier_lag").unwrap());
+        effect.values = vec![lag, 0.0];
+        model.effects.push(effect);
+    }
+    let options = Options {
+        tolerance: 1e-11,
+        ..Options::default()
+    };
+    let simulator = StretchSimulator::new(&model, &options).unwrap();
+    let mut stretcher = Stretcher::new(&simulator);
+    match follow {
+        Some(pace) => stretcher.follow(pace),
+        None => stretcher.note_pace(),
+    }
+    let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
+    let mut state = StretchState {
+        q: vec![1e-10, 1e-12],
+        v: vec![1e-6, 1e-8],
+        z: vec![0.0; simulator.state_rates().len()],
+    };
+    let times: Vec<f64> = (0..500).map(|i| 1e-3 + f64::from(i) * 2e-5).collect();
+    let mut xp = Vec::new();
+    let read = |_, x: f64, _| xp.push(x);
+    stretcher
+        .carry(&drive, None, 1e-3, 1.1e-2, &mut state, &times, read)
+        .unwrap();
+    (xp, stretcher.noted_pace())
+}
+
+#[test]
+fn what_is_compared_in_the_same_steps_differs_smoothly() {
+    // A third difference of what is smooth in the parameter is nothing; what is left is
+    // that each choice of steps errs in its own way.
+    const STEPS: u8 = 12;
+    let rough = |all: &[Vec<f64>]| {
+        let third = |w: &[Vec<f64>], i: usize| w[3][i] - 3.0 * w[2][i] + 3.0 * w[1][i] - w[0][i];
+        let sum = |w: &[Vec<f64>]| (0..w[0].len()).map(|i| third(w, i).powi(2)).sum::<f64>();
+        let count = (all.len() - 3) * all[0].len();
+        (all.windows(4).map(sum).sum::<f64>() / count as f64).sqrt()
+    };
+    for lag in [0.0, 3e-6] {
+        let (_, pace) = flown(0.0, lag, None);
+        let later = |k: u8| flown(f64::from(k), lag, Some(&pace)).0;
+        let own = |k: u8| flown(f64::from(k), lag, None).0;
+        let followed = rough(&(0..STEPS).map(later).collect::<Vec<_>>());
+        let free = rough(&(0..STEPS).map(own).collect::<Vec<_>>());
+        assert!(
+            followed < 1e-12 && followed < 0.01 * free,
+            "{followed:e} {free:e}"
+        );
+        // The same answer, all but the discretisation.
+        let (a, b) = (later(STEPS), own(STEPS));
+        let apart = a
+            .iter()
+            .zip(&b)
+            .fold(0.0f64, |w, (a, b)| w.max((a - b).abs()));
+        assert!(apart < 2e-9, "{apart:e}");
+    }
+}
+
+#[test]
+fn steps_that_will_not_do_are_not_followed() {
+    // Those of a slow drive are far too long for an edge's lag.
+    let (_, pace) = flown(0.0, 0.0, None);
+    let (own, _) = flown(0.0, 3e-6, None);
+    let (followed, _) = flown(0.0, 3e-6, Some(&pace));
+    let apart = own
+        .iter()
+        .zip(&followed)
+        .fold(0.0f64, |w, (a, b)| w.max((a - b).abs()));
+    assert!(apart < 2e-9, "{apart:e}");
+}
