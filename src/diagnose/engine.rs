@@ -12,6 +12,7 @@ use super::ground::Rules;
 use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+use super::refusal::{Rest, attraction_reaches_far, of_displacement};
 use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
 use super::strips::strips;
 use super::{events, kin, size, swing};
@@ -31,19 +32,8 @@ const LOCAL: f64 = 8.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
 const BROKEN: f64 = 6.5;
-/// Laws of which the force hangs on the displacement more than on anything else.
-const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
-/// Share of a force over the displacement that is left from which a law of displacement that
-/// was named is only of another form: 90 % and more where it was, up to 83 % where it was not, in
-/// trials.
-const KIN: f64 = 0.86;
-/// Height over which an attraction falls off at touch, as a share of itself, from which it is
-/// one over the whole stroke \[m\].
-const FAR: f64 = 8.5e-6;
 /// Share of what is left from which it is a matter of the named laws' form.
 const FORM: f64 = 0.8;
-/// Share of what is missing that named effects must carry.
-const CARRIED: f64 = 0.8;
 
 /// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first.
 /// Deterministic. Cancelled, it says what it has found so far.
@@ -187,45 +177,30 @@ pub fn diagnose(
             let alone = matches!(left, Some(Left::Joins(_)));
             share = if alone { own } else { share.min(own) };
         }
-        let swings = swing::gain(&found.stand.train)?;
-        log::debug!("{share:.2} carried, {formal:.0} formal, {swings:.0} swinging, left: {left:?}");
-        let names: Vec<&str> = found.stand.named.iter().map(|n| n.spec.name).collect();
-        let displaced = named.iter().map(|n| n.spec);
-        let displaced = displaced.filter(|spec| OF_DISPLACEMENT.contains(&spec.id));
-        let displaced: Vec<&str> = displaced.map(|spec| spec.name).collect();
-        // A law of another form leaves what its kin carry.
-        let over_xp = after_evidence
-            .strongest
-            .is_some_and(|s| s.0.symbol() == "xp");
-        let far = attraction_reaches_far(&found.stand.train.model);
-        let another = over_xp && (far || formal < KIN * after_evidence.joint);
-        // A single stretch that is off says nothing of a force.
-        let much = matches!(left, Some(Left::Mean(_) | Left::Force(..)));
-        let many = much && displaced.len() > 1;
-        let refused = if swings > TRAIN_GAIN {
-            left = left.or(Some(Left::Force("xp", swings)));
-            Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned())
-        } else if many || left.is_some() && displaced.len() == 1 && another {
-            Some(format!(
-                "{} would stand for one force over the displacement and still leave something of it: that is rather one law which is not in the catalogue",
-                displaced.join(" and ")
-            ))
-        } else if share < CARRIED && left.is_some() {
-            // Chi2 of stretches each by itself may fall where the whole stays as wrong.
-            let unbroken = if share < explained {
-                ", but the flight would go on no better from one stretch to the next"
-            } else {
-                ""
-            };
-            Some(format!(
-                "{} would explain {:.0} % of what is missing{unbroken}: too little for a name",
-                names.join(" and "),
-                100.0 * explained
-            ))
-        } else {
-            None
+        let rest = Rest {
+            left,
+            names: found.stand.specs().iter().map(|s| s.name).collect(),
+            displaced: found
+                .stand
+                .specs()
+                .into_iter()
+                .filter(of_displacement)
+                .collect(),
+            far: attraction_reaches_far(&found.stand.train.model),
+            over_xp: after_evidence
+                .strongest
+                .is_some_and(|s| s.0.symbol() == "xp"),
+            joint: after_evidence.joint,
+            formal,
+            swings: swing::gain(&found.stand.train)?,
+            share,
+            explained,
         };
-        if let Some(reason) = refused {
+        log::debug!("{rest:?}");
+        if rest.swings > TRAIN_GAIN {
+            left = left.or(Some(Left::Force("xp", rest.swings)));
+        }
+        if let Some(reason) = rest.refusal() {
             verdict = Verdict::Unexplained;
             remarks.push(reason);
             found.stand = found.baseline.clone();
@@ -311,13 +286,6 @@ pub fn diagnose(
         cancelled: control.cancelled(),
         left,
     })
-}
-
-/// Whether an attraction acts far beyond the last micrometres before touch.
-fn attraction_reaches_far(model: &Model) -> bool {
-    let of = |parameter: &str| model.get(&format!("long_range_attraction.{parameter}"));
-    let reach = of("h0").zip(of("n"));
-    reach.is_some_and(|(h0, n)| h0 > FAR * n)
 }
 
 /// Chi2 above the floor, all together.

@@ -34,6 +34,7 @@ pub mod noise;
 pub mod options;
 pub mod promises;
 mod refit;
+mod refusal;
 pub mod report;
 pub mod result;
 pub mod ring;
