@@ -65,7 +65,9 @@ impl Rest {
             let all: Vec<&str> = specs.iter().map(|s| s.name).collect();
             all.join(" and ")
         };
-        if self.one_law_in_two() || self.another_law() {
+        // A single stretch that is off says nothing of a force.
+        let force = matches!(self.left, Some(Left::Mean(_) | Left::Force(..)));
+        if force && (self.one_law_in_two() || self.another_law()) {
             return Some(format!(
                 "{} would stand for one force over the displacement and still leave something of it: that is rather one law which is not in the catalogue",
                 names(&self.displaced)
@@ -87,13 +89,11 @@ impl Rest {
         None
     }
 
-    /// Whether two laws over the stroke stand for one and leave a force of it. An attraction
-    /// that acts at touch alone is not one over the stroke, and a single stretch that is off
-    /// says nothing of a force.
+    /// Whether two laws over the stroke stand for one. An attraction that acts at touch alone
+    /// is not one over the stroke.
     fn one_law_in_two(&self) -> bool {
         let over_stroke = |s: &&&EffectSpec| self.far || s.id != "long_range_attraction";
-        let much = matches!(self.left, Some(Left::Mean(_) | Left::Force(..)));
-        much && self.displaced.iter().filter(over_stroke).count() > 1
+        self.displaced.iter().filter(over_stroke).count() > 1
     }
 
     /// Whether what is left over the displacement is not a matter of the form of the one law
@@ -156,6 +156,11 @@ mod tests {
             ..one.clone()
         };
         assert!(formal(100.0).refusal().is_some());
+        let stretch = Rest {
+            left: Some(Left::Stretch(12.0)),
+            ..formal(100.0)
+        };
+        assert_eq!(stretch.refusal(), None);
         let elsewhere = Rest {
             over_xp: false,
             ..formal(100.0)
