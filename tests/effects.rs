@@ -233,6 +233,22 @@ fn structure_and_base() {
         ("phi_d", mode[4]),
     ];
     check("extra_mode", &values, effects, &[SQUARE, SINE]);
+    // Two modes of one frequency and damping, each of a shape smaller by the root of two,
+    // are one mode.
+    let part = |value: f64| value * 0.5f64.sqrt();
+    let halves = [
+        ("f", mode[0]),
+        ("zeta", mode[1]),
+        ("phi_c", part(mode[2])),
+        ("phi_p", part(mode[3])),
+        ("phi_d", part(mode[4])),
+        ("f2", mode[0]),
+        ("zeta2", mode[1]),
+        ("phi_c2", part(mode[2])),
+        ("phi_p2", part(mode[3])),
+        ("phi_d2", part(mode[4])),
+    ];
+    check("extra_mode", &halves, effects, &[SQUARE, SINE]);
     for f in [60.0, 1700.0] {
         let effects = Effects {
             base: (30.0, f, 0.7),

@@ -11,7 +11,7 @@ use super::result::{
     BounceSeen, Candidate, Estimate, EventsSeen, LevelSeen, NamedEffect, ReleaseSeen, Verdict,
 };
 use super::scales::untold;
-use super::{events, size};
+use super::{events, further, size};
 use crate::fit::prepare::Prepared;
 use crate::fit::result::uncertainty;
 use crate::model::Model;
@@ -75,8 +75,9 @@ pub fn names(
             let Some(effect) = model.effects.iter().find(|e| e.spec == n.spec) else {
                 continue;
             };
-            let parameters = n.spec.parameters.iter().zip(&effect.values);
-            let parameters = parameters.map(|(p, value)| {
+            let all = n.spec.parameters.iter().zip(&effect.values);
+            let bearing = all.enumerate().filter(|(i, _)| further::bears(effect, *i));
+            let parameters = bearing.map(|(_, (p, value))| {
                 let id = format!("{}.{}", n.spec.id, p.id);
                 let fitted = told.parameters.iter().find(|t| t.id == id);
                 Estimate {
@@ -106,6 +107,7 @@ pub fn names(
                 ),
             }];
             evidence.extend(n.told.clone());
+            evidence.extend(further::beside_it(effect));
             if n.hypothesis.series {
                 evidence
                     .push("its time counts through the recordings in the order given".to_owned());

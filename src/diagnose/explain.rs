@@ -75,10 +75,16 @@ impl Trial {
         if self.hypothesis.searched {
             return self.gain < SEARCHED_GAIN;
         }
-        let (own, both) = CONFIRMED;
-        let confirmed = self.gain > own && self.held_gain > own && self.worth() > both;
-        self.gain < TRAIN_GAIN && !confirmed
+        by_chance(self.gain, self.held_gain)
     }
+}
+
+/// Whether chance lets the fitted recordings improve by `gain`, where those kept out, of which
+/// it knows nothing, improve by `held_gain`.
+fn by_chance(gain: f64, held_gain: f64) -> bool {
+    let (own, both) = CONFIRMED;
+    let confirmed = gain > own && held_gain > own && gain + held_gain > both;
+    gain < TRAIN_GAIN && !confirmed
 }
 
 /// Where the search stands: a model with the effects named so far.
@@ -318,9 +324,10 @@ fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
         trial.hypothesis.start.spec.id,
         trial.gain
     );
-    let held = trial.held_out.is_some() && own * trial.held_gain < HELD_GAIN;
+    let (gain, held_gain) = (own * trial.gain, own * trial.held_gain);
+    let held = trial.held_out.is_some() && held_gain < HELD_GAIN;
     let outweighed = before > OUTWEIGHED * trial.gain;
-    Ok(outweighed || own * trial.gain < TRAIN_GAIN || held)
+    Ok(outweighed || by_chance(gain, held_gain) || held)
 }
 
 /// Drops effects that a later one has made needless, and a latest one that only went on where
@@ -369,7 +376,7 @@ fn drop_needless(
             (Some(after), Some(before)) => after.cost - before.cost,
             _ => HELD_GAIN,
         };
-        if lost < TRAIN_GAIN || held_lost < 0.5 * HELD_GAIN {
+        if by_chance(lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
             without.train = train;
             without.held_out = held_out;
             *stand = without;

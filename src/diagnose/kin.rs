@@ -28,7 +28,7 @@ const GAIN: f64 = 5.0;
 /// In place of a quantity where there is no window.
 const NOWHERE: f64 = -1.0;
 /// Values of the wrapped effect that are passed on.
-const VALUES: usize = 9;
+const VALUES: usize = 10;
 /// Values before those.
 const OWN: usize = 4;
 
@@ -67,6 +67,7 @@ static PARAMETERS: [ParameterSpec; OWN + VALUES] = [
     generic::number("g"),
     generic::number("h"),
     generic::number("i"),
+    generic::number("j"),
 ];
 
 /// `effect` with other values, wrapped so that it stands beside the effect itself; in a

@@ -23,6 +23,7 @@ pub mod events;
 pub mod evidence;
 pub mod example;
 pub mod explain;
+mod further;
 pub mod generic;
 mod ground;
 pub mod kin;

@@ -21,9 +21,6 @@ const SHAKE: f64 = 0.05;
 const RISE: f64 = 1e-7;
 /// Stays that begin so close to each other may begin with the step \[s\].
 const WHILE: f64 = 1e-3;
-/// Where a frequency that is read as another may lie: multiples of the sampling rate, and the
-/// sign with which the other is added.
-const MIRRORS: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
 /// Share of a further mode's motion at the mass, of that of all modes.
 const UNNOTICED: f64 = 0.06;
 /// Most times a form's strength that a refit begins with: the linearised problem knows
@@ -188,26 +185,23 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
         let at = |f: f64| ActiveEffect {
             spec,
-            values: vec![f, 0.01, size * c, size * p, 0.0],
+            // One more is looked for where this one has shown up.
+            values: vec![f, 0.01, size * c, size * p, 0.0, f, 0.01, 0.0, 0.0, 0.0],
         };
-        // A mode that is free to be slow and dead would pass for any other force.
-        let near = |f: f64| {
-            let frequency = ("extra_mode.f".to_owned(), (0.9 * f, 1.1 * f));
-            vec![frequency, ("extra_mode.zeta".to_owned(), (1e-4, 0.1))]
-        };
+        let near = |f: f64| near_mode(spec, [0, 1], f).to_vec();
         // Between the samples it may have swung further.
-        let mirrors = MIRRORS.map(|(n, sign)| n * ring.rate + sign * ring.frequency);
         let (_, quickest) = spec.parameters[0].range;
         out.push(Hypothesis {
             start: at(ring.frequency),
-            others: mirrors
+            others: ring
+                .mirrors()
                 .into_iter()
                 .filter(|f| *f < quickest)
                 .map(|f| (at(f), near(f)))
                 .collect(),
             free: own_ids(spec, &[0, 1, 2, 3, 4]),
             full: None,
-            shape: Vec::new(),
+            shape: own_ids(spec, &[5, 6, 7, 8]),
             bounds: near(ring.frequency),
             promise: ring.gain.max(2.0 * PROMISING),
             searched: false,
@@ -216,6 +210,14 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         });
     }
     Ok(out)
+}
+
+/// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`:
+/// one that is free to be slow and dead would pass for any other force.
+pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64) -> [Bound; 2] {
+    let bounds = [(0.9 * f, 1.1 * f), (1e-4, 0.1)];
+    let mut ids = own_ids(spec, &which).into_iter();
+    bounds.map(|bound| (ids.next().unwrap_or_default(), bound))
 }
 
 /// A step of the ground between the fitted recordings and those kept out: `always` is one that

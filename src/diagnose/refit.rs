@@ -3,9 +3,10 @@
 use super::bench::{Bench, with_effect};
 use super::candidates::{LEAST_LAG, own_ids};
 use super::explain::{Stand, Trial};
+use super::further;
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
-use super::weigh::{begun_from, from_near};
+use super::weigh::{begun_from, from_near, likeliest};
 use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Fall of chi2 on both sides from which a law has shown up.
@@ -44,7 +45,15 @@ pub fn shaped(
         free,
         ..hypothesis.clone()
     };
-    let Some(mut other) = from_near(bench, stand, &whole, control)? else {
+    let other = if whole.start.spec.id == "extra_mode" {
+        match further::one_more(whole, &trial.train)? {
+            Some(both) => likeliest(bench, stand, &both, &trial.train, control)?,
+            None => None,
+        }
+    } else {
+        from_near(bench, stand, &whole, control)?
+    };
+    let Some(mut other) = other else {
         return Ok(trial);
     };
     log::debug!(

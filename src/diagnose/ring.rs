@@ -6,6 +6,7 @@ use nalgebra::{Complex, Matrix2, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::bench::Fitted;
+use super::size::structure;
 use crate::fit::chain::Row;
 use crate::fit::segment::Segment;
 use crate::fit::solve::residuals_at;
@@ -18,12 +19,15 @@ const LOWEST: f64 = 1500.0;
 /// Significance of a hump from which it stands out.
 pub const HUMP: f64 = 6.0;
 /// Frequencies nearer than by this factor to that of a mode are beside it.
-const BESIDE: f64 = 1.25;
+pub const BESIDE: f64 = 1.25;
 /// Stretches shorter than this many samples tell no frequency.
 const LEAST: usize = 40;
 /// The beginning of a stretch, in samples: a damped mode rings no longer.
 const EARLY: usize = 60;
 
+/// Where a frequency that is read as another may lie: multiples of the sampling rate, and the
+/// sign with which the other is added.
+const MIRRORS: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
 /// A top is higher than so many frequencies on either side.
 const FLANK: usize = 4;
 
@@ -40,6 +44,13 @@ pub struct Ring {
     pub significance: f64,
     /// Roughly the fall of chi2 if it were taken out.
     pub gain: f64,
+}
+
+impl Ring {
+    /// Quicker frequencies that are read as this one \[Hz\].
+    pub fn mirrors(&self) -> [f64; 3] {
+        MIRRORS.map(|(n, sign)| n * self.rate + sign * self.frequency)
+    }
 }
 
 /// Residuals of a stretch of flight: proof mass and cantilever, in units of the noise.
@@ -77,7 +88,7 @@ pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
         .is_some_and(|s| problem.data[s.recording].recording.cantilever.is_some());
     // What is left beside a mode that the model has is that mode's rather than
     // another's, unless nothing else stands out.
-    let structure = fitted.model.structure();
+    let structure = structure(&fitted.model);
     let beside = |f: f64| {
         let known = structure.modes.iter().map(|m| m.frequency);
         known

@@ -124,7 +124,7 @@ fn attempt(
     let series = hypothesis.series.then(|| bench.in_series());
     let nearby = series.as_ref().unwrap_or(bench);
     let near = if further {
-        likeliest(nearby, stand, hypothesis, control)?
+        likeliest(nearby, stand, hypothesis, &stand.train, control)?
     } else {
         from_near(nearby, stand, hypothesis, control)?
     };
@@ -132,7 +132,10 @@ fn attempt(
         return Ok(None);
     };
     for other in others(hypothesis).filter(|_| !further) {
-        if let Some(trial) = from_near(nearby, stand, &other, control)?
+        // They look alike to the fitted recordings: the fit of the first is all but theirs.
+        let start = with_constants(&near.train.model, &other);
+        let begun = (&start, &near.train);
+        if let Some(trial) = begun_from(nearby, stand, &other, begun, control)?
             && trial.worth() > near.worth()
         {
             near = trial;
@@ -155,6 +158,22 @@ fn attempt(
     Ok(Some(near))
 }
 
+/// `model` with the effect of a hypothesis that it has already, but for what is not fitted.
+fn with_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
+    let mut with = model.clone();
+    let own = &hypothesis.start;
+    for effect in with.effects.iter_mut().filter(|e| e.spec == own.spec) {
+        let all = own.spec.parameters.iter().zip(&own.values).enumerate();
+        for (i, (parameter, value)) in all {
+            let id = format!("{}.{}", own.spec.id, parameter.id);
+            if !hypothesis.free.contains(&id) {
+                effect.values[i] = *value;
+            }
+        }
+    }
+    with
+}
+
 /// The hypotheses that look like `hypothesis`.
 fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
     hypothesis.others.iter().map(|(start, bounds)| Hypothesis {
@@ -165,17 +184,20 @@ fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
 }
 
 /// A fit with that of a hypothesis and those which look like it that suits a part of the fitted
-/// recordings best: of a further mode, whose fits take long. `None` if it cannot be simulated.
-fn likeliest(
+/// recordings best, begun from the fit `near`: of a further mode, whose fits take long. `None` if
+/// it cannot be simulated.
+pub fn likeliest(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
+    near: &Fitted,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
     let mut best: Option<(Sketch, Hypothesis)> = None;
     for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
-        let (start, free, bounds) = with_freedoms(stand, &own);
-        let sketch = match bench.sketch(&start, &free, &bounds, &stand.train, control) {
+        let (_, free, bounds) = with_freedoms(stand, &own);
+        let start = with_effect(&near.model, own.start.clone());
+        let sketch = match bench.sketch(&start, &free, &bounds, near, control) {
             Ok(sketch) => sketch,
             Err(DiagnoseError::Sim(_)) => continue,
             Err(error) => return Err(error),

@@ -4,6 +4,7 @@ use super::clocks::{BETTER, delay, set_clocks, shift_skews, usual_skew};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::size::structure;
 use crate::diagnose::stretches::{adopt, heal, thinned};
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
@@ -166,7 +167,7 @@ pub(super) fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
     few.zip(used).map(|(few, used)| few && *used).collect()
 }
 
+/// Modes of a model with its effects.
 pub(super) fn modes(model: &Model) -> usize {
-    let further = model.effects.iter().filter(|e| e.spec.id == "extra_mode");
-    model.modes.len() + further.count()
+    structure(model).modes.len()
 }

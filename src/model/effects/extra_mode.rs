@@ -1,11 +1,14 @@
-//! `extra_mode`: a further vibration mode of the structure.
+//! `extra_mode`: a further vibration mode of the structure, and one more beside it.
 
 use super::{Action, EffectSpec, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::structure::{Mode, Structure};
 
+const LAW: &str = "q'' + 2 zeta w q' + w^2 q = phi . F,  x = ... + phi q";
 const SHAPE: (f64, f64) = (-2e5, 2e5);
 const ANY: (f64, f64) = (-1e12, 1e12);
+/// Parameters of one mode.
+const OF_ONE: usize = 5;
 
 const fn shape(
     id: &'static str,
@@ -25,16 +28,17 @@ const fn shape(
         scale: Scale::Linear,
         rank: Rank::Advanced,
         meaning,
-        equation: "q'' + 2 zeta w q' + w^2 q = phi . F,  x = ... + phi q",
+        equation: LAW,
     }
 }
 
-/// The effect. Defaults are the third bending mode of the paper's beam.
+/// The effect. Defaults are the third bending mode of the paper's beam; of the fourth, which
+/// stands beside it once it has a shape at a reading, its frequency.
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "extra_mode",
     name: "further mode",
     sentence: "A further vibration mode rings after every step and impact, in a fixed ratio of the two readings.",
-    law: "q'' + 2 zeta w q' + w^2 q = phi . F,  x = ... + phi q",
+    law: LAW,
     source: "modal superposition; third bending mode of the Euler-Bernoulli beam of the presets",
     needs: Need::Nothing,
     parameters: &[
@@ -49,7 +53,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             scale: Scale::Log,
             rank: Rank::Advanced,
             meaning: "undamped natural frequency of the further mode",
-            equation: "q'' + 2 zeta w q' + w^2 q = phi . F",
+            equation: LAW,
         },
         ParameterSpec {
             id: "zeta",
@@ -62,7 +66,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             scale: Scale::Log,
             rank: Rank::Advanced,
             meaning: "share of critical damping",
-            equation: "q'' + 2 zeta w q' + w^2 q = phi . F",
+            equation: LAW,
         },
         shape(
             "phi_c",
@@ -85,34 +89,124 @@ pub static EFFECT: EffectSpec = EffectSpec {
             63144.79,
             "coupling to the piezo drive; phi_c for a force on the cantilever's centre",
         ),
+        ParameterSpec {
+            id: "f2",
+            symbol: "f2",
+            name: "frequency of one more",
+            unit: "Hz",
+            default: 39.2e3,
+            range: (1e3, 100e3),
+            limits: (1e-3, 1e7),
+            scale: Scale::Log,
+            rank: Rank::Advanced,
+            meaning: "undamped natural frequency of one more mode beside the further one",
+            equation: LAW,
+        },
+        ParameterSpec {
+            id: "zeta2",
+            symbol: "ζ2",
+            name: "damping of one more",
+            unit: "",
+            default: 0.01,
+            range: (0.001, 0.1),
+            limits: (0.0, 10.0),
+            scale: Scale::Log,
+            rank: Rank::Advanced,
+            meaning: "share of critical damping of one more mode",
+            equation: LAW,
+        },
+        shape(
+            "phi_c2",
+            "φc2",
+            "one more at the cantilever",
+            0.0,
+            "shape of one more mode at the cantilever's centre; it is left out where this and the next are 0",
+        ),
+        shape(
+            "phi_p2",
+            "φp2",
+            "one more at the proof mass",
+            0.0,
+            "shape of one more mode at the proof mass",
+        ),
+        shape(
+            "phi_d2",
+            "φd2",
+            "one more at the drive",
+            63144.79,
+            "coupling of one more mode to the piezo drive",
+        ),
     ],
     build: |values, _| {
+        let mode = |v: &[f64]| Mode {
+            frequency: v[0],
+            zeta: v[1],
+            phi_c: v[2],
+            phi_p: v[3],
+            phi_drive: v[4],
+        };
+        let all = values.chunks_exact(OF_ONE).map(mode);
         Box::new(ExtraMode {
-            mode: Mode {
-                frequency: values[0],
-                zeta: values[1],
-                phi_c: values[2],
-                phi_p: values[3],
-                phi_drive: values[4],
-            },
+            modes: all.filter(shows).collect(),
         })
     },
 };
 
+/// Whether a mode is moved by something and seen by somebody; otherwise it is none.
+fn shows(mode: &Mode) -> bool {
+    let moved = mode.phi_p != 0.0 || mode.phi_drive != 0.0;
+    moved && (mode.phi_c != 0.0 || mode.phi_p != 0.0)
+}
+
 #[derive(Debug)]
 struct ExtraMode {
-    mode: Mode,
+    modes: Vec<Mode>,
 }
 
 impl Action for ExtraMode {
-    /// A mode that nothing moves or that nobody sees is none.
     fn does_nothing(&self) -> bool {
-        let mode = &self.mode;
-        let moved = mode.phi_p != 0.0 || mode.phi_drive != 0.0;
-        !(moved && (mode.phi_c != 0.0 || mode.phi_p != 0.0))
+        self.modes.is_empty()
     }
 
     fn alter_structure(&self, structure: &mut Structure) {
-        structure.modes.push(self.mode);
+        structure.modes.extend_from_slice(&self.modes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::{ActiveEffect, Surroundings};
+    use crate::model::preset::Preset;
+
+    fn modes(set: &[(&str, f64)]) -> usize {
+        let model = Preset::embedded("paper").unwrap().model;
+        let mut effect = ActiveEffect::new(&EFFECT);
+        for (id, value) in set {
+            assert!(effect.set(id, *value), "{id}");
+        }
+        let mut structure = model.structure();
+        let before = structure.modes.len();
+        let around = Surroundings {
+            structure: &model.structure(),
+            parameters: &model.parameters,
+            piezo: model.piezo,
+        };
+        let action = (EFFECT.build)(&effect.values, &around);
+        action.alter_structure(&mut structure);
+        assert_eq!(action.does_nothing(), structure.modes.len() == before);
+        structure.modes.len() - before
+    }
+
+    #[test]
+    fn one_more_begins_with_a_shape_at_a_reading() {
+        assert_eq!(modes(&[]), 1);
+        assert_eq!(modes(&[("phi_c2", 1e4)]), 2);
+        assert_eq!(modes(&[("phi_p2", -1e3)]), 2);
+        let first = [("phi_c", 0.0), ("phi_p", 0.0)];
+        assert_eq!(modes(&first), 0);
+        assert_eq!(modes(&[first[0], first[1], ("phi_c2", 1e4)]), 1);
+        // A mode that nothing moves is none.
+        assert_eq!(modes(&[("phi_c2", 1e4), ("phi_d2", 0.0)]), 1);
     }
 }

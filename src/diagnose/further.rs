@@ -1,0 +1,161 @@
+//! One more mode beside a further one: a structure has them without end, and where one shows
+//! the next may leave enough to look like something else, a lag above all.
+
+use super::bench::Fitted;
+use super::promises::{Hypothesis, near_mode};
+use super::ring::{self, BESIDE, Ring};
+use crate::model::effects::ActiveEffect;
+use crate::sim::SimError;
+
+/// The effect.
+const ID: &str = "extra_mode";
+/// Its parameters of one mode.
+const OF_ONE: usize = 5;
+/// Significance of a hump from which it is worth a look: whether it is a mode, its fit tells.
+const NOTICED: f64 = 3.0;
+/// Most places that are looked at: each takes a fit.
+const MOST: usize = 2;
+/// Frequencies of neighbouring bending modes, quick ones, one over the other.
+const NEXT: f64 = 2.0;
+/// Its shape at first, as a share of that of the mode that is known: enough for a direction.
+const FIRST: f64 = 0.01;
+
+/// The hypothesis `known`, a further mode as fitted, with one more of which `fitted` leaves a
+/// hump; `None` if it leaves none.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn one_more(known: Hypothesis, fitted: &Fitted) -> Result<Option<Hypothesis>, SimError> {
+    let hump = ring::find(fitted)?.filter(|r| r.significance > NOTICED);
+    Ok(hump.and_then(|hump| beside(known, &hump)))
+}
+
+/// Whether parameter number `i` of an effect bears on anything: those of one more mode do once
+/// it has a shape.
+pub fn bears(effect: &ActiveEffect, i: usize) -> bool {
+    i < OF_ONE || frequency_beside(effect).is_some() || effect.spec.id != ID
+}
+
+/// A line about one more mode beside a further one, if there is one.
+pub fn beside_it(effect: &ActiveEffect) -> Option<String> {
+    let f = frequency_beside(effect)?;
+    Some(format!(
+        "one more mode goes with it, at {:.1} kHz",
+        1e-3 * f
+    ))
+}
+
+/// Frequency of one more mode \[Hz\].
+fn frequency_beside(effect: &ActiveEffect) -> Option<f64> {
+    let shapes = effect.values.get(7..9)?;
+    (effect.spec.id == ID && shapes.iter().any(|s| *s != 0.0)).then(|| effect.values[OF_ONE])
+}
+
+/// `known` with one more mode that is read as `hump`.
+fn beside(known: Hypothesis, hump: &Ring) -> Option<Hypothesis> {
+    let spec = known.start.spec;
+    let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
+    let apart = |other: &f64| *other > BESIDE * f || BESIDE * *other < f;
+    let mut places: Vec<f64> = std::iter::once(hump.frequency)
+        .chain(hump.mirrors())
+        .filter(|other| apart(other) && *other < quickest)
+        .collect();
+    // Where one frequency is read as several, modes are most likely neighbours.
+    let unlikely = |other: &f64| (other / (NEXT * f)).ln().abs();
+    places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
+    let at = |place: f64| {
+        let mut start = known.start.clone();
+        let (size, (p, c)) = (start.values[2].abs(), hump.shape);
+        // With what it is driven by its shape goes into the readings as a product.
+        start.values[OF_ONE..].copy_from_slice(&[
+            place,
+            0.02,
+            FIRST * size * c,
+            FIRST * size * p,
+            size,
+        ]);
+        let mut bounds = known.bounds.clone();
+        bounds.extend(near_mode(spec, [5, 6], place));
+        (start, bounds)
+    };
+    let mut all = places.into_iter().take(MOST).map(at);
+    let (start, bounds) = all.next()?;
+    Some(Hypothesis {
+        start,
+        bounds,
+        others: all.collect(),
+        ..known
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::find;
+
+    fn known(f: f64) -> Hypothesis {
+        let start = ActiveEffect {
+            spec: find(ID).unwrap(),
+            values: vec![f, 0.02, -6e4, 3e3, 5e4, f, 0.01, 0.0, 0.0, 0.0],
+        };
+        Hypothesis {
+            bounds: near_mode(start.spec, [0, 1], f).to_vec(),
+            free: vec!["extra_mode.f".to_owned()],
+            start,
+            others: Vec::new(),
+            full: None,
+            shape: Vec::new(),
+            promise: 0.0,
+            searched: false,
+            series: false,
+            told_by: None,
+        }
+    }
+
+    fn hump(frequency: f64) -> Ring {
+        Ring {
+            frequency,
+            rate: 50e3,
+            shape: (0.1, 0.995),
+            significance: 10.0,
+            gain: 100.0,
+        }
+    }
+
+    #[test]
+    fn a_neighbour_is_looked_for_first() {
+        let both = beside(known(19.2e3), &hump(10.8e3)).unwrap();
+        let f2 = |effect: &ActiveEffect| effect.values[OF_ONE];
+        assert_eq!(f2(&both.start), 39.2e3);
+        assert_eq!(both.others.len(), MOST - 1);
+        assert_eq!(f2(&both.others[0].0), 60.8e3);
+        // Each keeps to its place, and the mode that is known to its own.
+        for bounds in [&both.bounds, &both.others[0].1] {
+            assert_eq!(bounds.len(), 4);
+            assert_eq!(bounds[0].1, (0.9 * 19.2e3, 1.1 * 19.2e3));
+        }
+        assert_eq!(both.bounds[2].0, "extra_mode.f2");
+        assert_eq!(
+            both.start.values[..OF_ONE],
+            known(19.2e3).start.values[..OF_ONE]
+        );
+    }
+
+    #[test]
+    fn what_the_known_mode_leaves_is_no_other() {
+        let both = beside(known(10.5e3), &hump(10.8e3)).unwrap();
+        assert_eq!(both.start.values[OF_ONE], 39.2e3);
+    }
+
+    #[test]
+    fn what_is_not_there_is_not_told() {
+        let one = known(19.2e3).start;
+        assert!(bears(&one, 4) && !bears(&one, 5) && !bears(&one, 9));
+        assert_eq!(beside_it(&one), None);
+        let two = beside(known(19.2e3), &hump(10.8e3)).unwrap().start;
+        assert!(bears(&two, 9));
+        assert!(beside_it(&two).unwrap().contains("39.2 kHz"));
+        let other = ActiveEffect::new(find("hysteresis_memory").unwrap());
+        assert!(bears(&other, 8) && beside_it(&other).is_none());
+    }
+}
