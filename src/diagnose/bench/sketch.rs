@@ -1,6 +1,7 @@
 //! The first part of a fit with a further mode: its own constants find their place on a part
 //! of the stretches, before all of them are taken up.
 
+use super::clocks::set_clocks;
 use super::fits::{modes, some_of};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH};
 use crate::diagnose::calm::prepare_calm;
@@ -88,7 +89,9 @@ impl Bench {
         for i in (0..all.len()).filter(|&i| sketch.few[i]) {
             all[i] = near.segments[i].clone();
         }
-        let point = settle(&problem, &near.x, &all, &sketch.used, LOSS, 3)?;
+        let mut point = settle(&problem, &near.x, &all, &sketch.used, LOSS, 3)?;
+        // A mode that was not there may have led a clock astray by samples.
+        set_clocks(&problem, &mut point, &all, &sketch.used)?;
         let point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
         self.finish(problem, point)
     }
