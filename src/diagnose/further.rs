@@ -65,7 +65,9 @@ fn beside(known: Hypothesis, hump: &Ring) -> Option<Hypothesis> {
     places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
     let at = |place: f64| {
         let mut start = known.start.clone();
-        let (size, (p, c)) = (start.values[2].abs(), hump.shape);
+        // From the proof mass alone nothing is seen of the cantilever.
+        let size = start.values[2].abs().max(start.values[3].abs());
+        let (p, c) = hump.shape;
         // With what it is driven by its shape goes into the readings as a product.
         start.values[OF_ONE..].copy_from_slice(&[
             place,
@@ -139,6 +141,20 @@ mod tests {
             both.start.values[..OF_ONE],
             known(19.2e3).start.values[..OF_ONE]
         );
+    }
+
+    #[test]
+    fn from_the_proof_mass_alone_it_has_a_shape_there() {
+        let mut known = known(19.2e3);
+        known.start.values[2] = 0.0;
+        let shape = (1.0, 0.0);
+        let seen = Ring {
+            shape,
+            ..hump(10.8e3)
+        };
+        let both = beside(known, &seen).unwrap().start;
+        assert!(frequency_beside(&both).is_some());
+        assert!(both.values[9] != 0.0, "nothing drives it");
     }
 
     #[test]
