@@ -32,6 +32,39 @@ const fn shape(
     }
 }
 
+const fn frequency(
+    id: &'static str,
+    symbol: &'static str,
+    name: &'static str,
+    default: f64,
+    range: (f64, f64),
+    meaning: &'static str,
+) -> ParameterSpec {
+    ParameterSpec {
+        unit: "Hz",
+        range,
+        limits: (1e-3, 1e7),
+        scale: Scale::Log,
+        ..shape(id, symbol, name, default, meaning)
+    }
+}
+
+const fn damping(
+    id: &'static str,
+    symbol: &'static str,
+    name: &'static str,
+    default: f64,
+    meaning: &'static str,
+) -> ParameterSpec {
+    ParameterSpec {
+        unit: "",
+        range: (0.001, 0.1),
+        limits: (0.0, 10.0),
+        scale: Scale::Log,
+        ..shape(id, symbol, name, default, meaning)
+    }
+}
+
 /// The effect. Defaults are the third bending mode of the paper's beam; of the fourth, which
 /// stands beside it once it has a shape at a reading, its frequency.
 pub static EFFECT: EffectSpec = EffectSpec {
@@ -42,32 +75,15 @@ pub static EFFECT: EffectSpec = EffectSpec {
     source: "modal superposition; third bending mode of the Euler-Bernoulli beam of the presets",
     needs: Need::Nothing,
     parameters: &[
-        ParameterSpec {
-            id: "f",
-            symbol: "f",
-            name: "frequency",
-            unit: "Hz",
-            default: 19175.0,
-            range: (1e3, 40e3),
-            limits: (1e-3, 1e7),
-            scale: Scale::Log,
-            rank: Rank::Advanced,
-            meaning: "undamped natural frequency of the further mode",
-            equation: LAW,
-        },
-        ParameterSpec {
-            id: "zeta",
-            symbol: "ζ",
-            name: "damping",
-            unit: "",
-            default: 0.01,
-            range: (0.001, 0.1),
-            limits: (0.0, 10.0),
-            scale: Scale::Log,
-            rank: Rank::Advanced,
-            meaning: "share of critical damping",
-            equation: LAW,
-        },
+        frequency(
+            "f",
+            "f",
+            "frequency",
+            19175.0,
+            (1e3, 40e3),
+            "undamped natural frequency of the further mode",
+        ),
+        damping("zeta", "ζ", "damping", 0.01, "share of critical damping"),
         shape(
             "phi_c",
             "φc",
@@ -89,32 +105,21 @@ pub static EFFECT: EffectSpec = EffectSpec {
             63144.79,
             "coupling to the piezo drive; phi_c for a force on the cantilever's centre",
         ),
-        ParameterSpec {
-            id: "f2",
-            symbol: "f2",
-            name: "frequency of one more",
-            unit: "Hz",
-            default: 39.2e3,
-            range: (1e3, 100e3),
-            limits: (1e-3, 1e7),
-            scale: Scale::Log,
-            rank: Rank::Advanced,
-            meaning: "undamped natural frequency of one more mode beside the further one",
-            equation: LAW,
-        },
-        ParameterSpec {
-            id: "zeta2",
-            symbol: "ζ2",
-            name: "damping of one more",
-            unit: "",
-            default: 0.01,
-            range: (0.001, 0.1),
-            limits: (0.0, 10.0),
-            scale: Scale::Log,
-            rank: Rank::Advanced,
-            meaning: "share of critical damping of one more mode",
-            equation: LAW,
-        },
+        frequency(
+            "f2",
+            "f2",
+            "frequency of one more",
+            39.2e3,
+            (1e3, 100e3),
+            "undamped natural frequency of one more mode beside the further one",
+        ),
+        damping(
+            "zeta2",
+            "ζ2",
+            "damping of one more",
+            0.01,
+            "share of critical damping of one more mode",
+        ),
         shape(
             "phi_c2",
             "φc2",
