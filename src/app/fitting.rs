@@ -218,10 +218,7 @@ pub fn candidates(model: &Model) -> Vec<String> {
         .filter(|id| model.uses(*id) && is_physical(*id))
         .map(|id| id.spec().id.to_owned())
         .collect();
-    for effect in &model.effects {
-        let parameters = effect.spec.parameters.iter();
-        ids.extend(parameters.map(|p| format!("{}.{}", effect.spec.id, p.id)));
-    }
+    ids.extend(model.effect_ids());
     ids
 }
 

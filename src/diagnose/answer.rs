@@ -76,7 +76,7 @@ pub fn names(
                 continue;
             };
             let all = n.spec.parameters.iter().zip(&effect.values);
-            let bearing = all.enumerate().filter(|(i, _)| further::bears(effect, *i));
+            let bearing = all.enumerate().filter(|(i, _)| effect.bears(*i));
             let parameters = bearing.map(|(_, (p, value))| {
                 let id = format!("{}.{}", n.spec.id, p.id);
                 let fitted = told.parameters.iter().find(|t| t.id == id);

@@ -72,16 +72,17 @@ impl Trial {
 
     /// Whether the fitted recordings improve by no more than chance lets them.
     pub fn by_chance(&self) -> bool {
-        if self.hypothesis.searched {
-            return self.gain < SEARCHED_GAIN;
-        }
-        by_chance(self.gain, self.held_gain)
+        by_chance(&self.hypothesis, self.gain, self.held_gain)
     }
 }
 
-/// Whether chance lets the fitted recordings improve by `gain`, where those kept out, of which
-/// it knows nothing, improve by `held_gain`.
-fn by_chance(gain: f64, held_gain: f64) -> bool {
+/// Whether chance lets the fitted recordings improve by `gain` with a hypothesis, where those
+/// kept out, of which it knows nothing, improve by `held_gain`. Of one that was searched for over
+/// many places the best of all of them is seen.
+fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+    if hypothesis.searched {
+        return gain < SEARCHED_GAIN;
+    }
     let (own, both) = CONFIRMED;
     let confirmed = gain > own && held_gain > own && gain + held_gain > both;
     gain < TRAIN_GAIN && !confirmed
@@ -327,7 +328,7 @@ fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
     let (gain, held_gain) = (own * trial.gain, own * trial.held_gain);
     let held = trial.held_out.is_some() && held_gain < HELD_GAIN;
     let outweighed = before > OUTWEIGHED * trial.gain;
-    Ok(outweighed || by_chance(gain, held_gain) || held)
+    Ok(outweighed || by_chance(&trial.hypothesis, gain, held_gain) || held)
 }
 
 /// Drops effects that a later one has made needless, and a latest one that only went on where
@@ -376,7 +377,7 @@ fn drop_needless(
             (Some(after), Some(before)) => after.cost - before.cost,
             _ => HELD_GAIN,
         };
-        if by_chance(lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
+        if by_chance(&dropped.hypothesis, lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
             without.train = train;
             without.held_out = held_out;
             *stand = without;

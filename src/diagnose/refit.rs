@@ -18,7 +18,8 @@ const SHAPED: f64 = 25.0;
 const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
-/// both sides; that is asked once. A shape of one number stays free in later fits; one of more is
+/// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
+/// a hump of one is left. A shape of one number stays free in later fits; one of more is
 /// kept as it is, for they would take too long.
 ///
 /// # Errors

@@ -6,7 +6,6 @@ use nalgebra::{Complex, Matrix2, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::bench::Fitted;
-use super::size::structure;
 use crate::fit::chain::Row;
 use crate::fit::segment::Segment;
 use crate::fit::solve::residuals_at;
@@ -88,7 +87,7 @@ pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
         .is_some_and(|s| problem.data[s.recording].recording.cantilever.is_some());
     // What is left beside a mode that the model has is that mode's rather than
     // another's, unless nothing else stands out.
-    let structure = structure(&fitted.model);
+    let structure = fitted.model.structure_with_effects();
     let beside = |f: f64| {
         let known = structure.modes.iter().map(|m| m.frequency);
         known

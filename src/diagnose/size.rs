@@ -7,7 +7,6 @@ use super::result::ForceCurve;
 use crate::model::Model;
 use crate::model::effects::{Action, ActiveEffect, Kinematics, Surroundings};
 use crate::model::parameter::ParameterId;
-use crate::model::structure::Structure;
 use crate::recording::quantile_in_place;
 
 /// What an effect does on the device of `model`.
@@ -21,15 +20,6 @@ pub(super) fn action(effect: &ActiveEffect, model: &Model) -> Box<dyn Action> {
             piezo: model.piezo,
         },
     )
-}
-
-/// The structure of `model` with what its effects add.
-pub(super) fn structure(model: &Model) -> Structure {
-    let mut structure = model.structure();
-    for effect in &model.effects {
-        action(effect, model).alter_structure(&mut structure);
-    }
-    structure
 }
 
 fn force(action: &dyn Action, s: &Sample, model: &Model, z: &[f64]) -> f64 {

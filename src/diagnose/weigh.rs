@@ -195,7 +195,7 @@ pub fn likeliest(
 ) -> Result<Option<Trial>, DiagnoseError> {
     let mut best: Option<(Sketch, Hypothesis)> = None;
     for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
-        let (_, free, bounds) = with_freedoms(stand, &own);
+        let (free, bounds) = with_freedoms(stand, &own);
         let start = with_effect(&near.model, own.start.clone());
         let sketch = match bench.sketch(&start, &free, &bounds, near, control) {
             Ok(sketch) => sketch,
@@ -217,13 +217,12 @@ pub fn likeliest(
     }
 }
 
-/// The model of `stand` with a hypothesis to begin with, what is fitted and its bounds.
-fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Model, Vec<String>, Vec<Bound>) {
-    let start = with_effect(&stand.train.model, hypothesis.start.clone());
+/// What is fitted with one more effect, and its bounds.
+fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
     let (mut free, mut bounds) = freedoms(stand);
     free.extend_from_slice(&hypothesis.free);
     bounds.extend_from_slice(&hypothesis.bounds);
-    (start, free, bounds)
+    (free, bounds)
 }
 
 /// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
@@ -233,7 +232,7 @@ pub fn from_near(
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
-    let (start, _, _) = with_freedoms(stand, hypothesis);
+    let start = with_effect(&stand.train.model, hypothesis.start.clone());
     begun_from(bench, stand, hypothesis, (&start, &stand.train), control)
 }
 
@@ -246,7 +245,7 @@ pub fn begun_from(
     (start, near): (&Model, &Fitted),
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
-    let (_, free, bounds) = with_freedoms(stand, hypothesis);
+    let (free, bounds) = with_freedoms(stand, hypothesis);
     match bench.fit(start, &free, &bounds, near, ITERATIONS, control) {
         Ok(train) => judged(bench, stand, hypothesis, train, control).map(Some),
         Err(DiagnoseError::Sim(_)) => Ok(None),

@@ -17,6 +17,10 @@ pub enum FitError {
     NotFitted { id: String, fitted: String },
     #[error("{id} has no bearing on the device {device}; lock it")]
     Unused { id: String, device: String },
+    #[error(
+        "{id} is of a mode that the device has not, for its shapes are 0; give them values first, or lock it"
+    )]
+    Idle { id: String },
     #[error("no recording was given; give at least one to fit to")]
     NoRecording,
     #[error("{recording}: {samples} samples are too few to fit to; record at least {needed}")]

@@ -87,9 +87,6 @@ pub fn default_free(model: &Model) -> Vec<String> {
     if bare && model.uses(P::Zeta1) {
         free.insert(0, P::F1.spec().id.to_owned());
     }
-    for effect in &model.effects {
-        let own = effect.spec.parameters.iter();
-        free.extend(own.map(|p| format!("{}.{}", effect.spec.id, p.id)));
-    }
+    free.extend(model.effect_ids());
     free
 }

@@ -11,7 +11,6 @@
 
 use super::error::FitError;
 use crate::model::Model;
-use crate::model::effects;
 use crate::model::parameter::{ParameterId, ParameterSpec, Scale};
 
 /// How a parameter's value and its coordinate are related.
@@ -244,26 +243,20 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
         };
     }
     if let Some((effect, parameter)) = id.split_once('.')
-        && let Some(spec) = effects::find(effect)
-        && model.effects.iter().any(|e| e.spec == spec)
-        && let Some(row) = spec.parameters.iter().find(|p| p.id == parameter)
+        && let Some(own) = model.effects.iter().find(|e| e.spec.id == effect)
+        && let Some(at) = own.spec.parameters.iter().position(|p| p.id == parameter)
     {
-        return Ok((format!("{}.{}", spec.id, row.id), *row));
+        if !own.bears(at) {
+            return Err(FitError::Idle { id: id.to_owned() });
+        }
+        return Ok((id.to_owned(), own.spec.parameters[at]));
     }
     let mut known: Vec<String> = ParameterId::ALL
         .iter()
         .filter(|p| model.uses(**p))
         .map(|p| p.spec().id.to_owned())
         .collect();
-    for effect in &model.effects {
-        known.extend(
-            effect
-                .spec
-                .parameters
-                .iter()
-                .map(|p| format!("{}.{}", effect.spec.id, p.id)),
-        );
-    }
+    known.extend(model.effect_ids());
     Err(FitError::UnknownParameter {
         id: id.to_owned(),
         known: known.join(", "),
@@ -314,7 +307,25 @@ fn entry(id: String, spec: ParameterSpec) -> Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::options::default_free;
+    use crate::model::effects::{self, ActiveEffect};
     use crate::model::preset::Preset;
+
+    #[test]
+    fn a_mode_that_is_not_there_is_not_moved() {
+        let mut model = Preset::embedded("paper").unwrap().model;
+        let effect = effects::find("extra_mode").unwrap();
+        model.effects.push(ActiveEffect::new(effect));
+        let free = default_free(&model);
+        assert!(free.iter().any(|id| id == "extra_mode.phi_d"));
+        assert!(free.iter().all(|id| id != "extra_mode.f2"));
+        Space::new(&model, &free).unwrap();
+        let idle = ["extra_mode.phi_c2".to_owned()];
+        let refused = Space::new(&model, &idle).unwrap_err();
+        assert!(matches!(refused, FitError::Idle { .. }), "{refused}");
+        model.set("extra_mode.phi_c2", 1e4).unwrap();
+        Space::new(&model, &idle).unwrap();
+    }
 
     #[test]
     fn coordinates_lead_back_to_the_values() {

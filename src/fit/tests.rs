@@ -1,6 +1,7 @@
 use super::*;
 use crate::model::Model;
 use crate::model::drive::Waveform;
+use crate::model::effects::ActiveEffect;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
@@ -133,6 +134,22 @@ fn cancelled_it_keeps_the_best_so_far() {
     assert!(calls.load(Ordering::Relaxed) < 4);
     let eta = result.model.get("eta").unwrap() / paper().get("eta").unwrap();
     assert!((eta - 1.0).abs() < 0.3, "{eta}");
+}
+
+#[test]
+fn a_further_mode_is_fitted_with_all_that_is_free_by_default() {
+    let mut truth = paper();
+    let mode = crate::model::effects::find("extra_mode").unwrap();
+    truth.effects.push(ActiveEffect::new(mode));
+    let parts = vec![part(made(&truth, "square:100Hz:8V", 0.02, 3))];
+    let start = off(truth.clone(), &[("extra_mode.f", 1.002), ("eta", 0.9)]);
+    let result = run(&start, &parts, &FitOptions::for_model(&truth)).unwrap();
+    let of = |id: &str| result.parameters.iter().find(|p| p.id == id).unwrap();
+    let f = of("extra_mode.f");
+    let off = (f.value - 19175.0).abs();
+    assert!(off < 4.0 * f.std_error, "{f:?}");
+    assert!(off < 0.002 * 19175.0, "{f:?}");
+    assert_eq!(result.model.get("extra_mode.phi_c2"), Some(0.0));
 }
 
 #[test]

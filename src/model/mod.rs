@@ -15,7 +15,7 @@ pub mod unit;
 
 use thiserror::Error;
 
-use effects::{ActiveEffect, EffectSpec, Need};
+use effects::{ActiveEffect, EffectSpec, Need, Surroundings};
 use parameter::{ParameterId, Parameters};
 use piezo::Piezo;
 use structure::Structure;
@@ -103,8 +103,8 @@ impl Model {
         }
     }
 
-    /// The structure with frequencies and dampings from the parameters and the
-    /// effects' changes.
+    /// The structure with frequencies and dampings from the parameters, without what the
+    /// effects add.
     pub fn structure(&self) -> Structure {
         use ParameterId as P;
         let mut modes = self.modes.clone();
@@ -127,6 +127,32 @@ impl Model {
             modes,
             proof_mass: self.proof_mass,
         }
+    }
+
+    /// The structure with what the effects add.
+    pub fn structure_with_effects(&self) -> Structure {
+        let mut structure = self.structure();
+        for effect in &self.effects {
+            let around = Surroundings {
+                structure: &structure,
+                parameters: &self.parameters,
+                piezo: self.piezo,
+            };
+            let action = (effect.spec.build)(&effect.values, &around);
+            action.alter_structure(&mut structure);
+        }
+        structure
+    }
+
+    /// Ids of the effects' parameters that bear on anything, as `effect.parameter`.
+    pub fn effect_ids(&self) -> Vec<String> {
+        let of = |effect: &ActiveEffect| {
+            let all = effect.spec.parameters.iter().enumerate();
+            let own = all.filter(|(i, _)| effect.bears(*i));
+            own.map(|(_, p)| format!("{}.{}", effect.spec.id, p.id))
+                .collect::<Vec<_>>()
+        };
+        self.effects.iter().flat_map(of).collect()
     }
 
     /// Checks everything that the simulator relies on.

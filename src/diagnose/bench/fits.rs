@@ -4,7 +4,6 @@ use super::clocks::{BETTER, delay, set_clocks, shift_skews, usual_skew};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::size::structure;
 use crate::diagnose::stretches::{adopt, heal, thinned};
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
@@ -169,5 +168,5 @@ pub(super) fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
 
 /// Modes of a model with its effects.
 pub(super) fn modes(model: &Model) -> usize {
-    structure(model).modes.len()
+    model.structure_with_effects().modes.len()
 }

@@ -39,10 +39,7 @@ pub(super) fn freedoms(model: &Model, lone: bool) -> Vec<String> {
         .filter(|p| *p != P::F1 || model.parameters[P::F1] > 0.0)
         .map(|p| p.spec().id.to_owned())
         .collect();
-    for effect in &model.effects {
-        let own = effect.spec.parameters.iter();
-        free.extend(own.map(|p| format!("{}.{}", effect.spec.id, p.id)));
-    }
+    free.extend(model.effect_ids());
     free
 }
 

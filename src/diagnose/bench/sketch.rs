@@ -1,8 +1,8 @@
-//! The first part of a fit with a further mode: its own constants find their place on a part
-//! of the stretches, before all of them are taken up.
+//! The first part of a fit with other modes than before: its own constants find their place on
+//! a part of the stretches, before all of them are taken up.
 
 use super::clocks::set_clocks;
-use super::fits::{modes, some_of};
+use super::fits::some_of;
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -32,7 +32,7 @@ impl Sketch {
 }
 
 impl Bench {
-    /// Begins a fit of a model that has more modes than that of `from`; see [`Bench::fit`].
+    /// Begins a fit of a model whose modes need not be those of `from`; see [`Bench::fit`].
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -44,7 +44,6 @@ impl Bench {
         from: &Fitted,
         control: &DiagnoseControl<'_>,
     ) -> Result<Sketch, DiagnoseError> {
-        debug_assert!(modes(start) != modes(&from.model), "no further mode");
         let (problem, x) = self.posed(start, free, bounds, from)?;
         let (side, space) = (&self.train, &problem.space);
         let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
@@ -90,7 +89,7 @@ impl Bench {
             all[i] = near.segments[i].clone();
         }
         let mut point = settle(&problem, &near.x, &all, &sketch.used, LOSS, 3)?;
-        // A mode that was not there may have led a clock astray by samples.
+        // A mode that was missing, or one too many, may have led a clock astray by samples.
         set_clocks(&problem, &mut point, &all, &sketch.used)?;
         let point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
         self.finish(problem, point)

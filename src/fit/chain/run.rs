@@ -1,7 +1,7 @@
 //! A segment carried from event to event with given unknowns.
 
 use super::{Encounter, Nuisances, PullOff, Run, Setting};
-use crate::fit::segment::{JointKind, Segment};
+use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::fit::timeline::Kind;
 use crate::model::drive::Segment as Piece;
 use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
@@ -84,6 +84,14 @@ pub fn run(
     } else {
         modes
     };
+    // Another number of modes is another problem, not a step in this one.
+    let own: usize = segment.joints.iter().map(Joint::unknowns).sum();
+    if segment.units.len() != 2 * n + own {
+        return Err(SimError::Options {
+            what: "modes",
+            reason: format!("{modes} of them are not those that the stretch was made for"),
+        });
+    }
     let mut k = 2 * n;
     let mut instants = Vec::with_capacity(segment.joints.len());
     let mut priors = Vec::with_capacity(segment.joints.len());

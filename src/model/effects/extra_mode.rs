@@ -7,8 +7,8 @@ use crate::model::structure::{Mode, Structure};
 const LAW: &str = "q'' + 2 zeta w q' + w^2 q = phi . F,  x = ... + phi q";
 const SHAPE: (f64, f64) = (-2e5, 2e5);
 const ANY: (f64, f64) = (-1e12, 1e12);
-/// Parameters of one mode.
-const OF_ONE: usize = 5;
+/// Parameters of one mode: its frequency, its damping and its three shapes.
+pub const OF_ONE: usize = 5;
 
 const fn shape(
     id: &'static str,
@@ -143,19 +143,29 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ),
     ],
     build: |values, _| {
-        let mode = |v: &[f64]| Mode {
-            frequency: v[0],
-            zeta: v[1],
-            phi_c: v[2],
-            phi_p: v[3],
-            phi_drive: v[4],
-        };
-        let all = values.chunks_exact(OF_ONE).map(mode);
         Box::new(ExtraMode {
-            modes: all.filter(shows).collect(),
+            modes: modes(values).filter(shows).collect(),
         })
     },
 };
+
+/// The modes that the values are of.
+fn modes(values: &[f64]) -> impl Iterator<Item = Mode> + '_ {
+    values.chunks_exact(OF_ONE).map(|v| Mode {
+        frequency: v[0],
+        zeta: v[1],
+        phi_c: v[2],
+        phi_p: v[3],
+        phi_drive: v[4],
+    })
+}
+
+/// Whether parameter number `i` is one of a mode that the device has.
+pub(super) fn bears(values: &[f64], i: usize) -> bool {
+    modes(values)
+        .nth(i / OF_ONE)
+        .is_some_and(|mode| shows(&mode))
+}
 
 /// Whether a mode is moved by something and seen by somebody; otherwise it is none.
 fn shows(mode: &Mode) -> bool {
@@ -184,7 +194,7 @@ mod tests {
     use crate::model::effects::{ActiveEffect, Surroundings};
     use crate::model::preset::Preset;
 
-    fn modes(set: &[(&str, f64)]) -> usize {
+    fn count(set: &[(&str, f64)]) -> usize {
         let model = Preset::embedded("paper").unwrap().model;
         let mut effect = ActiveEffect::new(&EFFECT);
         for (id, value) in set {
@@ -200,18 +210,20 @@ mod tests {
         let action = (EFFECT.build)(&effect.values, &around);
         action.alter_structure(&mut structure);
         assert_eq!(action.does_nothing(), structure.modes.len() == before);
+        let told = (0..2 * OF_ONE).filter(|&i| effect.bears(i)).count();
+        assert_eq!(told, OF_ONE * (structure.modes.len() - before));
         structure.modes.len() - before
     }
 
     #[test]
     fn one_more_begins_with_a_shape_at_a_reading() {
-        assert_eq!(modes(&[]), 1);
-        assert_eq!(modes(&[("phi_c2", 1e4)]), 2);
-        assert_eq!(modes(&[("phi_p2", -1e3)]), 2);
+        assert_eq!(count(&[]), 1);
+        assert_eq!(count(&[("phi_c2", 1e4)]), 2);
+        assert_eq!(count(&[("phi_p2", -1e3)]), 2);
         let first = [("phi_c", 0.0), ("phi_p", 0.0)];
-        assert_eq!(modes(&first), 0);
-        assert_eq!(modes(&[first[0], first[1], ("phi_c2", 1e4)]), 1);
+        assert_eq!(count(&first), 0);
+        assert_eq!(count(&[first[0], first[1], ("phi_c2", 1e4)]), 1);
         // A mode that nothing moves is none.
-        assert_eq!(modes(&[("phi_c2", 1e4), ("phi_d2", 0.0)]), 1);
+        assert_eq!(count(&[("phi_c2", 1e4), ("phi_d2", 0.0)]), 1);
     }
 }

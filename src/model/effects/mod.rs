@@ -11,7 +11,7 @@ mod compliant_ground;
 mod cubic_stiffness;
 mod dry_friction;
 mod electrostatic;
-mod extra_mode;
+pub mod extra_mode;
 mod film_spring;
 mod gap_step;
 mod gravity;
@@ -137,6 +137,22 @@ impl ActiveEffect {
             self.values[i] = value;
         }
         place.is_some()
+    }
+
+    /// Whether parameter number `i` bears on anything while the others are as they are: a
+    /// further mode that has no shape is none, and a fit that moved it would change what
+    /// there is to fit.
+    pub fn bears(&self, i: usize) -> bool {
+        self.spec != &extra_mode::EFFECT || extra_mode::bears(&self.values, i)
+    }
+
+    /// Whether moving parameter number `i` alone can change anything.
+    pub fn is_moved_by(&self, i: usize) -> bool {
+        let mut moved = self.clone();
+        if moved.values[i] == 0.0 {
+            moved.values[i] = 1.0;
+        }
+        moved.bears(i)
     }
 }
 

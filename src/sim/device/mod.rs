@@ -15,7 +15,7 @@ use crate::model::parameter::ParameterId;
 use crate::model::piezo::Piezo;
 use crate::model::sensor::Sensor;
 use crate::model::structure::{Held, Mode};
-use crate::model::{Model, ModelError};
+use crate::model::{MAX_MODES, Model, ModelError};
 
 /// An effect's action and which of the extra states are its own.
 #[derive(Debug, Clone)]
@@ -104,6 +104,15 @@ impl Device {
                 action,
                 first,
                 count: rates.len() - first,
+            });
+        }
+        if structure.modes.len() > MAX_MODES {
+            return Err(ModelError {
+                parameter: "extra_mode".to_owned(),
+                reason: format!(
+                    "{} modes are more than {MAX_MODES}; switch it off",
+                    structure.modes.len()
+                ),
             });
         }
         if rates.len() > MAX_STATES {

@@ -287,7 +287,11 @@ fn effect_entry(
                 size: Size::Small,
                 problem: message_for(problem, &id),
             };
-            let output = slider.show(ui);
+            let moves = setup.preset.model.effects[index].is_moved_by(i);
+            let shown = ui.add_enabled_ui(moves, |ui| slider.show(ui));
+            let why = "does nothing as the other values of the effect are";
+            shown.response.on_disabled_hover_text(why);
+            let output = shown.inner;
             if let Some(value) = output.value {
                 setup.preset.model.effects[index].values[i] = value;
             }

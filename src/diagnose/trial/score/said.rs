@@ -1,7 +1,7 @@
 //! What a diagnosis says of a trial, as far as it is scored.
 
 use crate::diagnose::result;
-use crate::model::effects::find;
+use crate::model::effects::{ActiveEffect, find};
 use serde::{Deserialize, Serialize};
 
 /// The verdict of a diagnosis.
@@ -91,7 +91,12 @@ pub struct Diagnosis {
 /// recording kept out is asked, nor how many were tried.
 fn by_criterion(candidates: &[result::Candidate]) -> Option<String> {
     let worth = |c: &result::Candidate| {
-        let own = find(&c.id).map_or(1, |spec| spec.parameters.len());
+        let own = find(&c.id).map_or(1, |spec| {
+            let effect = ActiveEffect::new(spec);
+            (0..spec.parameters.len())
+                .filter(|&i| effect.bears(i))
+                .count()
+        });
         let gain = if c.gain.is_finite() { c.gain } else { c.score };
         (gain - 2.0 * own as f64, c.id.clone())
     };
