@@ -33,7 +33,7 @@ pub fn joins(fitted: &Fitted) -> Result<f64, SimError> {
     if simulator.modes() > 1 && problem.data.iter().any(unseen) {
         return Ok(0.0);
     }
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let near = near_ground(problem);
     let flies_free = |i: usize| {
         let s = &point.segments[i];

@@ -55,7 +55,7 @@ pub struct Sample {
 pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let heights = near_ground(problem);
     let calm = calm_since(problem, &point.segments);
     let one = |(i, segment): (usize, &Segment)| -> Vec<Sample> {

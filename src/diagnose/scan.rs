@@ -119,7 +119,7 @@ impl<'a> Linear<'a> {
             .map(|effect| {
                 let with = super::bench::with_effect(model, effect.clone());
                 let simulator = StretchSimulator::new(&with, &problem.options)?;
-                let states = problem.states(&simulator, segments);
+                let states = problem.states(&self.point.x, &simulator, segments);
                 Ok((simulator, states))
             })
             .collect::<Result<Vec<_>, SimError>>()?;

@@ -34,7 +34,7 @@ const AT_LEAST: usize = 6;
 /// changed.
 pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<bool, SimError> {
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let fit = |i: usize, start: Vec<f64>, huber, rounds| {
         let segment = &point.segments[i];
         let nuisances = problem.nuisances_of(&point.x, segment.recording);

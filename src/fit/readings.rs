@@ -148,7 +148,7 @@ pub(crate) fn sound(
 pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimError> {
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let own: Vec<(Readings, f64)> = point
         .segments
         .par_iter()

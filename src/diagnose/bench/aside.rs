@@ -34,7 +34,7 @@ impl Fitted {
     pub fn whole_cost(&self, first: &[Segment]) -> Result<f64, DiagnoseError> {
         let (problem, point) = (&self.problem, &self.point);
         let simulator = problem.simulator(&point.x)?;
-        let states = problem.states(&simulator, &point.segments);
+        let states = problem.states(&point.x, &simulator, &point.segments);
         let aside: Vec<f64> = (0..point.segments.len())
             .into_par_iter()
             .filter(|&i| !point.used[i])

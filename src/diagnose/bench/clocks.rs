@@ -49,7 +49,7 @@ pub fn set_clocks(
         }
     }
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let mut changed = false;
     for &at in &clocks {
         let nuisance = &problem.nuisances[at - space];

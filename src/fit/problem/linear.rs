@@ -127,7 +127,7 @@ impl Problem {
         make: impl Fn(&Segment, (&StretchSimulator, &[f64]), &dyn Moved) -> Option<T> + Sync,
     ) -> Result<Vec<Option<T>>, SimError> {
         let base = self.simulator(x)?;
-        let states = self.states(&base, segments);
+        let states = self.states(x, &base, segments);
         let model = self.space.model(x);
         let entries = self.space.entries.par_iter().enumerate();
         let moved = entries.map(|(j, entry)| {
@@ -143,7 +143,7 @@ impl Problem {
             let states = if same_states(&self.space.model(&there), &model) {
                 states.clone()
             } else {
-                self.states(&simulator, segments)
+                self.states(x, &simulator, segments)
             };
             Ok((step, simulator, states))
         });

@@ -2,6 +2,7 @@
 //! one vector, and each segment's residuals linearised with its own unknowns eliminated.
 
 mod linear;
+mod motion;
 mod own;
 
 pub use self::linear::{Jacobian, Reduced, STEP};
@@ -10,12 +11,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use self::motion::Motion;
 use super::chain::{Nuisances, Row, Setting, Sigmas, residuals, rows};
 use super::segment::Segment;
 use super::space::Space;
 use super::track::Track;
-use crate::recording::{Channel, Recording};
-use crate::sim::{Options, Points, SimError, StretchSimulator, Stretcher};
+use crate::recording::Recording;
+use crate::sim::{Options, SimError, StretchSimulator, Stretcher};
 
 /// One of a recording's nuisances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,8 +108,15 @@ impl Problem {
         StretchSimulator::new(&self.space.model(x), &self.options)
     }
 
-    /// Extra states of the effects at the start of each segment, if there are any.
-    pub fn states(&self, simulator: &StretchSimulator, segments: &[Segment]) -> Vec<Vec<f64>> {
+    /// Extra states of the effects at the start of each segment, if there are any. What they
+    /// feel of the motion is read from the data, by the rig at unknowns `x`: a film is as thick
+    /// as the mass is high, not as its reading.
+    pub fn states(
+        &self,
+        x: &[f64],
+        simulator: &StretchSimulator,
+        segments: &[Segment],
+    ) -> Vec<Vec<f64>> {
         let count = simulator.state_rates().len();
         let mut out = vec![Vec::new(); segments.len()];
         if count == 0 {
@@ -122,22 +131,12 @@ impl Problem {
                 .iter()
                 .map(|&i| r.time[segments[i].samples.start])
                 .collect();
-            let half = r.interval();
-            let motion = |t: f64| {
-                let at = |c, t| r.value_at(c, t);
-                // Slopes over two samples on either side: less noise, and still quick.
-                let slope = |c| {
-                    let (a, b) = (at(c, t - 2.0 * half)?, at(c, t + 2.0 * half)?);
-                    Some((b - a) / (4.0 * half))
-                };
-                Points {
-                    xp: at(Channel::ProofMass, t).unwrap_or(0.0),
-                    vp: slope(Channel::ProofMass).unwrap_or(0.0),
-                    xc: at(Channel::Cantilever, t).unwrap_or(0.0),
-                    vc: slope(Channel::Cantilever).unwrap_or(0.0),
-                }
+            let motion = Motion {
+                recording: r,
+                rig: self.nuisances_of(x, index),
+                noise: data.sigmas.xp,
             };
-            let states = simulator.states_from_drive(&data.track.pieces, &times, &motion);
+            let states = simulator.states_from_drive(&data.track.pieces, &times, &|t| motion.at(t));
             (own, states)
         };
         let all: Vec<_> = self.data.par_iter().enumerate().map(of_recording).collect();

@@ -51,7 +51,7 @@ pub fn set_suspects_aside(
     control: &Control<'_>,
 ) -> Result<usize, SimError> {
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let fitted: Option<Vec<(Vec<f64>, Strain)>> = point
         .segments
         .par_iter()
@@ -113,7 +113,7 @@ pub fn revise(
         return Ok(0);
     }
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let model = problem.space.model(&point.x);
     let revised: Vec<Option<(Segment, f64)>> = point
         .segments

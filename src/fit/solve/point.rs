@@ -53,7 +53,7 @@ pub(super) fn at(
     rounds: usize,
 ) -> Result<Point, SimError> {
     let simulator = problem.simulator(x)?;
-    let states = problem.states(&simulator, segments);
+    let states = problem.states(x, &simulator, segments);
     let fitted: Vec<(Vec<f64>, f64)> = segments
         .par_iter()
         .zip(starts)
@@ -131,7 +131,7 @@ pub fn residuals_at(
     which: impl Fn(usize, &Segment) -> bool + Sync,
 ) -> Result<Vec<Option<Vec<f64>>>, SimError> {
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let one = |(i, segment): (usize, &Segment)| {
         if !which(i, segment) {
             return None;

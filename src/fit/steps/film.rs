@@ -325,7 +325,7 @@ type Ring = (Vec<f64>, Vec<f64>, Vec<f64>);
 fn rings(prepared: &Prepared, point: &Point) -> Result<Vec<Option<Ring>>, SimError> {
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
-    let states = problem.states(&simulator, &point.segments);
+    let states = problem.states(&point.x, &simulator, &point.segments);
     let mut stretcher = Stretcher::new(&simulator);
     let each = point.segments.iter().zip(&states);
     let ring = each.map(|(segment, states)| {

@@ -6,7 +6,9 @@ use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 
 /// Time constants after which a decaying state is forgotten.
-const FORGOTTEN: f64 = 35.0;
+const FORGOTTEN: f64 = 20.0;
+/// Step over the shortest time constant, at most.
+const SHARE: f64 = 0.2;
 
 impl StretchSimulator {
     /// The static state under the drive at `t`: where the modes come to rest, the extra
@@ -69,11 +71,13 @@ impl StretchSimulator {
         let followed = all.filter(|(i, _)| !readings.contains(i));
         let fastest = followed.fold(0.0f64, |a, (_, &b)| a.max(b));
         let felt = d.states_feel_motion();
-        let longest = (0.2 / fastest.max(1.0)).min(2e-4);
+        // Powers of two: two devices whose rates differ by a hair are followed in the same
+        // steps, each choice of which has an error of its own.
+        let longest = (SHARE / fastest.max(1.0)).min(2e-4).log2().floor().exp2();
         // What decays is forgotten, unless an effect keeps a memory of its own.
         let slowest = d.rates.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let memory = if slowest > 0.0 {
-            FORGOTTEN / slowest
+            (FORGOTTEN / slowest / longest).log2().ceil().exp2() * longest
         } else {
             f64::INFINITY
         };
