@@ -196,7 +196,9 @@ pub fn candidates(
                 }
                 _ => (f64::NAN, f64::NAN, f64::NAN),
             };
-            if let Some(t) = trial {
+            if let Some(why) = weighed.and_then(|w| w.against) {
+                remarks.push(why.to_owned());
+            } else if let Some(t) = trial {
                 remarks.push(if t.by_chance() {
                     "it improves the fit no more than chance does".to_owned()
                 } else if found.stand.held_out.is_some() && t.held_gain < HELD_GAIN {

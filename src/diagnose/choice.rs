@@ -69,6 +69,7 @@ pub fn add_twin(
             spec,
             promise: known.map_or(0.0, |k| weighed[k].promise),
             trial: Some(twin),
+            against: None,
         };
         match known {
             Some(k) => weighed[k] = own,

@@ -6,7 +6,7 @@ use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
 use super::refit::shaped;
 use super::weigh::{freedoms, is_asked, weigh};
-use super::{choice, kin};
+use super::{choice, further, kin};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
@@ -47,6 +47,8 @@ pub struct Weighed {
     pub promise: f64,
     /// The fit, if it was worth one.
     pub trial: Option<Trial>,
+    /// Why it is not named though its fit is good, in a sentence.
+    pub against: Option<&'static str>,
 }
 
 /// A fit with one more effect, judged.
@@ -278,6 +280,12 @@ fn search(
         let explained: f64 = stand.named.iter().map(|n| n.gain.0 + n.gain.1).sum();
         let chance = trial.by_chance() || !held || trial.worth() < SHARE * explained;
         if only.is_none() && (chance || formal(&stand, &trial)?) {
+            break;
+        }
+        if only.is_none() && further::rings_by_itself(&bench, &stand, &trial, control)? {
+            for own in weighed.iter_mut().filter(|w| w.spec == best.spec) {
+                own.against = Some("it rings by itself: nothing that moves the device moves it");
+            }
             break;
         }
         if trial.hypothesis.series {

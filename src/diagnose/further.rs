@@ -1,9 +1,12 @@
 //! One more mode beside a further one: a structure has them without end, and where one shows
 //! the next may leave enough to look like something else, a lag above all.
 
-use super::bench::Fitted;
+use super::bench::{Bench, Fitted};
+use super::explain::{Stand, TRAIN_GAIN, Trial};
+use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::{Hypothesis, near_mode};
 use super::ring::{self, BESIDE, Ring};
+use super::weigh::freedoms;
 use crate::model::effects::ActiveEffect;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::SimError;
@@ -14,6 +17,12 @@ const NOTICED: f64 = 3.0;
 const MOST: usize = 2;
 /// Frequencies of neighbouring bending modes, quick ones, one over the other.
 const NEXT: f64 = 2.0;
+/// The shapes of a mode come after its frequency and damping.
+const SHAPES: usize = 2;
+/// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
+const STILL: f64 = 1e-3;
+/// Steps of the fit with such a mode.
+const STEPS: usize = 8;
 /// Its shape at first, as a share of that of the mode that is known: enough for a direction.
 const FIRST: f64 = 0.01;
 
@@ -39,6 +48,47 @@ pub fn beside_it(effect: &ActiveEffect) -> Option<String> {
 /// Frequency of one more mode \[Hz\].
 fn frequency_beside(effect: &ActiveEffect) -> Option<f64> {
     (*effect.spec == EFFECT && effect.bears(OF_ONE)).then(|| effect.values[OF_ONE])
+}
+
+/// Whether `trial`, a fit with one more effect than `stand` has, is of a further mode that nothing
+/// moves. What drives and strikes a device moves its modes; what rings by itself begins anew in
+/// each stretch, and passes for a mode whose motion at its start is free. From the proof mass
+/// alone that is hardly told, and not asked.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn rings_by_itself(
+    bench: &Bench,
+    stand: &Stand,
+    trial: &Trial,
+    control: &DiagnoseControl<'_>,
+) -> Result<bool, DiagnoseError> {
+    let fitted = &trial.train;
+    let data = &fitted.problem.data;
+    let alone = data.iter().any(|d| d.recording.cantilever.is_none());
+    if alone || *trial.hypothesis.start.spec != EFFECT || control.cancelled() {
+        return Ok(false);
+    }
+    let mut still = fitted.model.clone();
+    let mut shapes = Vec::new();
+    for effect in still.effects.iter_mut().filter(|e| *e.spec == EFFECT) {
+        let all = effect.spec.parameters.iter().zip(&mut effect.values);
+        for (i, (parameter, value)) in all.enumerate() {
+            if i % OF_ONE >= SHAPES {
+                *value *= STILL;
+                shapes.push(format!("{}.{}", EFFECT.id, parameter.id));
+            }
+        }
+    }
+    let (mut free, mut bounds) = freedoms(stand);
+    free.extend_from_slice(&trial.hypothesis.free);
+    free.retain(|id| !shapes.contains(id));
+    bounds.extend_from_slice(&trial.hypothesis.bounds);
+    let sketch = bench.sketch(&still, &free, &bounds, fitted, control)?;
+    let unmoved = bench.complete(sketch, STEPS, control)?;
+    let by_motion = unmoved.cost - fitted.cost;
+    log::debug!("that the modes are moved brings {by_motion:.1}");
+    Ok(by_motion < TRAIN_GAIN)
 }
 
 /// `known` with one more mode that is read as `hump`.
