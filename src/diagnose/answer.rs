@@ -8,7 +8,7 @@ use super::next::experiment;
 use super::options::DiagnoseError;
 use super::promises::PROMISING;
 use super::result::{
-    BounceSeen, Candidate, Estimate, EventsSeen, LevelSeen, NamedEffect, ReleaseSeen, Verdict,
+    BounceSeen, Candidate, Estimate, EventsSeen, Left, LevelSeen, NamedEffect, ReleaseSeen, Verdict,
 };
 use super::scales::untold;
 use super::{events, further, size};
@@ -196,8 +196,11 @@ pub fn candidates(
                 }
                 _ => (f64::NAN, f64::NAN, f64::NAN),
             };
-            if let Some(why) = weighed.and_then(|w| w.against) {
-                remarks.push(why.to_owned());
+            if let Some(f) = weighed.and_then(|w| w.by_itself) {
+                remarks.push(format!(
+                    "{}: nothing that moves the device moves it",
+                    Left::Ring(f).text()
+                ));
             } else if let Some(t) = trial {
                 remarks.push(if t.by_chance() {
                     "it improves the fit no more than chance does".to_owned()

@@ -69,7 +69,7 @@ pub fn add_twin(
             spec,
             promise: known.map_or(0.0, |k| weighed[k].promise),
             trial: Some(twin),
-            against: None,
+            by_itself: None,
         };
         match known {
             Some(k) => weighed[k] = own,

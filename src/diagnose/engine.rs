@@ -138,7 +138,9 @@ pub fn diagnose(
     // Chi2 goes as the inverse square of the noise.
     let floor = FLOOR + 2.0 * SURELY * bench.noise_error;
     let broken = breaks(&found.stand)?;
-    let mut left = whats_left(&found.stand, &after_evidence, broken, floor);
+    let rings = || found.weighed.iter().find_map(|w| w.by_itself);
+    let mut left = whats_left(&found.stand, &after_evidence, broken, floor)
+        .or_else(|| rings().map(Left::Ring));
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.

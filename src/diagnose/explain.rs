@@ -47,8 +47,9 @@ pub struct Weighed {
     pub promise: f64,
     /// The fit, if it was worth one.
     pub trial: Option<Trial>,
-    /// Why it is not named though its fit is good, in a sentence.
-    pub against: Option<&'static str>,
+    /// Frequency of a further mode that is not named though its fit is good, for it rings by
+    /// itself \[Hz\].
+    pub by_itself: Option<f64>,
 }
 
 /// A fit with one more effect, judged.
@@ -282,9 +283,12 @@ fn search(
         if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;
         }
-        if only.is_none() && further::rings_by_itself(&bench, &stand, &trial, control)? {
-            for own in weighed.iter_mut().filter(|w| w.spec == best.spec) {
-                own.against = Some("it rings by itself: nothing that moves the device moves it");
+        if only.is_none()
+            && let Some(f) = further::rings_by_itself(&bench, &stand, &trial, control)?
+        {
+            let mut own = weighed.iter_mut();
+            if let Some(own) = own.find(|w| w.spec == best.spec) {
+                own.by_itself = Some(f);
             }
             break;
         }

@@ -50,8 +50,8 @@ fn frequency_beside(effect: &ActiveEffect) -> Option<f64> {
     (*effect.spec == EFFECT && effect.bears(OF_ONE)).then(|| effect.values[OF_ONE])
 }
 
-/// Whether `trial`, a fit with one more effect than `stand` has, is of a further mode that nothing
-/// moves. What drives and strikes a device moves its modes; what rings by itself begins anew in
+/// Frequency of a further mode that nothing moves \[Hz\], if `trial`, a fit with one more effect
+/// than `stand` has, is of one. What drives and strikes a device moves its modes; what rings by itself begins anew in
 /// each stretch, and passes for a mode whose motion at its start is free. From the proof mass
 /// alone that is hardly told, and not asked.
 ///
@@ -62,12 +62,12 @@ pub fn rings_by_itself(
     stand: &Stand,
     trial: &Trial,
     control: &DiagnoseControl<'_>,
-) -> Result<bool, DiagnoseError> {
+) -> Result<Option<f64>, DiagnoseError> {
     let fitted = &trial.train;
     let data = &fitted.problem.data;
     let alone = data.iter().any(|d| d.recording.cantilever.is_none());
     if alone || *trial.hypothesis.start.spec != EFFECT || control.cancelled() {
-        return Ok(false);
+        return Ok(None);
     }
     let mut still = fitted.model.clone();
     let mut shapes = Vec::new();
@@ -88,7 +88,10 @@ pub fn rings_by_itself(
     let unmoved = bench.complete(sketch, STEPS, control)?;
     let by_motion = unmoved.cost - fitted.cost;
     log::debug!("that the modes are moved brings {by_motion:.1}");
-    Ok(by_motion < TRAIN_GAIN)
+    let effect = fitted.model.effects.iter().find(|e| *e.spec == EFFECT);
+    Ok(effect
+        .map(|e| e.values[0])
+        .filter(|_| by_motion < TRAIN_GAIN))
 }
 
 /// `known` with one more mode that is read as `hump`.

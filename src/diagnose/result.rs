@@ -302,6 +302,8 @@ pub enum Left {
     Stretch(f64),
     /// The motion from one stretch of flight to the next, in standard deviations of chance.
     Joins(f64),
+    /// What rings by itself at this frequency \[Hz\].
+    Ring(f64),
 }
 
 impl Left {
@@ -320,6 +322,7 @@ impl Left {
             Self::Joins(sigmas) => format!(
                 "the flight does not go on from stretch to stretch as it is simulated, by {sigmas:.0} standard deviations of chance in all"
             ),
+            Self::Ring(f) => format!("something rings by itself at {:.2} kHz", 1e-3 * f),
         }
     }
 }

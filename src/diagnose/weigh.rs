@@ -76,7 +76,7 @@ pub fn weigh(
             spec: hypothesis.start.spec,
             promise: hypothesis.promise,
             trial,
-            against: None,
+            by_itself: None,
         };
         let worth = |w: &Weighed| w.trial.as_ref().map_or(f64::NEG_INFINITY, Trial::worth);
         match known {
