@@ -1,6 +1,7 @@
 //! The diagnosis on sealed recordings: made by the trial's own model and solver, with a rig
 //! that is slightly off, and an effect of which the diagnosis knows nothing.
 
+use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
 use impactscope::diagnose::trial::{Case, Class, Mix, Settings};
@@ -10,6 +11,7 @@ use impactscope::diagnose::{
 use impactscope::fit::Part;
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
+use impactscope::model::effects::{ActiveEffect, find};
 use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
 use impactscope::model::sensor::Sensor;
@@ -107,6 +109,11 @@ fn senseless_questions_are_refused() {
 
 /// A recording of `model` as the simulator makes it, 150 nm of noise on both points.
 fn recording(model: &Model, drive: &str, duration: f64, seed: u64) -> Part {
+    Part::whole(std::sync::Arc::new(recorded(model, drive, duration, seed)))
+}
+
+/// The same by itself.
+fn recorded(model: &Model, drive: &str, duration: f64, seed: u64) -> Recording {
     let waveform = Waveform::parse(drive, duration).expect("a drive");
     let options = Options {
         rate: 25e3,
@@ -121,8 +128,56 @@ fn recording(model: &Model, drive: &str, duration: f64, seed: u64) -> Part {
     sensor.add_noise(&mut trace.cantilever, seed + 1000);
     let (time, volts) = (trace.times(), Some(trace.voltage.clone()));
     let (xp, xc) = (trace.proof_mass, Some(trace.cantilever));
-    let made = Recording::new(drive, time, volts, xp, xc).expect("a recording");
-    Part::whole(std::sync::Arc::new(made))
+    Recording::new(drive, time, volts, xp, xc).expect("a recording")
+}
+
+/// Three recordings of `model` to fit to and one to keep out, in which `also` may lay something
+/// over the readings.
+fn series(model: &Model, also: impl Fn(&mut Recording)) -> Vec<Part> {
+    let drives = [
+        ("square:15Hz:8V", 0.2),
+        ("sine:50Hz:8V", 0.1),
+        ("square:50Hz:6V", 0.12),
+        ("square:40Hz:7V", 0.12),
+    ];
+    let one = |(k, (drive, duration)): (usize, (&str, f64))| {
+        let mut recording = recorded(model, drive, duration, 10 + k as u64);
+        also(&mut recording);
+        Part::whole(std::sync::Arc::new(recording))
+    };
+    drives.into_iter().enumerate().map(one).collect()
+}
+
+#[test]
+fn what_rings_by_itself_is_no_mode_and_a_mode_is() {
+    const RING: f64 = 1750.0;
+    let paper = Preset::embedded("paper").expect("a preset").model;
+    let ask = |parts: &[Part]| {
+        let (train, held_out) = parts.split_at(3);
+        let options = DiagnoseOptions::default();
+        answer(&paper, (train, held_out), &options, false).expect("an answer")
+    };
+    // Every so often something rings and dies away, whatever the drive does.
+    let bursts = |recording: &mut Recording| {
+        for (i, t) in recording.time.iter().enumerate() {
+            let since = (t + 3e-3 * (t * 40.0).floor().sin()) % 9.7e-3;
+            let ring = 0.5e-6 * (-since / 2e-3).exp() * (TAU * RING * since).sin();
+            recording.proof_mass[i] += ring;
+            recording.cantilever.as_mut().expect("both points")[i] += 0.4 * ring;
+        }
+    };
+    let found = ask(&series(&paper, bursts));
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.named);
+    assert!(found.named.is_empty(), "{:?}", found.named);
+    let mut with = paper.clone();
+    let mut mode = ActiveEffect::new(find("extra_mode").expect("an effect"));
+    for (id, value) in [("f", RING), ("zeta", 0.01), ("phi_p", 2e3), ("phi_c", 4e3)] {
+        assert!(mode.set(id, value), "{id}");
+    }
+    with.effects.push(mode);
+    let found = ask(&series(&with, |_| ()));
+    let names: Vec<&str> = found.named.iter().map(|n| n.id.as_str()).collect();
+    assert_eq!(names, ["extra_mode"], "{:?}", found.remarks);
 }
 
 #[test]
