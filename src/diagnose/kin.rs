@@ -242,6 +242,10 @@ impl Action for Kin {
         self.inner.state_rates()
     }
 
+    fn lasting(&self) -> f64 {
+        self.inner.lasting()
+    }
+
     fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
         self.inner.state_inputs(at, z, inputs);
     }

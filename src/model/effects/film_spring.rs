@@ -93,6 +93,10 @@ impl Action for FilmSpring {
         &self.rates
     }
 
+    fn lasting(&self) -> f64 {
+        self.most
+    }
+
     fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
         let ([rate], [input], [force]) = (self.rates.as_slice(), inputs, z) else {
             return;

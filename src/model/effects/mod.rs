@@ -201,6 +201,12 @@ pub trait Action: Send + Sync + fmt::Debug {
     /// Extra states: the inputs `u_k`.
     fn state_inputs(&self, _at: &Kinematics, _z: &[f64], _inputs: &mut [f64]) {}
 
+    /// Extra states: how many times longer they last than their rates say, at most, where
+    /// their inputs keep them up.
+    fn lasting(&self) -> f64 {
+        1.0
+    }
+
     /// Extra states: whether their inputs feel the motion, and not the drive alone.
     fn states_feel_motion(&self) -> bool {
         !self.state_rates().is_empty()

@@ -94,6 +94,15 @@ impl Device {
         })
     }
 
+    /// Rate at which the slowest extra state forgets [1/s]; infinite if there is none.
+    pub fn slowest_rate(&self) -> f64 {
+        let of = |e: &Attached| {
+            let own = self.rates[e.first..e.first + e.count].iter();
+            own.fold(f64::INFINITY, |a, &rate| a.min(rate)) / e.action.lasting()
+        };
+        self.effects.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether extra states other than the readings' feel the motion.
     pub fn states_feel_motion(&self) -> bool {
         let others = self.effects.iter().filter(|e| !e.action.reads_states());

@@ -6,7 +6,7 @@ use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 
 /// Time constants after which a decaying state is forgotten.
-const FORGOTTEN: f64 = 20.0;
+const FORGOTTEN: f64 = 15.0;
 /// Step over the shortest time constant, at most.
 const SHARE: f64 = 0.2;
 
@@ -75,7 +75,7 @@ impl StretchSimulator {
         // steps, each choice of which has an error of its own.
         let longest = (SHARE / fastest.max(1.0)).min(2e-4).log2().floor().exp2();
         // What decays is forgotten, unless an effect keeps a memory of its own.
-        let slowest = d.rates.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let slowest = d.slowest_rate();
         let memory = if slowest > 0.0 {
             (FORGOTTEN / slowest / longest).log2().ceil().exp2() * longest
         } else {
