@@ -79,9 +79,8 @@ impl Trial {
     }
 }
 
-/// Whether chance lets the fitted recordings improve by `gain` with a hypothesis, where those
-/// kept out, of which it knows nothing, improve by `held_gain`. Of one that was searched for over
-/// many places the best of all of them is seen.
+/// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
+/// `held_gain`. Of what was searched for over many places the best of them is seen.
 fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
     if hypothesis.searched {
         return gain < SEARCHED_GAIN;

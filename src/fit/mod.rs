@@ -50,4 +50,6 @@ pub use result::{FitResult, FittedParameter, Misfit};
 pub use solve::{Control, Progress};
 
 #[cfg(test)]
+mod free_tests;
+#[cfg(test)]
 mod tests;

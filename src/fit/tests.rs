@@ -1,7 +1,6 @@
 use super::*;
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::model::effects::ActiveEffect;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
@@ -38,14 +37,18 @@ fn two(model: &Model) -> Vec<Part> {
     ]
 }
 
-fn options(free: &[&str]) -> FitOptions {
+pub(super) fn options(free: &[&str]) -> FitOptions {
     FitOptions {
         free: free.iter().map(|id| (*id).to_owned()).collect(),
         ..FitOptions::for_model(&paper())
     }
 }
 
-fn run(start: &Model, parts: &[Part], options: &FitOptions) -> Result<FitResult, FitError> {
+pub(super) fn run(
+    start: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+) -> Result<FitResult, FitError> {
     let cancel = AtomicBool::new(false);
     let control = Control {
         cancel: &cancel,
@@ -134,36 +137,6 @@ fn cancelled_it_keeps_the_best_so_far() {
     assert!(calls.load(Ordering::Relaxed) < 4);
     let eta = result.model.get("eta").unwrap() / paper().get("eta").unwrap();
     assert!((eta - 1.0).abs() < 0.3, "{eta}");
-}
-
-#[test]
-fn a_further_mode_is_fitted_with_all_that_is_free_by_default() {
-    let mut truth = paper();
-    let mode = crate::model::effects::find("extra_mode").unwrap();
-    truth.effects.push(ActiveEffect::new(mode));
-    let parts = vec![part(made(&truth, "square:100Hz:8V", 0.02, 3))];
-    let start = off(truth.clone(), &[("extra_mode.f", 1.002), ("eta", 0.9)]);
-    let result = run(&start, &parts, &FitOptions::for_model(&truth)).unwrap();
-    let of = |id: &str| result.parameters.iter().find(|p| p.id == id).unwrap();
-    let f = of("extra_mode.f");
-    let off = (f.value - 19175.0).abs();
-    assert!(off < 4.0 * f.std_error, "{f:?}");
-    assert!(off < 0.002 * 19175.0, "{f:?}");
-    assert_eq!(result.model.get("extra_mode.phi_c2"), Some(0.0));
-}
-
-#[test]
-fn values_stay_within_their_bounds() {
-    // A ground that throws the mass off faster than it came.
-    let mut truth = paper();
-    truth.set("alpha", 1.0).unwrap();
-    truth.set("Ca0", 0.0).unwrap();
-    let parts = vec![part(made(&truth, "square:300Hz:6V", 0.02, 5))];
-    let start = off(truth.clone(), &[("alpha", 0.6)]);
-    let result = run(&start, &parts, &options(&["alpha", "eta", "dp"])).unwrap();
-    let alpha = result.model.get("alpha").unwrap();
-    assert!(alpha <= 1.0, "{alpha}");
-    result.model.check().unwrap();
 }
 
 #[test]
