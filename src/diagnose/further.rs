@@ -1,12 +1,13 @@
 //! One more mode beside a further one: a structure has them without end, and where one shows
-//! the next may leave enough to look like something else, a lag above all.
+//! the next may leave enough to look like something else, a lag above all. And what is none,
+//! for it rings by itself.
 
 use super::bench::{Bench, Fitted};
 use super::explain::{Stand, TRAIN_GAIN, Trial};
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::{Hypothesis, near_mode};
 use super::ring::{self, BESIDE, Ring};
-use super::weigh::freedoms;
+use super::weigh::with_freedoms;
 use crate::model::effects::ActiveEffect;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::SimError;
@@ -40,7 +41,7 @@ pub fn one_more(known: Hypothesis, fitted: &Fitted) -> Result<Option<Hypothesis>
 pub fn beside_it(effect: &ActiveEffect) -> Option<String> {
     let f = frequency_beside(effect)?;
     Some(format!(
-        "one more mode goes with it, at {:.1} kHz; its coupling to the drive is not told apart from its shapes, and is kept at that of the first",
+        "one more mode goes with it, at {:.1} kHz; its coupling to the drive is not told apart from its shapes, and is kept as large as the first one's shapes",
         1e-3 * f
     ))
 }
@@ -51,9 +52,9 @@ fn frequency_beside(effect: &ActiveEffect) -> Option<f64> {
 }
 
 /// Frequency of a further mode that nothing moves \[Hz\], if `trial`, a fit with one more effect
-/// than `stand` has, is of one. What drives and strikes a device moves its modes; what rings by itself begins anew in
-/// each stretch, and passes for a mode whose motion at its start is free. From the proof mass
-/// alone that is hardly told, and not asked.
+/// than `stand` has, is of one. What drives and strikes a device moves its modes; what rings by
+/// itself begins anew in each stretch, and passes for a mode whose motion at its start is free.
+/// From the proof mass alone that is hardly told, and not asked.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -80,12 +81,15 @@ pub fn rings_by_itself(
             }
         }
     }
-    let (mut free, mut bounds) = freedoms(stand);
-    free.extend_from_slice(&trial.hypothesis.free);
+    let (mut free, bounds) = with_freedoms(stand, &trial.hypothesis);
     free.retain(|id| !shapes.contains(id));
-    bounds.extend_from_slice(&trial.hypothesis.bounds);
-    let sketch = bench.sketch(&still, &free, &bounds, fitted, control)?;
-    let unmoved = bench.complete(sketch, STEPS, control)?;
+    let sketch = bench.sketch(&still, &free, &bounds, fitted, control);
+    let unmoved = match sketch.and_then(|sketch| bench.complete(sketch, STEPS, control)) {
+        Ok(unmoved) => unmoved,
+        // What cannot be simulated says nothing against the mode.
+        Err(DiagnoseError::Sim(_)) => return Ok(None),
+        Err(error) => return Err(error),
+    };
     let by_motion = unmoved.cost - fitted.cost;
     log::debug!("that the modes are moved brings {by_motion:.1}");
     let effect = fitted.model.effects.iter().find(|e| *e.spec == EFFECT);

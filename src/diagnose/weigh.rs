@@ -219,7 +219,7 @@ pub fn likeliest(
 }
 
 /// What is fitted with one more effect, and its bounds.
-fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
+pub fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
     let (mut free, mut bounds) = freedoms(stand);
     free.extend_from_slice(&hypothesis.free);
     bounds.extend_from_slice(&hypothesis.bounds);
