@@ -7,6 +7,7 @@ use super::explain::{Stand, TRAIN_GAIN, Trial};
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::{Hypothesis, near_mode};
 use super::ring::{self, BESIDE, Ring};
+use super::struck;
 use super::weigh::with_freedoms;
 use crate::model::effects::ActiveEffect;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
@@ -22,6 +23,11 @@ const NEXT: f64 = 2.0;
 const SHAPES: usize = 2;
 /// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
 const STILL: f64 = 1e-3;
+/// Falls of chi2 by a ring of a known frequency that begins with impacts and jumps of the drive, on
+/// both sides, from which it is moved by them.
+const IN_STEP: (f64, f64) = (20.0, 12.0);
+/// Share of what a mode brings, from which that is so for it and not for a part of something else.
+const MOSTLY: f64 = 0.05;
 /// Steps of the fit with such a mode.
 const STEPS: usize = 8;
 /// Its shape at first, as a share of that of the mode that is known: enough for a direction.
@@ -70,6 +76,13 @@ pub fn rings_by_itself(
     if alone || *trial.hypothesis.start.spec != EFFECT || control.cancelled() {
         return Ok(None);
     }
+    let effect = fitted.model.effects.iter().find(|e| *e.spec == EFFECT);
+    let Some(frequency) = effect.map(|e| e.values[0]) else {
+        return Ok(None);
+    };
+    if in_step(bench, stand, trial, frequency)? {
+        return Ok(None);
+    }
     let mut still = fitted.model.clone();
     let mut shapes = Vec::new();
     for effect in still.effects.iter_mut().filter(|e| *e.spec == EFFECT) {
@@ -92,10 +105,24 @@ pub fn rings_by_itself(
     };
     let by_motion = unmoved.cost - fitted.cost;
     log::debug!("that the modes are moved brings {by_motion:.1}");
-    let effect = fitted.model.effects.iter().find(|e| *e.spec == EFFECT);
-    Ok(effect
-        .map(|e| e.values[0])
-        .filter(|_| by_motion < TRAIN_GAIN))
+    Ok((by_motion < TRAIN_GAIN).then_some(frequency))
+}
+
+/// Whether most of what `trial` tells beyond `stand`, of a mode at `frequency` \[Hz\], begins with
+/// impacts and jumps of the drive, on both sides.
+fn in_step(bench: &Bench, stand: &Stand, trial: &Trial, frequency: f64) -> Result<bool, SimError> {
+    let train = struck::in_step(&bench.train, &stand.train, frequency)?;
+    let held_out = match (&bench.held_out, &stand.held_out) {
+        (Some(side), Some(fitted)) => Some(struck::in_step(side, fitted, frequency)?),
+        _ => None,
+    };
+    log::debug!(
+        "in step with blows {train:.1} of {:.1}, kept out {held_out:?} of {:.1}",
+        trial.gain,
+        trial.held_gain
+    );
+    Ok(train > IN_STEP.0.max(MOSTLY * trial.gain)
+        && held_out.is_none_or(|gain| gain > IN_STEP.1.max(MOSTLY * trial.held_gain)))
 }
 
 /// `known` with one more mode that is read as `hump`.

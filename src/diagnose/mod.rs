@@ -45,6 +45,7 @@ mod search;
 mod size;
 mod stretches;
 mod strips;
+mod struck;
 mod swing;
 pub mod trial;
 mod weigh;

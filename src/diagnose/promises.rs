@@ -8,6 +8,7 @@ use super::options::DiagnoseError;
 use super::ring;
 use super::scan::{Linear, Scan};
 use super::search::{find_line, find_step, first_level};
+use super::struck;
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
@@ -174,9 +175,10 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         }
         out.extend(after_all(bench, stand, &always)?);
     }
+    let hump = ring::find(&stand.train)?.filter(|ring| ring.significance > ring::HUMP);
+    let struck = struck::find(&bench.train, &stand.train)?;
     if let Some(spec) = find("extra_mode")
-        && let Some(ring) = ring::find(&stand.train)?
-        && ring.significance > ring::HUMP
+        && let Some(ring) = hump.or(struck)
     {
         let (p, c) = ring.shape;
         // A mass-normalised shape is of the order of the structure's own; but a mode that

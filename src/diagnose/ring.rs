@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::bench::Fitted;
 use crate::fit::chain::Row;
+use crate::fit::colour::Colour;
 use crate::fit::segment::Segment;
 use crate::fit::solve::residuals_at;
 use crate::sim::SimError;
@@ -14,7 +15,7 @@ use crate::sim::SimError;
 /// Spacing of the frequencies looked at \[Hz\].
 const SPACING: f64 = 100.0;
 /// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
-const LOWEST: f64 = 1500.0;
+pub(super) const LOWEST: f64 = 1500.0;
 /// Significance of a hump from which it stands out.
 pub const HUMP: f64 = 6.0;
 /// Frequencies nearer than by this factor to that of a mode are beside it.
@@ -53,10 +54,16 @@ impl Ring {
 }
 
 /// Residuals of a stretch of flight: proof mass and cantilever, in units of the noise.
-struct Left {
-    channels: [Vec<f64>; 2],
+pub(super) struct Left {
+    pub(super) channels: [Vec<f64>; 2],
+    /// Which recording it is of.
+    pub(super) recording: usize,
+    /// When it begins \[s\].
+    pub(super) start: f64,
     /// Time between samples \[s\].
-    interval: f64,
+    pub(super) interval: f64,
+    /// Of the noise by which the residuals were made white.
+    pub(super) colour: Colour,
 }
 
 /// The highest hump in the residuals of a fit, if there is any spectrum to speak of: of whole
@@ -108,7 +115,7 @@ pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
 }
 
 /// What the fit leaves of the stretches of flight that are long enough.
-fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
+pub(super) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let all = residuals_at(problem, point, |i, s| {
         point.used[i] && s.samples.len() >= LEAST && !s.starts_held
@@ -119,9 +126,13 @@ fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
             let own = rows.iter().zip(&r).filter(|(row, _)| **row == kind);
             own.map(|(_, r)| r.clamp(-5.0, 5.0)).collect()
         };
+        let data = &problem.data[segment.recording];
         Some(Left {
             channels: [of(Row::ProofMass), of(Row::Cantilever)],
+            recording: segment.recording,
+            start: data.recording.time[segment.samples.start],
             interval: segment.interval,
+            colour: data.sigmas.colour,
         })
     };
     Ok(point.segments.iter().zip(all).filter_map(left).collect())
@@ -223,7 +234,10 @@ mod tests {
                 };
                 Left {
                     channels: [channel(1.0), channel(0.5)],
+                    recording: 0,
+                    start: 0.0,
                     interval: 1.0 / RATE,
+                    colour: Colour::WHITE,
                 }
             })
             .collect()

@@ -9,6 +9,12 @@ use crate::model::effects::Kinematics;
 const FORGOTTEN: f64 = 15.0;
 /// Step over the shortest time constant, at most.
 const SHARE: f64 = 0.2;
+/// Longest step \[s\].
+const LONGEST: f64 = 2e-4;
+/// The same where the motion is felt, which turns within a tenth of a millisecond \[s\].
+const LONGEST_FELT: f64 = 1e-5;
+/// Shortest step \[s\].
+const SHORTEST: f64 = 2e-6;
 
 impl StretchSimulator {
     /// The static state under the drive at `t`: where the modes come to rest, the extra
@@ -71,9 +77,12 @@ impl StretchSimulator {
         let followed = all.filter(|(i, _)| !readings.contains(i));
         let fastest = followed.fold(0.0f64, |a, (_, &b)| a.max(b));
         let felt = d.states_feel_motion();
+        // A quicker state than the shortest step is where its input has been all along it.
+        let most = if felt { LONGEST_FELT } else { LONGEST };
+        let step = (SHARE / fastest.max(1.0)).clamp(SHORTEST, most);
         // Powers of two: two devices whose rates differ by a hair are followed in the same
         // steps, each choice of which has an error of its own.
-        let longest = (SHARE / fastest.max(1.0)).min(2e-4).log2().floor().exp2();
+        let longest = step.log2().floor().exp2();
         // What decays is forgotten, unless an effect keeps a memory of its own.
         let slowest = d.slowest_rate();
         let memory = if slowest > 0.0 {
