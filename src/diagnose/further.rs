@@ -2,12 +2,12 @@
 //! the next may leave enough to look like something else, a lag above all. And what is none,
 //! for it rings by itself.
 
-use super::bench::{Bench, Fitted};
+use super::bench::{Bench, Fitted, Side};
 use super::explain::{Stand, TRAIN_GAIN, Trial};
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::{Hypothesis, near_mode};
 use super::ring::{self, BESIDE, Ring};
-use super::struck;
+use super::struck::Blows;
 use super::weigh::with_freedoms;
 use crate::model::effects::ActiveEffect;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
@@ -28,6 +28,8 @@ const STILL: f64 = 1e-3;
 const IN_STEP: (f64, f64) = (20.0, 12.0);
 /// Share of what a mode brings, from which that is so for it and not for a part of something else.
 const MOSTLY: f64 = 0.05;
+/// How far off that frequency may be, as a share.
+const NEAR: f64 = 0.03;
 /// Steps of the fit with such a mode.
 const STEPS: usize = 8;
 /// Its shape at first, as a share of that of the mode that is known: enough for a direction.
@@ -111,9 +113,13 @@ pub fn rings_by_itself(
 /// Whether most of what `trial` tells beyond `stand`, of a mode at `frequency` \[Hz\], begins with
 /// impacts and jumps of the drive, on both sides.
 fn in_step(bench: &Bench, stand: &Stand, trial: &Trial, frequency: f64) -> Result<bool, SimError> {
-    let train = struck::in_step(&bench.train, &stand.train, frequency)?;
+    let near = |side: &Side, fitted: &Fitted| -> Result<f64, SimError> {
+        let ring = Blows::new(side, fitted)?.near(frequency, NEAR * frequency);
+        Ok(ring.map_or(0.0, |ring| ring.gain))
+    };
+    let train = near(&bench.train, &stand.train)?;
     let held_out = match (&bench.held_out, &stand.held_out) {
-        (Some(side), Some(fitted)) => Some(struck::in_step(side, fitted, frequency)?),
+        (Some(side), Some(fitted)) => Some(near(side, fitted)?),
         _ => None,
     };
     log::debug!(

@@ -8,7 +8,7 @@ use super::options::DiagnoseError;
 use super::ring;
 use super::scan::{Linear, Scan};
 use super::search::{find_line, find_step, first_level};
-use super::struck;
+use super::struck::{Blows, Struck};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
@@ -29,6 +29,10 @@ const UNNOTICED: f64 = 0.06;
 const MOST: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
 const MOST_DELAY: f64 = 300.0;
+/// Fall of chi2 by a ring that is in step with what sets it off from which it tells the mode.
+const IN_STEP: f64 = 15.0;
+/// The same from which it tells where it is, if it is read at several frequencies.
+const DECISIVE: f64 = 60.0;
 /// Exponents that an attraction may have: that of a sphere on a plane to one that falls off as
 /// an exponential does.
 const EXPONENTS: (f64, f64) = (2.0, 12.0);
@@ -175,43 +179,80 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         }
         out.extend(after_all(bench, stand, &always)?);
     }
-    let hump = ring::find(&stand.train)?.filter(|ring| ring.significance > ring::HUMP);
-    let struck = struck::find(&bench.train, &stand.train)?;
-    if let Some(spec) = find("extra_mode")
-        && let Some(ring) = hump.or(struck)
-    {
-        let (p, c) = ring.shape;
-        // A mass-normalised shape is of the order of the structure's own; but a mode that
-        // has gone unnoticed hardly moves the mass.
-        let usual = model.structure().mobility().sqrt();
-        let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
-        let at = |f: f64| ActiveEffect {
-            spec,
-            // One more is looked for where this one has shown up.
-            values: vec![f, 0.01, size * c, size * p, 0.0, f, 0.01, 0.0, 0.0, 0.0],
-        };
-        let near = |f: f64| near_mode(spec, [0, 1], f).to_vec();
-        // Between the samples it may have swung further.
-        let (_, quickest) = spec.parameters[0].range;
-        out.push(Hypothesis {
-            start: at(ring.frequency),
-            others: ring
-                .mirrors()
-                .into_iter()
-                .filter(|f| *f < quickest)
-                .map(|f| (at(f), near(f)))
-                .collect(),
-            free: own_ids(spec, &[0, 1, 2, 3, 4]),
-            full: None,
-            shape: own_ids(spec, &[5, 6, 7, 8]),
-            bounds: near(ring.frequency),
-            promise: ring.gain.max(2.0 * PROMISING),
-            searched: false,
-            series: false,
-            told_by: None,
-        });
+    if let Some(spec) = find("extra_mode") {
+        out.extend(further_mode(bench, stand, spec)?);
     }
     Ok(out)
+}
+
+/// A further mode: by a hump in what is left, or by a ring that is in step with what sets it off.
+fn further_mode(
+    bench: &Bench,
+    stand: &Stand,
+    spec: &'static EffectSpec,
+) -> Result<Option<Hypothesis>, DiagnoseError> {
+    let model = &stand.train.model;
+    let blows = Blows::new(&bench.train, &stand.train)?;
+    let hump = ring::find(&stand.train)?.filter(|ring| ring.significance > ring::HUMP);
+    // A mass-normalised shape is of the order of the structure's own; but a mode that
+    // has gone unnoticed hardly moves the mass.
+    let usual = model.structure().mobility().sqrt();
+    // One more is looked for where this one has shown up.
+    let with = |own: [f64; 5]| ActiveEffect {
+        spec,
+        values: own
+            .into_iter()
+            .chain([own[0], 0.01, 0.0, 0.0, 0.0])
+            .collect(),
+    };
+    let near = |f: f64| near_mode(spec, [0, 1], f).to_vec();
+    let in_step = |ring: &Struck| {
+        (
+            with(ring.mode(model, UNNOTICED * usual)),
+            near(ring.frequency),
+        )
+    };
+    let (mut places, gain) = if let Some(hump) = &hump {
+        let (p, c) = hump.shape;
+        let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
+        // Between the samples it may have swung further.
+        let (_, quickest) = spec.parameters[0].range;
+        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
+        let place = |f: f64| match blows
+            .near(f, ring::SPACING)
+            .filter(|ring| ring.gain > IN_STEP)
+        {
+            Some(ring) => (ring.gain, in_step(&ring)),
+            None => (0.0, (with([f, 0.01, size * c, size * p, 0.0]), near(f))),
+        };
+        let mut all: Vec<_> = all.filter(|f| *f < quickest).map(place).collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let best = all.first().map_or(0.0, |place| place.0);
+        if best > DECISIVE {
+            all.retain(|place| place.0 > 0.5 * best);
+        }
+        let all: Vec<_> = all.into_iter().map(|place| place.1).collect();
+        (all.into_iter(), hump.gain)
+    } else if let Some(ring) = blows.outstanding() {
+        (vec![in_step(&ring)].into_iter(), ring.gain)
+    } else {
+        return Ok(None);
+    };
+    let Some((start, bounds)) = places.next() else {
+        return Ok(None);
+    };
+    Ok(Some(Hypothesis {
+        start,
+        others: places.collect(),
+        free: own_ids(spec, &[0, 1, 2, 3, 4]),
+        full: None,
+        shape: own_ids(spec, &[5, 6, 7, 8]),
+        bounds,
+        promise: gain.max(2.0 * PROMISING),
+        searched: false,
+        series: false,
+        told_by: None,
+    }))
 }
 
 /// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`:

@@ -13,7 +13,7 @@ use crate::fit::solve::residuals_at;
 use crate::sim::SimError;
 
 /// Spacing of the frequencies looked at \[Hz\].
-const SPACING: f64 = 100.0;
+pub(super) const SPACING: f64 = 100.0;
 /// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
 pub(super) const LOWEST: f64 = 1500.0;
 /// Significance of a hump from which it stands out.

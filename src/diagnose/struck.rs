@@ -9,9 +9,11 @@ use nalgebra::{Complex, Matrix2, SymmetricEigen, Vector2};
 use rayon::prelude::*;
 
 use super::bench::{Fitted, Side};
-use super::ring::{self, LOWEST, Left, Ring};
+use super::ring::{self, LOWEST, Left};
 use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::model::Model;
 use crate::model::drive::Segment as Piece;
+use crate::model::parameter::ParameterId;
 use crate::recording::events::Impact;
 use crate::sim::SimError;
 
@@ -27,20 +29,55 @@ const SURE: f64 = 25.0;
 const OUTSTANDING: f64 = 4.0;
 /// Share of the frequencies that most are.
 const MOST: f64 = 0.8;
-/// A frequency that is known is looked for within this factor.
-const NEAR: f64 = 1.03;
+/// Least share of the proof mass in a shape: a blow on it must have set it off.
+const LEAST_SHARE: f64 = 0.02;
 /// A ring is over after so many of its times.
 const OVER: f64 = 8.0;
 
-/// What a ring that begins with impacts would bring.
+/// A ring in step with what sets it off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Promise {
-    frequency: f64,
-    zeta: f64,
-    /// Fall of chi2.
-    gain: f64,
-    /// How the two readings share in it.
-    shape: (f64, f64),
+pub struct Struck {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Damping, as a share of critical damping.
+    pub zeta: f64,
+    /// Fall of chi2 if it were taken out.
+    pub gain: f64,
+    /// What an impact sets off at proof mass and cantilever \[m\], by its change of speed \[m/s\].
+    pub by_blow: [f64; 2],
+    /// What a jump of the drive sets off \[m\], by that of its gain.
+    pub by_jump: [f64; 2],
+}
+
+impl Struck {
+    /// Frequency \[Hz\], damping, shapes at cantilever and proof mass and coupling to the drive
+    /// \[kg^-1/2\] of the mode of `model` that rings so; one that no blow tells moves the mass by
+    /// `usual`.
+    pub fn mode(&self, model: &Model, usual: f64) -> [f64; 5] {
+        let omega = TAU * self.frequency;
+        let mass = 1.0 / model.structure().mobility();
+        let [blow, jump] = [self.by_blow, self.by_jump].map(Vector2::from);
+        let eta = model.parameters[ParameterId::Eta];
+        // In both it is the mode's shape, times what it is coupled by to what moves it.
+        let swings = mass * omega * blow.norm() > eta * jump.norm();
+        let shape = if swings { blow } else { jump };
+        let shape = shape / shape.norm().max(1e-300);
+        let at_mass = if shape.x < 0.0 { -1.0 } else { 1.0 } * shape.x.abs().max(LEAST_SHARE);
+        let square = omega * blow.dot(&shape) / (mass * at_mass);
+        let size = if square.abs() > 0.0 {
+            square.abs().sqrt()
+        } else {
+            usual / at_mass.abs()
+        };
+        let drive = jump.dot(&shape) * omega * omega / (eta * size).max(1e-300);
+        [
+            self.frequency,
+            self.zeta,
+            size * shape.y,
+            size * at_mass,
+            drive,
+        ]
+    }
 }
 
 /// What sets a mode ringing, and by how much.
@@ -55,60 +92,122 @@ struct Kick {
 /// gain; each in order of time.
 type Kicks = [Vec<Kick>; 2];
 
-/// The ring in what `fitted`, of the recordings of `side`, leaves that begins with impacts and
-/// jumps of the drive, if one stands out.
-///
-/// # Errors
-/// [`SimError`] if the model makes no sense.
-pub fn find(side: &Side, fitted: &Fitted) -> Result<Option<Ring>, SimError> {
-    let rates = fitted.problem.data.iter();
-    let rate = rates.map(|d| d.recording.sampling_rate()).reduce(f64::min);
-    let Some(rate) = rate else {
-        return Ok(None);
-    };
-    let all = promises(side, fitted, (LOWEST, 0.48 * rate))?;
-    Ok(outstanding(all).map(|best| Ring {
-        frequency: best.frequency,
-        rate,
-        shape: best.shape,
-        significance: best.gain.sqrt(),
-        gain: best.gain,
-    }))
+/// What a fit leaves, and what may have set it ringing.
+pub struct Blows {
+    left: Vec<Left>,
+    kicks: Vec<Kicks>,
+    /// Noise of both readings \[m\].
+    noise: [f64; 2],
+    /// Highest frequency that is looked for \[Hz\].
+    highest: f64,
 }
 
-/// Fall of chi2 by a ring near `frequency` \[Hz\] that begins with impacts and jumps of the drive,
-/// in what `fitted`, of the recordings of `side`, leaves.
-///
-/// # Errors
-/// [`SimError`] if the model makes no sense.
-pub fn in_step(side: &Side, fitted: &Fitted, frequency: f64) -> Result<f64, SimError> {
-    let all = promises(side, fitted, (frequency / NEAR, frequency * NEAR))?;
-    Ok(all.iter().map(|p| p.gain).fold(0.0, f64::max))
-}
-
-/// The best of `all` if it stands out.
-fn outstanding(mut all: Vec<Promise>) -> Option<Promise> {
-    let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
-    all.retain(|p| p.zeta == best.zeta);
-    let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
-    let usual = crate::recording::quantile_in_place(&mut gains, MOST);
-    log::debug!("{best:?} where {usual:.1} is usual");
-    (best.gain > SURE && best.gain > OUTSTANDING * usual).then_some(best)
-}
-
-/// Rings between those frequencies \[Hz\] in what `fitted`, of the recordings of `side`, leaves.
-fn promises(side: &Side, fitted: &Fitted, span: (f64, f64)) -> Result<Vec<Promise>, SimError> {
-    let impacts = side.impacts().into_iter().enumerate();
-    let kicks: Vec<Kicks> = impacts
-        .map(|(k, own)| {
+impl Blows {
+    /// Of what `fitted`, of the recordings of `side`, leaves.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    pub fn new(side: &Side, fitted: &Fitted) -> Result<Self, SimError> {
+        let impacts = side.impacts().into_iter().enumerate();
+        let kicks = impacts.map(|(k, own)| {
             let kick = |impact: &Impact| Kick {
                 time: impact.time,
                 size: impact.v_after - impact.v_before,
             };
             [own.iter().map(kick).collect(), jumps(fitted, k)]
+        });
+        let data = &fitted.problem.data;
+        let rates = data.iter().map(|d| d.recording.sampling_rate());
+        Ok(Self {
+            kicks: kicks.collect(),
+            left: ring::residuals(fitted)?,
+            noise: data
+                .first()
+                .map_or([0.0; 2], |d| [d.sigmas.xp, d.sigmas.xc]),
+            highest: 0.48 * rates.fold(f64::INFINITY, f64::min),
         })
-        .collect();
-    Ok(rings(&ring::residuals(fitted)?, &kicks, span))
+    }
+
+    /// The ring that stands out, if any does.
+    pub fn outstanding(&self) -> Option<Struck> {
+        let mut all = self.rings(LOWEST, self.highest);
+        let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        all.retain(|p| p.zeta == best.zeta);
+        let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
+        let usual = crate::recording::quantile_in_place(&mut gains, MOST);
+        log::debug!("{best:?} where {usual:.1} is usual");
+        (best.gain > SURE && best.gain > OUTSTANDING * usual).then_some(best)
+    }
+
+    /// The best within `reach` of `frequency` \[Hz\].
+    pub fn near(&self, frequency: f64, reach: f64) -> Option<Struck> {
+        let (low, high) = ((frequency - reach).max(1.0), frequency + reach);
+        let all = self.rings(low, high).into_iter();
+        all.max_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    /// Rings between those frequencies \[Hz\].
+    fn rings(&self, low: f64, high: f64) -> Vec<Struck> {
+        let tried = DAMPINGS.iter().flat_map(|&zeta| {
+            let count = ((high / low).ln() / (STEP * zeta)).ceil().max(0.0) as usize;
+            // As many as it takes, evenly.
+            let count = count.max(1);
+            (0..=count).map(move |k| (low * (high / low).powf(k as f64 / count as f64), zeta))
+        });
+        let tried: Vec<(f64, f64)> = tried.collect();
+        tried
+            .into_par_iter()
+            .filter_map(|(frequency, zeta)| self.ring(frequency, zeta))
+            .collect()
+    }
+
+    /// What a ring of that frequency \[Hz\] and damping would bring; `None` if nothing tells it.
+    fn ring(&self, frequency: f64, zeta: f64) -> Option<Struck> {
+        let omega = TAU * frequency;
+        let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
+        let mut normal = [Matrix2::zeros(); 2];
+        let mut slopes = [Vector2::zeros(); 2];
+        for own in &self.left {
+            let [blows, jumps] = &self.kicks[own.recording];
+            // A blow sets the speed off, a jump of the drive the rest that it rings about.
+            let mut struck: Vec<f64> = course(own, blows, rate).map(|c| c.im).collect();
+            let mut driven: Vec<f64> = course(own, jumps, rate).map(|c| -c.re).collect();
+            own.colour.whiten(&mut struck);
+            own.colour.whiten(&mut driven);
+            for (channel, values) in own.channels.iter().enumerate() {
+                // Where samples are missing the two do not go together.
+                if values.len() != struck.len() {
+                    continue;
+                }
+                for ((a, b), r) in struck.iter().zip(&driven).zip(values) {
+                    let row = Vector2::new(*a, *b);
+                    normal[channel] += row * row.transpose();
+                    slopes[channel] += row * *r;
+                }
+            }
+        }
+        // Both readings share in it alike, whatever has set it off.
+        let roots = normal.map(|normal| {
+            let eigen = SymmetricEigen::new(normal);
+            let least = 1e-9 * eigen.eigenvalues.amax();
+            let root = |v: f64| if v > least { v.powf(-0.5) } else { 0.0 };
+            eigen.eigenvectors * Matrix2::from_diagonal(&eigen.eigenvalues.map(root))
+        });
+        let each = [0, 1].map(|i| roots[i].tr_mul(&slopes[i]));
+        let shared = SymmetricEigen::new(Matrix2::from_fn(|i, j| each[i].dot(&each[j])));
+        let top = shared.eigenvalues.imax();
+        let gain = shared.eigenvalues[top];
+        let shape = shared.eigenvectors.column(top);
+        let common = each[0] * shape[0] + each[1] * shape[1];
+        let theta = [0, 1].map(|i| roots[i] * common * shape[i] * self.noise[i]);
+        gain.is_finite().then_some(Struck {
+            frequency,
+            zeta,
+            gain,
+            by_blow: theta.map(|t| t.x),
+            by_jump: theta.map(|t| t.y),
+        })
+    }
 }
 
 /// Jumps of the drive in recording number `index`, where the fit has them.
@@ -152,86 +251,25 @@ fn instant(segment: &Segment, guess: f64) -> Option<f64> {
     None
 }
 
-/// Rings between those frequencies \[Hz\] that begin with `kicks`.
-fn rings(left: &[Left], kicks: &[Kicks], (low, high): (f64, f64)) -> Vec<Promise> {
-    let tried = DAMPINGS.iter().flat_map(|&zeta| {
-        let count = ((high / low).ln() / (STEP * zeta)).ceil().max(0.0) as usize;
-        (0..count).map(move |k| (low * (STEP * zeta * k as f64).exp(), zeta))
-    });
-    let tried: Vec<(f64, f64)> = tried.collect();
-    tried
-        .into_par_iter()
-        .filter_map(|(frequency, zeta)| promise(left, kicks, frequency, zeta))
-        .collect()
-}
-
-/// What a ring of that frequency \[Hz\] and damping would bring; `None` if nothing tells it.
-fn promise(left: &[Left], kicks: &[Kicks], frequency: f64, zeta: f64) -> Option<Promise> {
-    let omega = TAU * frequency;
-    let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
-    let mut normal = [Matrix2::zeros(); 2];
-    let mut slopes = [Vector2::zeros(); 2];
-    for own in left {
-        let mut courses = [0, 1].map(|which| {
-            let mut course = course(own, &kicks[own.recording][which], rate);
-            if which == 0 {
-                // A blow sets the speed off, a jump of the drive the rest that it rings about.
-                course.iter_mut().for_each(|c| *c = Complex::new(c.im, 0.0));
-            }
-            course.into_iter().map(|c| c.re).collect::<Vec<f64>>()
-        });
-        courses.iter_mut().for_each(|c| own.colour.whiten(c));
-        let [struck, driven] = &courses;
-        for (channel, values) in own.channels.iter().enumerate() {
-            if values.len() != struck.len() {
-                continue;
-            }
-            for ((a, b), r) in struck.iter().zip(driven).zip(values) {
-                let row = Vector2::new(*a, *b);
-                normal[channel] += row * row.transpose();
-                slopes[channel] += row * *r;
-            }
-        }
-    }
-    // Both readings share in it alike, whatever has set it off.
-    let whitened = [0, 1].map(|i| {
-        let eigen = SymmetricEigen::new(normal[i]);
-        let least = 1e-9 * eigen.eigenvalues.amax();
-        let root = eigen
-            .eigenvalues
-            .map(|v| if v > least { v.powf(-0.5) } else { 0.0 });
-        (eigen.eigenvectors * Matrix2::from_diagonal(&root)).tr_mul(&slopes[i])
-    });
-    let shared = Matrix2::from_fn(|i, j| whitened[i].dot(&whitened[j]));
-    let eigen = SymmetricEigen::new(shared);
-    let top = eigen.eigenvalues.imax();
-    let gain = eigen.eigenvalues[top];
-    let v = eigen.eigenvectors.column(top);
-    gain.is_finite().then_some(Promise {
-        frequency,
-        zeta,
-        gain,
-        shape: (v[0], v[1]),
-    })
-}
-
 /// A ring that begins with `kicks` and turns at `rate` \[1/s\], at the samples of `own`.
-fn course(own: &Left, kicks: &[Kick], rate: Complex<f64>) -> Vec<Complex<f64>> {
-    let since = |at: f64, kick: &Kick| (rate * (at - kick.time)).exp() * kick.size;
+fn course<'a>(
+    own: &'a Left,
+    kicks: &'a [Kick],
+    rate: Complex<f64>,
+) -> impl Iterator<Item = Complex<f64>> + 'a {
+    let since = move |at: f64, kick: &Kick| (rate * (at - kick.time)).exp() * kick.size;
     let first = kicks.partition_point(|k| (own.start - k.time) * -rate.re > OVER);
     let mut next = kicks.partition_point(|k| k.time < own.start).max(first);
     let mut state: Complex<f64> = kicks[first..next].iter().map(|k| since(own.start, k)).sum();
     let turn = (rate * own.interval).exp();
-    let count = own.channels[0].len();
-    let mut out = Vec::with_capacity(count);
-    for i in 0..count {
-        out.push(state);
+    (0..own.channels[0].len()).map(move |i| {
+        let now = state;
         state *= turn;
         let then = own.start + (i + 1) as f64 * own.interval;
         while let Some(kick) = kicks.get(next).filter(|k| k.time < then) {
             state += since(then, kick);
             next += 1;
         }
-    }
-    out
+        now
+    })
 }
