@@ -273,3 +273,114 @@ fn course<'a>(
         now
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::colour::Colour;
+    use crate::model::preset::Preset;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const RATE: f64 = 50e3;
+    const NOISE: f64 = 20e-9;
+
+    /// Stretches of 4 ms far apart, each from a while after an impact on and with a jump of the
+    /// drive in its middle, in which a mode of `own`, as [`Struck::mode`] gives it, rings; in step with those,
+    /// or `out of step`.
+    fn blows(own: [f64; 5], out_of_step: bool) -> Blows {
+        let [frequency, zeta, phi_c, phi_p, drive] = own;
+        let model = Preset::embedded("paper").unwrap().model;
+        let mass = 1.0 / model.structure().mobility();
+        let eta = model.parameters[ParameterId::Eta];
+        let mut dice = ChaCha8Rng::seed_from_u64(5);
+        let omega = TAU * frequency;
+        let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
+        let (mut left, mut kicks) = (Vec::new(), [Vec::new(), Vec::new()]);
+        for k in 0..40 {
+            let start = 0.1 * f64::from(k);
+            let blow = Kick {
+                time: start - dice.random_range(1e-4..2e-4),
+                size: dice.random_range(0.1..0.5),
+            };
+            let jump = Kick {
+                time: start + dice.random_range(2.0e-3..2.1e-3),
+                size: if k % 2 == 0 { 9.7 } else { -9.7 },
+            };
+            let turned =
+                Complex::from_polar(1.0, if out_of_step { 2.4 * f64::from(k) } else { 0.0 });
+            let ring = |i: usize| {
+                let at = start + i as f64 / RATE;
+                let since = |kick: &Kick| (rate * (at - kick.time)).exp() * turned;
+                let driven = if at > jump.time {
+                    -drive * eta / omega.powi(2) * jump.size * since(&jump).re
+                } else {
+                    0.0
+                };
+                phi_p * mass / omega * blow.size * since(&blow).im + driven
+            };
+            let mut channel = |shape: f64| -> Vec<f64> {
+                let mut noise = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
+                (0..200)
+                    .map(|i| shape * ring(i) / NOISE + noise())
+                    .collect()
+            };
+            left.push(Left {
+                channels: [channel(phi_p), channel(phi_c)],
+                recording: 0,
+                start,
+                interval: 1.0 / RATE,
+                colour: Colour::WHITE,
+            });
+            kicks[0].push(blow);
+            kicks[1].push(jump);
+        }
+        Blows {
+            left,
+            kicks: vec![kicks],
+            noise: [NOISE; 2],
+            highest: 0.48 * RATE,
+        }
+    }
+
+    #[test]
+    fn noise_is_in_step_with_nothing() {
+        assert_eq!(blows([7e3, 0.01, 0.0, 0.0, 0.0], false).outstanding(), None);
+    }
+
+    #[test]
+    fn a_ring_in_step_is_found_with_its_mode() {
+        let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
+        let ring = blows(own, false).outstanding().expect("it stands out");
+        assert!((ring.frequency / own[0] - 1.0).abs() < own[1], "{ring:?}");
+        let model = Preset::embedded("paper").unwrap().model;
+        let mode = ring.mode(&model, 0.0);
+        // A sign of all three shapes is free.
+        for (found, own) in mode[2..].iter().zip(&own[2..]) {
+            assert!((found / own - 1.0).abs() < 0.35, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn one_that_is_read_at_another_frequency_is_told_from_it() {
+        let own = [41e3, 0.006, -9000.0, 9000.0, -2500.0];
+        let blows = blows(own, false);
+        let gain = |f: f64| blows.near(f, 100.0).map_or(0.0, |ring| ring.gain);
+        assert!(gain(own[0]) > 4.0 * gain(RATE - own[0]));
+    }
+
+    #[test]
+    fn a_ring_out_of_step_is_none() {
+        let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
+        let gain = |out_of_step: bool| {
+            let ring = blows(own, out_of_step).near(own[0], 50.0);
+            ring.expect("a spectrum").gain
+        };
+        assert!(
+            gain(true) < 0.2 * gain(false),
+            "{} {}",
+            gain(true),
+            gain(false)
+        );
+    }
+}

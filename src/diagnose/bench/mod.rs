@@ -8,6 +8,7 @@ mod baseline;
 mod clocks;
 mod fits;
 mod freedoms;
+mod impacts;
 mod sketch;
 mod tuned;
 mod values;
@@ -32,8 +33,6 @@ use crate::fit::space::Space;
 use crate::fit::{Control, FitError, FitOptions, FreeNuisances, Part, Progress};
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
-use crate::recording::TimeAxis;
-use crate::recording::events::{EventOptions, HOP, Impact, find_events};
 use crate::sim::StretchSimulator;
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
@@ -350,24 +349,6 @@ impl Side {
             data.sigmas.xc *= noise.factor;
             data.sigmas.colour = noise.colour;
         }
-    }
-
-    /// Impacts of each recording, as its data show them; none where the ground is not known.
-    pub fn impacts(&self) -> Vec<Vec<Impact>> {
-        let of = |(part, finding): (&Part, &Findings)| {
-            let Ok(contact_level) = finding.level else {
-                return Vec::new();
-            };
-            let options = EventOptions {
-                contact_level,
-                noise: finding.noise.0,
-                hop: HOP,
-            };
-            let recording = &part.recording;
-            let time = TimeAxis::Samples(&recording.time);
-            find_events(time, &finding.levelled(recording), &options).impacts
-        };
-        self.parts.iter().zip(&self.findings).map(of).collect()
     }
 
     /// The stretches as first guessed.

@@ -30,6 +30,19 @@ impl Device {
         })
     }
 
+    /// Impulse of the film force on the proof mass on its way from height `from` to `to`,
+    /// however fast it goes and whatever turns it around in between \[N s\].
+    pub fn film_impulse(&self, from: f64, to: f64) -> f64 {
+        self.film.map_or(0.0, |film| {
+            let all = |xp: f64| {
+                let thickness = (xp + film.gap).max(self.thinnest_film);
+                let below = (thickness - film.gap - xp).max(0.0);
+                film.coefficient * (0.5 + below / thickness) / (thickness * thickness)
+            };
+            all(to) - all(from)
+        })
+    }
+
     /// Change of the film force per displacement and per velocity.
     #[inline]
     pub fn film_slopes(&self, xp: f64, vp: f64) -> (f64, f64) {

@@ -90,30 +90,33 @@ impl StretchSimulator {
         } else {
             f64::INFINITY
         };
+        let felt_at = |t: f64| if felt { motion(t) } else { Points::default() };
+        let mut before = felt_at(t);
         for &target in times {
             if target - t > memory {
                 t = target - memory;
+                before = felt_at(t);
             }
             while t < target {
                 let segment = d.piece(segment_at(drive, t), t, &z);
                 let end = target.min(segment.end).min(t + longest).max(t + 1e-12);
                 let h = end - t;
                 let middle = t + 0.5 * h;
-                let p = if felt {
-                    motion(middle)
-                } else {
-                    Points::default()
-                };
+                let after = felt_at(end);
+                let mean = |a: f64, b: f64| 0.5 * (a + b);
                 let mut at = Kinematics {
                     t: middle,
-                    xp: p.xp,
-                    vp: p.vp,
-                    xc: p.xc,
-                    vc: p.vc,
+                    xp: mean(before.xp, after.xp),
+                    vp: mean(before.vp, after.vp),
+                    xc: mean(before.xc, after.xc),
+                    vc: mean(before.vc, after.vc),
                     voltage: segment.shape.voltage(middle),
                     gain: 0.0,
-                    film: d.film_force(p.xp, p.vp),
+                    // What the film does before a blow it all but takes back after it: only
+                    // where the mass is tells what remains.
+                    film: d.film_impulse(before.xp, after.xp) / h,
                 };
+                before = after;
                 d.drive_force(&mut at, segment.branch, &z);
                 d.state_inputs(&at, &z, &mut u);
                 for ((z, u), rate) in z.iter_mut().zip(&u).zip(&d.rates) {

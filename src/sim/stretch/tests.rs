@@ -1,6 +1,7 @@
 use super::*;
 use crate::model::drive::Waveform;
-use crate::model::effects::{self, ActiveEffect};
+use crate::model::effects::{self, ActiveEffect, find};
+use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::sim::{EventKind, simulate};
 
@@ -237,4 +238,55 @@ fn steps_that_will_not_do_are_not_followed() {
         .zip(&followed)
         .fold(0.0f64, |w, (a, b)| w.max((a - b).abs()));
     assert!(apart < 2e-9, "{apart:e}");
+}
+
+/// Bounces of 1.2 ms that the mass comes to at 0.2 m/s: height \[m\] and velocity.
+fn bounces(level: f64, t: f64) -> (f64, f64) {
+    const TIME: f64 = 1.2e-3;
+    const SPEED: f64 = 0.2;
+    let since = t.rem_euclid(TIME);
+    let slowing = 2.0 * SPEED / TIME;
+    (
+        level + SPEED * since - 0.5 * slowing * since * since,
+        SPEED - slowing * since,
+    )
+}
+
+#[test]
+fn a_film_that_lasts_follows_each_bounce() {
+    let mut model = Preset::embedded("paper").unwrap().model;
+    let [cs, gp, dp] =
+        [ParameterId::Cs, ParameterId::Gp, ParameterId::Dp].map(|id| model.parameters[id]);
+    let tau = 1e-3;
+    let mut film = ActiveEffect::new(find("film_spring").unwrap());
+    assert!(film.set("tau", tau));
+    model.effects.push(film);
+    let sim = StretchSimulator::new(&model, &Options::default()).unwrap();
+    let at = |t: f64| {
+        let (xp, vp) = bounces(-dp, t);
+        Points {
+            xp,
+            vp,
+            ..Points::default()
+        }
+    };
+    let drive = [Segment {
+        start: 0.0,
+        ..Waveform::Rest.segment(0)
+    }];
+    let times: Vec<f64> = (1..40).map(|k| 0.31e-3 * f64::from(k)).collect();
+    let told = sim.states_from_drive(&drive, &times, &at);
+    // The law in steps of 20 ns.
+    let (mut force, mut t, h) = (0.0, 0.0, 2e-8);
+    let (mut worst, mut largest) = (0.0f64, 0.0f64);
+    for (time, told) in times.iter().zip(&told) {
+        while t < *time {
+            let (xp, vp) = bounces(-dp, t + 0.5 * h);
+            force += h / tau * (-cs * vp / (xp + gp).powi(3) - force);
+            t += h;
+        }
+        worst = worst.max((force - told).abs());
+        largest = largest.max(force.abs());
+    }
+    assert!(worst < 0.01 * largest, "{worst} of {largest}");
 }
