@@ -212,11 +212,12 @@ fn further_mode(
             near(ring.frequency),
         )
     };
-    let (mut places, gain) = if let Some(hump) = &hump {
+    // Between the samples it may have swung further.
+    let (_, quickest) = spec.parameters[0].range;
+    let mut places = Vec::new();
+    if let Some(hump) = &hump {
         let (p, c) = hump.shape;
         let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
-        // Between the samples it may have swung further.
-        let (_, quickest) = spec.parameters[0].range;
         let all = std::iter::once(hump.frequency).chain(hump.mirrors());
         let place = |f: f64| match blows
             .near(f, ring::SPACING)
@@ -225,19 +226,27 @@ fn further_mode(
             Some(ring) => (ring.gain, in_step(&ring)),
             None => (0.0, (with([f, 0.01, size * c, size * p, 0.0]), near(f))),
         };
-        let mut all: Vec<_> = all.filter(|f| *f < quickest).map(place).collect();
-        all.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let best = all.first().map_or(0.0, |place| place.0);
-        if best > DECISIVE {
-            all.retain(|place| place.0 > 0.5 * best);
-        }
-        let all: Vec<_> = all.into_iter().map(|place| place.1).collect();
-        (all.into_iter(), hump.gain)
-    } else if let Some(ring) = blows.outstanding() {
-        (vec![in_step(&ring)].into_iter(), ring.gain)
-    } else {
-        return Ok(None);
+        places.extend(all.filter(|f| *f < quickest).map(place));
+    }
+    let struck = blows.outstanding(quickest);
+    let known = |ring: &Struck| {
+        let mut all = places.iter();
+        all.any(|(_, (start, _))| (start.values[0] / ring.frequency).ln().abs() < 0.03)
     };
+    if let Some(ring) = struck.as_ref().filter(|ring| !known(ring)) {
+        places.push((ring.gain, in_step(ring)));
+    }
+    places.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let best = places.first().map_or(0.0, |place| place.0);
+    if best > DECISIVE {
+        places.retain(|place| place.0 > 0.5 * best);
+    }
+    let gain = hump
+        .map(|h| h.gain)
+        .into_iter()
+        .chain(struck.map(|s| s.gain));
+    let gain = gain.fold(0.0, f64::max);
+    let mut places = places.into_iter().map(|place| place.1);
     let Some((start, bounds)) = places.next() else {
         return Ok(None);
     };
