@@ -302,7 +302,10 @@ fn search(
             told: best.told,
         });
         // What was misread did not stand out while all was far off.
-        let clearer = stand.train.per_value() > CLEARER * trial.train.per_value();
+        let clears =
+            |(before, after): (&Fitted, &Fitted)| before.per_value() > CLEARER * after.per_value();
+        let kept_out = stand.held_out.as_ref().zip(trial.held_out.as_ref());
+        let clearer = clears((&stand.train, &trial.train)) || kept_out.is_some_and(clears);
         stand.train = trial.train;
         stand.held_out = trial.held_out;
         if clearer && !stand.misread {
