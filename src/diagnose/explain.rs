@@ -212,7 +212,9 @@ fn among_aside(
     stand.misread = false;
     let left = stand.train.aside();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
-    if left > (1.0 - BACK) * baseline.train.aside() {
+    // An effect that shows as well in the rest may have been fitted astray by them.
+    let astray = stand.train.per_value() > ODD * baseline.train.per_value().max(1.0);
+    if astray || left > (1.0 - BACK) * baseline.train.aside() {
         return Ok(None);
     }
     search(&bench, found, options, control, report).map(Some)
@@ -308,7 +310,7 @@ fn search(
         let clearer = clears((&stand.train, &trial.train)) || kept_out.is_some_and(clears);
         stand.train = trial.train;
         stand.held_out = trial.held_out;
-        if clearer && !stand.misread {
+        if (clearer || stand.train.aside() > ASIDE) && !stand.misread {
             look_after(&bench, &mut stand, control)?;
         }
         if only.is_none() {
