@@ -4,8 +4,9 @@
 
 use super::bench::{Bench, Fitted, Side};
 use super::explain::{Stand, TRAIN_GAIN, Trial};
+use super::modes::near_mode;
 use super::options::{DiagnoseControl, DiagnoseError};
-use super::promises::{Hypothesis, near_mode};
+use super::promises::Hypothesis;
 use super::ring::{self, BESIDE, Ring};
 use super::struck::Blows;
 use super::weigh::with_freedoms;

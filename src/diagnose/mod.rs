@@ -4,9 +4,9 @@
 //! re-tuned to the stretches between ([`bench`]). All hypotheses are then weighed at once
 //! in the linearised problem ([`scan`]), the promising ones fitted, judged on recordings
 //! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
-//! ([`events`], [`laws`]). [`locate`] says where the misfit lies, [`evidence`] what force
-//! is missing whatever its name, [`continuity`] whether the flight goes on unbroken from
-//! stretch to stretch; [`engine`] puts it all together.
+//! ([`events`], [`laws`]), further modes by their ring ([`ring`], `struck`). [`locate`] says
+//! where the misfit lies, [`evidence`] what force is missing whatever its name, [`continuity`]
+//! whether the flight goes on unbroken from stretch to stretch; [`engine`] puts it all together.
 //! [`report`] writes it down for people and programs.
 
 mod adhesion;
@@ -30,6 +30,7 @@ pub mod kin;
 mod late;
 pub mod laws;
 pub mod locate;
+mod modes;
 pub mod next;
 pub mod noise;
 pub mod options;

@@ -4,11 +4,10 @@
 use super::bench::{Bench, Bound};
 use super::candidates::{Form, Scale, forms, own_ids};
 use super::explain::Stand;
+use super::modes;
 use super::options::DiagnoseError;
-use super::ring;
 use super::scan::{Linear, Scan};
 use super::search::{find_line, find_step, first_level};
-use super::struck::{Blows, Struck};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
@@ -22,17 +21,11 @@ const SHAKE: f64 = 0.05;
 const RISE: f64 = 1e-7;
 /// Stays that begin so close to each other may begin with the step \[s\].
 const WHILE: f64 = 1e-3;
-/// Share of a further mode's motion at the mass, of that of all modes.
-const UNNOTICED: f64 = 0.06;
 /// Most times a form's strength that a refit begins with: the linearised problem knows
 /// direction and rough size only.
 const MOST: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
 const MOST_DELAY: f64 = 300.0;
-/// Fall of chi2 by a ring that is in step with what sets it off from which it tells the mode.
-const IN_STEP: f64 = 15.0;
-/// The same from which it tells where it is, if it is read at several frequencies.
-const DECISIVE: f64 = 60.0;
 /// Exponents that an attraction may have: that of a sphere on a plane to one that falls off as
 /// an exponential does.
 const EXPONENTS: (f64, f64) = (2.0, 12.0);
@@ -180,96 +173,9 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         out.extend(after_all(bench, stand, &always)?);
     }
     if let Some(spec) = find("extra_mode") {
-        out.extend(further_mode(bench, stand, spec)?);
+        out.extend(modes::further(bench, stand, spec)?);
     }
     Ok(out)
-}
-
-/// A further mode: by a hump in what is left, or by a ring that is in step with what sets it off.
-fn further_mode(
-    bench: &Bench,
-    stand: &Stand,
-    spec: &'static EffectSpec,
-) -> Result<Option<Hypothesis>, DiagnoseError> {
-    let model = &stand.train.model;
-    let blows = Blows::new(&bench.train, &stand.train)?;
-    let hump = ring::find(&stand.train)?.filter(|ring| ring.significance > ring::HUMP);
-    // A mass-normalised shape is of the order of the structure's own; but a mode that
-    // has gone unnoticed hardly moves the mass.
-    let usual = model.structure().mobility().sqrt();
-    // One more is looked for where this one has shown up.
-    let with = |own: [f64; 5]| ActiveEffect {
-        spec,
-        values: own
-            .into_iter()
-            .chain([own[0], 0.01, 0.0, 0.0, 0.0])
-            .collect(),
-    };
-    let near = |f: f64| near_mode(spec, [0, 1], f).to_vec();
-    let in_step = |ring: &Struck| {
-        (
-            with(ring.mode(model, UNNOTICED * usual)),
-            near(ring.frequency),
-        )
-    };
-    // Between the samples it may have swung further.
-    let (_, quickest) = spec.parameters[0].range;
-    let mut places = Vec::new();
-    if let Some(hump) = &hump {
-        let (p, c) = hump.shape;
-        let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
-        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
-        let place = |f: f64| match blows
-            .near(f, ring::SPACING)
-            .filter(|ring| ring.gain > IN_STEP)
-        {
-            Some(ring) => (ring.gain, in_step(&ring)),
-            None => (0.0, (with([f, 0.01, size * c, size * p, 0.0]), near(f))),
-        };
-        places.extend(all.filter(|f| *f < quickest).map(place));
-    }
-    let struck = blows.outstanding(quickest);
-    let known = |ring: &Struck| {
-        let mut all = places.iter();
-        all.any(|(_, (start, _))| (start.values[0] / ring.frequency).ln().abs() < 0.03)
-    };
-    if let Some(ring) = struck.as_ref().filter(|ring| !known(ring)) {
-        places.push((ring.gain, in_step(ring)));
-    }
-    places.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let best = places.first().map_or(0.0, |place| place.0);
-    if best > DECISIVE {
-        places.retain(|place| place.0 > 0.5 * best);
-    }
-    let gain = hump
-        .map(|h| h.gain)
-        .into_iter()
-        .chain(struck.map(|s| s.gain));
-    let gain = gain.fold(0.0, f64::max);
-    let mut places = places.into_iter().map(|place| place.1);
-    let Some((start, bounds)) = places.next() else {
-        return Ok(None);
-    };
-    Ok(Some(Hypothesis {
-        start,
-        others: places.collect(),
-        free: own_ids(spec, &[0, 1, 2, 3, 4]),
-        full: None,
-        shape: own_ids(spec, &[5, 6, 7, 8]),
-        bounds,
-        promise: gain.max(2.0 * PROMISING),
-        searched: false,
-        series: false,
-        told_by: None,
-    }))
-}
-
-/// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`:
-/// one that is free to be slow and dead would pass for any other force.
-pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64) -> [Bound; 2] {
-    let bounds = [(0.9 * f, 1.1 * f), (1e-4, 0.1)];
-    let mut ids = own_ids(spec, &which).into_iter();
-    bounds.map(|bound| (ids.next().unwrap_or_default(), bound))
 }
 
 /// A step of the ground between the fitted recordings and those kept out: `always` is one that

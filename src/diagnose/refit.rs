@@ -6,7 +6,7 @@ use super::explain::{Stand, Trial};
 use super::further;
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
-use super::weigh::{begun_from, from_near, likeliest};
+use super::weigh::{begun_from, likeliest};
 use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Fall of chi2 on both sides from which a law has shown up.
@@ -52,7 +52,8 @@ pub fn shaped(
             None => None,
         }
     } else {
-        from_near(bench, stand, &whole, control)?
+        let near = (&trial.train.model, &trial.train);
+        begun_from(bench, stand, &whole, near, control)?
     };
     let Some(mut other) = other else {
         return Ok(trial);

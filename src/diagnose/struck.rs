@@ -29,6 +29,8 @@ const SURE: f64 = 25.0;
 const OUTSTANDING: f64 = 4.0;
 /// Share of the frequencies that most are.
 const MOST: f64 = 0.8;
+/// Most turns from one sample to the next.
+const TURNS: f64 = 1.7;
 /// Least share of the proof mass in a shape: a blow on it must have set it off.
 const LEAST_SHARE: f64 = 0.02;
 /// A ring is over after so many of its times.
@@ -124,9 +126,14 @@ impl Blows {
         })
     }
 
-    /// The ring up to `highest` \[Hz\] that stands out, if any does. Its phase also tells one that
+    /// The ring up to `quickest` \[Hz\] that stands out, if any does. Its phase also tells one that
     /// swings further between the samples.
-    pub fn outstanding(&self, highest: f64) -> Option<Struck> {
+    pub fn outstanding(&self, quickest: f64) -> Option<Struck> {
+        let slowest = self.left.iter().map(|own| own.interval);
+        let highest = quickest.min(TURNS / slowest.fold(0.0, f64::max));
+        if highest <= LOWEST {
+            return None;
+        }
         let mut all = self.rings(LOWEST, highest);
         let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
         all.retain(|p| p.zeta == best.zeta);

@@ -18,6 +18,8 @@ const ITERATIONS: usize = 12;
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
 /// along.
 const LOST: f64 = 4.0;
+/// A ground that steps leaves the flight as it is.
+const STEP: &str = "gap_step";
 
 /// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it
 /// promises.
@@ -47,6 +49,7 @@ pub fn weigh(
     }
     let mut out: Vec<Weighed> = Vec::new();
     let mut best = 0.0f64;
+    let mut afar_asked = false;
     let count = hypotheses.len().clamp(1, MOST);
     for hypothesis in hypotheses {
         let same = |w: &Weighed| w.spec == hypothesis.start.spec;
@@ -67,8 +70,10 @@ pub fn weigh(
                 hypothesis.start.spec.name,
                 (k + 1) as f64 / (count + 1) as f64,
             );
-            // From afar takes as long as the re-tuning did: only for what promises most.
-            let afar = k == 0 && stand.named.is_empty();
+            // From afar takes as long as the re-tuning did: only for what promises most of all
+            // that acts in flight, where that has gone astray.
+            let afar = !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != STEP;
+            afar_asked |= afar;
             trial = attempt(bench, stand, &hypothesis, afar, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
