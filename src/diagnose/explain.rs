@@ -5,9 +5,8 @@ use super::bench::{Bench, Fitted, Side};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
 use super::refit::shaped;
-use super::weigh::{freedoms, is_asked, weigh};
-use super::{choice, further, kin};
-use crate::model::Model;
+use super::weigh::{is_asked, weigh};
+use super::{choice, further, kin, needless};
 use crate::model::effects::EffectSpec;
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
 /// directions and some thousand frequencies falls by up to 20 by chance alone.
@@ -17,11 +16,6 @@ const SEARCHED_GAIN: f64 = 50.0;
 /// Falls on the fitted recordings and on both sides from which a name needs no more where
 /// those kept out, of which chance knows nothing, fall by as much as that.
 const CONFIRMED: (f64, f64) = (15.0, 45.0);
-/// An earlier effect that brought so many times more than a later one is not asked again
-/// whether it is needed.
-const SURE: f64 = 4.0;
-/// Times its promise from which what an effect brought may be owed to the fit before it.
-const UNFORESEEN: f64 = 4.0;
 /// Where other forms of the laws named would bring so many times what a further name brings,
 /// it is one of those forms that is wrong, in a way that is not known.
 const OUTWEIGHED: f64 = 2.0;
@@ -81,7 +75,7 @@ impl Trial {
 
 /// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
 /// `held_gain`. Of what was searched for over many places the best of them is seen.
-fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+pub fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
     if hypothesis.searched {
         return gain < SEARCHED_GAIN;
     }
@@ -314,7 +308,7 @@ fn search(
             look_after(&bench, &mut stand, control)?;
         }
         if only.is_none() {
-            drop_needless(&bench, &mut stand, control)?;
+            needless::remove(&bench, &mut stand, control)?;
         }
     }
     Ok(Explanation {
@@ -345,61 +339,4 @@ fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
     let held = trial.held_out.is_some() && held_gain < HELD_GAIN;
     let outweighed = before > OUTWEIGHED * trial.gain;
     Ok(outweighed || by_chance(&trial.hypothesis, gain, held_gain) || held)
-}
-
-/// Drops effects that a later one has made needless, and a latest one that only went on where
-/// the fit before it had stopped.
-fn drop_needless(
-    bench: &Bench,
-    stand: &mut Stand,
-    control: &DiagnoseControl<'_>,
-) -> Result<(), DiagnoseError> {
-    let mut k = 0;
-    while k < stand.named.len() {
-        if control.cancelled() {
-            break;
-        }
-        // The latest one is asked where it brought far more than was promised: the fit before
-        // may have stopped halfway, and this one have gone on for it.
-        let n = &stand.named[k];
-        if k + 1 == stand.named.len() && n.gain.0 < UNFORESEEN * n.hypothesis.promise {
-            break;
-        }
-        // Each was the best of its round: without it at least what the next ones brought
-        // would be lost.
-        let latest = stand.named.last().map_or(0.0, |n| n.gain.0);
-        let own = stand.named[k].gain.0;
-        let later = stand.named[k].hypothesis.told_by.is_some();
-        if later || latest > SURE * TRAIN_GAIN && own > SURE * latest {
-            k += 1;
-            continue;
-        }
-        let mut without = stand.clone();
-        let dropped = without.named.remove(k);
-        let mut start: Model = stand.train.model.clone();
-        start.effects.retain(|e| e.spec != dropped.spec);
-        let (free, bounds) = freedoms(&without);
-        let train = match bench.fit(&start, &free, &bounds, &stand.train, 12, control) {
-            Ok(fitted) => fitted,
-            Err(DiagnoseError::Sim(_)) => {
-                k += 1;
-                continue;
-            }
-            Err(error) => return Err(error),
-        };
-        let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
-        let lost = train.cost - stand.train.cost;
-        let held_lost = match (&held_out, &stand.held_out) {
-            (Some(after), Some(before)) => after.cost - before.cost,
-            _ => HELD_GAIN,
-        };
-        if by_chance(&dropped.hypothesis, lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
-            without.train = train;
-            without.held_out = held_out;
-            *stand = without;
-        } else {
-            k += 1;
-        }
-    }
-    Ok(())
 }

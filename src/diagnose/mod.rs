@@ -31,6 +31,7 @@ mod late;
 pub mod laws;
 pub mod locate;
 mod modes;
+mod needless;
 pub mod next;
 pub mod noise;
 pub mod options;

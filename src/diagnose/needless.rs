@@ -1,0 +1,73 @@
+//! Names that a later one has made needless.
+
+use super::bench::Bench;
+use super::explain::{HELD_GAIN, Stand, TRAIN_GAIN, by_chance};
+use super::options::{DiagnoseControl, DiagnoseError};
+use super::weigh::freedoms;
+use crate::model::Model;
+
+/// An earlier effect that brought so many times more than a later one is not asked again
+/// whether it is needed.
+const SURE: f64 = 4.0;
+/// Times its promise from which what an effect brought may be owed to the fit before it.
+const UNFORESEEN: f64 = 4.0;
+
+/// Drops effects that a later one has made needless, and a latest one that only went on where
+/// the fit before it had stopped.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn remove(
+    bench: &Bench,
+    stand: &mut Stand,
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    let mut k = 0;
+    while k < stand.named.len() {
+        if control.cancelled() {
+            break;
+        }
+        // The latest one is asked where it brought far more than was promised: the fit before
+        // may have stopped halfway, and this one have gone on for it.
+        let n = &stand.named[k];
+        if k + 1 == stand.named.len() && n.gain.0 < UNFORESEEN * n.hypothesis.promise {
+            break;
+        }
+        // Each was the best of its round: without it at least what the next ones brought
+        // would be lost.
+        let latest = stand.named.last().map_or(0.0, |n| n.gain.0);
+        let own = stand.named[k].gain.0;
+        let later = stand.named[k].hypothesis.told_by.is_some();
+        if later || latest > SURE * TRAIN_GAIN && own > SURE * latest {
+            k += 1;
+            continue;
+        }
+        let mut without = stand.clone();
+        let dropped = without.named.remove(k);
+        let mut start: Model = stand.train.model.clone();
+        start.effects.retain(|e| e.spec != dropped.spec);
+        let (free, bounds) = freedoms(&without);
+        let train = match bench.fit(&start, &free, &bounds, &stand.train, 12, control) {
+            Ok(fitted) => fitted,
+            Err(DiagnoseError::Sim(_)) => {
+                k += 1;
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
+        let lost = train.cost - stand.train.cost;
+        let held_lost = match (&held_out, &stand.held_out) {
+            (Some(after), Some(before)) => after.cost - before.cost,
+            _ => HELD_GAIN,
+        };
+        if by_chance(&dropped.hypothesis, lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
+            without.train = train;
+            without.held_out = held_out;
+            *stand = without;
+        } else {
+            k += 1;
+        }
+    }
+    Ok(())
+}
