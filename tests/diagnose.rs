@@ -181,6 +181,32 @@ fn what_rings_by_itself_is_no_mode_and_a_mode_is() {
 }
 
 #[test]
+fn a_weak_mode_shows_in_step_with_what_sets_it_off() {
+    let paper = Preset::embedded("paper").expect("a preset").model;
+    let mut with = paper.clone();
+    let mut mode = ActiveEffect::new(find("extra_mode").expect("an effect"));
+    let own = [
+        ("f", 13.7e3),
+        ("zeta", 5e-3),
+        ("phi_p", 9.3e3),
+        ("phi_c", 12.6e3),
+        ("phi_d", 11.2e3),
+    ];
+    for (id, value) in own {
+        assert!(mode.set(id, value), "{id}");
+    }
+    with.effects.push(mode);
+    let parts = series(&with, |_| ());
+    let (train, held_out) = parts.split_at(3);
+    let options = DiagnoseOptions::default();
+    let found = answer(&paper, (train, held_out), &options, false).expect("an answer");
+    let names: Vec<&str> = found.named.iter().map(|n| n.id.as_str()).collect();
+    assert_eq!(names, ["extra_mode"], "{:?}", found.remarks);
+    let f = found.model.get("extra_mode.f").expect("its frequency");
+    assert!((f / 13.7e3 - 1.0).abs() < 0.01, "{f}");
+}
+
+#[test]
 fn a_mass_that_hovers_over_the_ground_is_not_taken_to_stay_on_it() {
     let mut model = Preset::embedded("paper").expect("a preset").model;
     // Little enough that the mass does not stick where it hovers.
