@@ -190,8 +190,10 @@ fn humps(
     let usual = crate::recording::quantile_in_place(&mut sorted, 0.5);
     let spread = usual / n.sqrt();
     let top = |k: usize| {
+        // What only grows towards an end has its top beyond it, if it has one.
+        let inside = k > 0 && k + 1 < powers.len();
         let around = k.saturating_sub(FLANK)..(k + FLANK + 1).min(powers.len());
-        powers[around].iter().all(|p| p.0 <= powers[k].0)
+        inside && powers[around].iter().all(|p| p.0 <= powers[k].0)
     };
     // The flank of a hump is no hump.
     let tops = (0..powers.len()).filter(|k| top(*k));

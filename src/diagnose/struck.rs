@@ -129,12 +129,15 @@ impl Blows {
     /// The ring up to `quickest` \[Hz\] that stands out, if any does. Its phase also tells one that
     /// swings further between the samples.
     pub fn outstanding(&self, quickest: f64) -> Option<Struck> {
-        let slowest = self.left.iter().map(|own| own.interval);
-        let highest = quickest.min(TURNS / slowest.fold(0.0, f64::max));
+        let rates = self.left.iter().map(|own| 1.0 / own.interval);
+        let rate = rates.fold(f64::INFINITY, f64::min);
+        let highest = quickest.min(TURNS * rate);
         if highest <= LOWEST {
             return None;
         }
         let mut all = self.rings(LOWEST, highest);
+        // What is slow is read as this too.
+        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > LOWEST);
         let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
         all.retain(|p| p.zeta == best.zeta);
         let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
