@@ -27,8 +27,9 @@ const STILL: f64 = 1e-3;
 /// Falls of chi2 by a ring of a known frequency that begins with impacts and jumps of the drive, on
 /// both sides, from which it is moved by them.
 const IN_STEP: (f64, f64) = (20.0, 12.0);
-/// Share of what a mode brings, from which that is so for it and not for a part of something else.
-const MOSTLY: f64 = 0.05;
+/// Least share of what a mode brings that such a ring must bring: of something else that rings,
+/// a smaller part is in step by chance.
+const LEAST_SHARE: f64 = 0.05;
 /// How far off that frequency may be, as a share.
 const NEAR: f64 = 0.03;
 /// Steps of the fit with such a mode.
@@ -111,8 +112,8 @@ pub fn rings_by_itself(
     Ok((by_motion < TRAIN_GAIN).then_some(frequency))
 }
 
-/// Whether most of what `trial` tells beyond `stand`, of a mode at `frequency` \[Hz\], begins with
-/// impacts and jumps of the drive, on both sides.
+/// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what
+/// `stand` leaves, on both sides, and is not too small a part of what `trial` brings beyond it.
 fn in_step(bench: &Bench, stand: &Stand, trial: &Trial, frequency: f64) -> Result<bool, SimError> {
     let near = |side: &Side, fitted: &Fitted| -> Result<f64, SimError> {
         let ring = Blows::new(side, fitted)?.near(frequency, NEAR * frequency);
@@ -128,8 +129,8 @@ fn in_step(bench: &Bench, stand: &Stand, trial: &Trial, frequency: f64) -> Resul
         trial.gain,
         trial.held_gain
     );
-    Ok(train > IN_STEP.0.max(MOSTLY * trial.gain)
-        && held_out.is_none_or(|gain| gain > IN_STEP.1.max(MOSTLY * trial.held_gain)))
+    Ok(train > IN_STEP.0.max(LEAST_SHARE * trial.gain)
+        && held_out.is_none_or(|gain| gain > IN_STEP.1.max(LEAST_SHARE * trial.held_gain)))
 }
 
 /// `known` with one more mode that is read as `hump`.

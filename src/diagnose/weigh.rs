@@ -232,7 +232,7 @@ pub fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Vec<String>, Ve
 }
 
 /// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
-pub fn from_near(
+fn from_near(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
