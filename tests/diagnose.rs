@@ -207,6 +207,29 @@ fn a_weak_mode_shows_in_step_with_what_sets_it_off() {
 }
 
 #[test]
+fn a_zero_that_drifts_by_micrometres_is_named() {
+    let paper = Preset::embedded("paper").expect("a preset").model;
+    // Slower and slower without end, which is not the law that is fitted.
+    let drifts = |recording: &mut Recording| {
+        let moved = |t: &f64| -6e-6 * (t / 0.04).ln_1p();
+        let moved: Vec<f64> = recording.time.iter().map(moved).collect();
+        let xc = recording.cantilever.as_mut().expect("both points");
+        for (i, moved) in moved.into_iter().enumerate() {
+            recording.proof_mass[i] += moved;
+            xc[i] += moved;
+        }
+    };
+    let parts = series(&paper, drifts);
+    let (train, held_out) = parts.split_at(3);
+    let options = DiagnoseOptions::default();
+    let found = answer(&paper, (train, held_out), &options, false).expect("an answer");
+    let names: Vec<&str> = found.named.iter().map(|n| n.id.as_str()).collect();
+    assert_eq!(names, ["zero_drift"], "{:?}", found.remarks);
+    let held = &found.held_out;
+    assert!(held.after.rms < 0.1 * held.before.rms, "{held:?}");
+}
+
+#[test]
 fn a_mass_that_hovers_over_the_ground_is_not_taken_to_stay_on_it() {
     let mut model = Preset::embedded("paper").expect("a preset").model;
     // Little enough that the mass does not stick where it hovers.

@@ -5,7 +5,8 @@
 
 use std::ops::Range;
 
-use crate::fit::prepare::{Findings, Prepared, prepare};
+use crate::fit::findings::Findings;
+use crate::fit::prepare::{Prepared, prepare};
 use crate::fit::segment::{Cut, Segment, cut};
 use crate::fit::timeline::{Kind, Timeline};
 use crate::fit::{FitError, FitOptions, Part, space::Space};
@@ -198,7 +199,7 @@ pub fn prepare_calm(
         let mut samples = 0;
         for mut interval in intervals(recording, &levelled, &timeline, &part.samples, ground) {
             if interval.held {
-                let xp = &recording.proof_mass[interval.samples.clone()];
+                let xp = &levelled[interval.samples.clone()];
                 interval.samples.start += hopping(xp, recording.interval(), noise);
             }
             let quiet = Timeline {
@@ -219,7 +220,7 @@ pub fn prepare_calm(
                 interval.samples,
             );
             for mut segment in pieces {
-                let xp = &recording.proof_mass[segment.samples.clone()];
+                let xp = &levelled[segment.samples.clone()];
                 if interval.held && !still(xp, data.sigmas.xp) {
                     continue;
                 }

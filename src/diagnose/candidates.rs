@@ -164,6 +164,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                     "long_range_attraction" => &[2],
                     // A lag that is as good as nothing is stiff: it shapes no pace.
                     "amplifier_lag" if strength == 0 => &[1],
+                    "zero_drift" if strength == 0 => &[2],
                     _ => &[],
                 },
             });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::options::DiagnoseError;
 use crate::fit::check::check;
 use crate::fit::concerns::same_ring;
-use crate::fit::prepare::look;
+use crate::fit::findings::look;
 use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};

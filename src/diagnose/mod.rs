@@ -18,6 +18,7 @@ mod choice;
 pub mod condition;
 mod continuity;
 mod curve;
+mod drifts;
 pub mod engine;
 pub mod events;
 pub mod evidence;

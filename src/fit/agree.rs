@@ -3,8 +3,9 @@
 
 use super::engine::estimate_states;
 use super::error::FitError;
+use super::findings::{Part, look};
 use super::options::FitOptions;
-use super::prepare::{Part, look, prepare};
+use super::prepare::prepare;
 use super::result::{misfits, uncertainty};
 use super::solve::{Clock, Control, Plan, improve};
 use super::space::Space;

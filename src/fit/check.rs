@@ -2,10 +2,10 @@
 
 use super::concerns::{other_rest, same_ring};
 use super::error::FitError;
+use super::findings::{Findings, Part, look};
 use super::noise::noise_of;
 use super::options::FitOptions;
 use super::plausible::{STILL, check_columns, check_level};
-use super::prepare::{Findings, Part, look};
 use super::space::Space;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;

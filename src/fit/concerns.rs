@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::error::FitError;
-use super::prepare::{Findings, Part};
+use super::findings::{Findings, Part};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
@@ -152,7 +152,7 @@ fn of_several(parts: &[Part]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::prepare::look;
+    use super::super::findings::look;
     use super::super::tests::{made, off, paper, part};
     use super::*;
 

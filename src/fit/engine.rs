@@ -3,9 +3,10 @@
 use super::agree::disagreements;
 use super::check::{check, check_fit};
 use super::error::FitError;
+use super::findings::{Part, look};
 use super::global::{all_parameters, beginnings, begun, read_again, search};
 use super::options::FitOptions;
-use super::prepare::{Part, Prepared, look, prepare};
+use super::prepare::{Prepared, prepare};
 use super::result::{FitResult, Misfit, misfit_remarks, misfits, uncertainty};
 use super::revise::{revise, set_suspects_aside};
 use super::solve::{Clock, Control, Plan, Point, improve, normal_equations, settle, threshold};

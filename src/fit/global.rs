@@ -7,8 +7,9 @@
 //! the film trade against each other along a curved valley.
 
 use super::error::FitError;
+use super::findings::{Findings, Part};
 use super::options::FitOptions;
-use super::prepare::{Findings, Part, Prepared, prepare};
+use super::prepare::{Prepared, prepare};
 use super::problem::Nuisance;
 use super::revise::{hopeless, revise, set_suspects_aside};
 use super::robust::Huber;

@@ -18,6 +18,7 @@ pub mod combinations;
 pub(crate) mod concerns;
 mod engine;
 pub mod error;
+pub mod findings;
 pub mod global;
 pub mod interval;
 mod noise;
@@ -43,8 +44,8 @@ pub mod validate;
 
 pub use engine::{fit, free_run, judge};
 pub use error::FitError;
+pub use findings::Part;
 pub use options::{FitOptions, FreeNuisances, default_free};
-pub use prepare::Part;
 pub use profile::{ProfilePoint, profile_of};
 pub use result::{FitResult, FittedParameter, Misfit};
 pub use solve::{Control, Progress};

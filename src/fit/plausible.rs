@@ -2,7 +2,7 @@
 //! are no readings.
 
 use super::error::FitError;
-use super::prepare::{Findings, Part};
+use super::findings::{Findings, Part};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};

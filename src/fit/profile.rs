@@ -8,8 +8,9 @@ use nalgebra::DVector;
 
 use super::engine::estimate_states;
 use super::error::FitError;
+use super::findings::{Part, look};
 use super::options::FitOptions;
-use super::prepare::{Part, Prepared, look, prepare};
+use super::prepare::{Prepared, prepare};
 use super::problem::Problem;
 use super::result::{FitResult, FittedParameter, inverse, misfits};
 use super::robust::Huber;

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::fit::findings::{Part, look};
 use crate::fit::options::FitOptions;
-use crate::fit::prepare::{Part, look, prepare};
+use crate::fit::prepare::prepare;
 use crate::fit::robust::Huber;
 use crate::fit::solve::settle;
 use crate::fit::space::Space;

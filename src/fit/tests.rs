@@ -357,7 +357,7 @@ fn rest_on_the_ground_without_noise_is_no_saturation() {
         let xp = trace.proof_mass.clone();
         let r = Recording::new("clean", trace.times(), Some(volts), xp, Some(xc)).unwrap();
         let parts = [part(r)];
-        let findings = prepare::look(&model, &parts);
+        let findings = findings::look(&model, &parts);
         check::check(&model, &parts, &findings, &options(&["eta", "dp"])).unwrap();
     }
 }

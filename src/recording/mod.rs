@@ -18,7 +18,7 @@ pub mod features;
 mod grid;
 mod impact;
 pub mod level;
-pub mod level_step;
+pub mod level_change;
 pub mod noise;
 pub mod period;
 pub mod rest;

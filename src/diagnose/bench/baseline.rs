@@ -2,7 +2,7 @@
 
 use super::aside::taken_in;
 use super::clocks::{set_clocks, skews};
-use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE, positions};
+use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE, positions, with_effect};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{heal, thinned};
 use crate::fit::problem::Problem;
@@ -29,11 +29,15 @@ const LATER: [&str; 8] = [
 const ASTRAY: f64 = 3.0;
 /// Steps of each stretch's own fit from its first guess.
 const GUESS: usize = 3;
+/// Steps without a drift that was fitted.
+const WITHOUT: usize = 10;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 
 impl Bench {
-    /// The baseline, re-tuned to the fitted recordings from `model`.
+    /// The baseline, re-tuned to the fitted recordings from `model`. A drift that the ground's
+    /// level shows would lead the film astray, to where it is too thin and takes long: the
+    /// baseline begins with the fit with it.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -42,7 +46,14 @@ impl Bench {
         model: &Model,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        self.from_afar(model, &[], &[], control)
+        let Some((drift, free)) = self.train.drift() else {
+            return self.from_afar(model, &[], &[], control);
+        };
+        let spec = drift.spec;
+        let with = self.from_afar(&with_effect(model, drift), &free, &[], control)?;
+        let mut start = with.model.clone();
+        start.effects.retain(|e| e.spec != spec);
+        self.fit(&start, &[], &[], &with, WITHOUT, control)
     }
 
     /// The same with the parameters of `free` moved too, from their values in `model` and
@@ -107,6 +118,7 @@ impl Bench {
             if ids.len() > 2 {
                 locked.extend(skews(&problem));
             }
+            locked.extend(self.read_alone(&problem));
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
             set_clocks(&problem, &mut point, segments, &few)?;
             heal(&problem, &mut point, segments)?;
@@ -175,10 +187,18 @@ impl Bench {
         let mut locked = positions(&problem, &LATER);
         if locked.len() < problem.space.len() {
             locked.extend(skews(&problem));
+            locked.extend(self.read_alone(&problem));
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
             heal(&problem, &mut point, segments)?;
         }
         Ok((problem, point))
+    }
+
+    /// Positions of what the recordings say by themselves better than a fit that is far off.
+    fn read_alone(&self, problem: &Problem) -> Vec<usize> {
+        let ids = self.train.drift().map(|(_, ids)| ids).unwrap_or_default();
+        let ids: Vec<&str> = ids.iter().map(String::as_str).collect();
+        positions(problem, &ids)
     }
 
     /// Goes on with all stretches where a fit was to the `few` only.

@@ -3,12 +3,12 @@
 //! All fits here are over calm stretches ([`super::calm`]): what happens at the ground is
 //! looked at by itself ([`super::events`]).
 
+mod alone;
 mod aside;
 mod baseline;
 mod clocks;
 mod fits;
 mod freedoms;
-mod impacts;
 mod sketch;
 mod tuned;
 mod values;
@@ -24,7 +24,8 @@ use super::calm::{Calm, prepare_calm};
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::chain::{MEMORY, Sigmas};
-use crate::fit::prepare::{Findings, Prepared, default_length, look, prepare};
+use crate::fit::findings::{Findings, look};
+use crate::fit::prepare::{Prepared, default_length, prepare};
 use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
@@ -159,7 +160,7 @@ impl Bench {
             let mut findings = look(model, parts);
             for &k in hovers {
                 findings[k].level = Err(HOVERS.to_owned());
-                findings[k].step = None;
+                findings[k].change = None;
             }
             let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
             Ok(Side {

@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use crate::fit::FitError;
+use crate::fit::findings::{Findings, Part};
 use crate::fit::options::FitOptions;
-use crate::fit::prepare::{Findings, Part, Prepared, prepare};
+use crate::fit::prepare::{Prepared, prepare};
 use crate::fit::readings::LOOSE;
 use crate::fit::segment::JointKind;
 use crate::fit::space::Space;
@@ -196,7 +197,7 @@ pub(super) fn problem(
 mod tests {
     use super::super::tests::{made, recording};
     use super::*;
-    use crate::fit::prepare::look;
+    use crate::fit::findings::look;
     use crate::model::preset::Preset;
     use crate::recording::Recording;
 

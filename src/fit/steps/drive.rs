@@ -12,7 +12,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::{StepError, counted};
-use crate::fit::prepare::look;
+use crate::fit::findings::look;
 use crate::fit::readings::sound;
 use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;

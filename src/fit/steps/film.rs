@@ -9,7 +9,8 @@
 use super::break_off::{STAY, break_offs, problem};
 use super::{StepError, counted};
 use crate::fit::chain::{Encounter, run};
-use crate::fit::prepare::{Prepared, look};
+use crate::fit::findings::look;
+use crate::fit::prepare::Prepared;
 use crate::fit::readings::sound as readable;
 use crate::fit::result::{misfits, uncertainty};
 use crate::fit::robust::Huber;

@@ -9,7 +9,7 @@ use super::film::{Film, film};
 use super::restitution::restitution;
 use super::sensitivity::{ROWS, SHIFT, sensitivity};
 use super::{StepError, far_off};
-use crate::fit::prepare::look;
+use crate::fit::findings::look;
 use crate::fit::readings::{Readings, Release, readings};
 use crate::fit::{Control, FitOptions, Part};
 use crate::model::drive::Waveform;

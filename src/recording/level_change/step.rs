@@ -1,9 +1,9 @@
-//! A ground whose level changes once in a recording, from data alone: all rests before one
-//! instant are at one height, all after it at another.
+//! A level that changes once: all rests before one instant are at one height, all after it
+//! at another.
 
-use super::level::estimate_contact_level;
-use super::noise::NoiseEstimate;
-use super::{Recording, TimeAxis, quantile_in_place};
+use crate::recording::level::estimate_contact_level;
+use crate::recording::noise::NoiseEstimate;
+use crate::recording::{Recording, TimeAxis, quantile_in_place};
 
 /// A rest shows in a block of this length \[s\].
 const BLOCK: f64 = 4e-4;
@@ -29,16 +29,6 @@ pub struct LevelStep {
     pub time: f64,
     /// By how much the level is higher from then on \[m\].
     pub rise: f64,
-}
-
-impl LevelStep {
-    /// `xp` \[m\] at `time` \[s\] with the change taken out.
-    #[must_use]
-    pub fn taken_out(&self, time: &[f64], xp: &[f64]) -> Vec<f64> {
-        let first = time.partition_point(|t| *t < self.time);
-        let rise = |i: usize| if i < first { 0.0 } else { self.rise };
-        xp.iter().enumerate().map(|(i, x)| x - rise(i)).collect()
-    }
 }
 
 /// A block of samples in which the reading rests.
@@ -169,7 +159,8 @@ mod tests {
             let step = step.expect("a step");
             assert!((step.rise / rise - 1.0).abs() < 0.02, "{step:?}");
             assert!((0.045..0.0551).contains(&step.time), "{step:?}");
-            let level = step.taken_out(&recording.time, &recording.proof_mass);
+            let change = super::super::LevelChange::Step(step);
+            let level = change.taken_out(&recording.time, &recording.proof_mass);
             assert!((level[100] - level[4600]).abs() < 5e-8);
         }
         let steady = jumps(0.0);

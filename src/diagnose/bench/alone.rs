@@ -1,10 +1,13 @@
-//! Impacts in the recordings of one side.
+//! What the recordings of one side show at the ground by themselves.
 
 use super::Side;
+use crate::diagnose::drifts;
 use crate::fit::Part;
-use crate::fit::prepare::Findings;
+use crate::fit::findings::Findings;
+use crate::model::effects::ActiveEffect;
 use crate::recording::TimeAxis;
 use crate::recording::events::{EventOptions, HOP, Impact, find_events};
+use crate::recording::level_change::LevelChange;
 
 impl Side {
     /// Impacts of each recording, as its data show them; none where the ground is not known.
@@ -23,5 +26,17 @@ impl Side {
             find_events(time, &finding.levelled(recording), &options).impacts
         };
         self.parts.iter().zip(&self.findings).map(of).collect()
+    }
+
+    /// The drift of the zero that the ground's level shows, and ids of what is to be fitted of
+    /// it.
+    pub fn drift(&self) -> Option<(ActiveEffect, Vec<String>)> {
+        let of = |finding: &Findings| match finding.change {
+            Some(LevelChange::Drift(drift)) => Some(drift),
+            _ => None,
+        };
+        let noise = self.findings.iter().map(|f| f.noise.0);
+        let drifts: Vec<_> = self.findings.iter().filter_map(of).collect();
+        drifts::read(&drifts, noise.fold(0.0, f64::max))
     }
 }

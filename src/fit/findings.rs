@@ -1,0 +1,245 @@
+//! What recordings alone say, without a model of the motion: noise, and where the ground is.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::noise::noise_of;
+use super::timeline::Timeline;
+use crate::model::Model;
+use crate::recording::events::{EventOptions, HOP, find_events};
+use crate::recording::features::Missing;
+use crate::recording::level::estimate_contact_level;
+use crate::recording::level_change::{LevelChange, LevelDrift, find_level_drift, find_level_step};
+use crate::recording::noise::NoiseEstimate;
+use crate::recording::{Channel, Recording, quantile_in_place};
+
+/// Levels this close are the same ground with the same zero \[m\].
+const SAME_LEVEL: f64 = 2e-6;
+/// A drift shown to this share of a recording's end says how that goes on.
+const BEYOND: f64 = 0.9;
+/// A noise below this share of the motion is taken to be this: the simulation and the
+/// recorder's digits are no better.
+const LEAST_NOISE: f64 = 1e-5;
+
+/// A stretch of a recording to be used.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The recording.
+    pub recording: Arc<Recording>,
+    /// Which samples of it.
+    pub samples: Range<usize>,
+}
+
+impl Part {
+    /// All of a recording.
+    pub fn whole(recording: Arc<Recording>) -> Self {
+        let samples = 0..recording.len();
+        Self { recording, samples }
+    }
+
+    /// A recording cut in two: its first two thirds and the rest.
+    pub fn split(recording: Arc<Recording>) -> (Self, Self) {
+        let at = 2 * recording.len() / 3;
+        let first = Self {
+            samples: 0..at,
+            recording: Arc::clone(&recording),
+        };
+        let rest = Self {
+            samples: at..recording.len(),
+            recording,
+        };
+        (first, rest)
+    }
+}
+
+/// What the data alone say about each part.
+#[derive(Debug, Clone)]
+pub struct Findings {
+    /// Noise of the proof mass and of the cantilever \[m\].
+    pub noise: (f64, Option<f64>),
+    /// Contact level in the reading \[m\], or why there is none.
+    pub level: Result<f64, String>,
+    /// How that level changes in the course of the recording, if it does; `level` is that
+    /// before.
+    pub change: Option<LevelChange>,
+}
+
+impl Findings {
+    /// What happens at the ground in `recording`, whose noise is `noise` \[m\].
+    pub fn timeline(&self, recording: &Recording, noise: f64) -> Timeline {
+        match self.level {
+            Ok(level) => {
+                let xp = self.levelled(recording);
+                Timeline::new(&recording.time, &xp, level, noise)
+            }
+            Err(_) => Timeline::default(),
+        }
+    }
+
+    /// Reading of the proof mass with changes of the ground's level taken out \[m\].
+    pub fn levelled<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
+        levelled(recording, self.change)
+    }
+}
+
+/// Looks at parts without a model of the motion.
+pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
+    let mut findings: Vec<Findings> = parts.iter().map(|p| look_at(model, p)).collect();
+    if !model.has_ground {
+        return findings;
+    }
+    let mut known: Vec<f64> = findings
+        .iter()
+        .filter_map(|f| f.level.clone().ok())
+        .collect();
+    let common = quantile_in_place(&mut known, 0.5);
+    let mut drifts: Vec<LevelDrift> = findings
+        .iter()
+        .filter_map(|f| match f.change {
+            Some(LevelChange::Drift(drift)) => Some(drift),
+            _ => None,
+        })
+        .collect();
+    drifts.sort_by(|a, b| a.shown().0.total_cmp(&b.shown().0));
+    for (finding, part) in findings.iter_mut().zip(parts) {
+        if finding.level.is_ok() {
+            continue;
+        }
+        let r = &part.recording;
+        // A zero that moves in one recording may move alike in another, as far as that shows.
+        let alike = drifts
+            .iter()
+            .filter(|drift| drift.shown().1 >= BEYOND * r.span().1);
+        let changes = alike.map(|drift| Some(LevelChange::Drift(*drift)));
+        let changes: Vec<Option<LevelChange>> = changes.chain([None]).collect();
+        let estimate = noise_of(r, Channel::ProofMass).ok();
+        let rest = |change: &Option<LevelChange>| {
+            let level = level_in(r, estimate, *change).ok()?;
+            Some((level, *change))
+        };
+        let turn = |change: &Option<LevelChange>| {
+            // Those of other recordings hold where the zero stays.
+            let known = if change.is_none() { common } else { f64::NAN };
+            let level = level_of_impacts(r, &levelled(r, *change), finding.noise.0, known)?;
+            Some((level, *change))
+        };
+        let found = changes.iter().find_map(rest);
+        if let Some((level, change)) = found.or_else(|| changes.iter().find_map(turn)) {
+            finding.level = Ok(level);
+            finding.change = change;
+        }
+    }
+    findings
+}
+
+fn look_at(model: &Model, part: &Part) -> Findings {
+    let r = &part.recording;
+    let noise = |channel: Channel| {
+        // A part whose noise cannot be told is refused by the check.
+        let sigma = noise_of(r, channel).map_or(0.0, |n| n.sigma);
+        let values = r.channel(channel).unwrap_or_default();
+        let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+        let low = quantile_in_place(&mut finite, 0.01);
+        let span = quantile_in_place(&mut finite, 0.99) - low;
+        sigma.max(LEAST_NOISE * span).max(f64::MIN_POSITIVE)
+    };
+    let (level, change) = if model.has_ground {
+        ground_of(r)
+    } else {
+        (Err("the device has no ground".to_owned()), None)
+    };
+    let xc = model.has_cantilever && r.cantilever.is_some();
+    log::debug!("{}: ground at {level:?}, {change:?}", r.name);
+    Findings {
+        noise: (
+            noise(Channel::ProofMass),
+            xc.then(|| noise(Channel::Cantilever)),
+        ),
+        level,
+        change,
+    }
+}
+
+/// Contact level and how it changes. The end of a drift may pass for a steady level.
+fn ground_of(recording: &Recording) -> (Result<f64, String>, Option<LevelChange>) {
+    let noise = noise_of(recording, Channel::ProofMass).ok();
+    let step = find_level_step(recording, noise).map(LevelChange::Step);
+    let drift = || find_level_drift(recording, noise).map(LevelChange::Drift);
+    let change = step.or_else(drift);
+    let level = level_in(recording, noise, change);
+    (level.map_err(|missing| missing.to_string()), change)
+}
+
+/// Reading of the proof mass with a change of the ground's level taken out \[m\].
+fn levelled(recording: &Recording, change: Option<LevelChange>) -> Cow<'_, [f64]> {
+    let xp = &recording.proof_mass;
+    match change {
+        Some(change) => Cow::Owned(change.taken_out(&recording.time, xp)),
+        None => Cow::Borrowed(xp),
+    }
+}
+
+/// Contact level at the beginning of a recording in which it changes so.
+fn level_in(
+    recording: &Recording,
+    noise: Option<NoiseEstimate>,
+    change: Option<LevelChange>,
+) -> Result<f64, Missing> {
+    let xp = levelled(recording, change);
+    estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise)
+}
+
+/// Level of a ground on which the mass never rests: where it turns suddenly, again and
+/// again. A level known from another recording is taken if it is the same.
+fn level_of_impacts(recording: &Recording, xp: &[f64], noise: f64, common: f64) -> Option<f64> {
+    let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
+    let bottom = quantile_in_place(&mut finite, 0.0);
+    let level = if (bottom - common).abs() < SAME_LEVEL {
+        common
+    } else {
+        bottom
+    };
+    let options = EventOptions {
+        contact_level: level,
+        noise,
+        hop: HOP,
+    };
+    let impacts = find_events(recording.axis(), xp, &options).impacts;
+    let sudden = impacts
+        .iter()
+        .filter(|i| i.v_after - i.v_before > 2.0 * i.v_error);
+    (sudden.count() >= 2).then_some(level)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{made, paper, part};
+    use super::*;
+
+    #[test]
+    fn a_drift_is_taken_over_by_a_recording_too_short_to_show_it() {
+        let drifting = |drive: &str, seconds: f64, seed: u64| {
+            let mut recording = made(&paper(), drive, seconds, seed);
+            let times = recording.time.iter();
+            for (x, t) in recording.proof_mass.iter_mut().zip(times) {
+                *x += 5e-6 * (1.0 - (-t / 0.08).exp());
+            }
+            part(recording)
+        };
+        let parts = [
+            drifting("square:15Hz:8V", 0.2, 1),
+            drifting("square:300Hz:6V", 0.05, 2),
+        ];
+        let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
+        for (found, part) in look(&paper(), &parts).iter().zip(&parts) {
+            let level = found.level.clone().expect("a level");
+            assert!((level + dp).abs() < 0.4e-6, "{level}");
+            let moved = found.change.expect("a drift");
+            let end = part.recording.span().1;
+            let rise = -moved.taken_out(&[end], &[0.0])[0];
+            let whole = 5e-6 * (1.0 - (-end / 0.08).exp());
+            assert!((rise - whole).abs() < 0.2e-6, "{rise}");
+        }
+    }
+}
