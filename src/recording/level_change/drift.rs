@@ -11,6 +11,8 @@ use crate::recording::noise::NoiseEstimate;
 const BLOCK: f64 = 4e-4;
 /// And of at least so many samples.
 const LEAST: usize = 16;
+/// Most blocks that are looked at.
+const MOST: usize = 5000;
 /// The course begins from two rests, each the lowest of one of so many equal spans.
 const SPANS: usize = 48;
 /// Time constants that are tried, as shares of the recording; the last is as good as a line.
@@ -84,14 +86,15 @@ impl Block {
     }
 }
 
-/// Blocks of half-overlapping samples without gaps.
+/// Blocks without missing samples, which half overlap unless the recording is very long.
 fn blocks(recording: &Recording, sigma: f64) -> Vec<Block> {
     let (time, xp) = (&recording.time, &recording.proof_mass);
     let size = ((BLOCK / recording.interval()) as usize).max(LEAST);
     let n = size as f64;
     let middle = 0.5 * (n - 1.0);
     let about = (0..size).map(|k| (k as f64 - middle).powi(2)).sum::<f64>();
-    let starts = (0..xp.len().saturating_sub(size)).step_by(size / 2);
+    let step = (size / 2).max(xp.len() / MOST);
+    let starts = (0..xp.len().saturating_sub(size)).step_by(step);
     let one = |first: usize| {
         let values = &xp[first..first + size];
         let level = values.iter().sum::<f64>() / n;
@@ -275,7 +278,7 @@ mod tests {
         };
         let xp = time.iter().enumerate().map(|(i, t)| {
             let phase = (t / 0.01).fract();
-            let up = (16.0 * (phase - 0.5) * (1.0 - phase)).max(0.0).min(0.6);
+            let up = (16.0 * (phase - 0.5) * (1.0 - phase)).clamp(0.0, 0.6);
             drift(*t) + 80e-6 * up + noise(i)
         });
         let voltage = time.iter().map(|t| 8.0 * (t / 0.01).fract()).collect();
