@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidates::own_ids;
 use crate::model::effects::{ActiveEffect, find};
+use crate::recording::extremes;
 use crate::recording::level_change::LevelDrift;
 
 /// Times at which a course is looked at.
@@ -12,6 +13,8 @@ const TIMES: usize = 60;
 const TAUS: (f64, f64, usize) = (0.02, 5.0, 40);
 /// What a law with fewer numbers may be off, in units of the noise of a sample.
 const NEAR_ENOUGH: f64 = 1.0;
+/// Least drift, in units of the noise of a sample, that leads a fit without it astray.
+const LARGE: f64 = 30.0;
 
 /// Numbers of the law `a (1 - exp(-t/tau)) + b t` and how far it is off \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,10 +27,20 @@ struct Law {
 type Course = Vec<(f64, f64)>;
 
 /// The drift that `drifts` of the level show, and ids of what is to be fitted of it; `None` if
-/// there are none. `noise` is that of a sample \[m\].
+/// there is none that leads a fit without it astray: smaller ones are told from such a fit.
+/// `noise` is that of a sample \[m\].
 pub fn read(drifts: &[LevelDrift], noise: f64) -> Option<(ActiveEffect, Vec<String>)> {
     let spec = find("zero_drift")?;
     let courses: Vec<Course> = drifts.iter().map(course).collect();
+    let range = |course: &Course| {
+        let levels: Vec<f64> = course.iter().map(|c| c.1).collect();
+        let (low, high) = extremes(&levels);
+        high - low
+    };
+    let most = courses.iter().map(range).fold(0.0, f64::max);
+    if most < LARGE * noise {
+        return None;
+    }
     let (values, free) = simplest(&courses, noise)?;
     let effect = ActiveEffect {
         spec,

@@ -110,24 +110,25 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
     out.retain(|h| h.promise >= CLOSE * most_of(&every, h.start.spec));
     if let Some((start, free)) = bench.train.drift() {
         let spec = start.spec;
-        let promise = most_of(&every, spec);
-        out.retain(|h| h.start.spec != spec);
-        out.push(Hypothesis {
+        let shape = if free.len() == 2 {
+            own_ids(spec, &[2])
+        } else {
+            Vec::new()
+        };
+        let read = Hypothesis {
             others: Vec::new(),
             full: Some((start.clone(), free.clone())),
-            shape: if free.len() == 2 {
-                own_ids(spec, &[2])
-            } else {
-                Vec::new()
-            },
+            shape,
             start,
             free,
             bounds: Vec::new(),
-            promise,
+            promise: most_of(&every, spec),
             searched: false,
             series: false,
             told_by: None,
-        });
+        };
+        // Before those that promise as much.
+        out.insert(0, read);
     }
     if let Some(spec) = find("base_vibration") {
         let vibration = |f: f64, phase: f64| ActiveEffect {
