@@ -15,6 +15,11 @@ const TAUS: (f64, f64, usize) = (0.02, 5.0, 40);
 const NEAR_ENOUGH: f64 = 1.0;
 /// Least drift, in units of the noise of a sample, that leads a fit without it astray.
 const LARGE: f64 = 30.0;
+/// Share of the drift by which the courses of several recordings may be off the law that they
+/// have in common.
+const AGREE: f64 = 0.1;
+/// A settling that began so many recordings' lengths ago is a line.
+const LONG_AGO: f64 = 3.0;
 
 /// Numbers of the law `a (1 - exp(-t/tau)) + b t` and how far it is off \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,8 +33,11 @@ type Course = Vec<(f64, f64)>;
 
 /// The drift that `drifts` of the level show, and ids of what is to be fitted of it; `None` if
 /// there is none that leads a fit without it astray: smaller ones are told from such a fit.
-/// `noise` is that of a sample \[m\].
-pub fn read(drifts: &[LevelDrift], noise: f64) -> Option<(ActiveEffect, Vec<String>)> {
+/// The noise of a sample \[m\] is that of the finest and the coarsest recording.
+pub fn read(
+    drifts: &[LevelDrift],
+    (finest, coarsest): (f64, f64),
+) -> Option<(ActiveEffect, Vec<String>)> {
     let spec = find("zero_drift")?;
     let courses: Vec<Course> = drifts.iter().map(course).collect();
     let range = |course: &Course| {
@@ -38,13 +46,16 @@ pub fn read(drifts: &[LevelDrift], noise: f64) -> Option<(ActiveEffect, Vec<Stri
         high - low
     };
     let most = courses.iter().map(range).fold(0.0, f64::max);
-    if most < LARGE * noise {
+    if most < LARGE * coarsest {
         return None;
     }
-    let (values, free) = simplest(&courses, noise)?;
+    let (law, free) = simplest(&courses, finest)?;
+    if law.off > AGREE * most {
+        return None;
+    }
     let effect = ActiveEffect {
         spec,
-        values: values.to_vec(),
+        values: law.values.to_vec(),
     };
     log::debug!("read from the level: {:?}", effect.values);
     Some((effect, own_ids(spec, free)))
@@ -61,23 +72,28 @@ fn course(drift: &LevelDrift) -> Course {
 }
 
 /// The law with fewest numbers that is near enough to all courses, and which those are.
-fn simplest(courses: &[Course], noise: f64) -> Option<([f64; 3], &'static [usize])> {
-    let longest = courses.iter().flatten().map(|c| c.0).fold(0.0, f64::max);
+fn simplest(courses: &[Course], noise: f64) -> Option<(Law, &'static [usize])> {
+    let times = |course: &Course| (course[0].0, course[course.len() - 1].0);
+    let length = courses.iter().map(times).map(|(from, to)| to - from);
+    let longest = length.fold(0.0, f64::max);
+    // The law counts from time zero.
+    let mut since = courses.iter().map(|c| times(c).0);
+    let long_ago = |t: f64| !(0.0..LONG_AGO * longest).contains(&t);
     let tau = |i: usize| {
         let (low, high, count) = TAUS;
         longest * low * (high / low).powf(i as f64 / (count - 1) as f64)
     };
     let best = |laws: &mut dyn Iterator<Item = Law>| laws.min_by(|a, b| a.off.total_cmp(&b.off));
-    let line = law(courses, tau(0), (false, true))?;
+    let line = law(courses, longest, (false, true))?;
+    if line.off < NEAR_ENOUGH * noise || since.any(long_ago) {
+        return Some((line, &[2]));
+    }
     let settling = best(&mut (0..TAUS.2).filter_map(|i| law(courses, tau(i), (true, false))))?;
     let both = best(&mut (0..TAUS.2).filter_map(|i| law(courses, tau(i), (true, true))))?;
-    let enough = NEAR_ENOUGH * noise;
-    Some(if line.off < enough {
-        (line.values, &[2])
-    } else if settling.off < enough {
-        (settling.values, &[0, 1])
+    Some(if settling.off < NEAR_ENOUGH * noise {
+        (settling, &[0, 1])
     } else {
-        (both.values, &[0, 1, 2])
+        (both, &[0, 1, 2])
     })
 }
 
@@ -130,14 +146,14 @@ mod tests {
     #[test]
     fn the_law_has_no_more_numbers_than_the_course_shows() {
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.05;
-        let (values, free) = simplest(&courses(|t| -2e-5 * t), 2e-8).unwrap();
+        let (Law { values, .. }, free) = simplest(&courses(|t| -2e-5 * t), 2e-8).unwrap();
         assert!(free == [2] && near(values[2], -2e-5), "{values:?}");
         let settles = |t: f64| 4e-6 * (1.0 - (-t / 0.06).exp());
-        let (values, free) = simplest(&courses(settles), 2e-8).unwrap();
+        let (Law { values, .. }, free) = simplest(&courses(settles), 2e-8).unwrap();
         assert!(free == [0, 1] && near(values[0], 4e-6), "{values:?}");
         assert!((values[1] / 0.06 - 1.0).abs() < 0.1, "{values:?}");
         let slows = |t: f64| 8e-6 * (t / 0.03).ln_1p();
-        let (values, free) = simplest(&courses(slows), 2e-8).unwrap();
+        let (Law { values, .. }, free) = simplest(&courses(slows), 2e-8).unwrap();
         assert!(free == [0, 1, 2] && values[0] > 0.0 && values[2] > 0.0);
         assert_eq!(simplest(&[], 2e-8), None);
     }

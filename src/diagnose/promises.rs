@@ -108,21 +108,24 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
     }
     let every = out.clone();
     out.retain(|h| h.promise >= CLOSE * most_of(&every, h.start.spec));
-    if let Some((start, free)) = bench.train.drift() {
+    let known = |spec| model.effects.iter().any(|e| e.spec == spec);
+    let drift = bench.train.drift();
+    if let Some((start, free)) = drift.filter(|(drift, _)| !known(drift.spec)) {
         let spec = start.spec;
         let shape = if free.len() == 2 {
             own_ids(spec, &[2])
         } else {
             Vec::new()
         };
+        let near = |tau: f64| (tau / NEAR, tau * NEAR);
         let read = Hypothesis {
             others: Vec::new(),
             full: Some((start.clone(), free.clone())),
             shape,
+            bounds: vec![(own_ids(spec, &[1])[0].clone(), near(start.values[1]))],
             start,
             free,
-            bounds: Vec::new(),
-            promise: most_of(&every, spec),
+            promise: most_of(&every, spec).max(FOUND),
             searched: false,
             series: false,
             told_by: None,

@@ -114,8 +114,9 @@ pub fn other_rest(parts: &[Part], findings: &[Findings]) -> Option<String> {
     }
     let mut all = Vec::new();
     for (part, found) in parts.iter().zip(findings) {
+        let r = &part.recording;
         if let Ok(level) = found.level {
-            let own = rests(&part.recording, level, found.noise.0);
+            let own = rests(r, &found.levelled(r), level, found.noise.0);
             all.extend(own.into_iter().map(|rest| (part, rest)));
         }
     }

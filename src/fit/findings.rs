@@ -108,24 +108,33 @@ pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
         }
         let r = &part.recording;
         // A zero that moves in one recording may move alike in another, as far as that shows.
-        let alike = drifts
-            .iter()
-            .filter(|drift| drift.shown().1 >= BEYOND * r.span().1);
-        let changes = alike.map(|drift| Some(LevelChange::Drift(*drift)));
-        let changes: Vec<Option<LevelChange>> = changes.chain([None]).collect();
+        let (begin, end) = r.span();
+        let lasts = |drift: &&LevelDrift| {
+            drift.begin() <= begin && drift.shown().1 - begin >= BEYOND * (end - begin)
+        };
+        let alike = drifts.iter().filter(lasts);
+        let changes: Vec<Option<LevelChange>> = alike
+            .map(|drift| Some(LevelChange::Drift(*drift)))
+            .collect();
         let estimate = noise_of(r, Channel::ProofMass).ok();
         let rest = |change: &Option<LevelChange>| {
             let level = level_in(r, estimate, *change).ok()?;
             Some((level, *change))
         };
-        let turn = |change: &Option<LevelChange>| {
+        let turns = |change: Option<LevelChange>| {
             // Those of other recordings hold where the zero stays.
             let known = if change.is_none() { common } else { f64::NAN };
-            let level = level_of_impacts(r, &levelled(r, *change), finding.noise.0, known)?;
-            Some((level, *change))
+            let xp = levelled(r, change);
+            let (level, count) = level_of_impacts(r, &xp, finding.noise.0, known)?;
+            Some((count, level, change))
         };
-        let found = changes.iter().find_map(rest);
-        if let Some((level, change)) = found.or_else(|| changes.iter().find_map(turn)) {
+        let found = changes.iter().find_map(rest).or_else(|| {
+            let all = changes.iter().copied().chain([None]);
+            // Of equals the last, which takes the zero to stay.
+            let most = all.filter_map(turns).max_by_key(|(count, ..)| *count);
+            most.map(|(_, level, change)| (level, change))
+        });
+        if let Some((level, change)) = found {
             finding.level = Ok(level);
             finding.change = change;
         }
@@ -191,8 +200,13 @@ fn level_in(
 }
 
 /// Level of a ground on which the mass never rests: where it turns suddenly, again and
-/// again. A level known from another recording is taken if it is the same.
-fn level_of_impacts(recording: &Recording, xp: &[f64], noise: f64, common: f64) -> Option<f64> {
+/// again, and how often. A level known from another recording is taken if it is the same.
+fn level_of_impacts(
+    recording: &Recording,
+    xp: &[f64],
+    noise: f64,
+    common: f64,
+) -> Option<(f64, usize)> {
     let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
     let bottom = quantile_in_place(&mut finite, 0.0);
     let level = if (bottom - common).abs() < SAME_LEVEL {
@@ -208,8 +222,9 @@ fn level_of_impacts(recording: &Recording, xp: &[f64], noise: f64, common: f64) 
     let impacts = find_events(recording.axis(), xp, &options).impacts;
     let sudden = impacts
         .iter()
-        .filter(|i| i.v_after - i.v_before > 2.0 * i.v_error);
-    (sudden.count() >= 2).then_some(level)
+        .filter(|i| i.v_after - i.v_before > 2.0 * i.v_error)
+        .count();
+    (sudden >= 2).then_some((level, sudden))
 }
 
 #[cfg(test)]

@@ -169,7 +169,7 @@ fn restitution_of_impacts(parts: &[Part], findings: &[Findings]) -> Option<f64> 
             noise: finding.noise.0,
             hop: HOP,
         };
-        let impacts = find_events(r.axis(), &r.proof_mass, &options).impacts;
+        let impacts = find_events(r.axis(), &finding.levelled(r), &options).impacts;
         let ratio = |i: &Impact| -i.v_after / i.v_before;
         ratios.extend(
             impacts

@@ -25,10 +25,11 @@ pub struct Rest {
     pub height: f64,
 }
 
-/// The rests in a recording whose ground is at `level` and whose proof mass has this
-/// `noise` \[m\], in order of time. Empty without a voltage.
+/// The rests in a recording, `xp` its proof mass with changes of the ground's level taken out,
+/// whose ground is at `level` and whose noise is `noise` \[m\], in order of time. Empty without a
+/// voltage.
 #[must_use]
-pub fn rests(recording: &Recording, level: f64, noise: f64) -> Vec<Rest> {
+pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<Rest> {
     let Some(volts) = recording.voltage.as_deref() else {
         return Vec::new();
     };
@@ -47,7 +48,7 @@ pub fn rests(recording: &Recording, level: f64, noise: f64) -> Vec<Rest> {
         if long >= LONG {
             let from = i - ((LAST * (i - begin) as f64) as usize).max(1);
             let middle = (from + i) / 2;
-            let halves = [from..middle, middle..i].map(|half| mean(&recording.proof_mass[half]));
+            let halves = [from..middle, middle..i].map(|half| mean(&xp[half]));
             if let [Some((a, x)), Some((b, y))] = halves {
                 let height = 0.5 * (a + b) - level;
                 let spread = x.1.max(y.1) - x.0.min(y.0);
@@ -95,7 +96,7 @@ mod tests {
 
     #[test]
     fn it_is_above_the_ground_where_the_ring_has_died_away() {
-        let found = rests(&tapping(), -58e-6, 20e-9);
+        let found = rests(&tapping(), &tapping().proof_mass, -58e-6, 20e-9);
         assert_eq!(found.len(), 2, "{found:?}");
         for rest in found {
             assert!((rest.height - 98e-6).abs() < 0.1e-6, "{rest:?}");
@@ -109,9 +110,9 @@ mod tests {
         for (x, t) in moving.proof_mass.iter_mut().zip(&moving.time) {
             *x += 40e-6 * (3e3 * t).sin();
         }
-        assert!(rests(&moving, -58e-6, 20e-9).is_empty());
+        assert!(rests(&moving, &moving.proof_mass, -58e-6, 20e-9).is_empty());
         let mut blind = tapping();
         blind.voltage = None;
-        assert!(rests(&blind, -58e-6, 20e-9).is_empty());
+        assert!(rests(&blind, &blind.proof_mass, -58e-6, 20e-9).is_empty());
     }
 }

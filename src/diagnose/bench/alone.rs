@@ -37,6 +37,15 @@ impl Side {
         };
         let noise = self.findings.iter().map(|f| f.noise.0);
         let drifts: Vec<_> = self.findings.iter().filter_map(of).collect();
-        drifts::read(&drifts, noise.fold(0.0, f64::max))
+        let finest = noise.clone().fold(f64::INFINITY, f64::min);
+        drifts::read(&drifts, (finest, noise.fold(0.0, f64::max)))
+    }
+
+    /// Those of `doubtful` recordings that may hover over the ground: a ground that drifts is
+    /// told by all its signs, and a model without the drift is far from it.
+    pub fn may_hover(&self, mut doubtful: Vec<usize>) -> Vec<usize> {
+        let drifts = |k: usize| matches!(self.findings[k].change, Some(LevelChange::Drift(_)));
+        doubtful.retain(|&k| !drifts(k));
+        doubtful
     }
 }

@@ -46,7 +46,10 @@ impl Bench {
         model: &Model,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        let Some((drift, free)) = self.train.drift() else {
+        // A drift that the model has already is part of the baseline.
+        let known = |spec| model.effects.iter().any(|e| e.spec == spec);
+        let drift = self.train.drift().filter(|(drift, _)| !known(drift.spec));
+        let Some((drift, free)) = drift else {
             return self.from_afar(model, &[], &[], control);
         };
         let spec = drift.spec;
@@ -90,7 +93,7 @@ impl Bench {
         let (mut problem, mut point) = self.near(&start, own, &few, control)?;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
         // With an effect the drive's share is known from the model without it.
-        if free.is_empty()
+        if (free.is_empty() || self.train.drift().is_some())
             && off(&point) > ASTRAY
             && model.uses(ParameterId::ShapeP2)
             && model.piezo.is_some()

@@ -174,7 +174,7 @@ impl Bench {
             train = bench.baseline(model, control)?;
         }
         let mut remarks = Vec::new();
-        let hovers = train.doubtful()?;
+        let hovers = bench.train.may_hover(train.doubtful()?);
         if !hovers.is_empty() && !control.cancelled() {
             let mut flown = known.clone();
             flown.hovers.0 = hovers;
@@ -187,9 +187,9 @@ impl Bench {
         }
         judging();
         let mut held_out = bench.judge(&train.model, (&train, None), control)?;
-        let hovers = match &held_out {
-            Some(judged) => judged.doubtful()?,
-            None => Vec::new(),
+        let hovers = match (&held_out, &bench.held_out) {
+            (Some(judged), Some(side)) => side.may_hover(judged.doubtful()?),
+            _ => Vec::new(),
         };
         if !hovers.is_empty() && !control.cancelled() {
             let mut flown = known;

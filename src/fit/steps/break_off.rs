@@ -99,8 +99,9 @@ fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
         noise,
         hop: HOP,
     };
-    let contacts = find_events(r.axis(), &r.proof_mass, &options).contacts;
-    let marks = Timeline::new(time, &r.proof_mass, contact_level, noise).marks;
+    let xp = findings.levelled(r);
+    let contacts = find_events(r.axis(), &xp, &options).contacts;
+    let marks = Timeline::new(time, &xp, contact_level, noise).marks;
     // More than the instant of release may move, so that the mass is on the ground first.
     let lead = (LEAD as f64 * interval).max(1.5 * LEAVING * period);
     let clear = (CLEAR.0 as f64 * interval).max(CLEAR.1 * period);

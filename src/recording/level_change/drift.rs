@@ -25,6 +25,9 @@ const TERMS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
 const ROUGH: f64 = 0.4e-6;
 /// ... and in the end in units of their spread.
 const NEAR: f64 = 3.0;
+/// Scatter of the rests about the course in the end, at most, in units of the noise of a
+/// sample: a level that goes by the load or in steps scatters more.
+const GOOD: f64 = 1.5;
 /// Fewest blocks of rest, and spans of [`SPANS`] in which they must lie.
 const ENOUGH: (usize, usize) = (12, 5);
 /// Share of the blocks that may lie below the course.
@@ -54,6 +57,12 @@ pub struct LevelDrift {
 }
 
 impl LevelDrift {
+    /// Beginning of its recording \[s\].
+    #[must_use]
+    pub fn begin(&self) -> f64 {
+        self.begin
+    }
+
     /// Times of the first and the last rest that show it \[s\].
     #[must_use]
     pub fn shown(&self) -> (f64, f64) {
@@ -115,7 +124,7 @@ fn blocks(recording: &Recording, sigma: f64) -> Vec<Block> {
 /// Rests within `width` of a course \[m\], which is given for each block, if hardly anything
 /// lies below it.
 fn near(blocks: &[Block], course: impl Fn(usize) -> f64, width: f64) -> Vec<usize> {
-    let mut room = (BELOW * blocks.len() as f64) as usize;
+    let mut room = ((BELOW * blocks.len() as f64) as usize).max(2);
     let mut rests = Vec::new();
     for (i, block) in blocks.iter().enumerate() {
         let off = block.level - course(i);
@@ -216,7 +225,7 @@ fn near_rests(
         if !spread_out(blocks, &rests, end - begin) {
             return None;
         }
-        drift = Some(course);
+        drift = (rms < GOOD * sigma).then_some(course);
     }
     drift
 }
