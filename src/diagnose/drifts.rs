@@ -10,7 +10,7 @@ use crate::recording::level_change::LevelDrift;
 /// Times at which a course is looked at.
 const TIMES: usize = 60;
 /// Shortest and longest time constants, as shares of the longest recording, and how many.
-const TAUS: (f64, f64, usize) = (0.02, 5.0, 40);
+const TAUS: (f64, f64, usize) = (0.02, 5.0, 120);
 /// What a law with fewer numbers may be off, in units of the noise of a sample.
 const NEAR_ENOUGH: f64 = 1.0;
 /// Least drift, in units of the noise of a sample, that leads a fit without it astray.
