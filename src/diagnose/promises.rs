@@ -108,9 +108,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
     }
     let every = out.clone();
     out.retain(|h| h.promise >= CLOSE * most_of(&every, h.start.spec));
-    let known = |spec| model.effects.iter().any(|e| e.spec == spec);
-    let drift = bench.train.drift();
-    if let Some((start, free)) = drift.filter(|(drift, _)| !known(drift.spec)) {
+    if let Some((start, free)) = bench.drift_beyond(model).cloned() {
         let spec = start.spec;
         let shape = if free.len() == 2 {
             own_ids(spec, &[2])

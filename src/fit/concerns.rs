@@ -8,7 +8,6 @@ use super::findings::{Findings, Part};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
-use crate::recording::events::{EventOptions, HOP, find_events};
 use crate::recording::rest::rests;
 use crate::recording::ring::{Ring, ring_in};
 
@@ -31,23 +30,14 @@ const HEIGHTS: (f64, f64) = (0.02, 1.5e-6);
 fn ring_of(part: &Part, findings: &Findings, f1: f64) -> Option<Ring> {
     let r = &part.recording;
     let (from, to) = r.span();
-    let noise = findings.noise.0;
     let mut flights = Vec::new();
     let mut begin = from;
-    if let Ok(contact_level) = findings.level {
-        let options = EventOptions {
-            contact_level,
-            noise,
-            hop: HOP,
-        };
-        let contacts = find_events(r.axis(), &findings.levelled(r), &options).contacts;
-        for contact in &contacts {
-            flights.push((begin, contact.start));
-            begin = contact.end;
-        }
+    for contact in &findings.events(r).contacts {
+        flights.push((begin, contact.start));
+        begin = contact.end;
     }
     flights.push((begin, to));
-    ring_in(r, &flights, noise, (f1 / BAND, f1 * BAND))
+    ring_in(r, &flights, findings.noise.0, (f1 / BAND, f1 * BAND))
 }
 
 /// Checks that the mass rings at one frequency in all parts that show a ring. Sentences on

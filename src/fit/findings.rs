@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::noise::noise_of;
 use super::timeline::Timeline;
 use crate::model::Model;
-use crate::recording::events::{EventOptions, HOP, find_events};
+use crate::recording::events::{EventOptions, Events, HOP, find_events};
 use crate::recording::features::Missing;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::level_change::{LevelChange, LevelDrift, find_level_drift, find_level_step};
@@ -77,6 +77,19 @@ impl Findings {
         }
     }
 
+    /// Contacts and impacts in `recording`; none where the ground is not known.
+    pub fn events(&self, recording: &Recording) -> Events {
+        let Ok(contact_level) = self.level else {
+            return Events::default();
+        };
+        let options = EventOptions {
+            contact_level,
+            noise: self.noise.0,
+            hop: HOP,
+        };
+        find_events(recording.axis(), &self.levelled(recording), &options)
+    }
+
     /// Reading of the proof mass with changes of the ground's level taken out \[m\].
     pub fn levelled<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
         levelled(recording, self.change)
@@ -94,13 +107,7 @@ pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
         .filter_map(|f| f.level.clone().ok())
         .collect();
     let common = quantile_in_place(&mut known, 0.5);
-    let mut drifts: Vec<LevelDrift> = findings
-        .iter()
-        .filter_map(|f| match f.change {
-            Some(LevelChange::Drift(drift)) => Some(drift),
-            _ => None,
-        })
-        .collect();
+    let mut drifts: Vec<LevelDrift> = findings.iter().filter_map(|f| f.change?.drift()).collect();
     drifts.sort_by(|a, b| a.shown().0.total_cmp(&b.shown().0));
     for (finding, part) in findings.iter_mut().zip(parts) {
         if finding.level.is_ok() {
@@ -144,17 +151,19 @@ pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
 
 fn look_at(model: &Model, part: &Part) -> Findings {
     let r = &part.recording;
-    let noise = |channel: Channel| {
+    let estimate = |channel: Channel| noise_of(r, channel).ok();
+    let noise = |channel: Channel, estimate: Option<NoiseEstimate>| {
         // A part whose noise cannot be told is refused by the check.
-        let sigma = noise_of(r, channel).map_or(0.0, |n| n.sigma);
+        let sigma = estimate.map_or(0.0, |n| n.sigma);
         let values = r.channel(channel).unwrap_or_default();
         let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
         let low = quantile_in_place(&mut finite, 0.01);
         let span = quantile_in_place(&mut finite, 0.99) - low;
         sigma.max(LEAST_NOISE * span).max(f64::MIN_POSITIVE)
     };
+    let of_xp = estimate(Channel::ProofMass);
     let (level, change) = if model.has_ground {
-        ground_of(r)
+        ground_of(r, of_xp)
     } else {
         (Err("the device has no ground".to_owned()), None)
     };
@@ -162,8 +171,8 @@ fn look_at(model: &Model, part: &Part) -> Findings {
     log::debug!("{}: ground at {level:?}, {change:?}", r.name);
     Findings {
         noise: (
-            noise(Channel::ProofMass),
-            xc.then(|| noise(Channel::Cantilever)),
+            noise(Channel::ProofMass, of_xp),
+            xc.then(|| noise(Channel::Cantilever, estimate(Channel::Cantilever))),
         ),
         level,
         change,
@@ -171,8 +180,10 @@ fn look_at(model: &Model, part: &Part) -> Findings {
 }
 
 /// Contact level and how it changes. The end of a drift may pass for a steady level.
-fn ground_of(recording: &Recording) -> (Result<f64, String>, Option<LevelChange>) {
-    let noise = noise_of(recording, Channel::ProofMass).ok();
+fn ground_of(
+    recording: &Recording,
+    noise: Option<NoiseEstimate>,
+) -> (Result<f64, String>, Option<LevelChange>) {
     let step = find_level_step(recording, noise).map(LevelChange::Step);
     let drift = || find_level_drift(recording, noise).map(LevelChange::Drift);
     let change = step.or_else(drift);

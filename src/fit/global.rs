@@ -23,7 +23,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::recording::events::{EventOptions, HOP, Impact, find_events};
+use crate::recording::events::Impact;
 use crate::recording::quantile_in_place;
 use crate::sim::SimError;
 
@@ -160,16 +160,7 @@ pub fn search(
 fn restitution_of_impacts(parts: &[Part], findings: &[Findings]) -> Option<f64> {
     let mut ratios = Vec::new();
     for (part, finding) in parts.iter().zip(findings) {
-        let Ok(contact_level) = finding.level else {
-            continue;
-        };
-        let r = &part.recording;
-        let options = EventOptions {
-            contact_level,
-            noise: finding.noise.0,
-            hop: HOP,
-        };
-        let impacts = find_events(r.axis(), &finding.levelled(r), &options).impacts;
+        let impacts = finding.events(&part.recording).impacts;
         let ratio = |i: &Impact| -i.v_after / i.v_before;
         ratios.extend(
             impacts

@@ -47,13 +47,11 @@ impl Bench {
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
         // A drift that the model has already is part of the baseline.
-        let known = |spec| model.effects.iter().any(|e| e.spec == spec);
-        let drift = self.train.drift().filter(|(drift, _)| !known(drift.spec));
-        let Some((drift, free)) = drift else {
+        let Some((drift, free)) = self.drift_beyond(model) else {
             return self.from_afar(model, &[], &[], control);
         };
         let spec = drift.spec;
-        let with = self.from_afar(&with_effect(model, drift), &free, &[], control)?;
+        let with = self.from_afar(&with_effect(model, drift.clone()), free, &[], control)?;
         let mut start = with.model.clone();
         start.effects.retain(|e| e.spec != spec);
         self.fit(&start, &[], &[], &with, WITHOUT, control)
@@ -93,7 +91,7 @@ impl Bench {
         let (mut problem, mut point) = self.near(&start, own, &few, control)?;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
         // With an effect the drive's share is known from the model without it.
-        if (free.is_empty() || self.train.drift().is_some())
+        if (free.is_empty() || self.train.drift.is_some())
             && off(&point) > ASTRAY
             && model.uses(ParameterId::ShapeP2)
             && model.piezo.is_some()
@@ -199,9 +197,8 @@ impl Bench {
 
     /// Positions of what the recordings say by themselves better than a fit that is far off.
     fn read_alone(&self, problem: &Problem) -> Vec<usize> {
-        let ids = self.train.drift().map(|(_, ids)| ids).unwrap_or_default();
-        let ids: Vec<&str> = ids.iter().map(String::as_str).collect();
-        positions(problem, &ids)
+        let ids = self.train.drift.iter().flat_map(|(_, ids)| ids);
+        positions(problem, &ids.map(String::as_str).collect::<Vec<_>>())
     }
 
     /// Goes on with all stretches where a fit was to the `few` only.

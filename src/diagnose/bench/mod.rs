@@ -3,12 +3,12 @@
 //! All fits here are over calm stretches ([`super::calm`]): what happens at the ground is
 //! looked at by itself ([`super::events`]).
 
-mod alone;
 mod aside;
 mod baseline;
 mod clocks;
 mod fits;
 mod freedoms;
+mod side;
 mod sketch;
 mod tuned;
 mod values;
@@ -16,15 +16,17 @@ mod values;
 use std::time::Duration;
 
 use self::freedoms::{freedoms, structure_bounds};
+pub use self::side::Side;
+use self::side::drift_of;
 pub use self::sketch::Sketch;
 pub use self::tuned::Tuned;
 use self::tuned::{HOVERS, Known};
 use self::values::Values;
-use super::calm::{Calm, prepare_calm};
+use super::calm::prepare_calm;
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::chain::{MEMORY, Sigmas};
-use crate::fit::findings::{Findings, look};
+use crate::fit::findings::look;
 use crate::fit::prepare::{Prepared, default_length, prepare};
 use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
@@ -54,16 +56,6 @@ const ROUGH: f64 = 2e-3;
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
-
-/// Recordings on one side: fitted, or kept out.
-#[derive(Debug, Clone)]
-pub struct Side {
-    /// The recordings.
-    pub parts: Vec<Part>,
-    findings: Vec<Findings>,
-    /// Cut into calm stretches.
-    pub calm: Calm,
-}
 
 /// Everything that does not change while hypotheses are weighed.
 #[derive(Debug, Clone)]
@@ -165,6 +157,7 @@ impl Bench {
             let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
             Ok(Side {
                 parts: parts.to_vec(),
+                drift: drift_of(&findings),
                 findings,
                 calm,
             })
@@ -339,22 +332,6 @@ impl Bench {
             problem,
             point,
         })
-    }
-}
-
-impl Side {
-    /// Takes over what was found of the noise.
-    fn colour(&mut self, noise: &Noise) {
-        for data in &mut self.calm.prepared.problem.data {
-            data.sigmas.xp *= noise.factor;
-            data.sigmas.xc *= noise.factor;
-            data.sigmas.colour = noise.colour;
-        }
-    }
-
-    /// The stretches as first guessed.
-    pub fn segments(&self) -> &[Segment] {
-        &self.calm.prepared.segments
     }
 }
 

@@ -10,9 +10,8 @@ use crate::fit::prepare::{Prepared, prepare};
 use crate::fit::readings::LOOSE;
 use crate::fit::segment::JointKind;
 use crate::fit::space::Space;
-use crate::fit::timeline::{Kind, Timeline};
+use crate::fit::timeline::Kind;
 use crate::model::Model;
-use crate::recording::events::{EventOptions, HOP, find_events};
 use crate::recording::extremes;
 
 /// A shorter contact is a bounce rather than a stay \[s\].
@@ -87,21 +86,11 @@ pub(super) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -
 }
 
 fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
-    let Ok(contact_level) = findings.level else {
-        return Vec::new();
-    };
     let r = &part.recording;
     let time = &r.time;
     let interval = r.interval();
-    let noise = findings.noise.0;
-    let options = EventOptions {
-        contact_level,
-        noise,
-        hop: HOP,
-    };
-    let xp = findings.levelled(r);
-    let contacts = find_events(r.axis(), &xp, &options).contacts;
-    let marks = Timeline::new(time, &xp, contact_level, noise).marks;
+    let contacts = findings.events(r).contacts;
+    let marks = findings.timeline(r, findings.noise.0).marks;
     // More than the instant of release may move, so that the mass is on the ground first.
     let lead = (LEAD as f64 * interval).max(1.5 * LEAVING * period);
     let clear = (CLEAR.0 as f64 * interval).max(CLEAR.1 * period);

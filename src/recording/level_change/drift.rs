@@ -3,14 +3,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::{LevelChange, VISIBLE, block_size, quiet};
 use crate::recording::Recording;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
 
-/// A rest shows in a block of this length \[s\].
-const BLOCK: f64 = 4e-4;
-/// And of at least so many samples.
-const LEAST: usize = 16;
 /// Most blocks that are looked at.
 const MOST: usize = 5000;
 /// The course begins from two rests, each the lowest of one of so many equal spans.
@@ -40,8 +37,6 @@ const SINGULAR: f64 = 1e-3;
 const OVER: f64 = 3.0;
 /// Over the whole recording it drifts at most so many times as far as between the rests.
 const BEYOND: f64 = 2.0;
-/// Least drift, in units of the noise of a sample.
-const VISIBLE: f64 = 7.0;
 
 /// A drift of the ground's level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +93,7 @@ impl Block {
 /// Blocks without missing samples, which half overlap unless the recording is very long.
 fn blocks(recording: &Recording, sigma: f64) -> Vec<Block> {
     let (time, xp) = (&recording.time, &recording.proof_mass);
-    let size = ((BLOCK / recording.interval()) as usize).max(LEAST);
+    let size = block_size(recording.interval());
     let n = size as f64;
     let middle = 0.5 * (n - 1.0);
     let about = (0..size).map(|k| (k as f64 - middle).powi(2)).sum::<f64>();
@@ -114,8 +109,7 @@ fn blocks(recording: &Recording, sigma: f64) -> Vec<Block> {
         level.is_finite().then(|| Block {
             time: 0.5 * (time[first] + time[first + size - 1]) - time[0],
             level,
-            // Twice the excess that chance gives the variance of so few samples.
-            even: spread < sigma * (1.0 + 4.0 / (2.0 * n).sqrt()),
+            even: quiet(spread, sigma, n),
         })
     };
     starts.filter_map(one).collect()
@@ -201,7 +195,7 @@ pub fn find_level_drift(recording: &Recording, noise: Option<NoiseEstimate>) -> 
         let (seen, all) = (range(drift.shown.0, drift.shown.1), range(begin, end));
         (seen > VISIBLE * sigma && all < BEYOND * seen).then_some(drift)
     })?;
-    let xp = super::LevelChange::Drift(drift).taken_out(&recording.time, &recording.proof_mass);
+    let xp = LevelChange::Drift(drift).taken_out(&recording.time, &recording.proof_mass);
     let told = estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise);
     told.is_ok().then_some(drift)
 }
@@ -323,7 +317,7 @@ mod tests {
         // A sine that touches nothing, whose mean drifts.
         let mut free = jumps(|_| 0.0);
         for (x, t) in free.proof_mass.iter_mut().zip(&free.time) {
-            *x += 50e-6 * (600.0 * t).sin() - *x + 4e-5 * t;
+            *x = 50e-6 * (600.0 * t).sin() + 4e-5 * t;
         }
         assert_eq!(found(&free), None);
     }

@@ -6,6 +6,24 @@ mod step;
 pub use drift::{LevelDrift, find_level_drift};
 pub use step::{LevelStep, find_level_step};
 
+/// A rest shows in a block of this length \[s\].
+const BLOCK: f64 = 4e-4;
+/// And of at least so many samples.
+const LEAST: usize = 16;
+/// Least change of the level, in units of the noise of a sample.
+const VISIBLE: f64 = 7.0;
+
+/// Samples of a block, one every `interval` \[s\].
+fn block_size(interval: f64) -> usize {
+    ((BLOCK / interval) as usize).max(LEAST)
+}
+
+/// Whether `n` samples that scatter so about a course scatter as their noise `sigma` does:
+/// twice the excess that chance gives the variance of so few.
+fn quiet(spread: f64, sigma: f64, n: f64) -> bool {
+    spread < sigma * (1.0 + 4.0 / (2.0 * n).sqrt())
+}
+
 /// How the level changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LevelChange {
@@ -16,6 +34,15 @@ pub enum LevelChange {
 }
 
 impl LevelChange {
+    /// The drift, if it is one.
+    #[must_use]
+    pub fn drift(self) -> Option<LevelDrift> {
+        match self {
+            LevelChange::Drift(drift) => Some(drift),
+            LevelChange::Step(_) => None,
+        }
+    }
+
     /// `xp` \[m\] at `time` \[s\] with the change taken out.
     #[must_use]
     pub fn taken_out(&self, time: &[f64], xp: &[f64]) -> Vec<f64> {

@@ -1,20 +1,15 @@
 //! A level that changes once: all rests before one instant are at one height, all after it
 //! at another.
 
+use super::{VISIBLE, block_size, quiet};
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Recording, TimeAxis, quantile_in_place};
 
-/// A rest shows in a block of this length \[s\].
-const BLOCK: f64 = 4e-4;
-/// And of at least so many samples.
-const LEAST: usize = 16;
 /// Rests are looked for within this height of the lowest samples \[m\].
 const NEAR: f64 = 15e-6;
 /// Fewest blocks of rest on either side.
 const SIDE: usize = 3;
-/// Least change of the level, in units of the noise of a sample.
-const VISIBLE: f64 = 7.0;
 /// Least change of the level \[m\].
 const LEAST_RISE: f64 = 0.1e-6;
 /// Share of the change within which all rests of a side must agree.
@@ -42,7 +37,7 @@ struct Rest {
 fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
     let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
     let bottom = quantile_in_place(&mut finite, 2e-3);
-    let size = ((BLOCK / interval) as usize).max(LEAST);
+    let size = block_size(interval);
     let still = |block: &[f64]| {
         let n = block.len() as f64;
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
@@ -50,9 +45,7 @@ fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
         let spread = (block.iter().map(|x| (x - level).powi(2)).sum::<f64>() / n).sqrt();
         let (a, b) = block.split_at(block.len() / 2);
         let steady = (mean(a) - mean(b)).abs() < 4.0 * sigma * (4.0 / n).sqrt();
-        // Twice the excess that chance gives the variance of so few samples.
-        let quiet = spread < sigma * (1.0 + 4.0 / (2.0 * n).sqrt());
-        (level < bottom + NEAR && quiet && steady).then_some(level)
+        (level < bottom + NEAR && quiet(spread, sigma, n) && steady).then_some(level)
     };
     let blocks = (0..xp.len().saturating_sub(size)).step_by(size / 2);
     blocks

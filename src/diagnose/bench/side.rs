@@ -1,0 +1,75 @@
+//! One side: the recordings that are fitted, or those kept out, and what they show by themselves.
+
+use super::Bench;
+use crate::diagnose::calm::Calm;
+use crate::diagnose::drifts;
+use crate::diagnose::noise::Noise;
+use crate::fit::Part;
+use crate::fit::findings::Findings;
+use crate::fit::segment::Segment;
+use crate::model::Model;
+use crate::model::effects::ActiveEffect;
+use crate::recording::events::Impact;
+
+/// A drift of the zero, and ids of what is to be fitted of it.
+pub type Drift = (ActiveEffect, Vec<String>);
+
+/// Recordings on one side: fitted, or kept out.
+#[derive(Debug, Clone)]
+pub struct Side {
+    /// The recordings.
+    pub parts: Vec<Part>,
+    pub(super) findings: Vec<Findings>,
+    /// The drift of the zero that they show.
+    pub(super) drift: Option<Drift>,
+    /// Cut into calm stretches.
+    pub calm: Calm,
+}
+
+/// The drift of the zero that the ground's level shows.
+pub(super) fn drift_of(findings: &[Findings]) -> Option<Drift> {
+    let noise = findings.iter().map(|f| f.noise.0);
+    let drifts: Vec<_> = findings.iter().filter_map(|f| f.change?.drift()).collect();
+    let finest = noise.clone().fold(f64::INFINITY, f64::min);
+    drifts::read(&drifts, (finest, noise.fold(0.0, f64::max)))
+}
+
+impl Side {
+    /// Takes over what was found of the noise.
+    pub(super) fn colour(&mut self, noise: &Noise) {
+        for data in &mut self.calm.prepared.problem.data {
+            data.sigmas.xp *= noise.factor;
+            data.sigmas.xc *= noise.factor;
+            data.sigmas.colour = noise.colour;
+        }
+    }
+
+    /// The stretches as first guessed.
+    pub fn segments(&self) -> &[Segment] {
+        &self.calm.prepared.segments
+    }
+
+    /// Impacts of each recording, as its data show them; none where the ground is not known.
+    pub fn impacts(&self) -> Vec<Vec<Impact>> {
+        let both = self.parts.iter().zip(&self.findings);
+        both.map(|(part, finding)| finding.events(&part.recording).impacts)
+            .collect()
+    }
+
+    /// Those of `doubtful` recordings that may hover over the ground: a ground that drifts is
+    /// told by all its signs, and a model without the drift is far from it.
+    pub fn may_hover(&self, mut doubtful: Vec<usize>) -> Vec<usize> {
+        let drift = |k: usize| self.findings[k].change.and_then(|change| change.drift());
+        doubtful.retain(|&k| drift(k).is_none());
+        doubtful
+    }
+}
+
+impl Bench {
+    /// The drift that the level in the fitted recordings shows, if `model` has none yet.
+    pub fn drift_beyond(&self, model: &Model) -> Option<&Drift> {
+        let known = |spec| model.effects.iter().any(|e| e.spec == spec);
+        let drift = self.train.drift.as_ref();
+        drift.filter(|(effect, _)| !known(effect.spec))
+    }
+}
