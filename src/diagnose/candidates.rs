@@ -9,6 +9,8 @@ use crate::model::parameter::ParameterId;
 
 /// Shortest lag that is tried, as a share of that of its form.
 pub const LEAST_LAG: f64 = 0.3;
+/// Shortest time constant of an amplifier that is looked at \[s\].
+pub const SHORTEST_LAG: f64 = 1e-6;
 
 /// Least distance of electrodes at contact \[m\].
 const LEAST_GAP: f64 = 2e-6;
@@ -162,8 +164,8 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                     "hysteresis_memory" => &[3, 4, 5, 6, 7],
                     "cubic_stiffness" if scale.tells_quintic(spec) => &[1],
                     "long_range_attraction" => &[2],
-                    // A lag that is as good as nothing is stiff: it shapes no pace.
                     "amplifier_lag" if strength == 0 => &[1],
+                    "amplifier_lag" => &[0],
                     "zero_drift" if strength == 0 => &[2],
                     _ => &[],
                 },
@@ -175,7 +177,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
         let sprung = model.parameters[ParameterId::F1] > 0.0;
         match spec.id {
             "amplifier_lag" if driven => {
-                for tau in [1e-6, 3e-6, 1e-5, 5e-5, 2e-4] {
+                for tau in [SHORTEST_LAG, 3e-6, 1e-5, 5e-5, 2e-4] {
                     add(&[tau, 0.0], 0, false, &[0]);
                 }
                 for pace in [1e-6, 5e-6, 2e-5] {

@@ -112,6 +112,7 @@ pub fn best(
         if b > a {
             best = twin;
         }
+        log::debug!("{} {a:.0}, {} {b:.0}", trials[0].0.id, trials[twin].0.id);
         if a.min(b) > TWIN * a.max(b) {
             let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
             if let Some(fall) = late::told(bench, fits(0), fits(twin))? {

@@ -27,6 +27,8 @@ const CAP: f64 = 30.0;
 const TELLING: f64 = 8.0;
 /// Fall of all together from which they tell.
 const LEAST: f64 = 40.0;
+/// Fewest that must: one or two may have been misread.
+const SOME: usize = 3;
 /// Share of those telling that may tell the contrary.
 const AGAINST: f64 = 0.2;
 
@@ -69,8 +71,9 @@ fn verdict(falls: &[f64]) -> Option<f64> {
     let sum: f64 = falls.iter().map(|fall| fall.clamp(-CAP, CAP)).sum();
     let telling = falls.iter().filter(|fall| fall.abs() > TELLING);
     let against = telling.clone().filter(|fall| **fall * sum < 0.0).count();
-    let one_voice = against as f64 <= AGAINST * telling.count() as f64;
-    (sum.abs() > LEAST && one_voice).then_some(sum)
+    let one_voice = against as f64 <= AGAINST * telling.clone().count() as f64;
+    let some = telling.count() >= SOME;
+    (sum.abs() > LEAST && some && one_voice).then_some(sum)
 }
 
 /// By how much less each stretch around bounces costs with `b` than with `a`, where one of
@@ -141,6 +144,7 @@ mod tests {
     use crate::diagnose::bench::with_effect;
     use crate::diagnose::{DiagnoseControl, DiagnoseOptions};
     use crate::fit::Part;
+    use crate::model::Model;
     use crate::model::drive::Waveform;
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::preset::Preset;
@@ -153,6 +157,8 @@ mod tests {
         assert_eq!(verdict(&[]), None);
         assert_eq!(verdict(&[1.0, -2.0, 7.0, 3.0]), None);
         assert_eq!(verdict(&[25.0, 20.0, 500.0, -1.0]), Some(74.0));
+        // Two may have been misread.
+        assert_eq!(verdict(&[25.0, 3.0, 500.0, -1.0]), None);
         assert_eq!(
             verdict(&[-25.0, -20.0, -15.0, -9.0, -12.0, 9.0]),
             Some(-72.0)
@@ -170,15 +176,22 @@ mod tests {
         assert!(!looks_like("sensor_lag", "piezo_creep"));
     }
 
-    /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the
-    /// reading's, above 0 the drive's.
-    fn asked(concealed: &str) -> Option<f64> {
-        let with = |id: &str| {
-            let mut effect = ActiveEffect::new(find(id).unwrap());
-            effect.values.iter_mut().for_each(|v| *v = 0.0);
-            effect.values[0] = 25e-6;
-            with_effect(&Preset::embedded("paper").unwrap().model, effect)
-        };
+    static GO_ON: AtomicBool = AtomicBool::new(false);
+    const QUIET: DiagnoseControl<'static> = DiagnoseControl {
+        cancel: &GO_ON,
+        progress: &|_| {},
+    };
+
+    /// The paper's device with value `which` of the effect `id`, all its others zero.
+    fn with(id: &str, which: usize, value: f64) -> Model {
+        let mut effect = ActiveEffect::new(find(id).unwrap());
+        effect.values.iter_mut().for_each(|v| *v = 0.0);
+        effect.values[which] = value;
+        with_effect(&Preset::embedded("paper").unwrap().model, effect)
+    }
+
+    /// Two recordings of square waves, of a device with what is `concealed`.
+    fn bench_of(concealed: &Model) -> Bench {
         let options = Options {
             rate: 25e3,
             ..Options::default()
@@ -186,7 +199,7 @@ mod tests {
         let drives = [("square:40Hz:8V", 0.06), ("square:300Hz:8V", 0.05)];
         let parts = drives.map(|(drive, duration)| {
             let waveform = Waveform::parse(drive, duration).unwrap();
-            let mut trace = simulate(&with(concealed), &waveform, duration, &options).unwrap();
+            let mut trace = simulate(concealed, &waveform, duration, &options).unwrap();
             let sensor = Sensor {
                 noise: 50e-9,
                 ..Sensor::default()
@@ -198,15 +211,17 @@ mod tests {
             let made = Recording::new(drive, time, Some(volts), xp, Some(xc)).unwrap();
             Part::whole(Arc::new(made))
         });
-        let cancel = AtomicBool::new(false);
-        let control = DiagnoseControl {
-            cancel: &cancel,
-            progress: &|_| {},
-        };
         let options = DiagnoseOptions::default();
         let model = Preset::embedded("paper").unwrap().model;
-        let bench = Bench::new(&model, &parts, &[], &options).unwrap();
-        let fit = |id: &str| bench.baseline(&with(id), &control).unwrap();
+        Bench::new(&model, &parts, &[], &options).unwrap()
+    }
+
+    /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the
+    /// reading's, above 0 the drive's.
+    fn asked(concealed: &str) -> Option<f64> {
+        let with = |id: &str| with(id, 0, 25e-6);
+        let bench = bench_of(&with(concealed));
+        let fit = |id: &str| bench.baseline(&with(id), &QUIET).unwrap();
         let (sensor, amplifier) = (fit("sensor_lag"), fit("amplifier_lag"));
         told(&bench, (&sensor, None), (&amplifier, None)).unwrap()
     }
@@ -217,5 +232,22 @@ mod tests {
         assert!(late_readings < -LEAST, "{late_readings}");
         let late_drive = asked("amplifier_lag").unwrap();
         assert!(late_drive > LEAST, "{late_drive}");
+    }
+
+    #[test]
+    fn a_delay_is_found_however_far_off_it_begins() {
+        let delayed = |by: f64| with("sensor_lag", 1, by);
+        let bench = bench_of(&delayed(100e-6));
+        // The clocks have taken all of it.
+        let known = bench.baseline(&Preset::embedded("paper").unwrap().model, &QUIET);
+        let known = known.unwrap();
+        let free = ["sensor_lag.delay".to_owned()];
+        // Three times what two clocks leave that are known to 5 us each.
+        let room = 3.0 * 5e-6 / f64::sqrt(2.0);
+        for begun in [5e-6, 100e-6, 300e-6] {
+            let fit = bench.fit(&delayed(begun), &free, &[], &known, 10, &QUIET);
+            let found = fit.unwrap().model.get(&free[0]).unwrap();
+            assert!((found - 100e-6).abs() < room, "{begun}: {found}");
+        }
     }
 }

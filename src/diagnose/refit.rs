@@ -1,7 +1,8 @@
 //! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
 use super::bench::{Bench, with_effect};
-use super::candidates::{LEAST_LAG, own_ids};
+use super::candidates::{LEAST_LAG, SHORTEST_LAG, own_ids};
+use super::evidence::spans;
 use super::explain::{Stand, Trial};
 use super::further;
 use super::options::{DiagnoseControl, DiagnoseError};
@@ -16,6 +17,10 @@ const SHAPED: f64 = 25.0;
 /// Falls on either side and on both from which another shape is better where the recordings
 /// kept out confirm it.
 const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
+
+/// Share of its delay that an amplifier owes to its pace to begin with, where it has a time
+/// constant as well.
+const BY_PACE: f64 = 0.75;
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
 /// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
@@ -41,19 +46,26 @@ pub fn shaped(
     };
     let mut free = hypothesis.free.clone();
     free.extend_from_slice(&shape);
-    let whole = Hypothesis {
+    let mut whole = Hypothesis {
         start: effect.clone(),
         free,
         ..hypothesis.clone()
     };
+    let mut start = trial.train.model.clone();
+    let (_, _, volts) = spans(&trial.train);
+    if let Some(both) = settling(effect, 0.5 * (volts.1 - volts.0)) {
+        let tau = own_ids(both.spec, &[0])[0].clone();
+        whole.bounds = vec![(tau, (LEAST_LAG * SHORTEST_LAG, f64::INFINITY))];
+        start = with_effect(&start, both.clone());
+        whole.start = both;
+    }
     let other = if whole.start.spec.id == "extra_mode" {
         match further::one_more(whole, &trial.train)? {
             Some(both) => likeliest(bench, stand, &both, &trial.train, control)?,
             None => None,
         }
     } else {
-        let near = (&trial.train.model, &trial.train);
-        begun_from(bench, stand, &whole, near, control)?
+        begun_from(bench, stand, &whole, (&start, &trial.train), control)?
     };
     let Some(mut other) = other else {
         return Ok(trial);
@@ -73,6 +85,26 @@ pub fn shaped(
     let confirmed = more.min(held_more) > own && more + held_more > both;
     let told = more > SHAPED && (stand.held_out.is_none() || held_more > 0.0);
     Ok(if told || confirmed { other } else { trial })
+}
+
+/// An amplifier that has a time constant or a bounded pace with both, as late as before for an
+/// edge of `swing` \[V\]: where one of them is nothing, or too small for the other to matter, no
+/// slope leads away from there. `None` for other effects.
+fn settling(effect: &ActiveEffect, swing: f64) -> Option<ActiveEffect> {
+    let [tau, pace] = effect.values[..] else {
+        return None;
+    };
+    if effect.spec.id != "amplifier_lag" || tau > 0.0 && pace > 0.0 || swing <= 0.0 {
+        return None;
+    }
+    let late = tau + 0.5 * pace * swing;
+    // Bound by its pace for so long, it is late by r V/2 + tau^2 / (2 r V).
+    let pace = 2.0 * BY_PACE * late / swing;
+    let tau = (2.0 * (1.0 - BY_PACE) * late * pace * swing).sqrt();
+    Some(ActiveEffect {
+        spec: effect.spec,
+        values: vec![tau, pace],
+    })
 }
 
 /// Ids of what shapes a law with a time constant of `spec`.

@@ -1,6 +1,7 @@
 //! A follower of bounded pace: it goes where the voltage goes, but no faster than one volt
-//! per `pace` seconds. What drives is exact over each piece: a line while it lags behind,
-//! the voltage itself once it has caught up.
+//! per `pace` seconds. What drives is exact over each piece: a line while it lags behind by
+//! more than `slack`; once it has come as near, the voltage itself if there is no slack, and
+//! what the slack allows otherwise, which is its owner's to know.
 
 use super::drive::{Segment, Shape};
 
@@ -9,6 +10,9 @@ pub const MEMORY: usize = 2;
 
 /// Difference of the voltages that counts as none, as a share of them.
 const EQUAL: f64 = 1e-12;
+/// The same as a share of the slack: where the owner integrates, it comes to the end of its
+/// slack no more exactly.
+const NEAR: f64 = 1e-6;
 /// Parts of a piece by which the instants are bracketed at which a follower begins to lag
 /// behind or has caught up.
 const PARTS: usize = 256;
@@ -22,12 +26,14 @@ const LONGEST: f64 = 1.0;
 pub struct Slew {
     /// Time that it takes for a volt \[s/V\], above 0.
     pub pace: f64,
+    /// How far behind the pace no longer binds it \[V\], 0 or more.
+    pub slack: f64,
 }
 
 /// What a follower does over a piece of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Course {
-    /// 1 or -1 while it lags behind a higher or lower voltage; 0 while it follows.
+    /// 1 or -1 while it goes up or down as fast as it can; 0 while it is free to follow.
     pub direction: f64,
     /// When that ends \[s\], or the piece does.
     pub end: f64,
@@ -46,9 +52,16 @@ impl Slew {
         }
     }
 
-    /// Brings the memory up to date at the end of a piece.
-    pub fn remember(&self, voltage: f64, t: f64, memory: &mut [f64]) {
-        let level = self.follow(voltage, t, memory);
+    /// Where it is \[V\] and the direction it goes, 1 or -1, while the pace binds it; `None`
+    /// once it is near the voltage, in the piece whose start `memory` tells.
+    pub fn bound(&self, voltage: f64, t: f64, memory: &[f64]) -> Option<(f64, f64)> {
+        let own = self.follow(voltage, t, memory);
+        let behind = voltage - own;
+        (behind.abs() >= (1.0 - NEAR) * self.slack).then(|| (own, behind.signum()))
+    }
+
+    /// Brings the memory up to date at the end of a piece, where the follower is at `level`.
+    pub fn remember(&self, level: f64, t: f64, memory: &mut [f64]) {
         memory.copy_from_slice(&[level, t]);
     }
 
@@ -60,20 +73,25 @@ impl Slew {
         let behind = voltage - own;
         let until = segment.end.min(t + LONGEST);
         let fastest = 1.0 / self.pace;
-        let lags = behind.abs() > EQUAL * voltage.abs().max(own.abs());
+        let equal = (EQUAL * voltage.abs().max(own.abs())).max(NEAR * self.slack);
+        let lags = behind.abs() > self.slack + equal;
         let slope = shape.slope(t);
-        if lags || slope.abs() > fastest {
+        // At the end of its slack it is outrun by what goes away from it.
+        let outrun = behind.abs() >= self.slack - equal
+            && slope.abs() > fastest
+            && (self.slack <= equal || slope * behind > 0.0);
+        if lags || outrun {
             let direction = if lags { behind } else { slope }.signum();
             if matches!(shape, Shape::Constant { .. }) {
-                let end = segment.end.min(t + behind.abs() * self.pace);
+                let end = segment.end.min(t + (behind.abs() - self.slack) * self.pace);
                 return Course { direction, end };
             }
             let ahead = |s: f64| direction * (shape.voltage(s) - own) - (s - t) * fastest;
-            let end = first(t, until, |s| ahead(s) <= 0.0).unwrap_or(until);
+            let end = first(t, until, |s| ahead(s) <= self.slack).unwrap_or(until);
             return Course { direction, end };
         }
         let mut end = segment.end;
-        if shape.steepest(t, until) > fastest {
+        if self.slack <= equal && shape.steepest(t, until) > fastest {
             end = first(t, until, |s| shape.slope(s).abs() > fastest).unwrap_or(until);
         }
         let direction = 0.0;
@@ -115,7 +133,8 @@ mod tests {
             while let Some(&at) = next.next_if(|&&at| at < course.end) {
                 out.push(slew.follow(segment.shape.voltage(at), at, &memory));
             }
-            slew.remember(segment.shape.voltage(course.end), course.end, &mut memory);
+            let level = slew.follow(segment.shape.voltage(course.end), course.end, &memory);
+            slew.remember(level, course.end, &mut memory);
             t = course.end;
         }
         out
@@ -151,7 +170,7 @@ mod tests {
             ("chirp:10Hz:300Hz:6V", 3e-4),
         ] {
             let waveform = Waveform::parse(text, 0.05).unwrap();
-            let slew = Slew { pace };
+            let slew = Slew { pace, slack: 0.0 };
             let times: Vec<f64> = (1..1000).map(|i| 5e-5 * f64::from(i)).collect();
             let pieces = followed(&slew, &waveform, &times);
             let steps = stepped(&slew, &waveform, &times);
@@ -169,7 +188,11 @@ mod tests {
     fn a_slow_voltage_is_followed_exactly() {
         let waveform = Waveform::parse("sine:15Hz:8V", 0.1).unwrap();
         let times: Vec<f64> = (0..900).map(|i| 1e-4 * f64::from(i)).collect();
-        let own = followed(&Slew { pace: 5e-5 }, &waveform, &times);
+        let slew = Slew {
+            pace: 5e-5,
+            slack: 0.0,
+        };
+        let own = followed(&slew, &waveform, &times);
         for (t, v) in times.iter().zip(own) {
             assert!((v - waveform.voltage(*t)).abs() < 1e-12, "{t}");
         }

@@ -24,6 +24,10 @@ pub const BETTER: f64 = 40.0;
 const MOST: f64 = 30.0;
 /// Cost per value up to which a recording is told well as it is.
 const WELL: f64 = 1.1;
+/// A delay of the readings.
+const DELAY: &str = "sensor_lag.delay";
+/// Steps in which it takes its share of the clocks.
+const SHARED: usize = 30;
 /// Steps of each stretch's own fit, by either loss.
 const ROUNDS: usize = 3;
 
@@ -161,6 +165,41 @@ pub fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
     let first = problem.space.len();
     for i in skews(problem) {
         x[i] += by / problem.nuisances[i - first].unit;
+    }
+}
+
+/// Gives a delay of the readings that is free what the clocks have taken of it: the two fit
+/// alike, only what is known of the clocks tells them apart, and steps of a fit that foresee
+/// how the readings change hardly lead that way.
+pub fn share_delay(problem: &Problem, x: &mut [f64]) {
+    let Some(at) = problem.space.position(DELAY) else {
+        return;
+    };
+    let first = problem.space.len();
+    let clocks = skews(problem);
+    // What each clock would need to be as known, and how well it is known.
+    let needed = |x: &[f64], i: usize| {
+        let nuisance = &problem.nuisances[i - first];
+        (nuisance.mean - x[i] * nuisance.unit, nuisance.sigma)
+    };
+    for _ in 0..SHARED {
+        let weighed = clocks.iter().map(|&i| {
+            let (off, sigma) = needed(x, i);
+            let weight = (LOSS.root_weight(off / sigma) / sigma).powi(2);
+            (weight * off, weight)
+        });
+        let (sum, weight) = weighed.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let mut model = problem.space.model(x);
+        let (Some(delay), true) = (model.get(DELAY), weight > 0.0) else {
+            return;
+        };
+        if model.set(DELAY, (delay + sum / weight).max(0.0)).is_err() {
+            return;
+        }
+        let entry = &problem.space.entries[at];
+        x[at] = problem.space.coordinates(&model)[at].clamp(entry.low, entry.high);
+        let now = problem.space.model(x).get(DELAY).unwrap_or(delay);
+        shift_skews(problem, x, now - delay);
     }
 }
 

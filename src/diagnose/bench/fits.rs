@@ -1,6 +1,6 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::clocks::{BETTER, delay, set_clocks, shift_skews, usual_skew};
+use super::clocks::{BETTER, delay, set_clocks, share_delay, shift_skews, usual_skew};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -72,6 +72,7 @@ impl Bench {
         let mut x = problem.space.coordinates(start);
         x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
         shift_skews(&problem, &mut x, delay(start)? - delay(&from.model)?);
+        share_delay(&problem, &mut x);
         Ok((problem, x))
     }
 

@@ -1,5 +1,6 @@
 //! `amplifier_lag`: the film sees the voltage late, through the amplifier's resistance or
-//! because the amplifier's current, and with it the pace of the voltage, is bounded.
+//! because the amplifier's current, and with it the pace of the voltage, is bounded. With
+//! both it slews first and settles exponentially in the end.
 
 use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::{Segment, Shape};
@@ -19,8 +20,8 @@ pub static EFFECT: EffectSpec = EffectSpec {
     id: "amplifier_lag",
     name: "amplifier lag",
     sentence: "The amplifier charges the film with a delay, so that voltage edges excite the modes less.",
-    law: "gc(V_l, V_l'),  tau V_l' = V_s - V_l,  V_s follows V no faster than 1/r",
-    source: "first-order charging of the film's capacitance through the source resistance; slew rate as in the data sheets of amplifiers: bounded current into that capacitance",
+    law: "gc(V_l, V_l'),  tau V_l' = V - V_l,  |V_l'| <= 1/r",
+    source: "first-order charging of the film's capacitance through the source resistance; slew rate and settling as in the data sheets of amplifiers: bounded current into that capacitance, an exponential once the current needed is below the bound",
     needs: Need::Drive,
     parameters: &[
         ParameterSpec {
@@ -34,7 +35,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             scale: Scale::Linear,
             rank: Rank::Advanced,
             meaning: "resistance times capacitance; 100 kohm into 1.3 nF is 130 us",
-            equation: "tau V_l' = V_s - V_l",
+            equation: "tau V_l' = V - V_l",
         },
         ParameterSpec {
             id: "r",
@@ -47,7 +48,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             scale: Scale::Linear,
             rank: Rank::Advanced,
             meaning: "reciprocal of the slew rate: capacitance over largest current; 1 mA into 10 nF is 10 us/V; 0: the amplifier follows any edge",
-            equation: "|V_s'| <= 1/r",
+            equation: "|V_l'| <= 1/r",
         },
     ],
     build: |values, _| {
@@ -61,7 +62,10 @@ pub static EFFECT: EffectSpec = EffectSpec {
         }
         Box::new(AmplifierLag {
             tau,
-            slew: (pace > 0.0).then_some(Slew { pace }),
+            slew: (pace > 0.0).then(|| Slew {
+                pace,
+                slack: tau / pace,
+            }),
             rates,
         })
     },
@@ -97,43 +101,36 @@ impl AmplifierLag {
         (lagged.first().copied(), memory)
     }
 
-    /// What the resistance is fed with [V].
-    fn source(&self, voltage: f64, t: f64, memory: &[f64]) -> f64 {
-        self.slew
-            .map_or(voltage, |slew| slew.follow(voltage, t, memory))
-    }
-
-    /// The lagged voltage `h` later than it was `lagged` at `t`, fed with `source`.
-    fn later(&self, source: &dyn Fn(f64) -> f64, lagged: f64, t: f64, h: f64) -> f64 {
+    /// The lagged voltage `h` later than it was `lagged` at `t`, while it settles.
+    fn later(&self, shape: &Shape, lagged: f64, t: f64, h: f64) -> f64 {
         let input: f64 = GAUSS
             .iter()
             .map(|(place, weight)| {
-                weight * source(t + place * h) * (-(1.0 - place) * h / self.tau).exp()
+                weight * shape.voltage(t + place * h) * (-(1.0 - place) * h / self.tau).exp()
             })
             .sum();
         lagged * (-h / self.tau).exp() + h / self.tau * input
     }
 
-    /// When source and lagged voltage meet, if they do before `end`.
-    fn meeting(
+    /// The first instant at which `holds` is true of how far the voltage is ahead of the lagged one [V],
+    /// while that settles, if it does before `end`.
+    fn instant(
         &self,
-        source: &dyn Fn(f64) -> f64,
+        shape: &Shape,
         lagged: f64,
-        start: f64,
-        end: f64,
+        (start, end): (f64, f64),
+        holds: &dyn Fn(f64) -> bool,
     ) -> Option<f64> {
-        let ahead = |t: f64, lagged: f64| source(t) - lagged;
-        let sign = ahead(start, lagged).signum();
         let (mut t, mut lagged) = (start, lagged);
         for _ in 0..SEARCH_STEPS {
             let h = (SEARCH_STEP * self.tau).min(end - t);
-            let next = self.later(source, lagged, t, h);
-            if ahead(t + h, next) * sign <= 0.0 {
+            let next = self.later(shape, lagged, t, h);
+            if holds(shape.voltage(t + h) - next) {
                 let (mut low, mut high) = (0.0, h);
                 for _ in 0..60 {
                     let middle = 0.5 * (low + high);
-                    let there = self.later(source, lagged, t, middle);
-                    if ahead(t + middle, there) * sign <= 0.0 {
+                    let there = self.later(shape, lagged, t, middle);
+                    if holds(shape.voltage(t + middle) - there) {
                         high = middle;
                     } else {
                         low = middle;
@@ -165,10 +162,17 @@ impl Action for AmplifierLag {
     }
 
     fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
-        let (lagged, memory) = self.parts(z);
         inputs.fill(0.0);
-        if lagged.is_some() {
-            inputs[0] = self.rates[0] * self.source(at.voltage, at.t, memory);
+        if self.tau > 0.0 {
+            let (_, memory) = self.parts(z);
+            let bound = self
+                .slew
+                .and_then(|s| Some((s, s.bound(at.voltage, at.t, memory)?)));
+            inputs[0] = match bound {
+                // What the relaxation takes is given back: the line is exact.
+                Some((slew, (own, direction))) => self.rates[0] * own + direction / slew.pace,
+                None => self.rates[0] * at.voltage,
+            };
         }
     }
 
@@ -180,7 +184,12 @@ impl Action for AmplifierLag {
 
     fn end_piece(&self, at: &Kinematics, _film: f64, z: &mut [f64]) {
         if let Some(slew) = self.slew {
-            slew.remember(at.voltage, at.t, &mut z[self.first()..]);
+            let (lagged, memory) = self.parts(z);
+            let level = match (lagged, slew.bound(at.voltage, at.t, memory)) {
+                (Some(lagged), None) => lagged,
+                _ => slew.follow(at.voltage, at.t, memory),
+            };
+            slew.remember(level, at.t, &mut z[self.first()..]);
         }
     }
 
@@ -189,7 +198,6 @@ impl Action for AmplifierLag {
     fn piece(&self, segment: Segment, t: f64, z: &[f64]) -> Segment {
         let (lagged, memory) = self.parts(z);
         let mut piece = segment;
-        let mut moves = !matches!(segment.shape, Shape::Constant { .. });
         let toward = |ahead: f64| match segment.branch {
             Branch::Poled => Branch::Poled,
             _ if ahead > 0.0 => Branch::Rising,
@@ -200,29 +208,46 @@ impl Action for AmplifierLag {
             piece.end = course.end;
             if course.direction != 0.0 {
                 piece.branch = toward(course.direction);
-                moves = true;
+                return piece;
             }
         }
-        let (Some(lagged), false) = (lagged, segment.branch == Branch::Poled) else {
+        let Some(lagged) = lagged else {
             return piece;
         };
-        let source = |s: f64| self.source(segment.shape.voltage(s), s, memory);
-        let now = source(t);
+        let shape = &segment.shape;
+        if let Some(slew) = self.slew
+            && shape.steepest(t, piece.end) > 1.0 / slew.pace
+        {
+            // Looked through as far as the search goes.
+            let far = t + SEARCH_STEP * SEARCH_STEPS as f64 * self.tau;
+            piece.end = piece.end.min(far);
+            let outrun = |ahead: f64| ahead.abs() > slew.slack;
+            if let Some(end) = self.instant(shape, lagged, (t, piece.end), &outrun) {
+                piece.end = end;
+            }
+        }
+        if segment.branch == Branch::Poled {
+            return piece;
+        }
+        let now = shape.voltage(t);
         let ahead = now - lagged;
         let branch = toward(ahead);
         if ahead.abs() <= EQUAL * now.abs().max(lagged.abs()) || branch == piece.branch {
             return piece;
         }
-        let end = moves.then(|| self.meeting(&source, lagged, t, piece.end));
-        Segment {
-            end: end.flatten().unwrap_or(piece.end),
-            branch,
-            ..piece
+        if !matches!(shape, Shape::Constant { .. }) {
+            let met = |then: f64| then * ahead <= 0.0;
+            let end = self.instant(shape, lagged, (t, piece.end), &met);
+            piece.end = end.unwrap_or(piece.end);
         }
+        Segment { branch, ..piece }
     }
 
     fn drive_voltage(&self, voltage: f64, at: &Kinematics, z: &[f64]) -> f64 {
         let (lagged, memory) = self.parts(z);
-        lagged.unwrap_or_else(|| self.source(voltage, at.t, memory))
+        lagged.unwrap_or_else(|| {
+            self.slew
+                .map_or(voltage, |slew| slew.follow(voltage, at.t, memory))
+        })
     }
 }
