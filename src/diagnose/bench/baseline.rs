@@ -27,6 +27,10 @@ const LATER: [&str; 8] = [
 /// Chi2 per value after the first step above which a drive that is shared otherwise among
 /// the modes is tried.
 const ASTRAY: f64 = 3.0;
+/// Share of the stretches set aside after that from which it is tried, too.
+const ASIDE: f64 = 0.08;
+/// What a value that is set aside counts for beside those that are not.
+const FORSAKEN: f64 = 30.0;
 /// Steps of each stretch's own fit from its first guess.
 const GUESS: usize = 3;
 /// Steps without a drift that was fitted.
@@ -89,6 +93,7 @@ impl Bench {
         // A part of the stretches is enough to come near, and three times as fast.
         let few = thinned(&self.train.calm.prepared.segments);
         let (mut problem, mut point) = self.near(&start, own, &few, control)?;
+        let mut other = None;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
         // With an effect the drive's share is known from the model without it.
         if (free.is_empty() || self.train.drift.is_some())
@@ -102,27 +107,26 @@ impl Bench {
             for id in [ParameterId::ShapeC2, ParameterId::ShapeP2] {
                 p.set(id, -p[id]);
             }
-            let (flipped, other) = self.near(&start, own, &few, control)?;
-            if off(&other) < off(&point) {
+            let mut flipped = self.near(&start, own, &few, control)?;
+            if off(&flipped.1) < off(&point) {
+                flipped = (
+                    std::mem::replace(&mut problem, flipped.0),
+                    std::mem::replace(&mut point, flipped.1),
+                );
+            }
+            other = Some(flipped);
+        }
+        point = self.unlocked(&problem, point, &few, control)?;
+        // The one that is nearer at first may lead astray, and sets aside what it does not
+        // come near to.
+        let aside = few.iter().zip(&point.used).filter(|(f, u)| **f && !**u);
+        let all = few.iter().filter(|f| **f).count();
+        let astray = off(&point) > ASTRAY || aside.count() as f64 > ASIDE * all as f64;
+        if let Some((flipped, begun)) = other.filter(|_| astray) {
+            let other = self.unlocked(&flipped, begun, &few, control)?;
+            if of_all(&flipped, &other, &few) < of_all(&problem, &point, &few) {
                 (problem, point) = (flipped, other);
             }
-        }
-        let segments = &self.train.calm.prepared.segments;
-        // What acts most comes first: frequencies and dampings of motions that are far off
-        // in size would go astray.
-        let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
-        for ids in late {
-            let mut locked = positions(&problem, ids);
-            if locked.len() == problem.space.len() {
-                continue;
-            }
-            if ids.len() > 2 {
-                locked.extend(skews(&problem));
-            }
-            locked.extend(self.read_alone(&problem));
-            point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
-            set_clocks(&problem, &mut point, segments, &few)?;
-            heal(&problem, &mut point, segments)?;
         }
         let before = point.clone();
         point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
@@ -195,6 +199,34 @@ impl Bench {
         Ok((problem, point))
     }
 
+    /// Goes on with all but the film's thickness.
+    fn unlocked(
+        &self,
+        problem: &Problem,
+        mut point: Point,
+        few: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Point, DiagnoseError> {
+        let segments = &self.train.calm.prepared.segments;
+        // What acts most comes first: frequencies and dampings of motions that are far off
+        // in size would go astray.
+        let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
+        for ids in late {
+            let mut locked = positions(problem, ids);
+            if locked.len() == problem.space.len() {
+                continue;
+            }
+            if ids.len() > 2 {
+                locked.extend(skews(problem));
+            }
+            locked.extend(self.read_alone(problem));
+            point = self.improve(problem, point, &locked, (7, ROUGH), control)?;
+            set_clocks(problem, &mut point, segments, few)?;
+            heal(problem, &mut point, segments)?;
+        }
+        Ok(point)
+    }
+
     /// Positions of what the recordings say by themselves better than a fit that is far off.
     fn read_alone(&self, problem: &Problem) -> Vec<usize> {
         let ids = self.train.drift.iter().flat_map(|(_, ids)| ids);
@@ -222,4 +254,12 @@ impl Bench {
         }
         self.finish(problem, point)
     }
+}
+
+/// Cost per value of the `few` stretches, those set aside included.
+fn of_all(problem: &Problem, point: &Point, few: &[bool]) -> f64 {
+    let few = point.segments.iter().zip(few).filter(|(_, f)| **f);
+    let rows: usize = few.map(|(s, _)| problem.rows(s).len()).sum();
+    let aside = rows.saturating_sub(point.rows);
+    (point.cost + FORSAKEN * aside as f64) / rows.max(1) as f64
 }
