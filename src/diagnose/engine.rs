@@ -7,7 +7,7 @@ use super::bench::{Bench, Fitted, remaining, with_effect};
 use super::condition::condition;
 use super::continuity::joins;
 use super::evidence::{self, Evidence};
-use super::explain::{self, Stand, TRAIN_GAIN};
+use super::explain::{self, Stand, TRAIN_GAIN, Trial, Weighed};
 use super::ground::Rules;
 use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
@@ -140,7 +140,8 @@ pub fn diagnose(
     let broken = breaks(&found.stand)?;
     let rings = || found.weighed.iter().find_map(|w| w.by_itself);
     let mut left = whats_left(&found.stand, &after_evidence, broken, floor)
-        .or_else(|| rings().map(Left::Ring));
+        .or_else(|| rings().map(Left::Ring))
+        .or_else(|| unproved(&found.weighed).filter(|_| !some && named_laws.is_empty()));
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.
@@ -321,6 +322,17 @@ fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Op
         return Some(Left::Stretch(local));
     }
     (broken > BROKEN).then_some(Left::Joins(broken))
+}
+
+/// What improves the fitted recordings by far more than chance, and those kept out not at all.
+fn unproved(weighed: &[Weighed]) -> Option<Left> {
+    let trials = weighed.iter().filter_map(|w| Some((w, w.trial.as_ref()?)));
+    let of = |(w, t): (&Weighed, &Trial)| {
+        log::debug!("{}: {:.0}, {:.0} kept out", w.spec.id, t.gain, t.held_gain);
+        t.unproved().then_some((w.spec.name, t.gain))
+    };
+    let most = trials.filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1));
+    most.map(|(name, gain)| Left::Unproved(name, gain))
 }
 
 /// By how many standard deviations of chance the flight of both sides does not go on from

@@ -13,6 +13,8 @@ use crate::model::effects::EffectSpec;
 pub const TRAIN_GAIN: f64 = 30.0;
 /// The same where the best of many times or frequencies was searched for.
 const SEARCHED_GAIN: f64 = 50.0;
+/// So many times what chance lets them improve by is far more.
+const FAR: f64 = 2.0;
 /// Falls on the fitted recordings and on both sides from which a name needs no more where
 /// those kept out, of which chance knows nothing, fall by as much as that.
 const CONFIRMED: (f64, f64) = (15.0, 45.0);
@@ -65,6 +67,19 @@ impl Trial {
     /// Both gains.
     pub fn worth(&self) -> f64 {
         self.gain + self.held_gain
+    }
+
+    /// Whether the fitted recordings improve by far more than chance lets them, and those kept
+    /// out do not: there is something, but not this. A further mode has a beginning of its own
+    /// in each stretch, by which chance lets it improve more.
+    pub fn unproved(&self) -> bool {
+        let least = if self.hypothesis.searched {
+            SEARCHED_GAIN
+        } else {
+            TRAIN_GAIN
+        };
+        let told = self.held_out.is_some() && self.hypothesis.start.spec.id != "extra_mode";
+        told && self.gain > FAR * least && self.held_gain < HELD_GAIN
     }
 
     /// Whether the fitted recordings improve by no more than chance lets them.

@@ -304,6 +304,8 @@ pub enum Left {
     Joins(f64),
     /// What rings by itself at this frequency \[Hz\].
     Ring(f64),
+    /// This effect takes so much chi2 away where it is fitted, and none elsewhere.
+    Unproved(&'static str, f64),
 }
 
 impl Left {
@@ -323,6 +325,9 @@ impl Left {
                 "the flight does not go on from stretch to stretch as it is simulated, by {sigmas:.0} standard deviations of chance in all"
             ),
             Self::Ring(f) => format!("something rings by itself at {:.2} kHz", 1e-3 * f),
+            Self::Unproved(name, gain) => format!(
+                "{name} would take away {gain:.0} of chi2 where it is fitted, more than chance does, and nothing on recordings kept out: what is there is something else"
+            ),
         }
     }
 }
