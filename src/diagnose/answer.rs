@@ -1,7 +1,8 @@
 //! The answer put together from what the search found: named effects, everything that
 //! was weighed, the events as seen, the next experiment.
 
-use super::explain::{Explanation, HELD_GAIN, Stand};
+use super::chance::HELD_GAIN;
+use super::explain::{Explanation, Stand};
 use super::laws::LawTest;
 use super::locate::{self, Sample};
 use super::next::experiment;

@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use super::answer::{Side, candidates, events_seen, names, next};
 use super::bench::{Bench, Fitted, remaining, with_effect};
+use super::chance::TRAIN_GAIN;
 use super::condition::condition;
 use super::continuity::joins;
 use super::evidence::{self, Evidence};
-use super::explain::{self, Stand, TRAIN_GAIN, Trial, Weighed};
+use super::explain::{self, Stand, Trial, Weighed};
 use super::ground::Rules;
 use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
@@ -139,9 +140,11 @@ pub fn diagnose(
     let floor = FLOOR + 2.0 * SURELY * bench.noise_error;
     let broken = breaks(&found.stand)?;
     let rings = || found.weighed.iter().find_map(|w| w.by_itself);
+    // A fit that was broken off proves nothing either way.
+    let may_doubt = !some && named_laws.is_empty() && !control.cancelled();
     let mut left = whats_left(&found.stand, &after_evidence, broken, floor)
         .or_else(|| rings().map(Left::Ring))
-        .or_else(|| unproved(&found.weighed).filter(|_| !some && named_laws.is_empty()));
+        .or_else(|| unproved(&found.weighed).filter(|_| may_doubt));
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.

@@ -2,27 +2,16 @@
 //! out, and added one by one as long as both sides improve beyond chance.
 
 use super::bench::{Bench, Fitted, Side};
+use super::chance::{self, HELD_GAIN, by_chance};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
 use super::refit::shaped;
 use super::weigh::{is_asked, weigh};
 use super::{choice, further, kin, needless};
 use crate::model::effects::EffectSpec;
-/// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
-/// directions and some thousand frequencies falls by up to 20 by chance alone.
-pub const TRAIN_GAIN: f64 = 30.0;
-/// The same where the best of many times or frequencies was searched for.
-const SEARCHED_GAIN: f64 = 50.0;
-/// So many times what chance lets them improve by is far more.
-const FAR: f64 = 2.0;
-/// Falls on the fitted recordings and on both sides from which a name needs no more where
-/// those kept out, of which chance knows nothing, fall by as much as that.
-const CONFIRMED: (f64, f64) = (15.0, 45.0);
 /// Where other forms of the laws named would bring so many times what a further name brings,
 /// it is one of those forms that is wrong, in a way that is not known.
 const OUTWEIGHED: f64 = 2.0;
-/// Least fall on the recordings kept out.
-pub const HELD_GAIN: f64 = 10.0;
 /// A further name must explain this share of what the first ones explained.
 const SHARE: f64 = 0.004;
 /// Share of the rows set aside as misread from which they are looked at again.
@@ -70,33 +59,15 @@ impl Trial {
     }
 
     /// Whether the fitted recordings improve by far more than chance lets them, and those kept
-    /// out do not: there is something, but not this. A further mode has a beginning of its own
-    /// in each stretch, by which chance lets it improve more.
+    /// out, if there are any, do not.
     pub fn unproved(&self) -> bool {
-        let least = if self.hypothesis.searched {
-            SEARCHED_GAIN
-        } else {
-            TRAIN_GAIN
-        };
-        let told = self.held_out.is_some() && self.hypothesis.start.spec.id != "extra_mode";
-        told && self.gain > FAR * least && self.held_gain < HELD_GAIN
+        self.held_out.is_some() && chance::unproved(&self.hypothesis, self.gain, self.held_gain)
     }
 
     /// Whether the fitted recordings improve by no more than chance lets them.
     pub fn by_chance(&self) -> bool {
         by_chance(&self.hypothesis, self.gain, self.held_gain)
     }
-}
-
-/// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
-/// `held_gain`. Of what was searched for over many places the best of them is seen.
-pub fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
-    if hypothesis.searched {
-        return gain < SEARCHED_GAIN;
-    }
-    let (own, both) = CONFIRMED;
-    let confirmed = gain > own && held_gain > own && gain + held_gain > both;
-    gain < TRAIN_GAIN && !confirmed
 }
 
 /// Where the search stands: a model with the effects named so far.

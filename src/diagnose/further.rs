@@ -3,7 +3,8 @@
 //! for it rings by itself.
 
 use super::bench::{Bench, Fitted, Side};
-use super::explain::{Stand, TRAIN_GAIN, Trial};
+use super::chance::TRAIN_GAIN;
+use super::explain::{Stand, Trial};
 use super::modes::near_mode;
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;

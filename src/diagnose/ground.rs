@@ -1,7 +1,7 @@
 //! Which laws of the ground are named: what the events say by the baseline, and what they
 //! still say once the flight is told.
 
-use super::explain::{HELD_GAIN, TRAIN_GAIN};
+use super::chance::{HELD_GAIN, TRAIN_GAIN};
 use super::laws::LawTest;
 use crate::model::effects::EffectSpec;
 

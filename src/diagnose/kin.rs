@@ -142,16 +142,20 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .map(|(_, middle, width)| window(Against::Velocity, middle, width, OFF * v[0]))
             .collect(),
         "piezo_creep" | "zero_drift" => other_times(0, 1),
-        // A first-order lag of another size; a bounded pace that is as late in its place, or
-        // the other way round.
+        // A first-order lag or a bounded pace of another size, or the one that is as late in the
+        // place of the other.
         "amplifier_lag" => {
             let [tau, pace] = v[..] else {
                 return Vec::new();
             };
             let swing = (0.5 * (volts.1 - volts.0)).max(1e-9);
-            let other = [pace * swing, tau / swing];
-            [scaled(usize::from(pace > 0.0), None), other.to_vec()]
-                .iter()
+            let (of_tau, of_pace) = (scaled(0, None), scaled(1, None));
+            let all = match (tau > 0.0, pace > 0.0) {
+                (true, true) => [of_tau, of_pace],
+                (true, false) => [of_tau, vec![0.0, tau / swing]],
+                _ => [of_pace, vec![pace * swing, 0.0]],
+            };
+            all.iter()
                 .filter_map(|values| wrapped(effect, values, None))
                 .collect()
         }

@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_delay_is_found_however_far_off_it_begins() {
+    fn a_delay_that_begins_far_off_is_found() {
         let delayed = |by: f64| with("sensor_lag", 1, by);
         let bench = bench_of(&delayed(100e-6));
         // The clocks have taken all of it.
@@ -244,10 +244,8 @@ mod tests {
         let free = ["sensor_lag.delay".to_owned()];
         // Three times what two clocks leave that are known to 5 us each.
         let room = 3.0 * 5e-6 / f64::sqrt(2.0);
-        for begun in [5e-6, 100e-6, 300e-6] {
-            let fit = bench.fit(&delayed(begun), &free, &[], &known, 10, &QUIET);
-            let found = fit.unwrap().model.get(&free[0]).unwrap();
-            assert!((found - 100e-6).abs() < room, "{begun}: {found}");
-        }
+        let fit = bench.fit(&delayed(300e-6), &free, &[], &known, 10, &QUIET);
+        let found = fit.unwrap().model.get(&free[0]).unwrap();
+        assert!((found - 100e-6).abs() < room, "{found}");
     }
 }

@@ -14,6 +14,7 @@ mod answer;
 pub mod bench;
 pub mod calm;
 pub mod candidates;
+mod chance;
 mod choice;
 pub mod condition;
 mod continuity;

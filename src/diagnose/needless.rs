@@ -1,7 +1,8 @@
 //! Names that a later one has made needless.
 
 use super::bench::Bench;
-use super::explain::{HELD_GAIN, Stand, TRAIN_GAIN, by_chance};
+use super::chance::{HELD_GAIN, TRAIN_GAIN, by_chance};
+use super::explain::Stand;
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::weigh::freedoms;
 use crate::model::Model;

@@ -53,9 +53,12 @@ pub fn shaped(
     };
     let mut start = trial.train.model.clone();
     let (_, _, volts) = spans(&trial.train);
-    if let Some(both) = settling(effect, 0.5 * (volts.1 - volts.0)) {
+    if let Some(both) = settling(effect, volts.1 - volts.0) {
         let tau = own_ids(both.spec, &[0])[0].clone();
-        whole.bounds = vec![(tau, (LEAST_LAG * SHORTEST_LAG, f64::INFINITY))];
+        whole.bounds.retain(|(id, _)| *id != tau);
+        whole
+            .bounds
+            .push((tau, (LEAST_LAG * SHORTEST_LAG, f64::INFINITY)));
         start = with_effect(&start, both.clone());
         whole.start = both;
     }
@@ -153,4 +156,49 @@ pub fn mirrored(
     };
     let start = with_effect(&start, effect);
     begun_from(bench, stand, &hypothesis, (&start, &trial.train), control)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::find;
+
+    /// Mean time by which an edge of `edge` \[V\] is late, by small steps.
+    fn late(values: &[f64], edge: f64) -> f64 {
+        const STEP: f64 = 1e-9;
+        let (mut voltage, mut area) = (0.0, 0.0);
+        while edge - voltage > 1e-9 * edge {
+            area += (edge - voltage) * STEP;
+            let settles = if values[0] > 0.0 {
+                (edge - voltage) / values[0]
+            } else {
+                f64::INFINITY
+            };
+            let most = if values[1] > 0.0 {
+                1.0 / values[1]
+            } else {
+                f64::INFINITY
+            };
+            voltage = (voltage + settles.min(most) * STEP).min(edge);
+        }
+        area / edge
+    }
+
+    #[test]
+    fn an_amplifier_with_both_is_as_late_as_with_one() {
+        let spec = find("amplifier_lag").unwrap();
+        for values in [[20e-6, 0.0], [0.0, 2e-6]] {
+            let effect = ActiveEffect {
+                spec,
+                values: values.to_vec(),
+            };
+            let both = settling(&effect, 16.0).unwrap();
+            assert!(both.values.iter().all(|v| *v > 0.0), "{both:?}");
+            let (before, after) = (late(&values, 16.0), late(&both.values, 16.0));
+            assert!((after / before - 1.0).abs() < 1e-3, "{before} {after}");
+            // No edge, and nothing to share out.
+            assert!(settling(&effect, 0.0).is_none());
+            assert!(settling(&both, 16.0).is_none());
+        }
+    }
 }

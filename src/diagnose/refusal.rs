@@ -1,6 +1,6 @@
 //! Whether names that were found are refused for what they leave.
 
-use super::explain::TRAIN_GAIN;
+use super::chance::TRAIN_GAIN;
 use super::result::Left;
 use crate::model::Model;
 use crate::model::effects::EffectSpec;

@@ -326,7 +326,7 @@ impl Left {
             ),
             Self::Ring(f) => format!("something rings by itself at {:.2} kHz", 1e-3 * f),
             Self::Unproved(name, gain) => format!(
-                "{name} would take away {gain:.0} of chi2 where it is fitted, more than chance does, and nothing on recordings kept out: what is there is something else"
+                "{name} would take away {gain:.0} of chi2 where it is fitted, far more than chance does, and that does not hold on the recordings kept out: either something else is there, or they do not ask for it"
             ),
         }
     }

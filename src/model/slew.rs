@@ -40,8 +40,8 @@ pub struct Course {
 }
 
 impl Slew {
-    /// Where the follower is \[V\] while the voltage is `voltage` at `t`, in the piece whose
-    /// start `memory` tells.
+    /// Where the follower is \[V\] at full pace while the voltage is `voltage` at `t`, in the
+    /// piece whose start `memory` tells. Without slack that is where it is.
     pub fn follow(&self, voltage: f64, t: f64, memory: &[f64]) -> f64 {
         match *memory {
             [level, since] => {
@@ -87,11 +87,12 @@ impl Slew {
                 return Course { direction, end };
             }
             let ahead = |s: f64| direction * (shape.voltage(s) - own) - (s - t) * fastest;
-            let end = first(t, until, |s| ahead(s) <= self.slack).unwrap_or(until);
+            let end = first(t, until, |s| ahead(s) <= self.slack - equal).unwrap_or(until);
             return Course { direction, end };
         }
         let mut end = segment.end;
-        if self.slack <= equal && shape.steepest(t, until) > fastest {
+        // What is slower never gets away.
+        if slope.abs() <= fastest && shape.steepest(t, until) > fastest {
             end = first(t, until, |s| shape.slope(s).abs() > fastest).unwrap_or(until);
         }
         let direction = 0.0;

@@ -25,9 +25,9 @@ const LATER: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
 ];
 /// Chi2 per value after the first step above which a drive that is shared otherwise among
-/// the modes is tried.
+/// the modes is tried, and after the next ones above which it is gone on with.
 const ASTRAY: f64 = 3.0;
-/// Share of the stretches set aside after that from which it is tried, too.
+/// Share of the stretches set aside from which the farther one of the two is gone on with, too.
 const ASIDE: f64 = 0.08;
 /// What a value that is set aside counts for beside those that are not.
 const FORSAKEN: f64 = 30.0;
@@ -222,7 +222,10 @@ impl Bench {
             locked.extend(self.read_alone(problem));
             point = self.improve(problem, point, &locked, (7, ROUGH), control)?;
             set_clocks(problem, &mut point, segments, few)?;
-            heal(problem, &mut point, segments)?;
+            if heal(problem, &mut point, segments)? {
+                // What was set aside must not count any more.
+                point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+            }
         }
         Ok(point)
     }

@@ -8,7 +8,7 @@ use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::Branch;
 use crate::model::slew::{MEMORY, Slew};
 
-/// Step of the search for the turn of the lagged voltage [time constants].
+/// Step of the search for instants of the lagged voltage [time constants].
 const SEARCH_STEP: f64 = 0.25;
 /// Steps of that search: after so long nothing of the past is left.
 const SEARCH_STEPS: usize = 400;
@@ -112,8 +112,8 @@ impl AmplifierLag {
         lagged * (-h / self.tau).exp() + h / self.tau * input
     }
 
-    /// The first instant at which `holds` is true of how far the voltage is ahead of the lagged one [V],
-    /// while that settles, if it does before `end`.
+    /// The first instant at which `holds` is true of how far the voltage is ahead of the lagged
+    /// one [V], while that settles, if it does before `end`.
     fn instant(
         &self,
         shape: &Shape,
@@ -216,7 +216,7 @@ impl Action for AmplifierLag {
         };
         let shape = &segment.shape;
         if let Some(slew) = self.slew
-            && shape.steepest(t, piece.end) > 1.0 / slew.pace
+            && shape.slope(t).abs() > 1.0 / slew.pace
         {
             // Looked through as far as the search goes.
             let far = t + SEARCH_STEP * SEARCH_STEPS as f64 * self.tau;

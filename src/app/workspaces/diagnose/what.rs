@@ -9,7 +9,7 @@ use crate::app::diagnosing::{Answer, named};
 use crate::app::state::State;
 use crate::diagnose::report::rest;
 use crate::diagnose::report::words::{chi2, in_noise, listed, probability};
-use crate::diagnose::result::{Candidate, Diagnosis};
+use crate::diagnose::result::{Candidate, Diagnosis, Left};
 use crate::diagnose::{RELIABLE, Verdict};
 use crate::model::effects::find;
 
@@ -120,7 +120,12 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         Verdict::Unexplained => (
             0.0,
             probability(0.0),
-            "Re-tuning alone leaves more than the noise.".to_owned(),
+            if matches!(d.left, Some(Left::Unproved(..))) {
+                "Re-tuning alone comes to the noise, but an effect improves that by more than chance."
+                    .to_owned()
+            } else {
+                "Re-tuning alone leaves more than the noise.".to_owned()
+            },
         ),
     };
     row(
@@ -137,7 +142,10 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         Verdict::Unexplained => (
             1.0,
             "the answer".to_owned(),
-            "No effect of the catalogue carries what is missing.".to_owned(),
+            format!(
+                "No effect of the catalogue carries what is missing. {}",
+                left.join(" ")
+            ),
         ),
         Verdict::MissingPhysics if more => (other, probability(other), left.join(" ")),
         Verdict::MissingPhysics => (

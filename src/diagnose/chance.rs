@@ -1,0 +1,81 @@
+//! By how much chance lets chi2 fall.
+
+use super::promises::Hypothesis;
+
+/// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
+/// directions and some thousand frequencies falls by up to 20 by chance alone.
+pub const TRAIN_GAIN: f64 = 30.0;
+/// The same where the best of many times or frequencies was searched for.
+const SEARCHED_GAIN: f64 = 50.0;
+/// So many times what chance lets them improve by is far more.
+const FAR: f64 = 2.0;
+/// Falls on the fitted recordings and on both sides from which a name needs no more where
+/// those kept out, of which chance knows nothing, fall by as much as that.
+const CONFIRMED: (f64, f64) = (15.0, 45.0);
+/// Least fall on the recordings kept out.
+pub const HELD_GAIN: f64 = 10.0;
+
+/// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
+/// `held_gain`. Of what was searched for over many places the best of them is seen.
+pub fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+    let (own, both) = CONFIRMED;
+    let confirmed = gain > own && held_gain > own && gain + held_gain > both;
+    gain < least(hypothesis) && (hypothesis.searched || !confirmed)
+}
+
+/// Whether the fitted recordings improve by far more than chance lets them, and those kept out
+/// do not: there is something, but not this. A further mode has a beginning of its own in each
+/// stretch, by which chance lets it improve more; and what begins after the fitted recordings
+/// gains on those kept out.
+pub fn unproved(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+    let mode = hypothesis.start.spec.id == "extra_mode";
+    let asked = hypothesis.told_by.is_none() && !mode;
+    asked && gain > FAR * least(hypothesis) && held_gain < HELD_GAIN
+}
+
+/// Fall of chi2 on the fitted recordings up to which chance lets them improve.
+fn least(hypothesis: &Hypothesis) -> f64 {
+    if hypothesis.searched {
+        SEARCHED_GAIN
+    } else {
+        TRAIN_GAIN
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::{ActiveEffect, find};
+
+    fn of(id: &str, searched: bool) -> Hypothesis {
+        Hypothesis {
+            start: ActiveEffect::new(find(id).unwrap()),
+            others: Vec::new(),
+            free: Vec::new(),
+            full: None,
+            shape: Vec::new(),
+            bounds: Vec::new(),
+            promise: 0.0,
+            searched,
+            series: false,
+            told_by: None,
+        }
+    }
+
+    #[test]
+    fn what_gains_only_where_it_is_fitted_is_unproved() {
+        let drift = of("zero_drift", false);
+        assert!(unproved(&drift, 140.0, -30.0));
+        assert!(!unproved(&drift, 140.0, 60.0));
+        assert!(!unproved(&drift, 31.0, -30.0));
+        // Chance finds more where it is searched for.
+        let step = of("gap_step", true);
+        assert!(unproved(&step, 140.0, 0.0) && !unproved(&step, 70.0, 0.0));
+        let told_later = Hypothesis {
+            told_by: Some(0),
+            ..step
+        };
+        assert!(!unproved(&told_later, 140.0, 0.0));
+        assert!(!unproved(&of("extra_mode", true), 140.0, 0.0));
+    }
+}
