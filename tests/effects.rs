@@ -203,7 +203,7 @@ fn friction_and_film() {
         };
         check("dry_friction", &[("fc", fc)], effects, &[SQUARE, SINE]);
     }
-    for (film_tau, film_growth) in [(5e-6, 0.0), (200e-6, 0.0), (300e-6, 2.0)] {
+    for (film_tau, film_growth) in [(5e-6, 0.0), (200e-6, 0.0), (300e-6, 2.0), (4e-6, 2.0)] {
         let effects = Effects {
             film_tau,
             film_growth,

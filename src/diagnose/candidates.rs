@@ -211,10 +211,10 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
             "quadratic_drag" => add(&[1e-3 * scale.force / scale.speed.powi(2)], 0, false, &[0]),
             "dry_friction" => add(&[1e-3 * scale.force], 0, false, &[0]),
             "film_spring" if ground => {
-                for tau in [8e-6, 4e-5, 2e-4] {
+                for tau in [1.6e-6, 8e-6, 4e-5, 2e-4] {
                     add(&[tau, 0.0], 0, false, &[0]);
                 }
-                for tau in [4e-5, 2e-4, 1e-3] {
+                for tau in [1.6e-6, 8e-6, 4e-5, 2e-4, 1e-3] {
                     add(&[tau, 2.0], 0, false, &[0]);
                 }
             }

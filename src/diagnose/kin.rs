@@ -246,6 +246,10 @@ impl Action for Kin {
         self.inner.state_rates()
     }
 
+    fn pace(&self, at: &Kinematics) -> f64 {
+        self.inner.pace(at)
+    }
+
     fn lasting(&self) -> f64 {
         self.inner.lasting()
     }

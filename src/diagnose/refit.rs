@@ -52,8 +52,11 @@ pub fn shaped(
         ..hypothesis.clone()
     };
     let mut start = trial.train.model.clone();
-    let (_, _, volts) = spans(&trial.train);
-    if let Some(both) = settling(effect, volts.1 - volts.0) {
+    let edge = || {
+        let (_, _, volts) = spans(&trial.train);
+        volts.1 - volts.0
+    };
+    if let Some(both) = settling(effect, edge) {
         let tau = own_ids(both.spec, &[0])[0].clone();
         whole.bounds.retain(|(id, _)| *id != tau);
         whole
@@ -91,19 +94,20 @@ pub fn shaped(
 }
 
 /// An amplifier that has a time constant or a bounded pace with both, as late as before for an
-/// edge of `swing` \[V\]: where one of them is nothing, or too small for the other to matter, no
+/// edge of `edge()` \[V\]: where one of them is nothing, or too small for the other to matter, no
 /// slope leads away from there. `None` for other effects.
-fn settling(effect: &ActiveEffect, swing: f64) -> Option<ActiveEffect> {
+fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffect> {
     let [tau, pace] = effect.values[..] else {
         return None;
     };
-    if effect.spec.id != "amplifier_lag" || tau > 0.0 && pace > 0.0 || swing <= 0.0 {
+    if effect.spec.id != "amplifier_lag" || tau > 0.0 && pace > 0.0 {
         return None;
     }
-    let late = tau + 0.5 * pace * swing;
+    let edge = Some(edge()).filter(|e| *e > 0.0)?;
+    let late = tau + 0.5 * pace * edge;
     // Bound by its pace for so long, it is late by r V/2 + tau^2 / (2 r V).
-    let pace = 2.0 * BY_PACE * late / swing;
-    let tau = (2.0 * (1.0 - BY_PACE) * late * pace * swing).sqrt();
+    let pace = 2.0 * BY_PACE * late / edge;
+    let tau = (2.0 * (1.0 - BY_PACE) * late * pace * edge).sqrt();
     Some(ActiveEffect {
         spec: effect.spec,
         values: vec![tau, pace],
@@ -192,13 +196,13 @@ mod tests {
                 spec,
                 values: values.to_vec(),
             };
-            let both = settling(&effect, 16.0).unwrap();
+            let both = settling(&effect, || 16.0).unwrap();
             assert!(both.values.iter().all(|v| *v > 0.0), "{both:?}");
             let (before, after) = (late(&values, 16.0), late(&both.values, 16.0));
             assert!((after / before - 1.0).abs() < 1e-3, "{before} {after}");
             // No edge, and nothing to share out.
-            assert!(settling(&effect, 0.0).is_none());
-            assert!(settling(&both, 16.0).is_none());
+            assert!(settling(&effect, || 0.0).is_none());
+            assert!(settling(&both, || 16.0).is_none());
         }
     }
 }

@@ -4,6 +4,7 @@ pub mod drive;
 pub mod effects;
 pub mod film;
 pub mod ground;
+pub mod halving;
 pub mod parameter;
 pub mod piezo;
 pub mod preisach;

@@ -4,6 +4,7 @@
 //! what the slack allows otherwise, which is its owner's to know.
 
 use super::drive::{Segment, Shape};
+use super::halving::halved;
 
 /// Numbers that a follower keeps: where it was \[V\] when the piece began, and when \[s\].
 pub const MEMORY: usize = 2;
@@ -16,8 +17,6 @@ const NEAR: f64 = 1e-6;
 /// Parts of a piece by which the instants are bracketed at which a follower begins to lag
 /// behind or has caught up.
 const PARTS: usize = 256;
-/// Halvings that place such an instant.
-const HALVINGS: usize = 60;
 /// Longest piece \[s\] that is looked through.
 const LONGEST: f64 = 1.0;
 
@@ -52,12 +51,12 @@ impl Slew {
         }
     }
 
-    /// Where it is \[V\] and the direction it goes, 1 or -1, while the pace binds it; `None`
-    /// once it is near the voltage, in the piece whose start `memory` tells.
+    /// Where it is \[V\] and its rate of change \[V/s\] while the pace binds it; `None` once it
+    /// is near the voltage, in the piece whose start `memory` tells.
     pub fn bound(&self, voltage: f64, t: f64, memory: &[f64]) -> Option<(f64, f64)> {
         let own = self.follow(voltage, t, memory);
         let behind = voltage - own;
-        (behind.abs() >= (1.0 - NEAR) * self.slack).then(|| (own, behind.signum()))
+        (behind.abs() >= (1.0 - NEAR) * self.slack).then(|| (own, behind.signum() / self.pace))
     }
 
     /// Brings the memory up to date at the end of a piece, where the follower is at `level`.
@@ -105,16 +104,7 @@ impl Slew {
 fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     let at = |k: usize| start + (end - start) * k as f64 / PARTS as f64;
     let k = (1..=PARTS).find(|&k| holds(at(k)))?;
-    let (mut low, mut high) = (at(k - 1), at(k));
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if holds(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    Some(high)
+    Some(halved(at(k - 1), at(k), holds))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The first time within a step at which a function falls below zero.
 
+use crate::model::halving::halved;
+
 /// Fractions of a step that are looked at: dense at its start, where the mass has just
 /// left the ground, then even.
 const EVEN: usize = 32;
@@ -27,36 +29,19 @@ pub(super) fn first_below(gap: impl Fn(f64) -> f64, end: f64, slack: f64) -> Opt
     for s in looks {
         let g = gap(s);
         if g < -slack {
-            return Some(bisect(&gap, s1, s));
+            return Some(halved(s1, s, |s| gap(s) < 0.0));
         }
         if s1 > s0 && g1 < g0 && g1 < g {
             // A minimum lies between: does it dip below?
             let low = minimum(&gap, s0, s);
             if gap(low) < -slack {
-                return Some(bisect(&gap, s0, low));
+                return Some(halved(s0, low, |s| gap(s) < 0.0));
             }
         }
         (s0, g0) = (s1, g1);
         (s1, g1) = (s, g);
     }
     None
-}
-
-/// Zero of `gap` between `low`, where it is not negative but for rounding, and `high`,
-/// where it is.
-fn bisect(gap: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if gap(middle) < 0.0 {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    high
 }
 
 /// Place of the minimum of `gap` between `low` and `high` (golden section).

@@ -2,7 +2,7 @@
 
 use super::aside::taken_in;
 use super::clocks::{set_clocks, skews};
-use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE, positions, with_effect};
+use super::{Bench, Bound, FINE, FORSAKEN, Fitted, LOSS, ROUGH, WIDE, positions, with_effect};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{heal, thinned};
 use crate::fit::problem::Problem;
@@ -29,8 +29,6 @@ const LATER: [&str; 8] = [
 const ASTRAY: f64 = 3.0;
 /// Share of the stretches set aside from which the farther one of the two is gone on with, too.
 const ASIDE: f64 = 0.08;
-/// What a value that is set aside counts for beside those that are not.
-const FORSAKEN: f64 = 30.0;
 /// Steps of each stretch's own fit from its first guess.
 const GUESS: usize = 3;
 /// Steps without a drift that was fitted.
@@ -109,10 +107,8 @@ impl Bench {
             }
             let mut flipped = self.near(&start, own, &few, control)?;
             if off(&flipped.1) < off(&point) {
-                flipped = (
-                    std::mem::replace(&mut problem, flipped.0),
-                    std::mem::replace(&mut point, flipped.1),
-                );
+                std::mem::swap(&mut problem, &mut flipped.0);
+                std::mem::swap(&mut point, &mut flipped.1);
             }
             other = Some(flipped);
         }

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::{Fitted, LOSS, WIDE};
+use super::{FORSAKEN, Fitted, LOSS, WIDE};
 use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{Nuisance, Problem};
 use crate::fit::segment::Segment;
@@ -20,8 +20,6 @@ const LATE: f64 = 0.8;
 const NEAR: f64 = 5e-6;
 /// Fall of a recording's cost from which it takes another skew.
 pub const BETTER: f64 = 40.0;
-/// No stretch counts for more than this a value.
-const MOST: f64 = 30.0;
 /// Cost per value up to which a recording is told well as it is.
 const WELL: f64 = 1.1;
 /// A delay of the readings.
@@ -79,7 +77,7 @@ pub fn set_clocks(
                     let (near, _) = fit(start.locals.clone(), WIDE);
                     let (locals, cost) = fit(near, LOSS);
                     // What was misread must not decide.
-                    let most = MOST * problem.rows(segment).len() as f64;
+                    let most = FORSAKEN * problem.rows(segment).len() as f64;
                     (locals, cost.min(most))
                 })
                 .collect();
@@ -176,31 +174,36 @@ pub fn share_delay(problem: &Problem, x: &mut [f64]) {
         return;
     };
     let first = problem.space.len();
-    let clocks = skews(problem);
-    // What each clock would need to be as known, and how well it is known.
-    let needed = |x: &[f64], i: usize| {
-        let nuisance = &problem.nuisances[i - first];
-        (nuisance.mean - x[i] * nuisance.unit, nuisance.sigma)
-    };
+    // What each clock lacks to be as known, and how well it is known.
+    let lacks: Vec<(f64, f64)> = skews(problem)
+        .into_iter()
+        .map(|i| {
+            let nuisance = &problem.nuisances[i - first];
+            (nuisance.mean - x[i] * nuisance.unit, nuisance.sigma)
+        })
+        .collect();
+    let mut shift = 0.0;
     for _ in 0..SHARED {
-        let weighed = clocks.iter().map(|&i| {
-            let (off, sigma) = needed(x, i);
-            let weight = (LOSS.root_weight(off / sigma) / sigma).powi(2);
-            (weight * off, weight)
+        let weighed = lacks.iter().map(|(lack, sigma)| {
+            let weight = (LOSS.root_weight((lack - shift) / sigma) / sigma).powi(2);
+            (weight * lack, weight)
         });
         let (sum, weight) = weighed.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-        let mut model = problem.space.model(x);
-        let (Some(delay), true) = (model.get(DELAY), weight > 0.0) else {
-            return;
-        };
-        if model.set(DELAY, (delay + sum / weight).max(0.0)).is_err() {
-            return;
+        if weight > 0.0 {
+            shift = sum / weight;
         }
-        let entry = &problem.space.entries[at];
-        x[at] = problem.space.coordinates(&model)[at].clamp(entry.low, entry.high);
-        let now = problem.space.model(x).get(DELAY).unwrap_or(delay);
-        shift_skews(problem, x, now - delay);
     }
+    let mut model = problem.space.model(x);
+    let Some(delay) = model.get(DELAY) else {
+        return;
+    };
+    if model.set(DELAY, (delay + shift).max(0.0)).is_err() {
+        return;
+    }
+    let entry = &problem.space.entries[at];
+    x[at] = problem.space.coordinates(&model)[at].clamp(entry.low, entry.high);
+    let now = problem.space.model(x).get(DELAY).unwrap_or(delay);
+    shift_skews(problem, x, now - delay);
 }
 
 /// Time by which the effects make readings late \[s\].

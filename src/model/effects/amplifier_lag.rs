@@ -4,6 +4,7 @@
 
 use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::{Segment, Shape};
+use crate::model::halving::halved;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::Branch;
 use crate::model::slew::{MEMORY, Slew};
@@ -126,17 +127,10 @@ impl AmplifierLag {
             let h = (SEARCH_STEP * self.tau).min(end - t);
             let next = self.later(shape, lagged, t, h);
             if holds(shape.voltage(t + h) - next) {
-                let (mut low, mut high) = (0.0, h);
-                for _ in 0..60 {
-                    let middle = 0.5 * (low + high);
-                    let there = self.later(shape, lagged, t, middle);
-                    if holds(shape.voltage(t + middle) - there) {
-                        high = middle;
-                    } else {
-                        low = middle;
-                    }
-                }
-                return Some(t + high);
+                let after = halved(0.0, h, |h| {
+                    holds(shape.voltage(t + h) - self.later(shape, lagged, t, h))
+                });
+                return Some(t + after);
             }
             t += h;
             lagged = next;
@@ -165,12 +159,10 @@ impl Action for AmplifierLag {
         inputs.fill(0.0);
         if self.tau > 0.0 {
             let (_, memory) = self.parts(z);
-            let bound = self
-                .slew
-                .and_then(|s| Some((s, s.bound(at.voltage, at.t, memory)?)));
+            let bound = self.slew.and_then(|s| s.bound(at.voltage, at.t, memory));
             inputs[0] = match bound {
                 // What the relaxation takes is given back: the line is exact.
-                Some((slew, (own, direction))) => self.rates[0] * own + direction / slew.pace,
+                Some((own, rate)) => self.rates[0] * own + rate,
                 None => self.rates[0] * at.voltage,
             };
         }
@@ -185,9 +177,10 @@ impl Action for AmplifierLag {
     fn end_piece(&self, at: &Kinematics, _film: f64, z: &mut [f64]) {
         if let Some(slew) = self.slew {
             let (lagged, memory) = self.parts(z);
-            let level = match (lagged, slew.bound(at.voltage, at.t, memory)) {
-                (Some(lagged), None) => lagged,
-                _ => slew.follow(at.voltage, at.t, memory),
+            let bound = || slew.bound(at.voltage, at.t, memory);
+            let level = match lagged {
+                Some(lagged) => bound().map_or(lagged, |(own, _)| own),
+                None => slew.follow(at.voltage, at.t, memory),
             };
             slew.remember(level, at.t, &mut z[self.first()..]);
         }

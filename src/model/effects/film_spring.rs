@@ -97,18 +97,18 @@ impl Action for FilmSpring {
         self.most
     }
 
-    fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
-        let ([rate], [input], [force]) = (self.rates.as_slice(), inputs, z) else {
-            return;
-        };
+    fn pace(&self, at: &Kinematics) -> f64 {
         if self.growth == 0.0 {
-            *input = rate * at.film;
-            return;
+            return 1.0;
         }
         let wider = (at.xp + self.gap).max(THINNEST * self.thinnest) / self.thinnest;
-        let share = (wider.powf(self.growth) / self.most).min(1.0);
-        // The state decays at the quickest rate: what that is too much comes back.
-        *input = rate * (share * at.film + (1.0 - share) * force);
+        (wider.powf(self.growth) / self.most).min(1.0)
+    }
+
+    fn state_inputs(&self, at: &Kinematics, _z: &[f64], inputs: &mut [f64]) {
+        for (input, rate) in inputs.iter_mut().zip(&self.rates) {
+            *input = rate * at.film;
+        }
     }
 
     fn film_force(&self, film: f64, z: &[f64]) -> f64 {

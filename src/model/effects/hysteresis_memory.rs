@@ -19,6 +19,7 @@
 
 use super::{Action, EffectSpec, Kinematics, Need};
 use crate::model::drive::Segment;
+use crate::model::halving::halved;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::{Branch, Piezo};
 use crate::model::preisach::{EQUAL, MEMORY, Past, Relays, standing};
@@ -234,22 +235,10 @@ impl Action for HysteresisMemory {
         let Some(limit) = limits.into_iter().find(passed) else {
             return segment;
         };
-        let (mut low, mut high) = (t, segment.end);
-        for _ in 0..80 {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if (segment.shape.voltage(middle) - limit) * (to - from) < 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Segment {
-            end: high,
-            ..segment
-        }
+        let end = halved(t, segment.end, |t| {
+            (segment.shape.voltage(t) - limit) * (to - from) >= 0.0
+        });
+        Segment { end, ..segment }
     }
 
     fn hysteresis(&self, gain: f64, voltage: f64, branch: Branch, z: &[f64]) -> f64 {

@@ -201,8 +201,13 @@ pub trait Action: Send + Sync + fmt::Debug {
     /// Extra states: the inputs `u_k`.
     fn state_inputs(&self, _at: &Kinematics, _z: &[f64], _inputs: &mut [f64]) {}
 
-    /// Extra states: how many times longer they last than their rates say, at most, where
-    /// their inputs keep them up.
+    /// Extra states: share of their rates at which they go here, above 0 to 1:
+    /// `z_k' = pace (-rate_k z_k + u_k)`.
+    fn pace(&self, _at: &Kinematics) -> f64 {
+        1.0
+    }
+
+    /// Extra states: the reciprocal of the least such share.
     fn lasting(&self) -> f64 {
         1.0
     }

@@ -24,6 +24,8 @@ struct Attached {
     action: Arc<dyn Action>,
     first: usize,
     count: usize,
+    /// Whether its states go slower than their rates somewhere.
+    lasts: bool,
 }
 
 /// The device as the stepper sees it.
@@ -101,6 +103,7 @@ impl Device {
             rates.extend_from_slice(action.state_rates());
             effects.push(Attached {
                 id: effect.spec.id,
+                lasts: action.lasting() > 1.0,
                 action,
                 first,
                 count: rates.len() - first,

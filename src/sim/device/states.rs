@@ -45,6 +45,15 @@ impl Device {
         }
     }
 
+    /// Share of its rate at which each extra state goes here, if that is not all of it, as
+    /// calls of `of` with the state's number.
+    pub fn paces(&self, at: &Kinematics, mut of: impl FnMut(usize, f64)) {
+        for e in self.effects.iter().filter(|e| e.lasts) {
+            let pace = e.action.pace(at);
+            (e.first..e.first + e.count).for_each(|i| of(i, pace));
+        }
+    }
+
     /// Extra states as if everything had stood at `at` for long.
     pub fn settled_states(&self, at: &Kinematics) -> Vec<f64> {
         let mut z = vec![0.0; self.rates.len()];

@@ -3,6 +3,7 @@
 // The indices are those of the method's matrices; iterators would hide them.
 #![allow(clippy::needless_range_loop)]
 
+use super::elimination::eliminate;
 use super::tables::{Table, Tables};
 use super::{Reject, Step};
 use crate::model::drive::Segment;
@@ -146,28 +147,7 @@ impl Step {
             }
             a[k][k] += 1.0;
         }
-        // Elimination with row pivoting; a singular system leaves a non-finite
-        // correction, which the caller rejects.
-        for i in 0..N {
-            let pivot = (i..N)
-                .max_by(|&x, &y| a[x][i].abs().total_cmp(&a[y][i].abs()))
-                .unwrap_or(i);
-            a.swap(i, pivot);
-            residual.swap(i, pivot);
-            for r in i + 1..N {
-                let factor = a[r][i] / a[i][i];
-                for c in i..N {
-                    a[r][c] -= factor * a[i][c];
-                }
-                residual[r] -= factor * residual[i];
-            }
-        }
-        for i in (0..N).rev() {
-            for c in i + 1..N {
-                residual[i] -= a[i][c] * residual[c];
-            }
-            residual[i] /= a[i][i];
-        }
+        eliminate(&mut a, residual);
     }
 
     fn flight_with_effects(
@@ -185,7 +165,9 @@ impl Step {
         self.drive = [self.drive[0]; S];
         let states = self.z.len() / S;
         for k in 1..S {
+            self.z.copy_within(0..states, k * states);
             self.inputs.copy_within(0..states, k * states);
+            self.back.copy_within(0..states, k * states);
         }
         // Forces and states settle in turn: every other change may be far smaller.
         let (mut previous, mut older) = (f64::INFINITY, f64::INFINITY);

@@ -7,11 +7,13 @@
 #![allow(clippy::needless_range_loop)]
 
 mod dense;
+mod elimination;
 mod flight;
 mod tables;
 
 pub(super) use self::tables::{LEVELS, Tables};
 
+use self::elimination::eliminate;
 use self::tables::Table;
 use super::device::{Device, dot};
 use super::linear::{Oscillator, Swing};
@@ -22,6 +24,10 @@ use crate::model::drive::Segment;
 /// may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Reject;
+
+/// Share of the largest that it was below which an extra state is as good as gone: how it
+/// decays from there does not matter.
+const SMALL: f64 = 1e-3;
 
 /// The mass in a compliant ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +60,11 @@ pub(super) struct Step {
     /// Whether the mass of a step of flight is in a compliant ground.
     pub touch: Option<Touch>,
     inputs: Vec<f64>,
+    /// What of each input is a state's own, in proportion to it [1/s]: a state that goes
+    /// slower than its rate is given back what that takes too much.
+    back: Vec<f64>,
+    /// Largest size of each extra state at the beginnings of steps, since [`Step::forget`].
+    largest: Vec<f64>,
     rates: Vec<f64>,
     v_before: Vec<f64>,
     /// Force on each mode at the points, per unit modal mass.
@@ -75,6 +86,8 @@ impl Step {
             v: vec![0.0; S * modes],
             z: vec![0.0; S * states],
             inputs: vec![0.0; S * states],
+            back: vec![0.0; S * states],
+            largest: vec![0.0; states],
             v_before: vec![0.0; S * modes],
             mode_force: vec![[0.0; S]; modes],
             swings: vec![Swing::new(Oscillator::default(), 0.0, 0.0, 0.0, &[0.0; S]); modes],
@@ -107,7 +120,7 @@ impl Step {
         let worst = (0..states).fold(0.0f64, |worst, i| {
             let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
             let within = self.h.min(1.0 / self.rates[i].max(1e-300));
-            let scale = (0..S).fold(0.0f64, |a, k| {
+            let scale = (0..S).fold(SMALL * self.largest[i], |a, k| {
                 a.max(self.z[k * states + i].abs())
                     .max(input[k].abs() * within)
             });
@@ -152,6 +165,14 @@ impl Step {
         self.q[..q.len()].copy_from_slice(q);
         self.v[..v.len()].copy_from_slice(v);
         self.z[..z.len()].copy_from_slice(z);
+        for (largest, z) in self.largest.iter_mut().zip(z) {
+            *largest = largest.max(z.abs());
+        }
+    }
+
+    /// Forgets how large the extra states were: what follows is another motion.
+    pub fn forget(&mut self) {
+        self.largest.fill(0.0);
     }
 
     /// Free motion of all modes plus the answer to the forces at the points that
@@ -187,13 +208,30 @@ impl Step {
                 continue;
             }
             let decay = &table.decays[i];
-            for k in 0..S - 1 {
+            let mut z: [f64; S - 1] = std::array::from_fn(|k| {
                 let mut z = decay.state[k] * z0;
                 for j in 0..S {
                     z += decay.input[k][j] * self.inputs[j * states + i];
                 }
-                self.z[(k + 1) * states + i] = z;
+                z
+            });
+            let at = |k: usize| (k + 1) * states + i;
+            if (0..S - 1).any(|k| self.back[at(k)] != 0.0) {
+                // The inputs change with the states that they make, as quickly as those go.
+                let back: [f64; S - 1] = std::array::from_fn(|k| self.back[at(k)]);
+                let mut own = [[0.0; S - 1]; S - 1];
+                for k in 0..S - 1 {
+                    own[k] = std::array::from_fn(|j| -decay.input[k][j + 1] * back[j]);
+                    own[k][k] += 1.0;
+                    z[k] -= self.z[at(k)];
+                }
+                eliminate(&mut own, &mut z);
+                for k in 0..S - 1 {
+                    self.inputs[at(k)] += back[k] * z[k];
+                    z[k] += self.z[at(k)];
+                }
             }
+            (0..S - 1).for_each(|k| self.z[at(k)] = z[k]);
         }
     }
 
@@ -243,7 +281,13 @@ impl Step {
             };
             self.drive[k] = device.drive_force(&mut at, segment.branch, z);
             (self.xp[k], self.vp[k]) = (at.xp, at.vp);
-            device.state_inputs(&at, z, &mut self.inputs[k * states..(k + 1) * states]);
+            let inputs = &mut self.inputs[k * states..(k + 1) * states];
+            device.state_inputs(&at, z, inputs);
+            device.paces(&at, |i, pace| {
+                let back = (1.0 - pace) * self.rates[i];
+                inputs[i] = pace * inputs[i] + back * z[i];
+                self.back[k * states + i] = back;
+            });
         }
     }
 

@@ -97,6 +97,8 @@ impl<'a> Stretcher<'a> {
         // Each stretch starts afresh, so that its answer does not depend on the one before.
         self.level = 0;
         self.flight.sliding = 0.0;
+        self.flight.forget();
+        self.held.forget();
         if let Some(pace) = &mut self.noted {
             pace.0.push(Vec::new());
         }

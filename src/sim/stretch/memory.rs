@@ -72,6 +72,7 @@ impl StretchSimulator {
         let mut t = begin;
         let mut z = self.rest_state(drive, begin, None).z;
         let mut u = vec![0.0; count];
+        let mut rates = d.rates.clone();
         let readings = d.reading_states().map_or(0..0, |first| first..first + 2);
         let all = d.rates.iter().enumerate();
         let followed = all.filter(|(i, _)| !readings.contains(i));
@@ -119,7 +120,12 @@ impl StretchSimulator {
                 before = after;
                 d.drive_force(&mut at, segment.branch, &z);
                 d.state_inputs(&at, &z, &mut u);
-                for ((z, u), rate) in z.iter_mut().zip(&u).zip(&d.rates) {
+                rates.copy_from_slice(&d.rates);
+                d.paces(&at, |i, pace| {
+                    rates[i] *= pace;
+                    u[i] *= pace;
+                });
+                for ((z, u), rate) in z.iter_mut().zip(&u).zip(&rates) {
                     let decay = (-rate * h).exp();
                     let gain = if *rate > 0.0 {
                         -(-rate * h).exp_m1() / rate

@@ -303,3 +303,41 @@ fn a_film_that_lasts_follows_each_bounce() {
     }
     assert!(worst < 0.01 * largest, "{worst} of {largest}");
 }
+
+#[test]
+fn a_film_that_is_quick_and_goes_slower_near_the_ground_takes_few_steps() {
+    let count = |effects: &[(f64, f64)], held: Option<f64>| {
+        let mut model = Preset::embedded("paper").unwrap().model;
+        for (tau, growth) in effects {
+            let mut film = ActiveEffect::new(find("film_spring").unwrap());
+            film.values = vec![*tau, *growth];
+            model.effects.push(film);
+        }
+        let simulator = StretchSimulator::new(&model, &Options::default()).unwrap();
+        let mut stretcher = Stretcher::new(&simulator);
+        stretcher.note_pace();
+        let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
+        let mut state = StretchState {
+            q: vec![1e-10, 1e-12],
+            v: vec![1e-6, 1e-8],
+            // The film of a blow, that goes.
+            z: vec![1e-7; simulator.state_rates().len()],
+        };
+        if let Some(level) = held {
+            simulator.kick(level, 0.0, &mut state);
+            simulator.land(level, &mut state);
+        }
+        stretcher
+            .carry(&drive, held, 1e-3, 1.1e-2, &mut state, &[], |_, _, _| ())
+            .unwrap();
+        stretcher.noted_pace().0[0].len()
+    };
+    let level = -Preset::embedded("paper").unwrap().model.parameters[ParameterId::Dp];
+    for held in [None, Some(level)] {
+        let plain = count(&[], held);
+        for tau in [2e-6, 8e-6, 3e-5] {
+            let with = count(&[(tau, 2.0)], held);
+            assert!(with < 4 * plain + 100, "{tau} {held:?}: {with} of {plain}");
+        }
+    }
+}
