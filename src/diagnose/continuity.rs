@@ -93,14 +93,14 @@ fn joined(a: &Segment, b: &Segment) -> Segment {
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
 
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::diagnose::DiagnoseOptions;
     use crate::diagnose::bench::Bench;
-    use crate::diagnose::{DiagnoseControl, DiagnoseOptions};
+    use crate::diagnose::made::QUIET;
     use crate::fit::Part;
     use crate::model::preset::Preset;
     use crate::recording::Recording;
@@ -123,13 +123,8 @@ mod tests {
             Recording::new("ring-down", time, None, x, None).unwrap(),
         ));
         let model = Preset::embedded("oscillator").unwrap().model;
-        let cancel = AtomicBool::new(false);
-        let control = DiagnoseControl {
-            cancel: &cancel,
-            progress: &|_| {},
-        };
         let bench = Bench::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
-        joins(&bench.baseline(&model, &control).unwrap()).unwrap()
+        joins(&bench.baseline(&model, &QUIET).unwrap()).unwrap()
     }
 
     #[test]

@@ -2,12 +2,13 @@
 //! model of flight as fitted and no law of the ground; the laws are then fitted to the
 //! readings, and each that the model lacks is a hypothesis like any other.
 
-use super::bench::{Bench, Fitted, Side};
-use super::options::DiagnoseError;
+use super::bench::{Bench, Fitted, LOSS, Side};
+use super::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::prepare::Prepared;
 use crate::fit::readings::{self, Readings};
+use crate::fit::revise::{revise, set_suspects_aside};
 use crate::fit::robust::Huber;
-use crate::fit::solve::{Point, settle};
+use crate::fit::solve::{Clock, Point, settle};
 
 /// Longest stretch around events \[s\]: few events in each, so that one that is misread
 /// spoils no others.
@@ -37,23 +38,47 @@ pub fn read(
     bench: &Bench,
     train: &Fitted,
     held_out: Option<&Fitted>,
+    control: &DiagnoseControl<'_>,
 ) -> Result<Ground, DiagnoseError> {
     if !train.model.has_ground {
         return Ok(Ground::default());
     }
     let other = match (held_out, &bench.held_out) {
-        (Some(fitted), Some(side)) => side_readings(bench, side, fitted)?,
+        (Some(fitted), Some(side)) => side_readings(bench, side, fitted, control)?,
         _ => Readings::default(),
     };
     Ok(Ground {
-        train: side_readings(bench, &bench.train, train)?,
+        train: side_readings(bench, &bench.train, train, control)?,
         held_out: other,
         mass: 1.0 / train.model.structure().mobility(),
     })
 }
 
-fn side_readings(bench: &Bench, side: &Side, fitted: &Fitted) -> Result<Readings, DiagnoseError> {
-    let (prepared, point) = around_events(bench, side, fitted)?;
+fn side_readings(
+    bench: &Bench,
+    side: &Side,
+    fitted: &Fitted,
+    control: &DiagnoseControl<'_>,
+) -> Result<Readings, DiagnoseError> {
+    let (prepared, mut point) = around_events(bench, side, fitted)?;
+    // What was misread is read again, as in a fit.
+    let control = control.quiet();
+    let eligible = point.used.clone();
+    let problem = &prepared.problem;
+    set_suspects_aside(problem, &mut point, LOSS, &control)?;
+    // How near the model is, the others say.
+    point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    let watch = (&control, &Clock::new(1));
+    let back = revise(problem, &mut point, &prepared.segments, LOSS, watch)?;
+    let aside = eligible
+        .iter()
+        .zip(&point.used)
+        .filter(|(e, u)| **e && !**u);
+    log::debug!(
+        "{back} stretches around events read again, {} not",
+        aside.count()
+    );
+    point.used = eligible;
     let mut found = readings::read(&prepared, &point)?;
     log::debug!(
         "{} bounces and {} releases read, {} and {} not, {:.2} off",
@@ -104,4 +129,36 @@ pub fn around_events(
     )?;
     let point = settle(&prepared.problem, x, &point.segments, &used, Huber(6.0), 5)?;
     Ok((prepared, point))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::bench::with_effect;
+    use crate::diagnose::laws;
+    use crate::diagnose::made::{QUIET, bench_of};
+    use crate::model::effects::{ActiveEffect, find};
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn bounces_that_were_misread_at_first_are_read_again() {
+        const POWER: f64 = 0.25;
+        let model = Preset::embedded("paper").unwrap().model;
+        let mut law = ActiveEffect::new(find("velocity_restitution").unwrap());
+        law.values = vec![POWER, 0.1];
+        // Series of bounces, each lower than the last.
+        let drives = [("square:40Hz:7V", 0.15)];
+        let bench = bench_of(&with_effect(&model, law), &drives, 50e3, 20e-9);
+        let base = bench.baseline(&model, &QUIET).unwrap();
+        let (prepared, point) = around_events(&bench, &bench.train, &base).unwrap();
+        let once = readings::read(&prepared, &point).unwrap();
+        let ground = read(&bench, &base, None, &QUIET).unwrap();
+        let (before, after) = (once.bounces.len(), ground.train.bounces.len());
+        assert!(after >= before + 4, "{before} {after}");
+        let told = laws::tests(&ground);
+        let told = told.iter().find(|t| t.id == "velocity_restitution");
+        let (found, error) = told.map(|t| (t.effect.values[0], t.errors[0])).unwrap();
+        assert!((found - POWER).abs() < 4.0 * error, "{found} {error}");
+        assert!(error < 0.2 * POWER, "{error}");
+    }
 }

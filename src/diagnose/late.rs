@@ -137,20 +137,12 @@ fn costs((prepared, point): &(Prepared, Point), other: &Point) -> Result<Vec<f64
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
-
     use super::*;
     use crate::diagnose::bench::with_effect;
-    use crate::diagnose::{DiagnoseControl, DiagnoseOptions};
-    use crate::fit::Part;
+    use crate::diagnose::made::{self, QUIET};
     use crate::model::Model;
-    use crate::model::drive::Waveform;
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::preset::Preset;
-    use crate::model::sensor::Sensor;
-    use crate::recording::Recording;
-    use crate::sim::{Options, simulate};
 
     #[test]
     fn bounces_tell_only_with_one_voice() {
@@ -176,12 +168,6 @@ mod tests {
         assert!(!looks_like("sensor_lag", "piezo_creep"));
     }
 
-    static GO_ON: AtomicBool = AtomicBool::new(false);
-    const QUIET: DiagnoseControl<'static> = DiagnoseControl {
-        cancel: &GO_ON,
-        progress: &|_| {},
-    };
-
     /// The paper's device with value `which` of the effect `id`, all its others zero.
     fn with(id: &str, which: usize, value: f64) -> Model {
         let mut effect = ActiveEffect::new(find(id).unwrap());
@@ -192,28 +178,8 @@ mod tests {
 
     /// Two recordings of square waves, of a device with what is `concealed`.
     fn bench_of(concealed: &Model) -> Bench {
-        let options = Options {
-            rate: 25e3,
-            ..Options::default()
-        };
         let drives = [("square:40Hz:8V", 0.06), ("square:300Hz:8V", 0.05)];
-        let parts = drives.map(|(drive, duration)| {
-            let waveform = Waveform::parse(drive, duration).unwrap();
-            let mut trace = simulate(concealed, &waveform, duration, &options).unwrap();
-            let sensor = Sensor {
-                noise: 50e-9,
-                ..Sensor::default()
-            };
-            sensor.add_noise(&mut trace.proof_mass, 1);
-            sensor.add_noise(&mut trace.cantilever, 2);
-            let (xp, xc) = (trace.proof_mass.clone(), trace.cantilever.clone());
-            let (time, volts) = (trace.times(), trace.voltage.clone());
-            let made = Recording::new(drive, time, Some(volts), xp, Some(xc)).unwrap();
-            Part::whole(Arc::new(made))
-        });
-        let options = DiagnoseOptions::default();
-        let model = Preset::embedded("paper").unwrap().model;
-        Bench::new(&model, &parts, &[], &options).unwrap()
+        made::bench_of(concealed, &drives, 25e3, 50e-9)
     }
 
     /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the

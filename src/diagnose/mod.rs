@@ -32,6 +32,8 @@ pub mod kin;
 mod late;
 pub mod laws;
 pub mod locate;
+#[cfg(test)]
+mod made;
 mod modes;
 mod needless;
 pub mod next;

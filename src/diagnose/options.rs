@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::fit::FitError;
+use crate::fit::{Control, FitError};
 use crate::sim::SimError;
 
 /// What a diagnosis is asked to do.
@@ -59,6 +59,14 @@ impl DiagnoseControl<'_> {
     /// Whether to stop.
     pub fn cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// The same for a fit, whose progress is not told.
+    pub fn quiet(&self) -> Control<'_> {
+        Control {
+            cancel: self.cancel,
+            progress: &|_| {},
+        }
     }
 }
 

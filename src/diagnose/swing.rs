@@ -75,14 +75,14 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
 
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::diagnose::DiagnoseOptions;
     use crate::diagnose::bench::{Bench, with_effect};
-    use crate::diagnose::{DiagnoseControl, DiagnoseOptions};
+    use crate::diagnose::made::QUIET;
     use crate::fit::Part;
     use crate::model::preset::Preset;
     use crate::recording::Recording;
@@ -116,14 +116,9 @@ mod tests {
     /// What a stiffness would bring beside a vibration of 3.1 Hz that was fitted.
     fn beside_a_vibration(force: &dyn Fn(f64, f64) -> f64) -> f64 {
         let model = Preset::embedded("oscillator").unwrap().model;
-        let cancel = AtomicBool::new(false);
-        let control = DiagnoseControl {
-            cancel: &cancel,
-            progress: &|_| {},
-        };
         let train = [ring(force, 1), ring(force, 2)];
         let bench = Bench::new(&model, &train, &[], &DiagnoseOptions::default()).unwrap();
-        let base = bench.baseline(&model, &control).unwrap();
+        let base = bench.baseline(&model, &QUIET).unwrap();
         assert_eq!(gain(&base).unwrap(), 0.0);
         let vibration = ActiveEffect {
             spec: find("base_vibration").unwrap(),
@@ -131,7 +126,7 @@ mod tests {
         };
         let start = with_effect(&base.model, vibration);
         let free = ["base_vibration.a", "base_vibration.phase"].map(str::to_owned);
-        let fitted = bench.fit(&start, &free, &[], &base, 12, &control);
+        let fitted = bench.fit(&start, &free, &[], &base, 12, &QUIET);
         gain(&fitted.unwrap()).unwrap()
     }
 

@@ -33,7 +33,7 @@ use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::solve::{Clock, Plan, Point, improve, settle};
 use crate::fit::space::Space;
-use crate::fit::{Control, FitError, FitOptions, FreeNuisances, Part, Progress};
+use crate::fit::{FitError, FitOptions, FreeNuisances, Part};
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::StretchSimulator;
@@ -299,11 +299,7 @@ impl Bench {
         (iterations, enough): (usize, f64),
         control: &DiagnoseControl<'_>,
     ) -> Result<Point, DiagnoseError> {
-        let quiet = |_: &Progress| {};
-        let control = Control {
-            cancel: control.cancel,
-            progress: &quiet,
-        };
+        let control = control.quiet();
         let plan = Plan {
             stage: "calm stretches",
             iterations,

@@ -22,7 +22,7 @@ const LENIENT: f64 = 100.0;
 /// compared in the same steps: each choice of steps has a discretisation error of its own,
 /// which a difference would divide by its step (Bock 1981, internal differentiation).
 #[derive(Debug, Clone, Default)]
-pub struct Pace(Vec<Vec<usize>>);
+pub struct Pace(pub(super) Vec<Vec<usize>>);
 
 /// Steps through stretches of one simulator with scratch of its own.
 #[derive(Debug)]

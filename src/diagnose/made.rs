@@ -1,0 +1,47 @@
+//! Recordings of known devices, for tests.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::bench::Bench;
+use super::options::{DiagnoseControl, DiagnoseOptions};
+use crate::fit::Part;
+use crate::model::Model;
+use crate::model::drive::Waveform;
+use crate::model::preset::Preset;
+use crate::model::sensor::Sensor;
+use crate::recording::Recording;
+use crate::sim::{Options, simulate};
+
+static GO_ON: AtomicBool = AtomicBool::new(false);
+/// Goes on to the end and tells nothing.
+pub const QUIET: DiagnoseControl<'static> = DiagnoseControl {
+    cancel: &GO_ON,
+    progress: &|_| {},
+};
+
+/// Recordings of the paper's device with what is `concealed`, one for each drive and duration
+/// \[s\], at `rate` \[1/s\] and with a `noise` \[m\], made ready.
+pub fn bench_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Bench {
+    let options = Options {
+        rate,
+        ..Options::default()
+    };
+    let made = drives.iter().map(|(drive, duration)| {
+        let waveform = Waveform::parse(drive, *duration).unwrap();
+        let mut trace = simulate(concealed, &waveform, *duration, &options).unwrap();
+        let sensor = Sensor {
+            noise,
+            ..Sensor::default()
+        };
+        sensor.add_noise(&mut trace.proof_mass, 1);
+        sensor.add_noise(&mut trace.cantilever, 2);
+        let (xp, xc) = (trace.proof_mass.clone(), trace.cantilever.clone());
+        let (time, volts) = (trace.times(), trace.voltage.clone());
+        let made = Recording::new(*drive, time, Some(volts), xp, Some(xc)).unwrap();
+        Part::whole(Arc::new(made))
+    });
+    let parts: Vec<Part> = made.collect();
+    let model = Preset::embedded("paper").unwrap().model;
+    Bench::new(&model, &parts, &[], &DiagnoseOptions::default()).unwrap()
+}
