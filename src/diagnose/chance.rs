@@ -12,6 +12,8 @@ const FAR: f64 = 2.0;
 /// Falls on the fitted recordings and on both sides from which a name needs no more where
 /// those kept out, of which chance knows nothing, fall by as much as that.
 const CONFIRMED: (f64, f64) = (15.0, 45.0);
+/// So many standard deviations of what free beginnings bring are none of chance's.
+const SCATTER: f64 = 3.0;
 /// Least fall on the recordings kept out.
 pub const HELD_GAIN: f64 = 10.0;
 
@@ -31,6 +33,12 @@ pub fn unproved(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
     let mode = hypothesis.start.spec.id == "extra_mode";
     let asked = hypothesis.told_by.is_none() && !mode;
     asked && gain > FAR * least(hypothesis) && held_gain < HELD_GAIN
+}
+
+/// Whether chance lets chi2 fall by `gain` where each stretch has a beginning of its own besides,
+/// `unknowns` in all: each takes one on the average, which costs count, and scatters about it.
+pub fn by_beginnings(unknowns: usize, gain: f64) -> bool {
+    gain < SCATTER * (2.0 * unknowns as f64).sqrt()
 }
 
 /// Fall of chi2 on the fitted recordings up to which chance lets them improve.
@@ -60,6 +68,14 @@ mod tests {
             series: false,
             told_by: None,
         }
+    }
+
+    #[test]
+    fn free_beginnings_gain_by_chance() {
+        // Two unknowns in each of two hundred stretches scatter by 28.
+        assert!(by_beginnings(400, 63.0));
+        assert!(!by_beginnings(400, 120.0));
+        assert!(!by_beginnings(0, 1.0));
     }
 
     #[test]

@@ -64,6 +64,18 @@ impl Trial {
         self.held_out.is_some() && chance::unproved(&self.hypothesis, self.gain, self.held_gain)
     }
 
+    /// Whether either side improves by no more than the beginnings of its own let it that the
+    /// hypothesis has in each stretch, beside those that `stand` has.
+    fn by_beginnings(&self, stand: &Stand) -> bool {
+        let more = |before: &Fitted, after: &Fitted| {
+            after.beginnings().saturating_sub(before.beginnings())
+        };
+        let side = |before, after, gain| chance::by_beginnings(more(before, after), gain);
+        let held_out = stand.held_out.as_ref().zip(self.held_out.as_ref());
+        side(&stand.train, &self.train, self.gain)
+            || held_out.is_some_and(|(before, after)| side(before, after, self.held_gain))
+    }
+
     /// Whether the fitted recordings improve by no more than chance lets them.
     pub fn by_chance(&self) -> bool {
         by_chance(&self.hypothesis, self.gain, self.held_gain)
@@ -268,7 +280,9 @@ fn search(
             && let Some(f) = further::rings_by_itself(&bench, &stand, &trial, control)?
         {
             let mut own = weighed.iter_mut();
-            if let Some(own) = own.find(|w| w.spec == best.spec) {
+            if let Some(own) = own.find(|w| w.spec == best.spec)
+                && !trial.by_beginnings(&stand)
+            {
                 own.by_itself = Some(f);
             }
             break;

@@ -97,10 +97,15 @@ impl Fitted {
         self.cost / self.point.rows.max(1) as f64
     }
 
+    /// Number of the stretches' own unknowns.
+    pub fn beginnings(&self) -> usize {
+        unknowns_of(&self.point.segments)
+    }
+
     /// Rows minus the stretches' own unknowns.
     pub fn freedom(&self) -> f64 {
-        let own: usize = self.point.segments.iter().map(|s| s.locals.len()).sum();
-        self.point.rows.saturating_sub(own).max(1) as f64
+        let rows = self.point.rows.saturating_sub(self.beginnings());
+        rows.max(1) as f64
     }
 }
 
@@ -319,7 +324,7 @@ impl Bench {
 
     fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
         let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
-        let own: usize = point.segments.iter().map(|s| s.locals.len()).sum();
+        let own = unknowns_of(&point.segments);
         let model = problem.space.model(&point.x);
         let simulator = problem.simulator(&point.x)?;
         let segments = point.segments.iter();
@@ -357,6 +362,11 @@ pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     with.effects.retain(|e| e.spec != effect.spec);
     with.effects.push(effect);
     with
+}
+
+/// Number of the segments' own unknowns.
+fn unknowns_of(segments: &[Segment]) -> usize {
+    segments.iter().map(|s| s.locals.len()).sum()
 }
 
 fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
