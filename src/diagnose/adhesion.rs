@@ -222,6 +222,7 @@ mod tests {
             train: releases(seed, &[(6.3e-3, 6), (78e-3, 2)], law),
             held_out: releases(seed + 1000, &[(22e-3, 3), (42e-3, 3)], law),
             mass: 3.5e-7,
+            ..Ground::default()
         };
         test(&ground).expect("enough releases")
     }

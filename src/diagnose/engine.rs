@@ -93,7 +93,13 @@ pub fn diagnose(
     };
 
     say("ground", "bounces and releases", 0.3);
-    let seen = events::read(&bench, &baseline.train, baseline.held_out.as_ref(), control)?;
+    let seen = events::read(
+        &bench,
+        &baseline.train,
+        baseline.held_out.as_ref(),
+        None,
+        control,
+    )?;
     let mut tests = laws::tests(&seen);
     let rules = Rules {
         by_hand: options.by_hand.as_deref(),
@@ -122,7 +128,7 @@ pub fn diagnose(
         if !found.stand.named.is_empty() {
             say("ground", "bounces and releases again", 0.78);
             let (t, h) = (&found.stand.train, found.stand.held_out.as_ref());
-            tests = laws::tests(&events::read(&bench, t, h, control)?);
+            tests = laws::tests(&events::read(&bench, t, h, Some(&seen), control)?);
         }
         named_laws = rules.named(&first, &tests, &found.stand.specs());
     }

@@ -4,11 +4,15 @@
 
 use super::bench::{Bench, Fitted, LOSS, Side};
 use super::options::{DiagnoseControl, DiagnoseError};
+use super::stretches::adopt;
 use crate::fit::prepare::Prepared;
+use crate::fit::problem::Problem;
 use crate::fit::readings::{self, Readings};
-use crate::fit::revise::{revise, set_suspects_aside};
+use crate::fit::revise::{hopeless, revise, set_suspects_aside};
 use crate::fit::robust::Huber;
+use crate::fit::segment::Segment;
 use crate::fit::solve::{Clock, Point, settle};
+use crate::sim::StretchSimulator;
 
 /// Longest stretch around events \[s\]: few events in each, so that one that is misread
 /// spoils no others.
@@ -28,9 +32,19 @@ pub struct Ground {
     pub held_out: Readings,
     /// Mass that the ground feels \[kg\].
     pub mass: f64,
+    /// How the events of either side were read.
+    known: [Option<Known>; 2],
 }
 
-/// Reads the events of both sides with the models as fitted.
+/// Stretches around events of one side as they were read in the end, by a model that came near.
+#[derive(Debug, Clone)]
+struct Known {
+    segments: Vec<Segment>,
+    simulator: StretchSimulator,
+}
+
+/// Reads the events of both sides with the models as fitted. Those that were read `before`, with
+/// a model that lacked something, are taken as they were read then.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -38,47 +52,39 @@ pub fn read(
     bench: &Bench,
     train: &Fitted,
     held_out: Option<&Fitted>,
+    before: Option<&Ground>,
     control: &DiagnoseControl<'_>,
 ) -> Result<Ground, DiagnoseError> {
     if !train.model.has_ground {
         return Ok(Ground::default());
     }
+    let known = |side: usize| before.and_then(|before| before.known[side].as_ref());
     let other = match (held_out, &bench.held_out) {
-        (Some(fitted), Some(side)) => side_readings(bench, side, fitted, control)?,
-        _ => Readings::default(),
+        (Some(fitted), Some(side)) => side_readings(bench, side, fitted, known(1), control)?,
+        _ => Default::default(),
     };
+    let own = side_readings(bench, &bench.train, train, known(0), control)?;
     Ok(Ground {
-        train: side_readings(bench, &bench.train, train, control)?,
-        held_out: other,
+        train: own.0,
+        held_out: other.0,
         mass: 1.0 / train.model.structure().mobility(),
+        known: [own.1, other.1],
     })
 }
 
+/// What is read of one side, and how.
 fn side_readings(
     bench: &Bench,
     side: &Side,
     fitted: &Fitted,
+    known: Option<&Known>,
     control: &DiagnoseControl<'_>,
-) -> Result<Readings, DiagnoseError> {
-    let (prepared, mut point) = around_events(bench, side, fitted)?;
-    // What was misread is read again, as in a fit.
-    let control = control.quiet();
-    let eligible = point.used.clone();
-    let problem = &prepared.problem;
-    set_suspects_aside(problem, &mut point, LOSS, &control)?;
-    // How near the model is, the others say.
-    point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
-    let watch = (&control, &Clock::new(1));
-    let back = revise(problem, &mut point, &prepared.segments, LOSS, watch)?;
-    let aside = eligible
-        .iter()
-        .zip(&point.used)
-        .filter(|(e, u)| **e && !**u);
-    log::debug!(
-        "{back} stretches around events read again, {} not",
-        aside.count()
-    );
-    point.used = eligible;
+) -> Result<(Readings, Option<Known>), DiagnoseError> {
+    let (prepared, point) = around_events(bench, side, fitted)?;
+    let (point, known) = match known {
+        Some(known) => (as_known(&prepared, point, known)?, None),
+        None => read_again(&prepared, point, control)?,
+    };
     let mut found = readings::read(&prepared, &point)?;
     log::debug!(
         "{} bounces and {} releases read, {} and {} not, {:.2} off",
@@ -94,7 +100,54 @@ fn side_readings(
     for r in &mut found.releases {
         r.error = r.error.hypot(LEAST_FORCE_ERROR);
     }
-    Ok(found)
+    Ok((found, known))
+}
+
+/// Reads again, as in a fit, what was misread; tells how, if the model is near enough for that.
+fn read_again(
+    prepared: &Prepared,
+    mut point: Point,
+    control: &DiagnoseControl<'_>,
+) -> Result<(Point, Option<Known>), DiagnoseError> {
+    let control = control.quiet();
+    let eligible = point.used.clone();
+    let problem = &prepared.problem;
+    set_suspects_aside(problem, &mut point, LOSS, &control)?;
+    // How near the model is, the others say.
+    point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    let near = !hopeless(&point);
+    let watch = (&control, &Clock::new(1));
+    let back = revise(problem, &mut point, &prepared.segments, LOSS, watch)?;
+    let aside = eligible.iter().zip(&point.used);
+    let aside = aside.filter(|(e, u)| **e && !**u).count();
+    log::debug!("{back} stretches around events read again, {aside} not");
+    point.used = eligible;
+    let known = Known {
+        segments: point.segments.clone(),
+        simulator: problem.simulator(&point.x)?,
+    };
+    Ok((point, near.then_some(known)))
+}
+
+/// The same with the events read as it is `known`.
+fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, DiagnoseError> {
+    let problem = &prepared.problem;
+    let simulator = problem.simulator(&point.x)?;
+    let first = prepared.segments.clone();
+    let adopted = adopt(
+        &known.segments,
+        first,
+        (&known.simulator, &simulator),
+        problem,
+    );
+    let segments = point.segments.iter().zip(adopted).zip(&prepared.segments);
+    let segments: Vec<Segment> = segments
+        .map(|((own, known), first)| {
+            let other = known.joints != first.joints;
+            if other { known } else { own.clone() }
+        })
+        .collect();
+    near_by(problem, &point.x, &segments, &point.used)
 }
 
 /// Short stretches of one side with what happens at the ground in them, told by the model as
@@ -119,16 +172,19 @@ pub fn around_events(
     prepared.problem.space = own.space.clone();
     let x = &fitted.point.x;
     let used: Vec<bool> = prepared.segments.iter().map(|s| s.has_events()).collect();
-    let point = settle(
-        &prepared.problem,
-        x,
-        &prepared.segments,
-        &used,
-        Huber(1e3),
-        6,
-    )?;
-    let point = settle(&prepared.problem, x, &point.segments, &used, Huber(6.0), 5)?;
+    let point = near_by(&prepared.problem, x, &prepared.segments, &used)?;
     Ok((prepared, point))
+}
+
+/// The segments' own unknowns fitted, all else fixed.
+fn near_by(
+    problem: &Problem,
+    x: &[f64],
+    segments: &[Segment],
+    used: &[bool],
+) -> Result<Point, DiagnoseError> {
+    let point = settle(problem, x, segments, used, Huber(1e3), 6)?;
+    Ok(settle(problem, x, &point.segments, used, LOSS, 5)?)
 }
 
 #[cfg(test)]
@@ -152,7 +208,7 @@ mod tests {
         let base = bench.baseline(&model, &QUIET).unwrap();
         let (prepared, point) = around_events(&bench, &bench.train, &base).unwrap();
         let once = readings::read(&prepared, &point).unwrap();
-        let ground = read(&bench, &base, None, &QUIET).unwrap();
+        let ground = read(&bench, &base, None, None, &QUIET).unwrap();
         let (before, after) = (once.bounces.len(), ground.train.bounces.len());
         assert!(after >= before + 4, "{before} {after}");
         let told = laws::tests(&ground);

@@ -41,6 +41,7 @@ fn restitution_of(train: Readings, held_out: Readings) -> LawTest {
         train,
         held_out,
         mass: 3.5e-7,
+        ..Ground::default()
     };
     let all = tests(&ground);
     let found = all.into_iter().find(|t| t.id == "velocity_restitution");

@@ -246,7 +246,7 @@ pub fn adopt(
         return fresh;
     }
     let one = |(k, mut f): (&Segment, Segment)| {
-        if k.samples != f.samples || k.joints.len() != f.joints.len() {
+        if k.samples != f.samples {
             return f;
         }
         let (mut state, states) = start_of(k);
@@ -262,7 +262,9 @@ pub fn adopt(
         }
         let own = state.q.iter().chain(&state.v);
         f.locals = own.zip(&f.units).map(|(x, unit)| x / unit).collect();
+        f.units.truncate(f.locals.len());
         f.locals.extend_from_slice(&k.locals[states..]);
+        f.units.extend_from_slice(&k.units[states..]);
         f.joints.clone_from(&k.joints);
         f
     };
