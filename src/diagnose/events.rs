@@ -140,14 +140,34 @@ fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, D
         (&known.simulator, &simulator),
         problem,
     );
-    let segments = point.segments.iter().zip(adopted).zip(&prepared.segments);
-    let segments: Vec<Segment> = segments
-        .map(|((own, known), first)| {
-            let other = known.joints != first.joints;
-            if other { known } else { own.clone() }
-        })
+    let other: Vec<bool> = adopted
+        .iter()
+        .zip(&prepared.segments)
+        .map(|(known, first)| known.joints != first.joints)
         .collect();
-    near_by(problem, &point.x, &segments, &point.used)
+    let pick = |i: usize| {
+        if other[i] {
+            &adopted[i]
+        } else {
+            &point.segments[i]
+        }
+    };
+    let segments: Vec<Segment> = (0..other.len()).map(|i| pick(i).clone()).collect();
+    let mut there = near_by(problem, &point.x, &segments, &point.used)?;
+    // What suited a model that lacked something may suit this one less.
+    let states = problem.states(&point.x, &simulator, &point.segments);
+    let cost = |i: usize, of: &Point| {
+        let segment = &of.segments[i];
+        let nuisances = problem.nuisances_of(&of.x, segment.recording);
+        let (states, locals) = (&states[i], &segment.locals);
+        problem.cost(segment, states, &simulator, &nuisances, locals, LOSS)
+    };
+    for i in (0..other.len()).filter(|&i| other[i]) {
+        if cost(i, &point) < cost(i, &there) {
+            there.segments[i].clone_from(&point.segments[i]);
+        }
+    }
+    Ok(there)
 }
 
 /// Short stretches of one side with what happens at the ground in them, told by the model as
