@@ -33,12 +33,12 @@ pub struct Ground {
     /// Mass that the ground feels \[kg\].
     pub mass: f64,
     /// How the events of either side were read.
-    known: [Option<Known>; 2],
+    pub(super) known: [Option<Known>; 2],
 }
 
 /// Stretches around events of one side as they were read in the end, by a model that came near.
 #[derive(Debug, Clone)]
-struct Known {
+pub(super) struct Known {
     segments: Vec<Segment>,
     simulator: StretchSimulator,
 }

@@ -4,10 +4,12 @@ use crate::app::setup::{Overlay, OverlayId, Role, Setup};
 
 /// One in so many recordings is kept out by itself.
 const KEPT_OUT: usize = 4;
+/// How the name of one begins that is kept out by itself, whatever its place.
+const SAYS_SO: [&str; 3] = ["held-out", "held_out", "heldout"];
 
-/// Each recording with what it is used for. Until a person has chosen, the last quarter,
-/// at least one, is kept out where there are several; hidden ones are left, and so are
-/// made-up ones beside recordings of the person's own.
+/// Each recording with what it is used for. Until a person has chosen, those whose names say so
+/// are kept out, or the last quarter, at least one, where there are several; hidden ones are
+/// left, and so are made-up ones beside recordings of the person's own.
 pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
     let own = setup.overlays.iter().any(|o| !o.made_up);
     let counts = |o: &Overlay| o.visible && !(own && o.made_up);
@@ -21,12 +23,23 @@ pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
         return all;
     }
     let used = all.iter().filter(|(_, r)| *r == Role::Train).count();
-    if used > 1 {
+    let named = |(o, r): &(&Overlay, Role)| *r == Role::Train && says_so(&o.recording.name);
+    let say = all.iter().filter(|a| named(a)).count();
+    if say > 0 && say < used {
+        let them = all.iter_mut().filter(|a| named(a));
+        them.for_each(|(_, r)| *r = Role::HeldOut);
+    } else if used > 1 {
         let kept = (used / KEPT_OUT).max(1);
         let last = all.iter_mut().rev().filter(|(_, r)| *r == Role::Train);
         last.take(kept).for_each(|(_, r)| *r = Role::HeldOut);
     }
     all
+}
+
+/// Whether a recording's name says that it is kept out.
+fn says_so(name: &str) -> bool {
+    let name = name.to_lowercase();
+    SAYS_SO.iter().any(|begin| name.starts_with(begin))
 }
 
 /// Whether a person has chosen what any recording is used for.
@@ -67,6 +80,23 @@ mod tests {
 
     fn roles(setup: &Setup) -> Vec<Role> {
         of(setup).into_iter().map(|(_, role)| role).collect()
+    }
+
+    #[test]
+    fn names_say_what_is_kept_out() {
+        let mut setup = with(4);
+        let call = |setup: &mut Setup, k: usize, name: &str| {
+            let recording = std::sync::Arc::make_mut(&mut setup.overlays[k].recording);
+            recording.name = name.to_owned();
+        };
+        call(&mut setup, 1, "Held-out-1.csv");
+        call(&mut setup, 4, "train-3.csv");
+        assert_eq!(roles(&setup), [Unused, HeldOut, Train, Train, Train]);
+        // Where all say so none can be fitted to: the last is kept out.
+        for k in 1..5 {
+            call(&mut setup, k, "held_out.csv");
+        }
+        assert_eq!(roles(&setup), [Unused, Train, Train, Train, HeldOut]);
     }
 
     #[test]
