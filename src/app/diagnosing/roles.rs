@@ -23,10 +23,9 @@ pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
         return all;
     }
     let used = all.iter().filter(|(_, r)| *r == Role::Train).count();
-    let named = |(o, r): &(&Overlay, Role)| *r == Role::Train && says_so(&o.recording.name);
-    let say = all.iter().filter(|a| named(a)).count();
-    if say > 0 && say < used {
-        let them = all.iter_mut().filter(|a| named(a));
+    let say = |all: &[(&Overlay, Role)]| all.iter().filter(|a| says_so(a)).count();
+    if (1..used).contains(&say(&all)) {
+        let them = all.iter_mut().filter(|a| says_so(a));
         them.for_each(|(_, r)| *r = Role::HeldOut);
     } else if used > 1 {
         let kept = (used / KEPT_OUT).max(1);
@@ -36,10 +35,15 @@ pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
     all
 }
 
-/// Whether a recording's name says that it is kept out.
-fn says_so(name: &str) -> bool {
-    let name = name.to_lowercase();
-    SAYS_SO.iter().any(|begin| name.starts_with(begin))
+/// Whether the name of a recording that is used says that it is kept out.
+fn says_so((overlay, role): &(&Overlay, Role)) -> bool {
+    let name = overlay.recording.name.to_lowercase();
+    *role != Role::Unused && SAYS_SO.iter().any(|begin| name.starts_with(begin))
+}
+
+/// Whether those of `all` are kept out whose names say so, and no others.
+pub fn are_named(all: &[(&Overlay, Role)]) -> bool {
+    all.iter().all(|a| says_so(a) == (a.1 == Role::HeldOut))
 }
 
 /// Whether a person has chosen what any recording is used for.

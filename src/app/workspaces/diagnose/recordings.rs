@@ -78,7 +78,12 @@ fn list(ui: &mut Ui, state: &mut State) {
                     A second recording with another drive is a harder test.";
         ui.label(small(text).weak());
     } else if !roles::is_chosen(&state.setup) {
-        let text = "The last quarter is kept out for the proof; click to choose otherwise.";
+        let which = if roles::are_named(&all) {
+            "Those named so are"
+        } else {
+            "The last quarter is"
+        };
+        let text = format!("{which} kept out for the proof; click to choose otherwise.");
         ui.label(small(text).weak());
     }
     if roles::is_chosen(&state.setup)
@@ -86,7 +91,7 @@ fn list(ui: &mut Ui, state: &mut State) {
         && state.diagnosing.trial.sealed.is_none()
         && ui
             .small_button("Choose for me")
-            .on_hover_text("Keep out the last quarter of the recordings, at least one")
+            .on_hover_text("Keep out those named held-out, or else the last quarter, at least one")
             .clicked()
     {
         roles::forget(&mut state.setup);

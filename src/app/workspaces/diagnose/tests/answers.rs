@@ -24,6 +24,15 @@ fn without_recordings_it_says_what_to_do() {
 }
 
 #[test]
+fn recordings_named_so_are_kept_out_and_it_says_so() {
+    let harness = harness(with(&["held-out-1.csv", "a.csv", "b.csv"]));
+    assert!(says(&harness, "Those named so are kept out"));
+    let asked = Asked::of(&harness.state().setup, None);
+    assert_eq!(asked.find("held-out-1.csv").unwrap().role, Role::HeldOut);
+    assert_eq!(asked.find("b.csv").unwrap().role, Role::Train);
+}
+
+#[test]
 fn two_recordings_are_ready_at_once() {
     let mut harness = harness(with(&["a.csv", "b.csv"]));
     assert!(says(&harness, "The last quarter is kept out"));
