@@ -131,3 +131,59 @@ pub fn visibility(plain: &Device, instruments: &Instruments, law: &Law) -> Resul
     };
     bench.visibility(law)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::trial::dice::Dice;
+    use crate::diagnose::trial::rig::{self, StructureKind};
+    use crate::diagnose::trial::terms::Term;
+
+    /// A beam and what it is read by.
+    fn beam() -> (Device, Instruments) {
+        let (plain, _) = rig::device(StructureKind::Beam, &mut Dice::new(5, 0)).unwrap();
+        let instruments = rig::instruments(50e3, 20e-9, true, 9, &mut Dice::new(5, 1));
+        (plain, instruments)
+    }
+
+    /// By how many standard deviations a change of a beam shows in a square wave.
+    fn shows(change: impl Fn(&mut Device)) -> f64 {
+        let (plain, instruments) = beam();
+        let mut changed = plain.clone();
+        change(&mut changed);
+        let bench = Bench {
+            plain: &changed,
+            instruments: &instruments,
+            excitations: &excitations(),
+        };
+        let motion = bench.motion(&[], 1).unwrap();
+        let made = Made {
+            run: &motion.run,
+            plain: &plain,
+            pieces: &motion.pieces,
+            times: &motion.times,
+        };
+        deviations(&[made], &instruments).unwrap()
+    }
+
+    #[test]
+    fn shapes_of_a_beams_modes_are_not_known_beforehand() {
+        let none = shows(|_| {});
+        assert!(none < 0.1, "{none}");
+        for mode in 0..4 {
+            let driven = shows(|d| d.structure.push_drive[mode] *= 1.01);
+            let seen = shows(|d| d.structure.read_c[mode] *= 1.01);
+            let damped = shows(|d| d.structure.damping[mode][mode] *= 1.02);
+            println!("{mode}: {driven:.2} {seen:.2} {damped:.2}");
+            assert!(driven.max(seen).max(damped) < 2.0);
+        }
+        // Creep is no matter of shapes.
+        let (plain, instruments) = beam();
+        let law = Law::Term(Term::Creep {
+            compliance: [0.01, 0.0, 0.0],
+            tau: [0.03, 1.0, 1.0],
+        });
+        let creep = visibility(&plain, &instruments, &law).unwrap();
+        assert!(creep > 1.0, "{creep}");
+    }
+}

@@ -17,7 +17,7 @@ use self::stretch::add_stretch;
 use super::device::Device;
 use super::hybrid::{Run, RunError, Stretch};
 use super::rig::Instruments;
-use super::structure::Structure;
+use super::structure::{Structure, dot};
 use super::voltage::Piece;
 use nalgebra::{DMatrix, DVector};
 
@@ -25,8 +25,8 @@ use nalgebra::{DMatrix, DVector};
 pub const JUST_VISIBLE: f64 = 5.0;
 /// Time \[s\] that is followed; longer recordings are judged by a part of their stretches.
 const FOLLOWED: f64 = 0.2;
-/// Modes whose frequency and damping may be re-tuned.
-const TUNED_MODES: usize = 3;
+/// Coordinates up to which they are no modes, but coupled.
+const COUPLED: usize = 2;
 
 /// One recording as it was made.
 pub struct Made<'a> {
@@ -85,10 +85,11 @@ fn tunings(n: usize) -> Vec<Tuning> {
         .into_iter()
         .map(|(f, s)| (Box::new(f) as Change, s))
         .collect();
-    for i in 0..n.min(TUNED_MODES) {
-        for j in 0..n.min(TUNED_MODES) {
-            // Every entry of stiffness and damping that the leading coordinates have.
-            if i != j && n > 2 {
+    let couples = n <= COUPLED;
+    for i in 0..n {
+        for j in 0..n {
+            // Every entry of stiffness and damping; modes have none between them.
+            if i != j && !couples {
                 continue;
             }
             list.push((
@@ -101,7 +102,40 @@ fn tunings(n: usize) -> Vec<Tuning> {
             ));
         }
     }
+    // Of modes, further ones as well, neither shapes nor coupling to the drive are known.
+    for i in (0..n).filter(|_| !couples) {
+        for which in [Shape::ProofMass, Shape::Cantilever, Shape::Drive] {
+            list.push((
+                Box::new(move |d, s| reshape(&mut d.structure, i, which, 1.0 + s)),
+                1e-2,
+            ));
+        }
+    }
     list
+}
+
+/// A number of a mode's shape.
+#[derive(Clone, Copy)]
+enum Shape {
+    ProofMass,
+    Cantilever,
+    Drive,
+}
+
+fn reshape(structure: &mut Structure, i: usize, which: Shape, factor: f64) {
+    let s = structure;
+    match which {
+        Shape::ProofMass => {
+            s.read_p[i] *= factor;
+            s.push_p[i] *= factor;
+            s.mobility = dot(s.n, &s.read_p, &s.push_p);
+        }
+        Shape::Cantilever => {
+            s.read_c[i] *= factor;
+            s.push_c[i] *= factor;
+        }
+        Shape::Drive => s.push_drive[i] *= factor,
+    }
 }
 
 fn retune(structure: &mut Structure, i: usize, j: usize, s: f64, damping: bool) {
