@@ -9,6 +9,7 @@ use super::refit::shaped;
 use super::weigh::{is_asked, weigh};
 use super::{choice, further, kin, needless};
 use crate::model::effects::EffectSpec;
+use crate::model::effects::extra_mode::EFFECT;
 /// Where other forms of the laws named would bring so many times what a further name brings,
 /// it is one of those forms that is wrong, in a way that is not known.
 const OUTWEIGHED: f64 = 2.0;
@@ -271,7 +272,9 @@ fn search(
         };
         let trial = shaped(&bench, &stand, best.trial, control)?;
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        let explained: f64 = stand.named.iter().map(|n| n.gain.0 + n.gain.1).sum();
+        // The law of a mode is of no uncertain form: what it leaves is no matter of that.
+        let formed = stand.named.iter().filter(|n| *n.spec != EFFECT);
+        let explained: f64 = formed.map(|n| n.gain.0 + n.gain.1).sum();
         let chance = trial.by_chance() || !held || trial.worth() < SHARE * explained;
         if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;

@@ -5,7 +5,7 @@
 use super::bench::{Bench, Fitted, Side};
 use super::chance::TRAIN_GAIN;
 use super::explain::{Stand, Trial};
-use super::modes::near_mode;
+use super::modes::{DECISIVE, TOLD, near_mode, struck_near, told_by};
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
 use super::ring::{self, BESIDE, Ring};
@@ -33,19 +33,33 @@ const IN_STEP: (f64, f64) = (20.0, 12.0);
 const LEAST_SHARE: f64 = 0.05;
 /// How far off that frequency may be, as a share.
 const NEAR: f64 = 0.03;
+/// Times chi2 per value by which a part of the stretches is worse off with modes that nothing moves
+/// from which they are moved.
+const LOST: f64 = 3.0;
 /// Steps of the fit with such a mode.
 const STEPS: usize = 8;
 /// Its shape at first, as a share of that of the mode that is known: enough for a direction.
 const FIRST: f64 = 0.01;
 
-/// The hypothesis `known`, a further mode as fitted, with one more of which `fitted` leaves a
-/// hump; `None` if it leaves none.
+/// The hypothesis `known`, a further mode as fitted, with one more of which `fitted`, of the
+/// recordings of `side`, leaves a hump; `None` if it leaves none.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
-pub fn one_more(known: Hypothesis, fitted: &Fitted) -> Result<Option<Hypothesis>, SimError> {
-    let hump = ring::find(fitted)?.filter(|r| r.significance > NOTICED);
-    Ok(hump.and_then(|hump| beside(known, &hump)))
+pub fn one_more(
+    side: &Side,
+    known: Hypothesis,
+    fitted: &Fitted,
+) -> Result<Option<Hypothesis>, SimError> {
+    let Some(hump) = ring::find(fitted)?.filter(|r| r.significance > NOTICED) else {
+        return Ok(None);
+    };
+    let blows = Blows::new(side, fitted)?;
+    let struck = |frequency: f64| {
+        let ring = struck_near(&blows, frequency)?;
+        Some((ring.gain, told_by(&ring, &fitted.model)))
+    };
+    Ok(beside(known, &hump, &struck))
 }
 
 /// A line about one more mode beside a further one, if there is one.
@@ -102,6 +116,13 @@ pub fn rings_by_itself(
     let (mut free, bounds) = with_freedoms(stand, &trial.hypothesis);
     free.retain(|id| !shapes.contains(id));
     let sketch = bench.sketch(&still, &free, &bounds, fitted, control);
+    // What rings by itself goes on as it did: where it does not, all stretches need not be asked.
+    if let Ok(sketch) = &sketch
+        && sketch.per_value() > LOST * fitted.per_value()
+    {
+        log::debug!("unmoved {:.1} per value on a part", sketch.per_value());
+        return Ok(None);
+    }
     let unmoved = match sketch.and_then(|sketch| bench.complete(sketch, STEPS, control)) {
         Ok(unmoved) => unmoved,
         // What cannot be simulated says nothing against the mode.
@@ -134,33 +155,42 @@ fn in_step(bench: &Bench, stand: &Stand, trial: &Trial, frequency: f64) -> Resul
         && held_out.is_none_or(|gain| gain > IN_STEP.1.max(LEAST_SHARE * trial.held_gain)))
 }
 
-/// `known` with one more mode that is read as `hump`.
-fn beside(known: Hypothesis, hump: &Ring) -> Option<Hypothesis> {
+/// `known` with one more mode that is read as `hump`, where `struck` tells the ring near a
+/// frequency \[Hz\] that is in step with what sets it off: what that brings, and the mode it is of.
+fn beside(
+    known: Hypothesis,
+    hump: &Ring,
+    struck: &dyn Fn(f64) -> Option<(f64, [f64; OF_ONE])>,
+) -> Option<Hypothesis> {
     let spec = known.start.spec;
     let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
     let apart = |other: &f64| *other > BESIDE * f || BESIDE * *other < f;
-    let mut places: Vec<f64> = std::iter::once(hump.frequency)
-        .chain(hump.mirrors())
-        .filter(|other| apart(other) && *other < quickest)
+    let places = std::iter::once(hump.frequency).chain(hump.mirrors());
+    let places = places.filter(|other| apart(other) && *other < quickest);
+    // From the proof mass alone nothing is seen of the cantilever.
+    let size = known.start.values[2].abs().max(known.start.values[3].abs());
+    let (p, c) = hump.shape;
+    let mut places: Vec<(f64, [f64; OF_ONE])> = places
+        .map(|place| {
+            // Its shape goes into the readings times what it is driven by, impacts and film apart.
+            let read = [place, 0.02, FIRST * size * c, FIRST * size * p, size];
+            struck(place).unwrap_or((0.0, read))
+        })
         .collect();
     // Where one frequency is read as several, modes are most likely neighbours.
-    let unlikely = |other: &f64| (other / (NEXT * f)).ln().abs();
-    places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
-    let at = |place: f64| {
+    let unlikely = |own: &[f64; OF_ONE]| (own[0] / (NEXT * f)).ln().abs();
+    places.sort_by(|a, b| unlikely(&a.1).total_cmp(&unlikely(&b.1)));
+    // But the phase in which it begins tells them apart.
+    let best = places.iter().map(|p| p.0).fold(0.0, f64::max);
+    if best > DECISIVE {
+        places.retain(|place| place.0 > TOLD * best);
+        places.sort_by(|a, b| b.0.total_cmp(&a.0));
+    }
+    let at = |(_, own): (f64, [f64; OF_ONE])| {
         let mut start = known.start.clone();
-        // From the proof mass alone nothing is seen of the cantilever.
-        let size = start.values[2].abs().max(start.values[3].abs());
-        let (p, c) = hump.shape;
-        // Its shape goes into the readings times what it is driven by, impacts and film apart.
-        start.values[OF_ONE..].copy_from_slice(&[
-            place,
-            0.02,
-            FIRST * size * c,
-            FIRST * size * p,
-            size,
-        ]);
+        start.values[OF_ONE..].copy_from_slice(&own);
         let mut bounds = known.bounds.clone();
-        bounds.extend(near_mode(spec, [5, 6], place));
+        bounds.extend(near_mode(spec, [5, 6], own[0]));
         (start, bounds)
     };
     let mut all = places.into_iter().take(MOST).map(at);
@@ -209,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_neighbour_is_looked_for_first() {
-        let both = beside(known(19.2e3), &hump(10.8e3)).unwrap();
+        let both = beside(known(19.2e3), &hump(10.8e3), &|_| None).unwrap();
         let f2 = |effect: &ActiveEffect| effect.values[OF_ONE];
         assert_eq!(f2(&both.start), 39.2e3);
         assert_eq!(both.others.len(), MOST - 1);
@@ -235,22 +265,45 @@ mod tests {
             shape,
             ..hump(10.8e3)
         };
-        let both = beside(known, &seen).unwrap().start;
+        let both = beside(known, &seen, &|_| None).unwrap().start;
         assert!(frequency_beside(&both).is_some());
         assert!(both.values[9] != 0.0, "nothing drives it");
     }
 
     #[test]
     fn what_stands_beside_the_known_mode_is_looked_for_at_its_mirrors() {
-        let both = beside(known(10.5e3), &hump(10.8e3)).unwrap();
+        let both = beside(known(10.5e3), &hump(10.8e3), &|_| None).unwrap();
         assert_eq!(both.start.values[OF_ONE], 39.2e3);
+    }
+
+    #[test]
+    fn the_phase_in_which_it_begins_tells_where_it_is() {
+        let at = |gain: f64, place: f64| (gain, [place, 0.008, -3e4, 2e3, -7e4]);
+        let told = |far: f64, near: f64| {
+            let struck = |f: f64| match f {
+                60.8e3 => Some(at(far, f)),
+                39.2e3 => Some(at(near, f)),
+                _ => None,
+            };
+            beside(known(19.2e3), &hump(10.8e3), &struck).unwrap()
+        };
+        let far = told(500.0, 100.0);
+        assert_eq!(far.start.values[OF_ONE..], at(0.0, 60.8e3).1);
+        assert!(far.others.is_empty());
+        // Where both may be, what brings more comes first; where little tells, the neighbour.
+        let both = told(500.0, 300.0);
+        assert_eq!(both.start.values[OF_ONE], 60.8e3);
+        assert_eq!(both.others[0].0.values[OF_ONE], 39.2e3);
+        assert_eq!(told(40.0, 20.0).start.values[OF_ONE], 39.2e3);
     }
 
     #[test]
     fn what_is_not_there_is_not_told() {
         let one = known(19.2e3).start;
         assert_eq!(beside_it(&one), None);
-        let two = beside(known(19.2e3), &hump(10.8e3)).unwrap().start;
+        let two = beside(known(19.2e3), &hump(10.8e3), &|_| None)
+            .unwrap()
+            .start;
         assert!(beside_it(&two).unwrap().contains("39.2 kHz"));
         let other = ActiveEffect::new(find("hysteresis_memory").unwrap());
         assert!(beside_it(&other).is_none());

@@ -8,6 +8,7 @@ use super::options::DiagnoseError;
 use super::promises::{Hypothesis, PROMISING};
 use super::ring;
 use super::struck::{Blows, Struck};
+use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Share of a further mode's motion at the mass, of that of all modes.
@@ -15,7 +16,9 @@ const UNNOTICED: f64 = 0.06;
 /// Fall of chi2 by a ring that is in step with what sets it off from which it tells the mode.
 const IN_STEP: f64 = 15.0;
 /// The same from which it tells where it is, if it is read at several frequencies.
-const DECISIVE: f64 = 60.0;
+pub const DECISIVE: f64 = 60.0;
+/// Share of the best one's fall below which another frequency is not where it is.
+pub const TOLD: f64 = 0.5;
 /// Frequencies that are apart by less than this share are one.
 const ALIKE: f64 = 0.03;
 
@@ -43,12 +46,7 @@ pub fn further(
             .collect(),
     };
     let near = |f: f64| near_mode(spec, [0, 1], f).to_vec();
-    let in_step = |ring: &Struck| {
-        (
-            with(ring.mode(model, UNNOTICED * usual)),
-            near(ring.frequency),
-        )
-    };
+    let in_step = |ring: &Struck| (with(told_by(ring, model)), near(ring.frequency));
     // Between the samples it may have swung further.
     let (_, quickest) = spec.parameters[0].range;
     let mut places = Vec::new();
@@ -56,10 +54,7 @@ pub fn further(
         let (p, c) = hump.shape;
         let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
         let all = std::iter::once(hump.frequency).chain(hump.mirrors());
-        let place = |f: f64| match blows
-            .near(f, ring::SPACING)
-            .filter(|ring| ring.gain > IN_STEP)
-        {
+        let place = |f: f64| match struck_near(&blows, f) {
             Some(ring) => (ring.gain, in_step(&ring)),
             None => (0.0, (with([f, 0.01, size * c, size * p, 0.0]), near(f))),
         };
@@ -76,7 +71,7 @@ pub fn further(
     places.sort_by(|a, b| b.0.total_cmp(&a.0));
     let best = places.first().map_or(0.0, |place| place.0);
     if best > DECISIVE {
-        places.retain(|place| place.0 > 0.5 * best);
+        places.retain(|place| place.0 > TOLD * best);
     }
     let gain = hump
         .map(|h| h.gain)
@@ -99,6 +94,17 @@ pub fn further(
         series: false,
         told_by: None,
     }))
+}
+
+/// The ring near `frequency` \[Hz\] that is in step with `blows`, if one is.
+pub fn struck_near(blows: &Blows, frequency: f64) -> Option<Struck> {
+    let ring = blows.near(frequency, ring::SPACING);
+    ring.filter(|ring| ring.gain > IN_STEP)
+}
+
+/// Frequency, damping and shapes of a further mode of `model` that rings like `ring`.
+pub fn told_by(ring: &Struck, model: &Model) -> [f64; 5] {
+    ring.mode(model, UNNOTICED * model.structure().mobility().sqrt())
 }
 
 /// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`:

@@ -66,7 +66,7 @@ pub fn shaped(
         whole.start = both;
     }
     let other = if whole.start.spec.id == "extra_mode" {
-        match further::one_more(whole, &trial.train)? {
+        match further::one_more(&bench.train, whole, &trial.train)? {
             Some(both) => likeliest(bench, stand, &both, &trial.train, control)?,
             None => None,
         }

@@ -29,6 +29,11 @@ impl Sketch {
     pub fn cost(&self) -> f64 {
         self.near.cost
     }
+
+    /// Chi2 per value on that part.
+    pub fn per_value(&self) -> f64 {
+        self.near.cost / self.near.rows.max(1) as f64
+    }
 }
 
 impl Bench {
