@@ -13,6 +13,8 @@ use crate::model::effects::extra_mode::EFFECT;
 /// Where other forms of the laws named would bring so many times what a further name brings,
 /// it is one of those forms that is wrong, in a way that is not known.
 const OUTWEIGHED: f64 = 2.0;
+/// Times the least strength of an effect up to which it is as weak as it may be.
+const VANISHED: f64 = 1.001;
 /// A further name must explain this share of what the first ones explained.
 const SHARE: f64 = 0.004;
 /// Share of the rows set aside as misread from which they are looked at again.
@@ -80,6 +82,25 @@ impl Trial {
     /// Whether the fitted recordings improve by no more than chance lets them.
     pub fn by_chance(&self) -> bool {
         by_chance(&self.hypothesis, self.gain, self.held_gain)
+    }
+
+    /// Whether the fit has made the effect as weak as it may be: what it brings is then owed to
+    /// the way that the fit went, not to the effect.
+    fn vanishes(&self) -> bool {
+        let bounds = &self.hypothesis.bounds;
+        // Constants of a law stay between two bounds, its strength above one.
+        let carries = |id: &&String| {
+            let bound = bounds.iter().find(|b| b.0 == **id);
+            bound.is_none_or(|b| b.1.1.is_infinite())
+        };
+        let weak = |id: &String| {
+            let bound = bounds.iter().find(|b| b.0 == *id);
+            let least = bound.map_or(0.0, |b| b.1.0);
+            let value = self.train.model.get(id);
+            value.is_some_and(|value| value.abs() <= VANISHED * least)
+        };
+        let mut strengths = self.hypothesis.free.iter().filter(carries).peekable();
+        strengths.peek().is_some() && strengths.all(weak)
     }
 }
 
@@ -275,7 +296,8 @@ fn search(
         // The law of a mode is of no uncertain form: what it leaves is no matter of that.
         let formed = stand.named.iter().filter(|n| *n.spec != EFFECT);
         let explained: f64 = formed.map(|n| n.gain.0 + n.gain.1).sum();
-        let chance = trial.by_chance() || !held || trial.worth() < SHARE * explained;
+        let little = trial.worth() < SHARE * explained;
+        let chance = trial.by_chance() || !held || little || trial.vanishes();
         if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;
         }

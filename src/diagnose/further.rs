@@ -5,11 +5,11 @@
 use super::bench::{Bench, Fitted, Side};
 use super::chance::TRAIN_GAIN;
 use super::explain::{Stand, Trial};
-use super::modes::{DECISIVE, TOLD, near_mode, struck_near, told_by};
+use super::modes::{ALIKE, DECISIVE, TOLD, near_mode, struck_near, told_by};
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
 use super::ring::{self, BESIDE, Ring};
-use super::struck::Blows;
+use super::struck::{Blows, Struck};
 use super::weigh::with_freedoms;
 use crate::model::effects::ActiveEffect;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
@@ -42,7 +42,8 @@ const STEPS: usize = 8;
 const FIRST: f64 = 0.01;
 
 /// The hypothesis `known`, a further mode as fitted, with one more of which `fitted`, of the
-/// recordings of `side`, leaves a hump; `None` if it leaves none.
+/// recordings of `side`, leaves a hump, or that rings in step with what sets it off; `None` if it
+/// leaves none.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -51,22 +52,23 @@ pub fn one_more(
     known: Hypothesis,
     fitted: &Fitted,
 ) -> Result<Option<Hypothesis>, SimError> {
-    let Some(hump) = ring::find(fitted)?.filter(|r| r.significance > NOTICED) else {
-        return Ok(None);
-    };
     let blows = Blows::new(side, fitted)?;
-    let struck = |frequency: f64| {
-        let ring = struck_near(&blows, frequency)?;
-        Some((ring.gain, told_by(&ring, &fitted.model)))
+    let told = |ring: Struck| (ring.gain, told_by(&ring, &fitted.model));
+    let hump = ring::find(fitted)?.filter(|r| r.significance > NOTICED);
+    let (_, quickest) = EFFECT.parameters[OF_ONE].range;
+    let signs = Signs {
+        hump,
+        outstanding: blows.outstanding(quickest).map(told),
+        near: &|frequency| struck_near(&blows, frequency).map(told),
     };
-    Ok(beside(known, &hump, &struck))
+    Ok(beside(known, &signs))
 }
 
 /// A line about one more mode beside a further one, if there is one.
 pub fn beside_it(effect: &ActiveEffect) -> Option<String> {
     let f = frequency_beside(effect)?;
     Some(format!(
-        "one more mode goes with it, at {:.1} kHz; its coupling to the drive is not told apart from its shapes, and is kept as large as the first one's shapes",
+        "one more mode goes with it, at {:.1} kHz; its coupling to the drive is hardly told apart from its shapes, and is kept as it was first found",
         1e-3 * f
     ))
 }
@@ -155,38 +157,50 @@ fn in_step(bench: &Bench, stand: &Stand, trial: &Trial, frequency: f64) -> Resul
         && held_out.is_none_or(|gain| gain > IN_STEP.1.max(LEAST_SHARE * trial.held_gain)))
 }
 
-/// `known` with one more mode that is read as `hump`, where `struck` tells the ring near a
-/// frequency \[Hz\] that is in step with what sets it off: what that brings, and the mode it is of.
-fn beside(
-    known: Hypothesis,
-    hump: &Ring,
-    struck: &dyn Fn(f64) -> Option<(f64, [f64; OF_ONE])>,
-) -> Option<Hypothesis> {
+/// What a ring in step with what sets it off brings, and the mode it is of.
+type Told = (f64, [f64; OF_ONE]);
+
+/// Signs of one more mode.
+struct Signs<'a> {
+    hump: Option<Ring>,
+    /// The ring in step that stands out.
+    outstanding: Option<Told>,
+    /// The one near a frequency \[Hz\].
+    near: &'a dyn Fn(f64) -> Option<Told>,
+}
+
+/// `known` with one more mode, of which there are those signs.
+fn beside(known: Hypothesis, signs: &Signs<'_>) -> Option<Hypothesis> {
     let spec = known.start.spec;
     let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
-    let apart = |other: &f64| *other > BESIDE * f || BESIDE * *other < f;
-    let places = std::iter::once(hump.frequency).chain(hump.mirrors());
-    let places = places.filter(|other| apart(other) && *other < quickest);
     // From the proof mass alone nothing is seen of the cantilever.
     let size = known.start.values[2].abs().max(known.start.values[3].abs());
-    let (p, c) = hump.shape;
-    let mut places: Vec<(f64, [f64; OF_ONE])> = places
-        .map(|place| {
+    let read = |hump: &Ring| {
+        let (p, c) = hump.shape;
+        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
+        let one = move |place| {
             // Its shape goes into the readings times what it is driven by, impacts and film apart.
             let read = [place, 0.02, FIRST * size * c, FIRST * size * p, size];
-            struck(place).unwrap_or((0.0, read))
-        })
-        .collect();
+            (signs.near)(place).unwrap_or((0.0, read))
+        };
+        all.map(one).collect()
+    };
+    let mut places: Vec<Told> = signs.hump.as_ref().map_or(Vec::new(), read);
+    places.extend(signs.outstanding);
+    let apart = |other: f64| other > BESIDE * f || BESIDE * other < f;
+    places.retain(|place| apart(place.1[0]) && place.1[0] < quickest);
     // Where one frequency is read as several, modes are most likely neighbours.
-    let unlikely = |own: &[f64; OF_ONE]| (own[0] / (NEXT * f)).ln().abs();
-    places.sort_by(|a, b| unlikely(&a.1).total_cmp(&unlikely(&b.1)));
+    let unlikely = |own: &Told| (own.1[0] / (NEXT * f)).ln().abs();
+    places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
     // But the phase in which it begins tells them apart.
     let best = places.iter().map(|p| p.0).fold(0.0, f64::max);
     if best > DECISIVE {
         places.retain(|place| place.0 > TOLD * best);
         places.sort_by(|a, b| b.0.total_cmp(&a.0));
     }
-    let at = |(_, own): (f64, [f64; OF_ONE])| {
+    // One that stands out may be the hump's as well.
+    places.dedup_by(|a, b| (a.1[0] / b.1[0]).ln().abs() < ALIKE);
+    let at = |(_, own): Told| {
         let mut start = known.start.clone();
         start.values[OF_ONE..].copy_from_slice(&own);
         let mut bounds = known.bounds.clone();
@@ -237,9 +251,26 @@ mod tests {
         }
     }
 
+    /// A mode at `f` \[Hz\] with one more, of which a hump alone tells.
+    fn read(f: f64, there: f64) -> Option<Hypothesis> {
+        beside(known(f), &told(Some(hump(there)), None, &|_| None))
+    }
+
+    fn told(
+        hump: Option<Ring>,
+        outstanding: Option<Told>,
+        near: &dyn Fn(f64) -> Option<Told>,
+    ) -> Signs<'_> {
+        Signs {
+            hump,
+            outstanding,
+            near,
+        }
+    }
+
     #[test]
     fn a_neighbour_is_looked_for_first() {
-        let both = beside(known(19.2e3), &hump(10.8e3), &|_| None).unwrap();
+        let both = read(19.2e3, 10.8e3).unwrap();
         let f2 = |effect: &ActiveEffect| effect.values[OF_ONE];
         assert_eq!(f2(&both.start), 39.2e3);
         assert_eq!(both.others.len(), MOST - 1);
@@ -265,45 +296,62 @@ mod tests {
             shape,
             ..hump(10.8e3)
         };
-        let both = beside(known, &seen, &|_| None).unwrap().start;
+        let both = beside(known, &told(Some(seen), None, &|_| None));
+        let both = both.unwrap().start;
         assert!(frequency_beside(&both).is_some());
         assert!(both.values[9] != 0.0, "nothing drives it");
     }
 
     #[test]
     fn what_stands_beside_the_known_mode_is_looked_for_at_its_mirrors() {
-        let both = beside(known(10.5e3), &hump(10.8e3), &|_| None).unwrap();
+        let both = read(10.5e3, 10.8e3).unwrap();
         assert_eq!(both.start.values[OF_ONE], 39.2e3);
     }
 
     #[test]
     fn the_phase_in_which_it_begins_tells_where_it_is() {
         let at = |gain: f64, place: f64| (gain, [place, 0.008, -3e4, 2e3, -7e4]);
-        let told = |far: f64, near: f64| {
+        let with = |far: f64, near: f64| {
             let struck = |f: f64| match f {
                 60.8e3 => Some(at(far, f)),
                 39.2e3 => Some(at(near, f)),
                 _ => None,
             };
-            beside(known(19.2e3), &hump(10.8e3), &struck).unwrap()
+            let signs = told(Some(hump(10.8e3)), None, &struck);
+            beside(known(19.2e3), &signs).unwrap()
         };
-        let far = told(500.0, 100.0);
+        let far = with(500.0, 100.0);
         assert_eq!(far.start.values[OF_ONE..], at(0.0, 60.8e3).1);
         assert!(far.others.is_empty());
         // Where both may be, what brings more comes first; where little tells, the neighbour.
-        let both = told(500.0, 300.0);
+        let both = with(500.0, 300.0);
         assert_eq!(both.start.values[OF_ONE], 60.8e3);
         assert_eq!(both.others[0].0.values[OF_ONE], 39.2e3);
-        assert_eq!(told(40.0, 20.0).start.values[OF_ONE], 39.2e3);
+        assert_eq!(with(40.0, 20.0).start.values[OF_ONE], 39.2e3);
+    }
+
+    #[test]
+    fn one_that_stands_out_needs_no_hump() {
+        let out = (160.0, [38.5e3, 0.008, -6e4, 3e3, -7e4]);
+        let alone = told(None, Some(out), &|_| None);
+        let alone = beside(known(19.2e3), &alone).unwrap();
+        assert_eq!(alone.start.values[OF_ONE..], out.1);
+        assert!(alone.others.is_empty());
+        // It may be the hump's.
+        let struck = |f: f64| (f == 39.2e3).then_some((150.0, [38.6e3, 0.008, -6e4, 3e3, -7e4]));
+        let both = told(Some(hump(10.8e3)), Some(out), &struck);
+        assert!(beside(known(19.2e3), &both).unwrap().others.is_empty());
+        // The mode that is known is none beside it.
+        let same = told(None, Some((160.0, [19.0e3; OF_ONE])), &|_| None);
+        assert!(beside(known(19.2e3), &same).is_none());
+        assert!(beside(known(19.2e3), &told(None, None, &|_| None)).is_none());
     }
 
     #[test]
     fn what_is_not_there_is_not_told() {
         let one = known(19.2e3).start;
         assert_eq!(beside_it(&one), None);
-        let two = beside(known(19.2e3), &hump(10.8e3), &|_| None)
-            .unwrap()
-            .start;
+        let two = read(19.2e3, 10.8e3).unwrap().start;
         assert!(beside_it(&two).unwrap().contains("39.2 kHz"));
         let other = ActiveEffect::new(find("hysteresis_memory").unwrap());
         assert!(beside_it(&other).is_none());

@@ -20,7 +20,7 @@ pub const DECISIVE: f64 = 60.0;
 /// Share of the best one's fall below which another frequency is not where it is.
 pub const TOLD: f64 = 0.5;
 /// Frequencies that are apart by less than this share are one.
-const ALIKE: f64 = 0.03;
+pub const ALIKE: f64 = 0.03;
 
 /// The hypothesis of a further mode, if there is a sign of one.
 ///

@@ -28,10 +28,11 @@ pub fn remove(
         if control.cancelled() {
             break;
         }
-        // The latest one is asked where it brought far more than was promised: the fit before
-        // may have stopped halfway, and this one have gone on for it.
+        // The latest one is asked where it brought little, or far more than was promised: the fit
+        // before may have stopped halfway, and this one have gone on for it.
         let n = &stand.named[k];
-        if k + 1 == stand.named.len() && n.gain.0 < UNFORESEEN * n.hypothesis.promise {
+        let foreseen = n.gain.0 < UNFORESEEN * n.hypothesis.promise;
+        if k + 1 == stand.named.len() && foreseen && n.gain.0 > SURE * TRAIN_GAIN {
             break;
         }
         // Each was the best of its round: without it at least what the next ones brought

@@ -1,6 +1,7 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::clocks::{BETTER, delay, set_clocks, share_delay, shift_skews, usual_skew};
+use super::clocks::{BETTER, set_clocks, shift_skews, usual_skew};
+use super::delays::{delay, rest_clocks, share_delay, weigh_delay};
 use super::{Bench, Bound, FINE, Fitted, LOSS, ROUGH, WIDE};
 use crate::diagnose::calm::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -49,6 +50,7 @@ impl Bench {
         } else {
             settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
         };
+        weigh_delay(&problem, &mut point)?;
         point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
         self.finish(problem, point)
     }
@@ -108,7 +110,10 @@ impl Bench {
                 x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
                 shift_skews(&problem, &mut x, clocks + late);
                 let own = &from.point;
-                let point = settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?;
+                let mut point = settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?;
+                if late != 0.0 {
+                    rest_clocks(&problem, &mut point)?;
+                }
                 (side.calm.prepared.segments.clone(), point)
             }
             None => {

@@ -6,6 +6,7 @@
 mod aside;
 mod baseline;
 mod clocks;
+mod delays;
 mod fits;
 mod freedoms;
 mod side;

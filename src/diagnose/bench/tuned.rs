@@ -1,7 +1,7 @@
 //! The baseline re-tuned, with the recordings cut again for it where they turn out to have been
 //! misread: readings that are late, a mass that rests over the ground without touching it.
 
-use super::{Bench, Fitted, Side, clocks};
+use super::{Bench, Fitted, Side, delays};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::segment::Segment;
 use crate::fit::solve::residuals_at;
@@ -165,7 +165,7 @@ impl Bench {
         };
         let mut train = bench.baseline(model, control)?;
         for _ in 0..AGAIN {
-            let Some(late) = clocks::late(&train).filter(|_| !control.cancelled()) else {
+            let Some(late) = delays::late(&train).filter(|_| !control.cancelled()) else {
                 break;
             };
             known.late += late;
