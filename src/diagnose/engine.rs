@@ -6,7 +6,7 @@ use super::answer::{Side, candidates, events_seen, names, next};
 use super::bench::{Bench, Fitted, remaining, with_effect};
 use super::chance::TRAIN_GAIN;
 use super::condition::condition;
-use super::continuity::joins;
+use super::continuity::{Breaks, joins};
 use super::evidence::{self, Evidence};
 use super::explain::{self, Stand, Trial, Weighed};
 use super::ground::Rules;
@@ -134,7 +134,6 @@ pub fn diagnose(
     }
 
     say("evidence", "", 0.8);
-    let before = Side::look(&found.baseline)?;
     let evidence = evidence::measure(&found.baseline.train)?;
     let some = !found.stand.named.is_empty();
     let after_evidence = if some {
@@ -148,7 +147,7 @@ pub fn diagnose(
     let rings = || found.weighed.iter().find_map(|w| w.by_itself);
     // A fit that was broken off proves nothing either way.
     let may_doubt = !some && named_laws.is_empty() && !control.cancelled();
-    let mut left = whats_left(&found.stand, &after_evidence, broken, floor)
+    let mut left = whats_left(&found.stand, &after_evidence, broken.sigmas, floor)
         .or_else(|| rings().map(Left::Ring))
         .or_else(|| unproved(&found.weighed).filter(|_| may_doubt));
     if !some && left.is_some() && options.by_hand.is_none() {
@@ -182,9 +181,10 @@ pub fn diagnose(
         }
         let explained = share;
         // What is left for the form of a law also breaks the flight.
-        if broken > BROKEN && formal < FORM * rest {
+        if broken.sigmas > BROKEN && formal < FORM * rest {
             // A baseline that sets aside what it cannot tell may look unbroken.
-            let own = (1.0 - broken / breaks(&found.baseline)?.max(broken)).max(0.0);
+            let before = breaks(&found.baseline)?.rise.max(broken.rise);
+            let own = (1.0 - broken.rise / before).max(0.0);
             // Where it is all that is left, the stretches themselves are told.
             let alone = matches!(left, Some(Left::Joins(_)));
             share = if alone { own } else { share.min(own) };
@@ -235,7 +235,12 @@ pub fn diagnose(
         model_of(&found.baseline, false),
         model_of(&found.stand, true),
     );
-    let after = Side::look(&found.stand)?;
+    // Both are shown by the same stretches, also where one of them set some aside.
+    let shown = (
+        shown_with(&bench, &found.baseline, &found.stand)?,
+        shown_with(&bench, &found.stand, &found.baseline)?,
+    );
+    let (before, after) = (Side::look(&shown.0)?, Side::look(&shown.1)?);
     let named = names(&found, &named_laws, &after, &full)?;
     let candidates = candidates(&found, &tests, &named_laws, verdict);
     let noise = {
@@ -260,11 +265,10 @@ pub fn diagnose(
         .filter(|v| v.is_finite())
         .fold(0.0f64, |a, v| a.max(v.abs()));
     let next_experiment = next(&found, &named, volts, noise, &bare);
-    let mut mismatch = locate::mismatches(&found.baseline.train, &before.train);
+    let mut mismatch = locate::mismatches(&shown.0.train, &before.train);
     mismatch.extend(laws::mismatches(&named_laws, &seen, &found.baseline));
-    let (mut along, mut proof) =
-        strips((&found.baseline.train, &before.train), &after.train, false);
-    if let Some(held) = &found.baseline.held_out {
+    let (mut along, mut proof) = strips((&shown.0.train, &before.train), &after.train, false);
+    if let Some(held) = &shown.0.held_out {
         let (s, p) = strips((held, &before.held_out), &after.held_out, true);
         along.extend(s);
         proof.extend(p);
@@ -274,8 +278,8 @@ pub fn diagnose(
         curve.law = size::law_on(curve, &found, &before.train);
     }
     let distances = |pick: fn(&Stand) -> Option<&Fitted>, b: &[Sample], a: &[Sample]| BeforeAfter {
-        before: pick(&found.baseline).map_or(Distance::default(), |f| locate::distance(f, b)),
-        after: pick(&found.stand).map_or(Distance::default(), |f| locate::distance(f, a)),
+        before: pick(&shown.0).map_or(Distance::default(), |f| locate::distance(f, b)),
+        after: pick(&shown.1).map_or(Distance::default(), |f| locate::distance(f, a)),
     };
     say("done", "", 1.0);
     Ok(Diagnosis {
@@ -297,6 +301,19 @@ pub fn diagnose(
         remarks,
         cancelled: control.cancelled(),
         left,
+    })
+}
+
+/// `stand` with those stretches in its fits too that `other` uses.
+fn shown_with(bench: &Bench, stand: &Stand, other: &Stand) -> Result<Stand, DiagnoseError> {
+    let held_out = match (&bench.held_out, &stand.held_out, &other.held_out) {
+        (Some(side), Some(own), Some(other)) => Some(bench.with_those_of(side, own, other)?),
+        _ => stand.held_out.clone(),
+    };
+    Ok(Stand {
+        train: bench.with_those_of(&bench.train, &stand.train, &other.train)?,
+        held_out,
+        ..stand.clone()
     })
 }
 
@@ -344,12 +361,15 @@ fn unproved(weighed: &[Weighed]) -> Option<Left> {
     most.map(|(name, gain)| Left::Unproved(name, gain))
 }
 
-/// By how many standard deviations of chance the flight of both sides does not go on from
-/// stretch to stretch.
-fn breaks(stand: &Stand) -> Result<f64, DiagnoseError> {
+/// By how much the flight of both sides does not go on from stretch to stretch.
+fn breaks(stand: &Stand) -> Result<Breaks, DiagnoseError> {
     let train = joins(&stand.train)?;
-    Ok(match &stand.held_out {
-        Some(held) => (train + joins(held)?) / std::f64::consts::SQRT_2,
-        None => train,
+    let Some(held) = &stand.held_out else {
+        return Ok(train);
+    };
+    let held = joins(held)?;
+    Ok(Breaks {
+        sigmas: (train.sigmas + held.sigmas) / std::f64::consts::SQRT_2,
+        rise: train.rise + held.rise,
     })
 }

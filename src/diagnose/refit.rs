@@ -115,7 +115,7 @@ fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffec
 }
 
 /// Ids of what shapes a law with a time constant of `spec`.
-fn shape_of(spec: &EffectSpec) -> Vec<String> {
+pub fn shape_of(spec: &EffectSpec) -> Vec<String> {
     let all = spec.parameters.iter().enumerate();
     let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
     own_ids(spec, &paces.collect::<Vec<_>>())

@@ -6,6 +6,7 @@ use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
 use super::explain::{Stand, Trial, Weighed};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
+use super::refit::shape_of;
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
@@ -50,6 +51,10 @@ pub fn weigh(
     let mut out: Vec<Weighed> = Vec::new();
     let mut best = 0.0f64;
     let mut afar_asked = false;
+    // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
+    if let Some(known) = bench.lagging.as_ref().filter(|_| stand.named.is_empty()) {
+        hypotheses.sort_by_key(|h| h.start.spec != known.start.spec);
+    }
     let count = hypotheses.len().clamp(1, MOST);
     for hypothesis in hypotheses {
         let same = |w: &Weighed| w.spec == hypothesis.start.spec;
@@ -116,6 +121,9 @@ fn attempt(
     afar: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
+    if let Some(trial) = lagging(bench, stand, hypothesis, control)? {
+        return Ok(Some(trial));
+    }
     let lost = |f: &Fitted| f.per_value() > LOST;
     // A further mode begins with what a fit has left to it.
     let further = hypothesis.start.spec.id == "extra_mode";
@@ -162,6 +170,29 @@ fn attempt(
         }
     }
     Ok(Some(near))
+}
+
+/// The fit with an amplifier that lags, where the re-tuning has found that the recordings suit it;
+/// `None` for other hypotheses and elsewhere.
+fn lagging(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let known = bench.lagging.as_ref().filter(|_| stand.named.is_empty());
+    let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
+        return Ok(None);
+    };
+    let own = Hypothesis {
+        start: known.start.clone(),
+        free: known.free.clone(),
+        bounds: known.bounds.clone(),
+        full: None,
+        shape: shape_of(known.start.spec),
+        ..hypothesis.clone()
+    };
+    judged_anew(bench, stand, own, known.fitted.clone(), control).map(Some)
 }
 
 /// `model` with the effect of a hypothesis that it has already, but for what is not fitted.
@@ -329,15 +360,26 @@ fn from_afar(
         Err(DiagnoseError::Sim(_)) => return Ok(None),
         Err(error) => return Err(error),
     };
+    judged_anew(bench, stand, hypothesis, train, control).map(Some)
+}
+
+/// A fit with one more effect against that of `stand`, from which it did not begin.
+fn judged_anew(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: Hypothesis,
+    train: Fitted,
+    control: &DiagnoseControl<'_>,
+) -> Result<Trial, DiagnoseError> {
     let held_out = bench.judge(&train.model, (&train, None), control)?;
     let (gain, held_gain) = whole_gains(bench, stand, &train, held_out.as_ref())?;
-    Ok(Some(Trial {
+    Ok(Trial {
         gain,
         held_gain,
         train,
         held_out,
         hypothesis,
-    }))
+    })
 }
 
 /// Freedoms and bounds of the effects named so far.

@@ -86,6 +86,27 @@ impl Bench {
         self.finish(fitted.problem.clone(), point)
     }
 
+    /// A fit of `side` with those stretches in it too that `other` uses, each from its guess, so
+    /// that what the two leave can be compared.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn with_those_of(
+        &self,
+        side: &Side,
+        fitted: &Fitted,
+        other: &Fitted,
+    ) -> Result<Fitted, DiagnoseError> {
+        let both = fitted.point.used.iter().zip(&other.point.used);
+        let more: Vec<bool> = both.map(|(own, other)| !own && *other).collect();
+        if more.len() != side.segments().len() || !more.contains(&true) {
+            return Ok(fitted.clone());
+        }
+        let point = fitted.point.clone();
+        let point = taken_in(&fitted.problem, point, side.segments(), &more, ROUNDS)?;
+        self.finish(fitted.problem.clone(), point)
+    }
+
     /// A fit of `side` without what is misread for its model; its parameters are frozen if it
     /// was `kept_out`.
     ///

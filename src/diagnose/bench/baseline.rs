@@ -29,6 +29,8 @@ const LATER: [&str; 8] = [
 const ASTRAY: f64 = 3.0;
 /// Share of the stretches set aside from which the farther one of the two is gone on with, too.
 const ASIDE: f64 = 0.08;
+/// Times by which that one may be farther off after the first step.
+const FARTHER: f64 = 10.0;
 /// Steps of each stretch's own fit from its first guess.
 const GUESS: usize = 3;
 /// Steps without a drift that was fitted.
@@ -72,7 +74,37 @@ impl Bench {
         bounds: &[Bound],
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        let own = (free, bounds);
+        // With an effect the drive's share is known from the model without it.
+        let share_open = free.is_empty() || self.train.drift.is_some();
+        self.from(model, (free, bounds), share_open, control)
+    }
+
+    /// The baseline, re-tuned from `known`, a fit of `model` to the same recordings that were cut
+    /// otherwise.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub(super) fn baseline_again(
+        &self,
+        model: &Model,
+        known: &Fitted,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        if self.drift_beyond(model).is_some() {
+            return self.baseline(model, control);
+        }
+        self.from(&known.model, (&[], &[]), false, control)
+    }
+
+    /// A fit from far off; where `share_open`, it is asked how the drive is shared among the
+    /// modes.
+    fn from(
+        &self,
+        model: &Model,
+        own: (&[String], &[Bound]),
+        share_open: bool,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
         let mut start = model.clone();
         if model.has_ground {
             let known = self
@@ -93,8 +125,7 @@ impl Bench {
         let (mut problem, mut point) = self.near(&start, own, &few, control)?;
         let mut other = None;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
-        // With an effect the drive's share is known from the model without it.
-        if (free.is_empty() || self.train.drift.is_some())
+        if share_open
             && off(&point) > ASTRAY
             && model.uses(ParameterId::ShapeP2)
             && model.piezo.is_some()
@@ -112,13 +143,18 @@ impl Bench {
             }
             other = Some(flipped);
         }
+        let first = off(&point);
         point = self.unlocked(&problem, point, &few, control)?;
         // The one that is nearer at first may lead astray, and sets aside what it does not
         // come near to.
         let aside = few.iter().zip(&point.used).filter(|(f, u)| **f && !**u);
         let all = few.iter().filter(|f| **f).count();
         let astray = off(&point) > ASTRAY || aside.count() as f64 > ASIDE * all as f64;
-        if let Some((flipped, begun)) = other.filter(|_| astray) {
+        // From the proof mass alone the first step hardly tells the two.
+        let data = &problem.data;
+        let lone = data.iter().all(|d| d.recording.cantilever.is_none());
+        let near = |other: &(Problem, Point)| lone || off(&other.1) < FARTHER * first;
+        if let Some((flipped, begun)) = other.filter(|other| astray && near(other)) {
             let other = self.unlocked(&flipped, begun, &few, control)?;
             if of_all(&flipped, &other, &few) < of_all(&problem, &point, &few) {
                 (problem, point) = (flipped, other);

@@ -9,14 +9,17 @@ mod clocks;
 mod delays;
 mod fits;
 mod freedoms;
+mod lagging;
 mod side;
 mod sketch;
 mod tuned;
 mod values;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use self::freedoms::{freedoms, structure_bounds};
+pub use self::lagging::Lagging;
 pub use self::side::Side;
 use self::side::drift_of;
 pub use self::sketch::Sketch;
@@ -75,6 +78,8 @@ pub struct Bench {
     pub free: Vec<String>,
     /// The model that the re-tuning began with.
     pub outset: Model,
+    /// An amplifier that lags by more than stretches bear, if that is what makes readings late.
+    pub lagging: Option<Arc<Lagging>>,
     bounds: Vec<Bound>,
     options: FitOptions,
 }
@@ -212,6 +217,7 @@ impl Bench {
             noise_error: information.max(1.0).powf(-0.5),
             free,
             outset: model.clone(),
+            lagging: None,
             bounds: structure_bounds(model),
             options: fit,
         })

@@ -1,6 +1,8 @@
 //! The baseline re-tuned, with the recordings cut again for it where they turn out to have been
 //! misread: readings that are late, a mass that rests over the ground without touching it.
 
+use std::sync::Arc;
+
 use super::{Bench, Fitted, Side, delays};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::segment::Segment;
@@ -161,9 +163,14 @@ impl Bench {
         let mut bench = self;
         let again = |bench: &Self, known: &Known| {
             let held_out = bench.held_out.as_ref().map_or(&[][..], |s| &s.parts);
-            Self::of_known(model, (&bench.train.parts, held_out), options, known)
+            let again = Self::of_known(model, (&bench.train.parts, held_out), options, known)?;
+            Ok::<Self, DiagnoseError>(Self {
+                lagging: bench.lagging.clone(),
+                ..again
+            })
         };
         let mut train = bench.baseline(model, control)?;
+        let first = (bench.clone(), train.clone());
         for _ in 0..AGAIN {
             let Some(late) = delays::late(&train).filter(|_| !control.cancelled()) else {
                 break;
@@ -173,13 +180,22 @@ impl Bench {
             bench = again(&bench, &known)?;
             train = bench.baseline(model, control)?;
         }
+        let asked = is_asked(options, "amplifier_lag") && !control.cancelled();
+        if known.late > 0.0
+            && asked
+            && let Some(lagging) = first.0.lagging(known.late, (&bench, &train), control)?
+        {
+            (bench, train) = first;
+            bench.lagging = Some(Arc::new(lagging));
+            known.late = 0.0;
+        }
         let mut remarks = Vec::new();
         let hovers = bench.train.may_hover(train.doubtful()?);
         if !hovers.is_empty() && !control.cancelled() {
             let mut flown = known.clone();
             flown.hovers.0 = hovers;
             let other = again(&bench, &flown)?;
-            let fit = other.baseline(model, control)?;
+            let fit = other.baseline_again(model, &train, control)?;
             if train.yields_to(&fit, &flown.hovers.0)? {
                 remarks.extend(said(&other.train, &flown.hovers.0));
                 (bench, train, known) = (other, fit, flown);
@@ -213,6 +229,13 @@ impl Bench {
             remarks,
         })
     }
+}
+
+/// Whether an effect may be named.
+fn is_asked(options: &DiagnoseOptions, id: &str) -> bool {
+    let wanted = |all: &[String]| all.iter().any(|c| c == id);
+    let candidate = options.candidates.is_empty() || wanted(&options.candidates);
+    candidate && options.by_hand.as_deref().is_none_or(wanted)
 }
 
 /// That the mass hovers in some recordings of a side.

@@ -1,0 +1,106 @@
+//! Readings that seem late by more than stretches bear, where it is the drive that lags: an
+//! amplifier delays by as much, and rounds the edges of the voltage off besides. Recordings that
+//! were cut again for late readings have the edges in the wrong place for it.
+
+use super::{Bench, Bound, Fitted, with_effect};
+use crate::diagnose::candidates::{LEAST_LAG, own_ids};
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, find};
+
+/// Share of what late readings cost per value up to which a drive that lags suits better.
+const BETTER: f64 = 0.95;
+/// Steps of the fit with readings that lag.
+const STEPS: usize = 5;
+/// Steps of the fit with a drive that lags after the first.
+const MORE: usize = 20;
+
+/// An amplifier that lags, as fitted.
+#[derive(Debug, Clone)]
+pub struct Lagging {
+    /// The effect that the fit began with.
+    pub start: ActiveEffect,
+    /// Ids of what was fitted of it.
+    pub free: Vec<String>,
+    /// Bounds of that.
+    pub bounds: Vec<Bound>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+impl Bench {
+    /// The fit with an amplifier that lags by `late` \[s\], if that suits the recordings as they
+    /// were cut at first better than late readings do: those of `cut_again`, for which `tuned` is
+    /// the baseline.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a model cannot be simulated.
+    pub(super) fn lagging(
+        &self,
+        late: f64,
+        (cut_again, tuned): (&Self, &Fitted),
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<Lagging>, DiagnoseError> {
+        let Some((start, free, bounds)) = lag("amplifier_lag", late, &self.outset) else {
+            return Ok(None);
+        };
+        let with = |start: &ActiveEffect| with_effect(&tuned.model, start.clone());
+        let fitted = match self.from_afar(&with(&start), &free, &bounds, control) {
+            Ok(fitted) => self.fit(
+                &fitted.model.clone(),
+                &free,
+                &bounds,
+                &fitted,
+                MORE,
+                control,
+            )?,
+            Err(DiagnoseError::Sim(_)) => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        let mut rival = tuned.whole_per_value(cut_again)?;
+        let own = fitted.whole_per_value(self)?;
+        if own > BETTER * rival || control.cancelled() {
+            return Ok(None);
+        }
+        if let Some((start, free, bounds)) = lag("sensor_lag", late, &self.outset) {
+            let readings = cut_again.fit(&with(&start), &free, &bounds, tuned, STEPS, control);
+            rival = match readings {
+                Ok(readings) => rival.min(readings.whole_per_value(cut_again)?),
+                Err(DiagnoseError::Sim(_)) => rival,
+                Err(error) => return Err(error),
+            };
+        }
+        log::debug!("a drive that lags {own:.3} per value, readings that do {rival:.3}");
+        Ok((own < BETTER * rival).then_some(Lagging {
+            start,
+            free,
+            bounds,
+            fitted,
+        }))
+    }
+}
+
+impl Fitted {
+    /// Cost per value of the fitted recordings of `bench`, all stretches counted.
+    fn whole_per_value(&self, bench: &Bench) -> Result<f64, DiagnoseError> {
+        let segments = &self.point.segments;
+        let rows: usize = segments.iter().map(|s| self.problem.rows(s).len()).sum();
+        Ok(self.whole_cost(bench.train.segments())? / rows.max(1) as f64)
+    }
+}
+
+/// The effect `id` with a time constant of `late` \[s\], what is fitted of it and within which
+/// bounds; `None` if `model` has it already or nothing drives it.
+fn lag(id: &str, late: f64, model: &Model) -> Option<(ActiveEffect, Vec<String>, Vec<Bound>)> {
+    let spec = find(id)?;
+    let has = model.effects.iter().any(|e| e.spec == spec);
+    if late <= 0.0 || has || model.piezo.is_none() {
+        return None;
+    }
+    let mut effect = ActiveEffect::new(spec);
+    effect.values.iter_mut().for_each(|v| *v = 0.0);
+    effect.values[0] = late;
+    let free = own_ids(spec, &[0]);
+    let bounds = vec![(free[0].clone(), (LEAST_LAG * late, f64::INFINITY))];
+    Some((effect, free, bounds))
+}
