@@ -18,11 +18,6 @@ const TWIN: f64 = 0.8;
 /// share: so much a law of somewhat other form makes up for.
 const TWIN_ALIKE: f64 = 0.1;
 
-/// Chi2 per value of a law that is whole, and how many times larger that of the other is from
-/// which flight has told the two.
-const WHOLE: f64 = 1.1;
-const APART: f64 = 1.2;
-
 /// The best of a round.
 pub struct Choice {
     /// The effect.
@@ -106,7 +101,7 @@ pub fn best(
     let twin = trials.iter().position(|(spec, t)| {
         late::looks_like(first.0.id, spec.id)
             && t.worth() > TWIN * first.1.worth()
-            && !told_in_flight(first.1, t)
+            && !first.1.excels(t)
     });
     let mut told = None;
     let mut best = 0;
@@ -137,7 +132,7 @@ pub fn best(
     let others = trials.iter().filter(|(spec, t)| {
         let twin = late::looks_like(first.0.id, spec.id);
         let close = t.worth() > least || twin && t.worth() > (1.0 - TWIN_ALIKE) * most;
-        other(spec) && close && !told_in_flight(first.1, t)
+        other(spec) && close && !first.1.excels(t)
     });
     let alike = others.map(|(spec, _)| spec.id).collect();
     let told = told.map(|(other, fall)| {
@@ -152,11 +147,4 @@ pub fn best(
         alike,
         told,
     }))
-}
-
-/// Whether `best` leaves nothing of the fitted recordings and `other` much: no other form of its
-/// law is needed then, however large the shares are that both bring.
-fn told_in_flight(best: &Trial, other: &Trial) -> bool {
-    let (best, other) = (best.train.per_value(), other.train.per_value());
-    best < WHOLE && other > APART * best
 }

@@ -13,6 +13,7 @@ use super::ground::Rules;
 use super::laws::{self, LawTest};
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+use super::phases::Clocks;
 use super::refusal::{Rest, attraction_reaches_far, of_displacement};
 use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
 use super::strips::strips;
@@ -82,7 +83,17 @@ pub fn diagnose(
     }
     say("baseline", "re-tuning", 0.05);
     let judging = || say("baseline", "recordings kept out", 0.25);
-    let tuned = bench.tuned(model, options, control, &judging)?;
+    let mut tuned = bench.tuned(model, options, control, &judging)?;
+    let mut clocks = None;
+    if options.asks("base_vibration") && ready.may_name && !control.cancelled() {
+        clocks = Clocks::of(&tuned.train, tuned.held_out.as_ref())?;
+    }
+    if let Some(clocks) = &clocks {
+        remarks.push("the base shakes in another phase in each recording; the phase that is given is that of the first one".to_owned());
+        let (train, held_out) = clocks.told(&ready.train, &ready.held_out);
+        let bench = Bench::new(model, &train, &held_out, options)?;
+        tuned = bench.tuned(model, options, control, &judging)?;
+    }
     let bench = tuned.bench;
     remarks.extend(tuned.remarks);
     let baseline = Stand {
@@ -282,7 +293,7 @@ pub fn diagnose(
         after: pick(&shown.1).map_or(Distance::default(), |f| locate::distance(f, a)),
     };
     say("done", "", 1.0);
-    Ok(Diagnosis {
+    let mut diagnosis = Diagnosis {
         verdict,
         named,
         candidates,
@@ -301,7 +312,11 @@ pub fn diagnose(
         remarks,
         cancelled: control.cancelled(),
         left,
-    })
+    };
+    if let Some(clocks) = clocks {
+        clocks.undo(&mut diagnosis);
+    }
+    Ok(diagnosis)
 }
 
 /// `stand` with those stretches in its fits too that `other` uses.

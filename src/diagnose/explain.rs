@@ -13,6 +13,10 @@ use crate::model::effects::extra_mode::EFFECT;
 /// Where other forms of the laws named would bring so many times what a further name brings,
 /// it is one of those forms that is wrong, in a way that is not known.
 const OUTWEIGHED: f64 = 2.0;
+/// Chi2 per value up to which a law leaves nothing.
+const WHOLE: f64 = 1.1;
+/// Times that, of what leaves nothing, from which another one leaves much.
+pub const APART: f64 = 1.2;
 /// Times the least strength of an effect up to which it is as weak as it may be.
 const VANISHED: f64 = 1.001;
 /// A further name must explain this share of what the first ones explained.
@@ -82,6 +86,17 @@ impl Trial {
     /// Whether the fitted recordings improve by no more than chance lets them.
     pub fn by_chance(&self) -> bool {
         by_chance(&self.hypothesis, self.gain, self.held_gain)
+    }
+
+    /// Whether the effect leaves nothing of the fitted recordings.
+    pub fn leaves_nothing(&self) -> bool {
+        self.train.per_value() < WHOLE
+    }
+
+    /// Whether it leaves nothing of them where `other` leaves much: no other form of its law is
+    /// needed then, however large the shares are that both bring.
+    pub fn excels(&self, other: &Self) -> bool {
+        self.leaves_nothing() && other.train.per_value() > APART * self.train.per_value()
     }
 
     /// Whether the fit has made the effect as weak as it may be: what it brings is then owed to

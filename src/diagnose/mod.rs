@@ -39,6 +39,7 @@ mod needless;
 pub mod next;
 pub mod noise;
 pub mod options;
+mod phases;
 pub mod promises;
 mod refit;
 mod refusal;

@@ -33,6 +33,15 @@ impl Default for DiagnoseOptions {
     }
 }
 
+impl DiagnoseOptions {
+    /// Whether an effect may be named.
+    pub fn asks(&self, id: &str) -> bool {
+        let wanted = |all: &[String]| all.iter().any(|c| c == id);
+        let candidate = self.candidates.is_empty() || wanted(&self.candidates);
+        candidate && self.by_hand.as_deref().is_none_or(wanted)
+    }
+}
+
 /// How far a diagnosis has come.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiagnoseProgress {

@@ -12,11 +12,11 @@ use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
 /// Frequencies of a vibration of the base that are looked at \[Hz\].
-const LINES: (f64, f64) = (8.0, 2100.0);
+pub const LINES: (f64, f64) = (8.0, 2100.0);
 /// Distance of those that are simulated \[Hz\].
-const SPACING: f64 = 100.0;
+pub const SPACING: f64 = 100.0;
 /// Amplitude with which they are \[m/s^2\].
-const SHAKE: f64 = 0.05;
+pub const SHAKE: f64 = 0.05;
 /// Height with which a step of the ground is looked for \[m\].
 const RISE: f64 = 1e-7;
 /// Stays that begin so close to each other may begin with the step \[s\].

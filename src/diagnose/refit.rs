@@ -3,11 +3,11 @@
 use super::bench::{Bench, with_effect};
 use super::candidates::{LEAST_LAG, SHORTEST_LAG, own_ids};
 use super::evidence::spans;
-use super::explain::{Stand, Trial};
+use super::explain::{APART, Stand, Trial};
 use super::further;
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
-use super::weigh::{begun_from, likeliest};
+use super::weigh::{begun_from, likeliest, with_freedoms};
 use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Fall of chi2 on both sides from which a law has shown up.
@@ -17,6 +17,9 @@ const SHAPED: f64 = 25.0;
 /// Falls on either side and on both from which another shape is better where the recordings
 /// kept out confirm it.
 const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
+
+/// Fall of chi2 from which a lag is large enough for a part of the stretches to tell it.
+const LARGE: f64 = 1e4;
 
 /// Share of its delay that an amplifier owes to its pace to begin with, where it has a time
 /// constant as well.
@@ -159,6 +162,14 @@ pub fn mirrored(
         told_by: None,
     };
     let start = with_effect(&start, effect);
+    if trial.worth() > LARGE && trial.leaves_nothing() {
+        // A part of the stretches tells where the two are far apart.
+        let (free, bounds) = with_freedoms(stand, &hypothesis);
+        let sketch = bench.sketch(&start, &free, &bounds, &trial.train, control);
+        if sketch.is_ok_and(|s| s.per_value() > APART * trial.train.per_value()) {
+            return Ok(None);
+        }
+    }
     begun_from(bench, stand, &hypothesis, (&start, &trial.train), control)
 }
 

@@ -53,7 +53,9 @@ pub fn weigh(
     let mut afar_asked = false;
     // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
     if let Some(known) = bench.lagging.as_ref().filter(|_| stand.named.is_empty()) {
-        hypotheses.sort_by_key(|h| h.start.spec != known.start.spec);
+        let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
+        hypotheses.sort_by_key(|h| !is_known(h));
+        hypotheses.dedup_by(|later, earlier| is_known(later) && is_known(earlier));
     }
     let count = hypotheses.len().clamp(1, MOST);
     for hypothesis in hypotheses {

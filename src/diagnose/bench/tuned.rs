@@ -180,7 +180,7 @@ impl Bench {
             bench = again(&bench, &known)?;
             train = bench.baseline(model, control)?;
         }
-        let asked = is_asked(options, "amplifier_lag") && !control.cancelled();
+        let asked = options.asks("amplifier_lag") && !control.cancelled();
         if known.late > 0.0
             && asked
             && let Some(lagging) = first.0.lagging(known.late, (&bench, &train), control)?
@@ -229,13 +229,6 @@ impl Bench {
             remarks,
         })
     }
-}
-
-/// Whether an effect may be named.
-fn is_asked(options: &DiagnoseOptions, id: &str) -> bool {
-    let wanted = |all: &[String]| all.iter().any(|c| c == id);
-    let candidate = options.candidates.is_empty() || wanted(&options.candidates);
-    candidate && options.by_hand.as_deref().is_none_or(wanted)
 }
 
 /// That the mass hovers in some recordings of a side.
