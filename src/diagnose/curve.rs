@@ -6,6 +6,7 @@ const CLIP: f64 = 4.0;
 
 /// A weighted curve fit: values, their covariance's diagonal, robust cost, and the
 /// logarithm of the information's determinant.
+#[derive(Clone)]
 pub struct Curve {
     /// Values.
     pub values: Vec<f64>,
