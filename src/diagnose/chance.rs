@@ -1,6 +1,7 @@
 //! By how much chance lets chi2 fall.
 
 use super::promises::Hypothesis;
+use crate::model::Model;
 
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
 /// directions and some thousand frequencies falls by up to 20 by chance alone.
@@ -14,6 +15,8 @@ const FAR: f64 = 2.0;
 const CONFIRMED: (f64, f64) = (15.0, 45.0);
 /// So many standard deviations of what free beginnings bring are none of chance's.
 const SCATTER: f64 = 3.0;
+/// Times the least strength of an effect up to which it is as weak as it may be.
+const VANISHED: f64 = 1.001;
 /// Least fall on the recordings kept out.
 pub const HELD_GAIN: f64 = 10.0;
 
@@ -41,6 +44,21 @@ pub fn by_beginnings(unknowns: usize, gain: f64) -> bool {
     gain < SCATTER * (2.0 * unknowns as f64).sqrt()
 }
 
+/// Whether the fit has made the effect of `hypothesis` in `model` as weak as it may be: what it
+/// brings is then owed to the way that the fit went, not to the effect.
+pub fn vanishes(hypothesis: &Hypothesis, model: &Model) -> bool {
+    let bound = |id: &String| hypothesis.bounds.iter().find(|b| b.0 == *id).map(|b| b.1);
+    // Constants of a law stay between two bounds, its strength above one.
+    let carries = |id: &&String| bound(id).is_none_or(|(_, most)| most.is_infinite());
+    let weak = |id: &String| {
+        let least = bound(id).map_or(0.0, |(least, _)| least);
+        let value = model.get(id);
+        value.is_some_and(|value| value.abs() <= VANISHED * least)
+    };
+    let mut strengths = hypothesis.free.iter().filter(carries).peekable();
+    strengths.peek().is_some() && strengths.all(weak)
+}
+
 /// Fall of chi2 on the fitted recordings up to which chance lets them improve.
 fn least(hypothesis: &Hypothesis) -> f64 {
     if hypothesis.searched {
@@ -53,7 +71,9 @@ fn least(hypothesis: &Hypothesis) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::bench::with_effect;
     use crate::model::effects::{ActiveEffect, find};
+    use crate::model::preset::Preset;
 
     fn of(id: &str, searched: bool) -> Hypothesis {
         Hypothesis {
@@ -68,6 +88,32 @@ mod tests {
             series: false,
             told_by: None,
         }
+    }
+
+    #[test]
+    fn an_effect_at_its_least_strength_is_none() {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let with = |tau: f64, pace: f64| {
+            let spec = find("amplifier_lag").unwrap();
+            let values = vec![tau, pace];
+            with_effect(&paper, ActiveEffect { spec, values })
+        };
+        let id = |parameter: &str| format!("amplifier_lag.{parameter}");
+        let lag = Hypothesis {
+            free: vec![id("tau")],
+            bounds: vec![(id("tau"), (3e-7, f64::INFINITY))],
+            ..of("amplifier_lag", false)
+        };
+        assert!(vanishes(&lag, &with(3e-7, 0.0)));
+        assert!(!vanishes(&lag, &with(4e-7, 0.0)));
+        // One that slews may settle as quickly as it likes.
+        let both = Hypothesis {
+            free: vec![id("tau"), id("r")],
+            ..lag
+        };
+        assert!(!vanishes(&both, &with(3e-7, 1e-6)));
+        assert!(vanishes(&both, &with(3e-7, 0.0)));
+        assert!(!vanishes(&of("gap_step", true), &paper));
     }
 
     #[test]

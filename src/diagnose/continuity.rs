@@ -122,7 +122,7 @@ mod tests {
     use crate::recording::Recording;
 
     /// Breaks of a ring-down by its closed form, with a kick to the velocity every 10 s.
-    fn of_a_ring_down(kick: f64) -> f64 {
+    fn of_a_ring_down(kick: f64) -> Breaks {
         let mut dice = ChaCha8Rng::seed_from_u64(5);
         let mut normal = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
         let (omega, zeta): (f64, f64) = (8.6, 2e-3);
@@ -140,18 +140,20 @@ mod tests {
         ));
         let model = Preset::embedded("oscillator").unwrap().model;
         let bench = Bench::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
-        joins(&bench.baseline(&model, &QUIET).unwrap())
-            .unwrap()
-            .sigmas
+        joins(&bench.baseline(&model, &QUIET).unwrap()).unwrap()
     }
 
     #[test]
     fn a_kick_that_hides_in_the_states_of_the_stretches_shows_where_they_join() {
         let still = of_a_ring_down(0.0);
-        assert!(still.abs() < 4.0, "{still}");
-        assert!(still != 0.0, "there are joins");
+        assert!(still.sigmas.abs() < 4.0, "{still:?}");
+        assert!(still.sigmas != 0.0, "there are joins");
         // A four hundredth of the ring's speed, which the states of the stretches take over.
         let kicked = of_a_ring_down(2e-3);
-        assert!(kicked > 10.0, "{kicked}");
+        assert!(kicked.sigmas > 10.0, "{kicked:?}");
+        // What is broken beyond the cap is told by the rise.
+        let hard = of_a_ring_down(2e-2);
+        assert!(hard.rise > 20.0 * kicked.rise, "{hard:?} {kicked:?}");
+        assert!(kicked.rise > 100.0, "{kicked:?}");
     }
 }

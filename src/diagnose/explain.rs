@@ -17,8 +17,6 @@ const OUTWEIGHED: f64 = 2.0;
 const WHOLE: f64 = 1.1;
 /// Times that, of what leaves nothing, from which another one leaves much.
 pub const APART: f64 = 1.2;
-/// Times the least strength of an effect up to which it is as weak as it may be.
-const VANISHED: f64 = 1.001;
 /// A further name must explain this share of what the first ones explained.
 const SHARE: f64 = 0.004;
 /// Share of the rows set aside as misread from which they are looked at again.
@@ -97,25 +95,6 @@ impl Trial {
     /// needed then, however large the shares are that both bring.
     pub fn excels(&self, other: &Self) -> bool {
         self.leaves_nothing() && other.train.per_value() > APART * self.train.per_value()
-    }
-
-    /// Whether the fit has made the effect as weak as it may be: what it brings is then owed to
-    /// the way that the fit went, not to the effect.
-    fn vanishes(&self) -> bool {
-        let bounds = &self.hypothesis.bounds;
-        // Constants of a law stay between two bounds, its strength above one.
-        let carries = |id: &&String| {
-            let bound = bounds.iter().find(|b| b.0 == **id);
-            bound.is_none_or(|b| b.1.1.is_infinite())
-        };
-        let weak = |id: &String| {
-            let bound = bounds.iter().find(|b| b.0 == *id);
-            let least = bound.map_or(0.0, |b| b.1.0);
-            let value = self.train.model.get(id);
-            value.is_some_and(|value| value.abs() <= VANISHED * least)
-        };
-        let mut strengths = self.hypothesis.free.iter().filter(carries).peekable();
-        strengths.peek().is_some() && strengths.all(weak)
     }
 }
 
@@ -312,7 +291,10 @@ fn search(
         let formed = stand.named.iter().filter(|n| *n.spec != EFFECT);
         let explained: f64 = formed.map(|n| n.gain.0 + n.gain.1).sum();
         let little = trial.worth() < SHARE * explained;
-        let chance = trial.by_chance() || !held || little || trial.vanishes();
+        let chance = trial.by_chance()
+            || !held
+            || little
+            || chance::vanishes(&trial.hypothesis, &trial.train.model);
         if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;
         }

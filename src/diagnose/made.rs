@@ -23,6 +23,17 @@ pub const QUIET: DiagnoseControl<'static> = DiagnoseControl {
 /// Recordings of the paper's device with what is `concealed`, one for each drive and duration
 /// \[s\], at `rate` \[1/s\] and with a `noise` \[m\], made ready.
 pub fn bench_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Bench {
+    bench(&parts_of(concealed, drives, rate, noise))
+}
+
+/// Those recordings made ready for the paper's device.
+pub fn bench(parts: &[Part]) -> Bench {
+    let model = Preset::embedded("paper").unwrap().model;
+    Bench::new(&model, parts, &[], &DiagnoseOptions::default()).unwrap()
+}
+
+/// Those recordings as they are.
+pub fn parts_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Vec<Part> {
     let options = Options {
         rate,
         ..Options::default()
@@ -41,7 +52,5 @@ pub fn bench_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64
         let made = Recording::new(*drive, time, Some(volts), xp, Some(xc)).unwrap();
         Part::whole(Arc::new(made))
     });
-    let parts: Vec<Part> = made.collect();
-    let model = Preset::embedded("paper").unwrap().model;
-    Bench::new(&model, &parts, &[], &DiagnoseOptions::default()).unwrap()
+    made.collect()
 }

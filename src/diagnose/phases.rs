@@ -346,6 +346,9 @@ fn shaken(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::bench::with_effect;
+    use crate::diagnose::made::{self, QUIET};
+    use crate::model::preset::Preset;
 
     #[test]
     fn amplitudes_of_one_vibration_are_alike() {
@@ -355,5 +358,45 @@ mod tests {
         assert!(!alike(&[(9.6, 0.1), (4.7, 0.2), (0.5, 0.05), (8.0, 0.6)]));
         // One recording that shows it proves nothing of phases.
         assert!(!alike(&[(9.6, 0.1), (9.0, 4.0), (8.0, 6.0)]));
+    }
+
+    /// Recordings of the paper's device on a base that shakes in those phases.
+    fn shaken_in(phases: &[f64]) -> Vec<Part> {
+        let drives = [("sine:20Hz:8V", 0.1), ("square:40Hz:8V", 0.06)];
+        let both = drives.into_iter().zip(phases);
+        let one = |(drive, phase): ((&str, f64), &f64)| {
+            let effect = ActiveEffect {
+                spec: find("base_vibration").unwrap(),
+                values: vec![3.0, 137.0, *phase],
+            };
+            let model = with_effect(&Preset::embedded("paper").unwrap().model, effect);
+            made::parts_of(&model, &[drive], 25e3, 20e-9)
+        };
+        both.flat_map(one).collect()
+    }
+
+    fn clocks_of(parts: &[Part]) -> Option<Clocks> {
+        let model = Preset::embedded("paper").unwrap().model;
+        let fitted = made::bench(parts).baseline(&model, &QUIET).unwrap();
+        Clocks::of(&fitted, None).unwrap()
+    }
+
+    #[test]
+    fn recordings_are_told_by_the_clock_of_what_shakes_them() {
+        let parts = shaken_in(&[0.4, 2.2]);
+        let clocks = clocks_of(&parts).unwrap();
+        let late = (2.2 - 0.4) / (TAU * 137.0);
+        assert_eq!(clocks.late.0[0], 0.0);
+        assert!((clocks.late.0[1] - late).abs() < 2e-5, "{clocks:?} {late}");
+        let (told, _) = clocks.told(&parts, &[]);
+        let first = |part: &Part| part.recording.time[0];
+        assert!((first(&told[1]) - first(&parts[1]) - late).abs() < 2e-5);
+        // By that clock there is one phase.
+        assert_eq!(clocks_of(&told), None);
+    }
+
+    #[test]
+    fn one_phase_for_all_asks_for_no_other_clock() {
+        assert_eq!(clocks_of(&shaken_in(&[0.4, 0.4])), None);
     }
 }

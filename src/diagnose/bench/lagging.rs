@@ -104,3 +104,39 @@ fn lag(id: &str, late: f64, model: &Model) -> Option<(ActiveEffect, Vec<String>,
     let bounds = vec![(free[0].clone(), (LEAST_LAG * late, f64::INFINITY))];
     Some((effect, free, bounds))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::DiagnoseOptions;
+    use crate::diagnose::made::{self, QUIET};
+    use crate::model::preset::Preset;
+
+    /// What the re-tuning makes of recordings of a device with value `which` of the effect `id`.
+    fn lagging(id: &str, which: usize, value: f64) -> Option<f64> {
+        let mut effect = ActiveEffect::new(find(id).unwrap());
+        effect.values.iter_mut().for_each(|v| *v = 0.0);
+        effect.values[which] = value;
+        let paper = Preset::embedded("paper").unwrap().model;
+        let concealed = with_effect(&paper, effect);
+        // Slow drives agree about how late it is, edges tell why.
+        let drives = [
+            ("sine:20Hz:8V", 0.1),
+            ("ramped:10Hz:8V:0.15", 0.1),
+            ("chirp:1Hz:60Hz:7V", 0.1),
+            ("square:40Hz:8V", 0.06),
+        ];
+        let bench = made::bench_of(&concealed, &drives, 50e3, 20e-9);
+        let options = DiagnoseOptions::default();
+        let tuned = bench.tuned(&paper, &options, &QUIET, &|| ()).unwrap();
+        let known = tuned.bench.lagging?;
+        known.fitted.model.get(&known.free[0])
+    }
+
+    #[test]
+    fn a_drive_that_lags_by_samples_is_told_from_late_readings() {
+        let tau = lagging("amplifier_lag", 0, 70e-6).unwrap();
+        assert!((tau - 70e-6).abs() < 1e-6, "{tau}");
+        assert_eq!(lagging("sensor_lag", 1, 70e-6), None);
+    }
+}
