@@ -86,6 +86,13 @@ pub fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
     which.iter().map(name).collect()
 }
 
+/// Ids of what shapes a law with a time constant of `spec`.
+pub fn shape_of(spec: &EffectSpec) -> Vec<String> {
+    let all = spec.parameters.iter().enumerate();
+    let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
+    own_ids(spec, &paces.collect::<Vec<_>>())
+}
+
 /// Scales of a device's motion, by which hypotheses are sized.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {

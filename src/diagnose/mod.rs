@@ -31,6 +31,7 @@ mod ground;
 pub mod kin;
 mod late;
 pub mod laws;
+mod lines;
 pub mod locate;
 #[cfg(test)]
 mod made;

@@ -34,11 +34,17 @@ impl Default for DiagnoseOptions {
 }
 
 impl DiagnoseOptions {
-    /// Whether an effect may be named.
+    /// Whether an effect is among the candidates.
+    pub fn has_candidate(&self, id: &str) -> bool {
+        self.candidates.is_empty() || self.candidates.iter().any(|c| c == id)
+    }
+
+    /// Whether an effect may be named, in a search or by hand.
     pub fn asks(&self, id: &str) -> bool {
-        let wanted = |all: &[String]| all.iter().any(|c| c == id);
-        let candidate = self.candidates.is_empty() || wanted(&self.candidates);
-        candidate && self.by_hand.as_deref().is_none_or(wanted)
+        let by_hand = |all: &Vec<String>| all.iter().any(|c| c == id);
+        self.by_hand
+            .as_ref()
+            .map_or_else(|| self.has_candidate(id), by_hand)
     }
 }
 

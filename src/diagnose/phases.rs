@@ -2,25 +2,21 @@
 //! in each of them. Recordings are then told by one clock, the vibration's, for as long as they
 //! are looked at.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use super::bench::{Fitted, LOSS};
-use super::promises::{LINES, SHAKE, SPACING};
+use super::lines::{Comb, SHAKE, Turned, probes};
 use super::result::Diagnosis;
-use super::scan::{Base, Linear, Products, Scan};
+use super::scan::{Linear, Products, Scan};
 use crate::fit::Part;
-use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::model::effects::{EffectSpec, find};
 use crate::recording::Recording;
 use crate::sim::SimError;
 
-/// Distance of the frequencies looked at, in turns over the longest stretch.
-const FINE: f64 = 0.2;
-/// Most frequencies between two that are simulated, on either side.
-const MOST_STEPS: f64 = 2000.0;
 /// Fall of chi2 by a vibration with phases of its own from which it is one, and by which they
 /// must bring more than one phase for all.
 const TOLD: f64 = 100.0;
@@ -32,7 +28,7 @@ const LEAST: f64 = 1.02;
 const ALIKE: (f64, f64) = (0.15, 4.0);
 /// Standard errors from which an amplitude is one.
 const SEEN: f64 = 5.0;
-/// Times a frequency is halved in on.
+/// Steps by which a frequency is closed in on.
 const HALVINGS: usize = 24;
 
 /// When recordings begin by the clock of a vibration.
@@ -178,115 +174,44 @@ fn alike(sizes: &[(f64, f64)]) -> bool {
     seen >= 2 && sizes.iter().all(near)
 }
 
-fn vibration(spec: &'static EffectSpec, f: f64) -> [ActiveEffect; 2] {
-    [0.0, FRAC_PI_2].map(|phase| ActiveEffect {
-        spec,
-        values: vec![SHAKE, f, phase],
-    })
-}
-
 /// The frequency at which phases of their own bring most \[Hz\].
 fn frequency(
     linear: &Linear<'_>,
     fitted: &Fitted,
     spec: &'static EffectSpec,
 ) -> Result<Option<f64>, SimError> {
-    let data = &fitted.problem.data;
-    let rate = data.iter().map(|d| d.recording.sampling_rate());
-    let (low, high) = (
-        LINES.0,
-        LINES.1.min(0.4 * rate.fold(f64::INFINITY, f64::min)),
-    );
-    if high < 2.0 * low {
-        return Ok(None);
-    }
-    let count = ((high - low) / SPACING).ceil() as usize;
-    let half = 0.5 * (high - low) / count as f64;
-    let coarse = (0..count).map(|i| low + (2 * i + 1) as f64 * half);
-    let coarse: Vec<f64> = coarse.collect();
-    let effects: Vec<ActiveEffect> = coarse.iter().flat_map(|f| vibration(spec, *f)).collect();
-    let products = linear.products(&fitted.model, &effects)?;
-    let Some(base) = Scan::gather(linear, &products, effects.len()).base() else {
+    let Some(comb) = Comb::new(linear, &fitted.model, spec)? else {
         return Ok(None);
     };
-    let span = |d: &crate::fit::problem::Data| {
-        let (begin, end) = d.recording.span();
-        end - begin
+    let spans = fitted.problem.data.iter().map(|d| d.recording.span());
+    let longest = spans.map(|(begin, end)| end - begin).fold(1e-3, f64::max);
+    let gain = |at: (usize, f64)| -> f64 {
+        let all = each(linear, &comb.products, Comb::sine(at), at.1).into_iter();
+        all.filter_map(|own| Some(own.solve(&comb.base)?.1)).sum()
     };
-    let longest = data.iter().map(span).fold(1e-3, f64::max);
-    let steps = (half * longest / FINE).ceil().min(MOST_STEPS) as i64;
-    let gain = |c: usize, shift: f64| -> f64 {
-        let all = blocks(linear, fitted, &products, (2 * c, shift));
-        all.iter().map(|block| block.gain(&base)).sum()
-    };
-    let all: Vec<(usize, f64)> = (0..count)
-        .flat_map(|c| (-steps..=steps).map(move |d| (c, half * d as f64 / steps as f64)))
-        .collect();
-    let gains: Vec<(usize, f64, f64)> = all
-        .into_par_iter()
-        .map(|(c, shift)| (c, shift, gain(c, shift)))
-        .collect();
-    let best = gains.into_iter().filter(|g| g.2.is_finite());
-    let Some((c, mut at, mut most)) = best.max_by(|a, b| a.2.total_cmp(&b.2)) else {
+    let (all, mut reach) = comb.all(longest);
+    let gains: Vec<((usize, f64), f64)> = all.into_par_iter().map(|at| (at, gain(at))).collect();
+    let best = gains.into_iter().filter(|g| g.1.is_finite());
+    let Some((mut at, mut most)) = best.max_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(None);
     };
-    let mut reach = half / steps as f64;
     for _ in 0..HALVINGS {
-        let beside = [at - reach, at + reach].map(|shift| (shift, gain(c, shift)));
+        let beside = [at.1 - reach, at.1 + reach].map(|shift| (shift, gain((at.0, shift))));
         match beside.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((shift, gain)) if gain > most => (at, most) = (shift, gain),
+            Some((shift, gain)) if gain > most => (at.1, most) = (shift, gain),
             _ => reach *= 0.5,
         }
     }
-    Ok(Some(coarse[c] + at))
+    Ok(Some(comb.frequency(at)))
 }
 
-/// Products of one recording's sine and cosine.
-struct Block {
-    cross: [DVector<f64>; 2],
-    gram: Matrix2<f64>,
-    slope: Vector2<f64>,
-}
-
-impl Block {
-    /// Fall of chi2 if only this recording had it.
-    fn gain(&self, base: &Base) -> f64 {
-        let inner = Matrix2::from_fn(|i, j| base.inner(&self.cross[i], &self.cross[j]));
-        let slope = Vector2::from_fn(|i, _| base.slope(&self.cross[i], self.slope[i]));
-        let left = self.gram - inner + Matrix2::identity() * (1e-7 * self.gram.trace());
-        left.try_inverse()
-            .map_or(0.0, |inverse| slope.dot(&(inverse * slope)))
-    }
-}
-
-/// Products of each recording with the sine number `which` and the cosine that follows it, both
-/// turned to a frequency that is higher by `shift` \[Hz\].
-fn blocks(
-    linear: &Linear<'_>,
-    fitted: &Fitted,
-    products: &[Products],
-    (which, shift): (usize, f64),
-) -> Vec<Block> {
-    let n = linear.problem().unknowns();
-    let data = &fitted.problem.data;
-    let empty = || Block {
-        cross: [DVector::zeros(n), DVector::zeros(n)],
-        gram: Matrix2::zeros(),
-        slope: Vector2::zeros(),
-    };
-    let mut out: Vec<Block> = data.iter().map(|_| empty()).collect();
+/// Products of each recording with a sine and a cosine; see [`Turned::add`].
+fn each(linear: &Linear<'_>, products: &[Products], which: usize, shift: f64) -> Vec<Turned> {
+    let (problem, segments) = (linear.problem(), &linear.point().segments);
+    let own = |_| Turned::new(problem.unknowns());
+    let mut out: Vec<Turned> = problem.data.iter().map(own).collect();
     for p in products {
-        let block = &mut out[linear.point().segments[p.segment].recording];
-        let (sin, cos) = (TAU * shift * p.middle).sin_cos();
-        let turn = Matrix2::new(cos, sin, -sin, cos);
-        block.gram += turn * p.gram.fixed_view::<2, 2>(which, which) * turn.transpose();
-        block.slope += turn * p.slope.fixed_view::<2, 1>(which, 0);
-        for (i, &ci) in p.columns.iter().enumerate() {
-            let own = Vector2::new(p.cross[(i, which)], p.cross[(i, which + 1)]);
-            let turned = turn * own;
-            block.cross[0][ci] += turned[0];
-            block.cross[1][ci] += turned[1];
-        }
+        out[segments[p.segment].recording].add(p, which, shift);
     }
     out
 }
@@ -299,22 +224,22 @@ fn shaken(
     (spec, frequency): (&'static EffectSpec, f64),
     locked: usize,
 ) -> Result<Option<Shaken>, SimError> {
-    let products = linear.products(&fitted.model, &vibration(spec, frequency))?;
+    let products = linear.products(&fitted.model, &probes(spec, frequency))?;
     let Some(base) = Scan::gather(linear, &products, 2).base_without(locked) else {
         return Ok(None);
     };
-    let blocks = blocks(linear, fitted, &products, (0, 0.0));
-    let m = 2 * blocks.len();
-    let cross = |i: usize| &blocks[i / 2].cross[i % 2];
+    let each = each(linear, &products, 0, 0.0);
+    let m = 2 * each.len();
+    let cross = |i: usize| &each[i / 2].cross[i % 2];
     let normal = DMatrix::from_fn(m, m, |i, j| {
         let own = if i / 2 == j / 2 {
-            blocks[i / 2].gram[(i % 2, j % 2)]
+            each[i / 2].gram[(i % 2, j % 2)]
         } else {
             0.0
         };
         own - base.inner(cross(i), cross(j))
     });
-    let slope = DVector::from_fn(m, |i, _| base.slope(cross(i), blocks[i / 2].slope[i % 2]));
+    let slope = DVector::from_fn(m, |i, _| base.slope(cross(i), each[i / 2].slope[i % 2]));
     let Some(inverse) = normal.clone().cholesky().map(|factor| factor.inverse()) else {
         return Ok(None);
     };
@@ -335,10 +260,10 @@ fn shaken(
         SHAKE * (0.5 * variance).sqrt()
     };
     Ok(Some(Shaken {
-        parts: (0..blocks.len())
+        parts: (0..each.len())
             .map(|k| SHAKE * Vector2::new(solved[2 * k], solved[2 * k + 1]))
             .collect(),
-        errors: (0..blocks.len()).map(error).collect(),
+        errors: (0..each.len()).map(error).collect(),
         gains: (gain, of_all),
     }))
 }
@@ -348,6 +273,7 @@ mod tests {
     use super::*;
     use crate::diagnose::bench::with_effect;
     use crate::diagnose::made::{self, QUIET};
+    use crate::model::effects::ActiveEffect;
     use crate::model::preset::Preset;
 
     #[test]

@@ -4,19 +4,14 @@
 use super::bench::{Bench, Bound};
 use super::candidates::{Form, Scale, forms, own_ids};
 use super::explain::Stand;
+use super::lines::find_line;
 use super::modes;
 use super::options::DiagnoseError;
 use super::scan::{Linear, Scan};
-use super::search::{find_line, find_step, first_level};
+use super::search::{find_step, first_level};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
-/// Frequencies of a vibration of the base that are looked at \[Hz\].
-pub const LINES: (f64, f64) = (8.0, 2100.0);
-/// Distance of those that are simulated \[Hz\].
-pub const SPACING: f64 = 100.0;
-/// Amplitude with which they are \[m/s^2\].
-pub const SHAKE: f64 = 0.05;
 /// Height with which a step of the ground is looked for \[m\].
 const RISE: f64 = 1e-7;
 /// Stays that begin so close to each other may begin with the step \[s\].
@@ -132,22 +127,10 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         out.insert(0, read);
     }
     if let Some(spec) = find("base_vibration") {
-        let vibration = |f: f64, phase: f64| ActiveEffect {
-            spec,
-            values: vec![SHAKE, f, phase],
-        };
-        // A recorder does not show what is quicker than half its rate.
-        let rate = data.iter().map(|d| d.recording.sampling_rate());
-        let high = LINES.1.min(0.4 * rate.fold(f64::INFINITY, f64::min));
-        let line = if high > 2.0 * LINES.0 {
-            find_line(&linear, model, &vibration, (LINES.0, high), SPACING)?
-        } else {
-            None
-        };
-        if let Some(line) = line {
+        if let Some(line) = find_line(&linear, model, spec)? {
             let start = ActiveEffect {
                 spec,
-                values: vec![SHAKE * line.amplitude, line.frequency, line.phase],
+                values: vec![line.amplitude, line.frequency, line.phase],
             };
             out.push(Hypothesis {
                 start,

@@ -1,7 +1,7 @@
 //! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
 use super::bench::{Bench, with_effect};
-use super::candidates::{LEAST_LAG, SHORTEST_LAG, own_ids};
+use super::candidates::{LEAST_LAG, SHORTEST_LAG, own_ids, shape_of};
 use super::evidence::spans;
 use super::explain::{APART, Stand, Trial};
 use super::further;
@@ -115,13 +115,6 @@ fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffec
         spec: effect.spec,
         values: vec![tau, pace],
     })
-}
-
-/// Ids of what shapes a law with a time constant of `spec`.
-pub fn shape_of(spec: &EffectSpec) -> Vec<String> {
-    let all = spec.parameters.iter().enumerate();
-    let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
-    own_ids(spec, &paces.collect::<Vec<_>>())
 }
 
 /// A lag of `spec`, which looks like that of `trial` in flight, as long as that is and begun

@@ -3,10 +3,10 @@
 //! kept out.
 
 use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
+use super::candidates::shape_of;
 use super::explain::{Stand, Trial, Weighed};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
-use super::refit::shape_of;
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
@@ -109,7 +109,7 @@ pub fn is_asked(
 ) -> bool {
     let wanted = match only {
         Some(only) => only == spec.id,
-        None => options.candidates.is_empty() || options.candidates.iter().any(|c| c == spec.id),
+        None => options.has_candidate(spec.id),
     };
     wanted && stand.named.iter().all(|n| n.spec != spec)
 }

@@ -80,10 +80,15 @@ impl Bench {
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
     pub fn with_all(&self, side: &Side, fitted: &Fitted) -> Result<Fitted, DiagnoseError> {
-        let point = fitted.point.clone();
-        let aside: Vec<bool> = point.used.iter().map(|used| !used).collect();
-        let point = taken_in(&fitted.problem, point, side.segments(), &aside, ROUNDS)?;
-        self.finish(fitted.problem.clone(), point)
+        let aside: Vec<bool> = fitted.point.used.iter().map(|used| !used).collect();
+        self.with(side, fitted, &aside)
+    }
+
+    /// A fit of `side` with `more` of its stretches in it, each from its first guess.
+    fn with(&self, side: &Side, fitted: &Fitted, more: &[bool]) -> Result<Fitted, DiagnoseError> {
+        let (problem, point) = (&fitted.problem, fitted.point.clone());
+        let point = taken_in(problem, point, side.segments(), more, ROUNDS)?;
+        self.finish(problem.clone(), point)
     }
 
     /// A fit of `side` with those stretches in it too that `other` uses, each from its guess, so
@@ -102,9 +107,7 @@ impl Bench {
         if more.len() != side.segments().len() || !more.contains(&true) {
             return Ok(fitted.clone());
         }
-        let point = fitted.point.clone();
-        let point = taken_in(&fitted.problem, point, side.segments(), &more, ROUNDS)?;
-        self.finish(fitted.problem.clone(), point)
+        self.with(side, fitted, &more)
     }
 
     /// A fit of `side` without what is misread for its model; its parameters are frozen if it

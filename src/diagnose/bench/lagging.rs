@@ -12,8 +12,6 @@ use crate::model::effects::{ActiveEffect, find};
 const BETTER: f64 = 0.95;
 /// Steps of the fit with readings that lag.
 const STEPS: usize = 5;
-/// Steps of the fit with a drive that lags after the first.
-const MORE: usize = 20;
 
 /// An amplifier that lags, as fitted.
 #[derive(Debug, Clone)]
@@ -46,14 +44,7 @@ impl Bench {
         };
         let with = |start: &ActiveEffect| with_effect(&tuned.model, start.clone());
         let fitted = match self.from_afar(&with(&start), &free, &bounds, control) {
-            Ok(fitted) => self.fit(
-                &fitted.model.clone(),
-                &free,
-                &bounds,
-                &fitted,
-                MORE,
-                control,
-            )?,
+            Ok(fitted) => fitted,
             Err(DiagnoseError::Sim(_)) => return Ok(None),
             Err(error) => return Err(error),
         };

@@ -1,6 +1,7 @@
 //! The baseline re-tuned, with the recordings cut again for it where they turn out to have been
 //! misread: readings that are late, a mass that rests over the ground without touching it.
 
+use std::mem::replace;
 use std::sync::Arc;
 
 use super::{Bench, Fitted, Side, delays};
@@ -163,35 +164,33 @@ impl Bench {
         let mut bench = self;
         let again = |bench: &Self, known: &Known| {
             let held_out = bench.held_out.as_ref().map_or(&[][..], |s| &s.parts);
-            let again = Self::of_known(model, (&bench.train.parts, held_out), options, known)?;
-            Ok::<Self, DiagnoseError>(Self {
-                lagging: bench.lagging.clone(),
-                ..again
-            })
+            Self::of_known(model, (&bench.train.parts, held_out), options, known)
         };
         let mut train = bench.baseline(model, control)?;
-        let first = (bench.clone(), train.clone());
+        let mut first = None;
         for _ in 0..AGAIN {
             let Some(late) = delays::late(&train).filter(|_| !control.cancelled()) else {
                 break;
             };
             known.late += late;
             log::debug!("readings are {:.1} us late", 1e6 * known.late);
-            bench = again(&bench, &known)?;
-            train = bench.baseline(model, control)?;
+            let cut_again = again(&bench, &known)?;
+            let fit = cut_again.baseline(model, control)?;
+            let before = (replace(&mut bench, cut_again), replace(&mut train, fit));
+            first.get_or_insert(before);
         }
         let asked = options.asks("amplifier_lag") && !control.cancelled();
-        if known.late > 0.0
-            && asked
-            && let Some(lagging) = first.0.lagging(known.late, (&bench, &train), control)?
+        if let Some((cut_first, fit)) = first.filter(|_| asked)
+            && let Some(lagging) = cut_first.lagging(known.late, (&bench, &train), control)?
         {
-            (bench, train) = first;
+            (bench, train) = (cut_first, fit);
             bench.lagging = Some(Arc::new(lagging));
             known.late = 0.0;
         }
         let mut remarks = Vec::new();
         let hovers = bench.train.may_hover(train.doubtful()?);
-        if !hovers.is_empty() && !control.cancelled() {
+        // Where the drive lags the baseline is far off for that.
+        if !hovers.is_empty() && bench.lagging.is_none() && !control.cancelled() {
             let mut flown = known.clone();
             flown.hovers.0 = hovers;
             let other = again(&bench, &flown)?;
@@ -210,7 +209,8 @@ impl Bench {
         if !hovers.is_empty() && !control.cancelled() {
             let mut flown = known;
             flown.hovers.1 = hovers;
-            let other = again(&bench, &flown)?;
+            let mut other = again(&bench, &flown)?;
+            other.lagging.clone_from(&bench.lagging);
             let judged = other.judge(&train.model, (&train, None), control)?;
             let better = match (&held_out, &judged) {
                 (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
