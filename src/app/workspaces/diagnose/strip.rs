@@ -247,7 +247,9 @@ fn paint(
 fn title(ui: &Ui, strip: &Strip, rect: Rect, span: (f64, f64), (selected, kind): (bool, &str)) {
     let visuals = ui.visuals();
     let font = FontId::proportional(11.5);
-    let length = format!("{kind}, {:.0} to {:.0} ms", 1e3 * span.0, 1e3 * span.1);
+    // Rounded first, and no minus before a zero.
+    let ms = |t: f64| (1e3 * t).round() + 0.0;
+    let length = format!("{kind}, {} to {} ms", ms(span.0), ms(span.1));
     let right = ui.painter().text(
         rect.right_top(),
         Align2::RIGHT_TOP,
