@@ -126,25 +126,25 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         // Before those that promise as much.
         out.insert(0, read);
     }
-    if let Some(spec) = find("base_vibration") {
-        if let Some(line) = find_line(&linear, model, spec)? {
-            let start = ActiveEffect {
-                spec,
-                values: vec![line.amplitude, line.frequency, line.phase],
-            };
-            out.push(Hypothesis {
-                start,
-                others: Vec::new(),
-                free: own_ids(spec, &[0, 1, 2]),
-                full: None,
-                shape: Vec::new(),
-                bounds: Vec::new(),
-                promise: line.gain,
-                searched: true,
-                series: false,
-                told_by: None,
-            });
-        }
+    if let Some(spec) = find("base_vibration")
+        && let Some(line) = find_line(&linear, model, spec)?
+    {
+        let start = ActiveEffect {
+            spec,
+            values: vec![line.amplitude, line.frequency, line.phase],
+        };
+        out.push(Hypothesis {
+            start,
+            others: Vec::new(),
+            free: own_ids(spec, &[0, 1, 2]),
+            full: None,
+            shape: Vec::new(),
+            bounds: Vec::new(),
+            promise: line.gain,
+            searched: true,
+            series: false,
+            told_by: None,
+        });
     }
     if let Some(spec) = find("gap_step").filter(|_| model.has_ground) {
         let always = ActiveEffect {
