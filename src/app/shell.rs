@@ -317,9 +317,9 @@ impl Shell {
     fn show(&mut self, ui: &mut Ui) {
         self.take_news();
         let idle = self.files.pending() == 0;
-        super::actions::take_files(self);
-        // What was read before has been taken over: the recordings are all here.
-        if idle && self.files.pending() == 0 {
+        // Nothing was being read, and nothing has come that may have begun to read more and be done
+        // with it: the recordings are all here.
+        if !super::actions::take_files(self) && idle {
             self.bring_back_kept();
         }
         self.take_diagnosis();

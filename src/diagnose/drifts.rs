@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::candidates::own_ids;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, EffectSpec, find};
 use crate::recording::extremes;
 use crate::recording::level_change::LevelDrift;
 
@@ -59,6 +59,15 @@ pub fn read(
     };
     log::debug!("read from the level: {:?}", effect.values);
     Some((effect, own_ids(spec, free)))
+}
+
+/// Ids of what a drift may have besides what is fitted of it: a rate, where it only settles.
+pub fn shape_beside(spec: &EffectSpec, free: &[String]) -> Vec<String> {
+    if free.len() == 2 {
+        own_ids(spec, &[2])
+    } else {
+        Vec::new()
+    }
 }
 
 /// A drift from the first rest that shows it to the last.

@@ -19,6 +19,8 @@ const WHOLE: f64 = 1.1;
 pub const APART: f64 = 1.2;
 /// A further name must explain this share of what the first ones explained.
 const SHARE: f64 = 0.004;
+/// Least chi2 per value that a fit may reach, the noise known as well as it is.
+const LEAST: f64 = 0.9;
 /// Share of the rows set aside as misread from which they are looked at again.
 const ASIDE: f64 = 0.03;
 /// Or any, where chi2 per value is so many times larger on recordings kept out, and than 1.
@@ -115,6 +117,21 @@ impl Stand {
     /// The effects named.
     pub fn specs(&self) -> Vec<&'static EffectSpec> {
         self.named.iter().map(|n| n.spec).collect()
+    }
+
+    /// What the effects named have explained that may be of a somewhat other form. The law of a
+    /// mode is of no uncertain form: what it leaves is no matter of that.
+    fn explained(&self) -> f64 {
+        let formed = self.named.iter().filter(|n| *n.spec != EFFECT);
+        formed.map(|n| n.gain.0 + n.gain.1).sum()
+    }
+
+    /// Fall of chi2 that no further effect could exceed.
+    fn most_left(&self) -> f64 {
+        let sides = std::iter::once(&self.train).chain(&self.held_out);
+        sides
+            .map(|fitted| (fitted.cost - LEAST * fitted.point.rows as f64).max(0.0))
+            .sum()
     }
 }
 
@@ -271,6 +288,10 @@ fn search(
             report(detail, (round as f64 + share) / rounds as f64);
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
+        // Nothing could bring enough to be named: it need not be looked for.
+        if only.is_none() && stand.most_left() < SHARE * stand.explained() {
+            break;
+        }
         let mut round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
         let is_asked = |spec: &EffectSpec| is_asked(&stand, options, only, spec);
         choice::add_twin(&bench, &stand, &mut round_weighed, &is_asked, control)?;
@@ -287,10 +308,7 @@ fn search(
         };
         let trial = shaped(&bench, &stand, best.trial, control)?;
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        // The law of a mode is of no uncertain form: what it leaves is no matter of that.
-        let formed = stand.named.iter().filter(|n| *n.spec != EFFECT);
-        let explained: f64 = formed.map(|n| n.gain.0 + n.gain.1).sum();
-        let little = trial.worth() < SHARE * explained;
+        let little = trial.worth() < SHARE * stand.explained();
         let chance = trial.by_chance()
             || !held
             || little

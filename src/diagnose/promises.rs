@@ -3,6 +3,7 @@
 
 use super::bench::{Bench, Bound};
 use super::candidates::{Form, Scale, forms, own_ids};
+use super::drifts;
 use super::explain::Stand;
 use super::lines::find_line;
 use super::modes;
@@ -105,11 +106,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
     out.retain(|h| h.promise >= CLOSE * most_of(&every, h.start.spec));
     if let Some((start, free)) = bench.drift_beyond(model).cloned() {
         let spec = start.spec;
-        let shape = if free.len() == 2 {
-            own_ids(spec, &[2])
-        } else {
-            Vec::new()
-        };
+        let shape = drifts::shape_beside(spec, &free);
         let near = |tau: f64| (tau / NEAR, tau * NEAR);
         let read = Hypothesis {
             others: Vec::new(),

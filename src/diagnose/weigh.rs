@@ -3,7 +3,6 @@
 //! kept out.
 
 use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
-use super::candidates::shape_of;
 use super::explain::{Stand, Trial, Weighed};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
@@ -16,9 +15,6 @@ const FAR: f64 = 0.3;
 const MOST: usize = 4;
 /// Steps of a fit at most.
 const ITERATIONS: usize = 12;
-/// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
-/// along.
-const LOST: f64 = 4.0;
 /// A ground that steps leaves the flight as it is.
 const STEP: &str = "gap_step";
 
@@ -52,7 +48,7 @@ pub fn weigh(
     let mut best = 0.0f64;
     let mut afar_asked = false;
     // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
-    if let Some(known) = bench.lagging.as_ref().filter(|_| stand.named.is_empty()) {
+    if let Some(known) = bench.found.as_ref().filter(|_| stand.named.is_empty()) {
         let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
         hypotheses.sort_by_key(|h| !is_known(h));
         hypotheses.dedup_by(|later, earlier| is_known(later) && is_known(earlier));
@@ -123,13 +119,12 @@ fn attempt(
     afar: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
-    if let Some(trial) = lagging(bench, stand, hypothesis, control)? {
+    if let Some(trial) = found(bench, stand, hypothesis, control)? {
         return Ok(Some(trial));
     }
-    let lost = |f: &Fitted| f.per_value() > LOST;
     // A further mode begins with what a fit has left to it.
     let further = hypothesis.start.spec.id == "extra_mode";
-    let astray = afar && !stand.misread && !further && lost(&stand.train);
+    let astray = afar && !stand.misread && !further && stand.train.is_lost();
     if astray
         && hypothesis.full.is_some()
         && let Some(trial) = from_afar(bench, stand, hypothesis, control)?
@@ -159,7 +154,7 @@ fn attempt(
     }
     if astray
         && hypothesis.full.is_none()
-        && lost(&near.train)
+        && near.train.is_lost()
         && let Some(other) = from_afar(bench, stand, hypothesis, control)?
     {
         log::debug!(
@@ -174,15 +169,15 @@ fn attempt(
     Ok(Some(near))
 }
 
-/// The fit with an amplifier that lags, where the re-tuning has found that the recordings suit it;
-/// `None` for other hypotheses and elsewhere.
-fn lagging(
+/// The fit with what the re-tuning has found without which the baseline is lost; `None` for other
+/// hypotheses and elsewhere.
+fn found(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
-    let known = bench.lagging.as_ref().filter(|_| stand.named.is_empty());
+    let known = bench.found.as_ref().filter(|_| stand.named.is_empty());
     let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
         return Ok(None);
     };
@@ -191,7 +186,7 @@ fn lagging(
         free: known.free.clone(),
         bounds: known.bounds.clone(),
         full: None,
-        shape: shape_of(known.start.spec),
+        shape: known.shape.clone(),
         ..hypothesis.clone()
     };
     judged_anew(bench, stand, own, known.fitted.clone(), control).map(Some)

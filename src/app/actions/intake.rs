@@ -16,9 +16,11 @@ use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
 
-/// Takes over what has become of files.
-pub fn take(shell: &mut Shell) {
-    for event in shell.files.poll() {
+/// Takes over what has become of files; returns whether anything has.
+pub fn take(shell: &mut Shell) -> bool {
+    let events = shell.files.poll();
+    let any = !events.is_empty();
+    for event in events {
         match event {
             FileEvent::Recording {
                 path,
@@ -89,6 +91,7 @@ pub fn take(shell: &mut Shell) {
             FileEvent::SaveTo { purpose, path } => save(shell, purpose, path),
         }
     }
+    any
 }
 
 /// Shows a session in place of what is shown.

@@ -2,7 +2,10 @@
 
 use super::aside::taken_in;
 use super::clocks::{set_clocks, skews};
-use super::{Bench, Bound, FINE, FORSAKEN, Fitted, LOSS, ROUGH, WIDE, positions, with_effect};
+use super::{
+    Bench, Bound, FINE, FORSAKEN, Fitted, Found, LOSS, ROUGH, WIDE, positions, with_effect,
+};
+use crate::diagnose::drifts;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{heal, thinned};
 use crate::fit::problem::Problem;
@@ -50,15 +53,31 @@ impl Bench {
         model: &Model,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
+        Ok(self.with_and_without_drift(model, control)?.0)
+    }
+
+    /// The baseline, and the fit with the drift if the level shows one.
+    pub(super) fn with_and_without_drift(
+        &self,
+        model: &Model,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(Fitted, Option<Found>), DiagnoseError> {
         // A drift that the model has already is part of the baseline.
         let Some((drift, free)) = self.drift_beyond(model) else {
-            return self.from_afar(model, &[], &[], control);
+            return Ok((self.from_afar(model, &[], &[], control)?, None));
         };
-        let spec = drift.spec;
         let with = self.from_afar(&with_effect(model, drift.clone()), free, &[], control)?;
         let mut start = with.model.clone();
-        start.effects.retain(|e| e.spec != spec);
-        self.fit(&start, &[], &[], &with, WITHOUT, control)
+        start.effects.retain(|e| e.spec != drift.spec);
+        let fitted = self.fit(&start, &[], &[], &with, WITHOUT, control)?;
+        let found = Found {
+            start: drift.clone(),
+            free: free.clone(),
+            bounds: Vec::new(),
+            shape: drifts::shape_beside(drift.spec, free),
+            fitted: with,
+        };
+        Ok((fitted, Some(found)))
     }
 
     /// The same with the parameters of `free` moved too, from their values in `model` and
@@ -89,11 +108,11 @@ impl Bench {
         model: &Model,
         known: &Fitted,
         control: &DiagnoseControl<'_>,
-    ) -> Result<Fitted, DiagnoseError> {
+    ) -> Result<(Fitted, Option<Found>), DiagnoseError> {
         if self.drift_beyond(model).is_some() {
-            return self.baseline(model, control);
+            return self.with_and_without_drift(model, control);
         }
-        self.from(&known.model, (&[], &[]), false, control)
+        Ok((self.from(&known.model, (&[], &[]), false, control)?, None))
     }
 
     /// A fit from far off; where `share_open`, it is asked how the drive is shared among the

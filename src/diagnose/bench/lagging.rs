@@ -2,8 +2,8 @@
 //! amplifier delays by as much, and rounds the edges of the voltage off besides. Recordings that
 //! were cut again for late readings have the edges in the wrong place for it.
 
-use super::{Bench, Bound, Fitted, with_effect};
-use crate::diagnose::candidates::{LEAST_LAG, own_ids};
+use super::{Bench, Bound, Fitted, Found, with_effect};
+use crate::diagnose::candidates::{LEAST_LAG, own_ids, shape_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
@@ -12,19 +12,6 @@ use crate::model::effects::{ActiveEffect, find};
 const BETTER: f64 = 0.95;
 /// Steps of the fit with readings that lag.
 const STEPS: usize = 5;
-
-/// An amplifier that lags, as fitted.
-#[derive(Debug, Clone)]
-pub struct Lagging {
-    /// The effect that the fit began with.
-    pub start: ActiveEffect,
-    /// Ids of what was fitted of it.
-    pub free: Vec<String>,
-    /// Bounds of that.
-    pub bounds: Vec<Bound>,
-    /// The fit.
-    pub fitted: Fitted,
-}
 
 impl Bench {
     /// The fit with an amplifier that lags by `late` \[s\], if that suits the recordings as they
@@ -38,7 +25,7 @@ impl Bench {
         late: f64,
         (cut_again, tuned): (&Self, &Fitted),
         control: &DiagnoseControl<'_>,
-    ) -> Result<Option<Lagging>, DiagnoseError> {
+    ) -> Result<Option<Found>, DiagnoseError> {
         let Some((start, free, bounds)) = lag("amplifier_lag", late, &self.outset) else {
             return Ok(None);
         };
@@ -62,7 +49,8 @@ impl Bench {
             };
         }
         log::debug!("a drive that lags {own:.3} per value, readings that do {rival:.3}");
-        Ok((own < BETTER * rival).then_some(Lagging {
+        Ok((own < BETTER * rival).then(|| Found {
+            shape: shape_of(start.spec),
             start,
             free,
             bounds,
@@ -120,7 +108,7 @@ mod tests {
         let bench = made::bench_of(&concealed, &drives, 50e3, 20e-9);
         let options = DiagnoseOptions::default();
         let tuned = bench.tuned(&paper, &options, &QUIET, &|| ()).unwrap();
-        let known = tuned.bench.lagging?;
+        let known = tuned.bench.found?;
         known.fitted.model.get(&known.free[0])
     }
 

@@ -8,6 +8,7 @@ mod baseline;
 mod clocks;
 mod delays;
 mod fits;
+mod found;
 mod freedoms;
 mod lagging;
 mod side;
@@ -18,8 +19,8 @@ mod values;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use self::found::Found;
 use self::freedoms::{freedoms, structure_bounds};
-pub use self::lagging::Lagging;
 pub use self::side::Side;
 use self::side::drift_of;
 pub use self::sketch::Sketch;
@@ -78,8 +79,8 @@ pub struct Bench {
     pub free: Vec<String>,
     /// The model that the re-tuning began with.
     pub outset: Model,
-    /// An amplifier that lags by more than stretches bear, if that is what makes readings late.
-    pub lagging: Option<Arc<Lagging>>,
+    /// What the re-tuning has found without which the baseline is lost.
+    pub found: Option<Arc<Found>>,
     bounds: Vec<Bound>,
     options: FitOptions,
 }
@@ -217,7 +218,7 @@ impl Bench {
             noise_error: information.max(1.0).powf(-0.5),
             free,
             outset: model.clone(),
-            lagging: None,
+            found: None,
             bounds: structure_bounds(model),
             options: fit,
         })

@@ -166,7 +166,7 @@ impl Bench {
             let held_out = bench.held_out.as_ref().map_or(&[][..], |s| &s.parts);
             Self::of_known(model, (&bench.train.parts, held_out), options, known)
         };
-        let mut train = bench.baseline(model, control)?;
+        let (mut train, mut drift) = bench.with_and_without_drift(model, control)?;
         let mut first = None;
         for _ in 0..AGAIN {
             let Some(late) = delays::late(&train).filter(|_| !control.cancelled()) else {
@@ -175,7 +175,8 @@ impl Bench {
             known.late += late;
             log::debug!("readings are {:.1} us late", 1e6 * known.late);
             let cut_again = again(&bench, &known)?;
-            let fit = cut_again.baseline(model, control)?;
+            let (fit, own) = cut_again.with_and_without_drift(model, control)?;
+            drift = own;
             let before = (replace(&mut bench, cut_again), replace(&mut train, fit));
             first.get_or_insert(before);
         }
@@ -184,21 +185,31 @@ impl Bench {
             && let Some(lagging) = cut_first.lagging(known.late, (&bench, &train), control)?
         {
             (bench, train) = (cut_first, fit);
-            bench.lagging = Some(Arc::new(lagging));
+            bench.found = Some(Arc::new(lagging));
             known.late = 0.0;
         }
+        let lags = bench.found.is_some();
+        let lost = |train: &Fitted| !lags && train.is_lost();
+        let mut drift = drift.filter(|_| lost(&train));
         let mut remarks = Vec::new();
-        let hovers = bench.train.may_hover(train.doubtful()?);
+        // With a drift without which the baseline is lost.
+        let told = drift.as_ref().map_or(&train, |drift| &drift.fitted);
+        let hovers = bench.train.may_hover(told.doubtful()?);
         // Where the drive lags the baseline is far off for that.
-        if !hovers.is_empty() && bench.lagging.is_none() && !control.cancelled() {
+        if !hovers.is_empty() && !lags && !control.cancelled() {
             let mut flown = known.clone();
             flown.hovers.0 = hovers;
             let other = again(&bench, &flown)?;
-            let fit = other.baseline_again(model, &train, control)?;
-            if train.yields_to(&fit, &flown.hovers.0)? {
+            let (fit, own) = other.baseline_again(model, &train, control)?;
+            let own = own.filter(|_| lost(&fit));
+            let with = own.as_ref().map_or(&fit, |own| &own.fitted);
+            if told.yields_to(with, &flown.hovers.0)? {
                 remarks.extend(said(&other.train, &flown.hovers.0));
-                (bench, train, known) = (other, fit, flown);
+                (bench, train, known, drift) = (other, fit, flown, own);
             }
+        }
+        if let Some(drift) = drift {
+            bench.found = Some(Arc::new(drift));
         }
         judging();
         let mut held_out = bench.judge(&train.model, (&train, None), control)?;
@@ -210,7 +221,7 @@ impl Bench {
             let mut flown = known;
             flown.hovers.1 = hovers;
             let mut other = again(&bench, &flown)?;
-            other.lagging.clone_from(&bench.lagging);
+            other.found.clone_from(&bench.found);
             let judged = other.judge(&train.model, (&train, None), control)?;
             let better = match (&held_out, &judged) {
                 (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
