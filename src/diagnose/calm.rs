@@ -198,6 +198,9 @@ pub fn prepare_calm(
             .unwrap_or_else(|| crate::fit::prepare::default_length(&simulator, lone));
         let mut samples = 0;
         for mut interval in intervals(recording, &levelled, &timeline, &part.samples, ground) {
+            let since = interval
+                .held
+                .then(|| recording.time[interval.samples.start]);
             if interval.held {
                 let xp = &levelled[interval.samples.clone()];
                 interval.samples.start += hopping(xp, recording.interval(), noise);
@@ -226,6 +229,7 @@ pub fn prepare_calm(
                 }
                 // How it came to be held is not looked at here.
                 segment.settled = false;
+                segment.since = since;
                 samples += segment.samples.len();
                 segments.push(segment);
             }

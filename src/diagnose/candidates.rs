@@ -165,10 +165,10 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                     let parameters = spec.parameters.iter();
                     let mut values: Vec<f64> = parameters.map(|p| p.default).collect();
                     values[8] = 1e-3;
-                    (values, vec![1, 3, 4, 5, 6, 7, 8])
+                    (values, vec![1, 3, 4, 5, 6, 7, 8, 9, 10])
                 }),
                 shape: match spec.id {
-                    "hysteresis_memory" => &[3, 4, 5, 6, 7],
+                    "hysteresis_memory" => &[3, 4, 5, 6, 7, 9, 10],
                     "cubic_stiffness" if scale.tells_quintic(spec) => &[1],
                     "long_range_attraction" => &[2],
                     "amplifier_lag" if strength == 0 => &[1],
@@ -201,7 +201,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                 // evenly.
                 for width in [0.5, 1.2] {
                     for (q, k, b1) in [(0.0, 0.0, 1.0), (0.4, 3.0, 0.0), (0.7, 6.0, 0.0)] {
-                        let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0];
+                        let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0, 0.0, 0.0];
                         add(&values, 0, false, &[0, 1]);
                     }
                 }

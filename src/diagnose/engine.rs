@@ -34,6 +34,8 @@ const LOCAL: f64 = 8.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
 const BROKEN: f64 = 6.5;
+/// Readings that count for nothing from which that is said \[%\].
+const MISREAD: f64 = 3.0;
 /// Share of what is left from which it is a matter of the named laws' form.
 const FORM: f64 = 0.8;
 
@@ -251,6 +253,7 @@ pub fn diagnose(
         shown_with(&bench, &found.baseline, &found.stand)?,
         shown_with(&bench, &found.stand, &found.baseline)?,
     );
+    remarks.extend(misread(&shown.0));
     let (before, after) = (Side::look(&shown.0)?, Side::look(&shown.1)?);
     let named = names(&found, &named_laws, &after, &full)?;
     let candidates = candidates(&found, &tests, &named_laws, verdict);
@@ -329,6 +332,15 @@ fn shown_with(bench: &Bench, stand: &Stand, other: &Stand) -> Result<Stand, Diag
         train: bench.with_those_of(&bench.train, &stand.train, &other.train)?,
         held_out,
         ..stand.clone()
+    })
+}
+
+/// How much of either side counts for nothing, where that is much.
+fn misread(shown: &Stand) -> Option<String> {
+    let held_out = shown.held_out.as_ref().map_or(0.0, Fitted::aside);
+    let (train, held_out) = (100.0 * shown.train.aside(), 100.0 * held_out);
+    (train.max(held_out) > MISREAD).then(|| {
+        format!("{train:.0} % of the fitted readings and {held_out:.0} % of those kept out count for nothing: an event near them was overlooked or is in the wrong place")
     })
 }
 

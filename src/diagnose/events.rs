@@ -115,7 +115,11 @@ fn read_again(
     set_suspects_aside(problem, &mut point, LOSS, &control)?;
     // How near the model is, the others say.
     point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
-    let near = !hopeless(&point);
+    if hopeless(&point) {
+        // Whatever is read again is misread again.
+        point.used = eligible;
+        return Ok((point, None));
+    }
     let watch = (&control, &Clock::new(1));
     let back = revise(problem, &mut point, &prepared.segments, LOSS, watch)?;
     let aside = eligible.iter().zip(&point.used);
@@ -126,7 +130,7 @@ fn read_again(
         segments: point.segments.clone(),
         simulator: problem.simulator(&point.x)?,
     };
-    Ok((point, near.then_some(known)))
+    Ok((point, Some(known)))
 }
 
 /// The same with the events read as it is `known`.

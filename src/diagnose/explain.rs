@@ -18,7 +18,7 @@ const WHOLE: f64 = 1.1;
 /// Times that, of what leaves nothing, from which another one leaves much.
 pub const APART: f64 = 1.2;
 /// A further name must explain this share of what the first ones explained.
-const SHARE: f64 = 0.004;
+pub const SHARE: f64 = 0.004;
 /// Least chi2 per value that a fit may reach, the noise known as well as it is.
 const LEAST: f64 = 0.9;
 /// Share of the rows set aside as misread from which they are looked at again.
@@ -180,7 +180,9 @@ pub fn explain(
         held.per_value() > ODD && held.per_value() > ODD * baseline.train.per_value()
     });
     let look = aside > ASIDE || (aside > 0.0 && odd);
+    // Where it has lost its way in the others too, they tell what it lacks.
     if look
+        && !baseline.train.is_lost()
         && options.by_hand.is_none()
         && let Some(found) = among_aside(bench, &baseline, options, control, report)?
     {

@@ -28,7 +28,7 @@ const GAIN: f64 = 5.0;
 /// In place of a quantity where there is no window.
 const NOWHERE: f64 = -1.0;
 /// Values of the wrapped effect that are passed on.
-const VALUES: usize = 10;
+const VALUES: usize = 11;
 /// Values before those.
 const OWN: usize = 4;
 
@@ -68,6 +68,7 @@ static PARAMETERS: [ParameterSpec; OWN + VALUES] = [
     generic::number("h"),
     generic::number("i"),
     generic::number("j"),
+    generic::number("k"),
 ];
 
 /// `effect` with other values, wrapped so that it stands beside the effect itself; in a
@@ -344,7 +345,7 @@ mod tests {
     fn loops_in_a_window_of_voltage_are_those_of_the_effect_there() {
         let loops = ActiveEffect {
             spec: find("hysteresis_memory").unwrap(),
-            values: vec![1.0, 1.0, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+            values: vec![1.0, 1.0, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         };
         let model = Preset::embedded("paper").unwrap().model;
         let gain = |effect: &ActiveEffect, voltage: f64| {

@@ -223,7 +223,7 @@ fn held_out_stays(stand: &Stand) -> Vec<f64> {
     let segments = held.point.segments.iter().filter(|s| s.starts_held);
     let begin = |s: &Segment| {
         let time = &held.problem.data[s.recording].recording.time;
-        time[s.samples.start] - 0.5 * s.interval
+        s.since.unwrap_or(time[s.samples.start]) - 0.5 * s.interval
     };
     let mut all: Vec<f64> = segments.map(begin).collect();
     all.sort_by(f64::total_cmp);

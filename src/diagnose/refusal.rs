@@ -1,6 +1,7 @@
 //! Whether names that were found are refused for what they leave.
 
 use super::chance::TRAIN_GAIN;
+use super::explain::SHARE;
 use super::result::Left;
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
@@ -100,7 +101,9 @@ impl Rest {
     /// of displacement, for that leaves what its kin carry.
     fn another_law(&self) -> bool {
         let other = self.far || self.formal < KIN * self.joint;
-        self.displaced.len() == 1 && self.over_xp && other
+        // What is next to nothing beside what the law carries is of its form.
+        let much = self.explained < 1.0 - SHARE;
+        much && self.displaced.len() == 1 && self.over_xp && other
     }
 }
 
@@ -121,8 +124,8 @@ mod tests {
             joint: 180.0,
             formal: 170.0,
             swings: 0.0,
-            share: 1.0,
-            explained: 1.0,
+            share: 0.98,
+            explained: 0.98,
         }
     }
 
@@ -161,6 +164,11 @@ mod tests {
             ..formal(100.0)
         };
         assert_eq!(stretch.refusal(), None);
+        let little = Rest {
+            explained: 0.999,
+            ..formal(100.0)
+        };
+        assert_eq!(little.refusal(), None);
         let elsewhere = Rest {
             over_xp: false,
             ..formal(100.0)

@@ -45,10 +45,11 @@ pub fn find_step(
     };
     let n = linear.problem().unknowns();
     let segments = &linear.point().segments;
-    let begin = |p: &Products| {
+    let begin = |p: &Products, lies: bool| {
         let s = &segments[p.segment];
         let time = &linear.problem().data[s.recording].recording.time;
-        time[s.samples.start] - 0.5 * s.interval
+        let since = s.since.filter(|_| lies);
+        since.unwrap_or(time[s.samples.start]) - 0.5 * s.interval
     };
     let held: Vec<&Products> = products
         .iter()
@@ -58,28 +59,32 @@ pub fn find_step(
         promise_of(&base, n, held.iter().copied().filter(|p| on(p)))
     };
     let mut best: [Option<Step>; 2] = [None, None];
+    // A mass that lies on the ground may go with it, or keep lying where it is until it flies.
+    let ways = [(false, false), (false, true), (true, false), (true, true)];
     for at in &held {
-        let t0 = begin(at);
         let k = segments[at.segment].recording;
-        let later = |p: &Products, series: bool| {
-            let r = segments[p.segment].recording;
-            match series {
-                true => r > k || (r == k && begin(p) >= t0),
-                false => begin(p) >= t0,
-            }
-        };
-        for (series, best) in [false, true].into_iter().zip(&mut best) {
+        for (series, lies) in ways {
+            let t0 = begin(at, lies);
+            let later = |p: &Products| {
+                let r = segments[p.segment].recording;
+                match series {
+                    true => r > k || (r == k && begin(p, lies) >= t0),
+                    false => begin(p, lies) >= t0,
+                }
+            };
             // A ground that has been elsewhere all the time has made no step.
-            let before = || held.iter().filter(|p| !later(p, series));
+            let before = || held.iter().filter(|p| !later(p));
             if before().count() < BEFORE {
                 continue;
             }
-            let Some(p) = weigh(&|p| later(p, series)) else {
+            let Some(p) = weigh(&later) else {
                 continue;
             };
+            let best = &mut best[usize::from(series)];
             if best.is_none_or(|b| p.gain > b.gain) {
                 let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
-                let in_series = |p: &Products| epoch(segments[p.segment].recording) + begin(p);
+                let in_series =
+                    |p: &Products| epoch(segments[p.segment].recording) + begin(p, lies);
                 *best = Some(Step {
                     height: p.theta,
                     time: in_series(at),

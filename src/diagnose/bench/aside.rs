@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::{Bench, FINE, Fitted, LOSS, Side, WIDE};
+use super::found::LOST;
+use super::{Bench, CLIP, FINE, Fitted, LOSS, Side, WIDE};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::stretches::{guess, heal};
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
-use crate::fit::solve::{Point, settle};
+use crate::fit::solve::{Point, residuals_at, settle};
 use crate::sim::SimError;
 
 /// Steps of each stretch's own fit, by either loss.
@@ -24,6 +25,20 @@ impl Fitted {
         };
         let (used, aside) = (rows(true), rows(false));
         aside as f64 / (used + aside).max(1) as f64
+    }
+
+    /// Which of the stretches that it uses are told: they are not far off.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    fn told(&self) -> Result<Vec<bool>, SimError> {
+        let used = &self.point.used;
+        let all = residuals_at(&self.problem, &self.point, |i, _| used[i])?;
+        let near = |r: &Vec<f64>| {
+            let squares: f64 = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2)).sum();
+            squares < LOST * r.len() as f64
+        };
+        Ok(all.iter().map(|r| r.as_ref().is_some_and(near)).collect())
     }
 
     /// The cost with that of the stretches set aside, each told as well as it can be from
@@ -91,8 +106,9 @@ impl Bench {
         self.finish(problem.clone(), point)
     }
 
-    /// A fit of `side` with those stretches in it too that `other` uses, each from its guess, so
-    /// that what the two leave can be compared.
+    /// A fit of `side` with those stretches that it or `other` tells, or that both use, those that
+    /// come in from their guess, so that what the two leave can be compared. What one of them set
+    /// aside and the other is far from was misread for both.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -102,12 +118,21 @@ impl Bench {
         fitted: &Fitted,
         other: &Fitted,
     ) -> Result<Fitted, DiagnoseError> {
-        let both = fitted.point.used.iter().zip(&other.point.used);
-        let more: Vec<bool> = both.map(|(own, other)| !own && *other).collect();
-        if more.len() != side.segments().len() || !more.contains(&true) {
+        let (own, others) = (&fitted.point.used, &other.point.used);
+        if own == others || own.len() != others.len() || own.len() != side.segments().len() {
             return Ok(fitted.clone());
         }
-        self.with(side, fitted, &more)
+        let told = fitted.told()?.into_iter().zip(other.told()?);
+        let shown: Vec<bool> = told
+            .enumerate()
+            .map(|(i, (own_tells, other_tells))| own_tells || other_tells || own[i] && others[i])
+            .collect();
+        let more: Vec<bool> = shown.iter().zip(own).map(|(s, own)| *s && !own).collect();
+        let mut fewer = fitted.clone();
+        for (used, shown) in fewer.point.used.iter_mut().zip(shown) {
+            *used &= shown;
+        }
+        self.with(side, &fewer, &more)
     }
 
     /// A fit of `side` without what is misread for its model; its parameters are frozen if it

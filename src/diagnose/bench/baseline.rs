@@ -27,6 +27,14 @@ const BETTER: f64 = 0.95;
 const LATER: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
 ];
+/// What shapes the loops of the drive: it runs off where their size is not known yet.
+const LOOPS: [&str; 5] = [
+    "hysteresis_memory.q",
+    "hysteresis_memory.k",
+    "hysteresis_memory.b2",
+    "hysteresis_memory.b4",
+    "hysteresis_memory.v_past",
+];
 /// Chi2 per value after the first step above which a drive that is shared otherwise among
 /// the modes is tried, and after the next ones above which it is gone on with.
 const ASTRAY: f64 = 3.0;
@@ -243,6 +251,7 @@ impl Bench {
         let mut locked = positions(&problem, &LATER);
         if locked.len() < problem.space.len() {
             locked.extend(skews(&problem));
+            locked.extend(positions(&problem, &LOOPS));
             locked.extend(self.read_alone(&problem));
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
             heal(&problem, &mut point, segments)?;
@@ -270,6 +279,7 @@ impl Bench {
             if ids.len() > 2 {
                 locked.extend(skews(problem));
             }
+            locked.extend(positions(problem, &LOOPS));
             locked.extend(self.read_alone(problem));
             point = self.improve(problem, point, &locked, (7, ROUGH), control)?;
             set_clocks(problem, &mut point, segments, few)?;

@@ -53,6 +53,8 @@ const MOST_TAKEN: f64 = 20.0;
 pub const WIDE: Huber = Huber(1e4);
 /// Loss by which fits are compared, in units of the noise.
 pub const LOSS: Huber = Huber(6.0);
+/// Residuals beyond this many standard deviations count no more where stretches are compared.
+const CLIP: f64 = 6.0;
 /// What a value counts for at most where its stretch may be misread [chi2].
 const FORSAKEN: f64 = 30.0;
 /// Share of the cost by which an iteration must lower it to be followed by another, at

@@ -4,7 +4,8 @@
 use std::mem::replace;
 use std::sync::Arc;
 
-use super::{Bench, Fitted, Side, delays};
+use super::found::LOST;
+use super::{Bench, CLIP, Fitted, Side, delays};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::segment::Segment;
 use crate::fit::solve::residuals_at;
@@ -20,8 +21,6 @@ const MISREAD: f64 = 0.5;
 const LEAST: usize = 3;
 /// Chi2 per value of a recording, over that of others and over 1, from which it is far off.
 const APART: f64 = 1.4;
-/// Residuals beyond this many standard deviations count no more.
-const CLIP: f64 = 6.0;
 
 /// Why a recording has no stays on the ground that seems to have some.
 pub(super) const HOVERS: &str = "the mass comes to rest over the ground without touching it";
@@ -98,8 +97,8 @@ impl Fitted {
     /// # Errors
     /// [`SimError`] if the model makes no sense.
     fn doubtful(&self) -> Result<Vec<usize>, SimError> {
-        let told = self.distances()?;
-        let told: Vec<(usize, f64)> = told
+        let distances = self.distances()?;
+        let told: Vec<(usize, f64)> = distances
             .iter()
             .filter(|s| s.stays)
             .map(|s| (s.recording, s.mean))
@@ -112,7 +111,15 @@ impl Fitted {
             let misread = aside >= LEAST && aside as f64 > MISREAD * all as f64;
             misread || (used >= LEAST && apart(&told, k, &[k]))
         };
-        Ok((0..self.problem.data.len()).filter(doubtful).collect())
+        let all: Vec<usize> = (0..self.problem.data.len()).filter(doubtful).collect();
+        // Where the others are far off too, something is missing that says nothing of stays.
+        let beside = |k| !all.contains(&k);
+        let told: Vec<(usize, f64)> = distances.iter().map(|s| (s.recording, s.mean)).collect();
+        Ok(if median(&told, beside) > LOST {
+            Vec::new()
+        } else {
+            all
+        })
     }
 
     /// Whether `other`, for which recordings are `flown` through, sets no more aside, and comes
@@ -137,12 +144,15 @@ impl Fitted {
 /// Whether the stretches of recording `k` are farther off than those of all but `these`, of
 /// which each has its recording and its distance.
 fn apart(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
-    let median = |which: &dyn Fn(usize) -> bool| {
-        let mut own: Vec<f64> = told.iter().filter(|s| which(s.0)).map(|s| s.1).collect();
-        quantile_in_place(&mut own, 0.5)
-    };
-    let usual = median(&|r| !these.contains(&r));
-    median(&|r| r == k) > APART * if usual > 1.0 { usual } else { 1.0 }
+    let usual = median(told, |r| !these.contains(&r));
+    median(told, |r| r == k) > APART * if usual > 1.0 { usual } else { 1.0 }
+}
+
+/// The median distance of stretches, of which each has its recording and its distance, of some
+/// recordings.
+fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
+    let mut own: Vec<f64> = told.iter().filter(|s| which(s.0)).map(|s| s.1).collect();
+    quantile_in_place(&mut own, 0.5)
 }
 
 impl Bench {

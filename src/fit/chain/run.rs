@@ -12,6 +12,8 @@ pub const MEMORY: f64 = 3.0;
 const MOMENT: f64 = 0.1;
 /// An edge of the drive this many samples from a release may be what releases.
 const EDGE: f64 = 3.0;
+/// Readings that show where the mass lies.
+const SHOWN: usize = 16;
 
 fn points_of(sim: &StretchSimulator, held: Option<f64>, state: &StretchState) -> Points {
     match held {
@@ -133,14 +135,13 @@ pub fn run(
             setting.states.to_vec()
         },
     };
+    let mut level = level_of(segment, setting, sim, nuisances, skew);
     if let Some(at) = sim.reading_states() {
         // A lag longer than a sample goes on from what was read; a shorter one is where the
         // motion has brought it, and must not take over the noise.
         let rate = sim.state_rates()[at];
         let lasting = rate * segment.interval < MEMORY;
-        let on = segment
-            .starts_held
-            .then(|| sim.ground_level(start + setting.epoch));
+        let on = segment.starts_held.then_some(level);
         let points = if lasting {
             points_of(sim, on, &state)
         } else {
@@ -157,7 +158,6 @@ pub fn run(
         state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
     }
     let mut t = start;
-    let mut level = sim.ground_level(start + setting.epoch);
     let mut held = segment.starts_held.then_some(level);
     let rest = held.map(|_| sim.rest_state(&pieces, start, held));
     let mut since = segment.since.unwrap_or(start) + skew;
@@ -232,6 +232,33 @@ pub fn run(
         priors,
         rest,
     })
+}
+
+/// The ground's level where `segment` begins \[m\]. Where it stepped while the mass lay on it, the
+/// mass may have gone with it or kept lying where it was (a particle comes under it as it flies):
+/// that the first readings tell.
+fn level_of(
+    segment: &Segment,
+    setting: &Setting<'_>,
+    sim: &StretchSimulator,
+    nuisances: &Nuisances,
+    skew: f64,
+) -> f64 {
+    let r = setting.recording;
+    let from = segment.samples.start;
+    let at = |t: f64| sim.ground_level(t + skew + setting.epoch);
+    let now = at(r.time[from]);
+    let landed = segment.since.filter(|_| segment.starts_held).map(at);
+    let Some(landed) = landed.filter(|landed| *landed != now) else {
+        return now;
+    };
+    let first = &r.proof_mass[from..segment.samples.end.min(from + SHOWN)];
+    let first = first.iter().filter(|x| x.is_finite());
+    let off = |level: f64| {
+        let reading = nuisances.offset_p + nuisances.scale_p * level;
+        first.clone().map(|x| (x - reading).abs()).sum::<f64>()
+    };
+    if off(landed) < off(now) { landed } else { now }
 }
 
 /// The largest step of the pull-off force at an edge of the drive that is so close to `t`

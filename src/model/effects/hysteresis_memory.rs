@@ -8,8 +8,8 @@
 //!
 //! `gc = m(V) + w d H`,
 //!
-//! with the mean `m(V)` of the two branches and their half difference `d` at 0 V, whose slope
-//! there is `d'`; the asymmetry of the density is `b1' = b1 (2 d'/d)`. A loop between `+-A` of
+//! with the mean `m(V)` of the two branches, to which `m2 (V/v_ref)^2 + m3 (V/v_ref)^3` may come,
+//! and their half difference `d` at 0 V, whose slope there is `d'`; the asymmetry of the density is `b1' = b1 (2 d'/d)`. A loop between `+-A` of
 //! the uniform operator has `H = (2 V (v_ref - A) +- (A^2 - V^2)) / v_ref^2`: for `A = v_ref`
 //! and with `b1 = 1` it is that of the branches (the paper's meet at 8 V), for a smaller
 //! amplitude the drive is weaker and the loop narrower in proportion, and it closes. The
@@ -41,6 +41,7 @@ const PLAIN: ParameterSpec = ParameterSpec {
     equation: DENSITY,
 };
 const LAW: &str = "gc = (1 - s) gc + s (m(V) + w d H[V])";
+const MIDDLE: &str = "m(V) = (gc rising + gc falling)/2 + m2 (V/Vr)^2 + m3 (V/Vr)^3";
 
 /// The effect.
 pub static EFFECT: EffectSpec = EffectSpec {
@@ -98,9 +99,9 @@ pub static EFFECT: EffectSpec = EffectSpec {
             id: "k",
             symbol: "k",
             name: "share of wider loops",
-            range: (0.0, 20.0),
-            limits: (0.0, 1e3),
-            meaning: "growth of the weight of relays with their width",
+            range: (-1.0, 20.0),
+            limits: (-1.0, 1e3),
+            meaning: "growth of the weight of relays with their width up to Vr; negative: wider ones count less",
             ..PLAIN
         },
         ParameterSpec {
@@ -137,6 +138,22 @@ pub static EFFECT: EffectSpec = EffectSpec {
             equation: "P = E(Vp, -Vp)/2 + E(0, Vp) at the start",
             ..PLAIN
         },
+        ParameterSpec {
+            id: "m2",
+            symbol: "m2",
+            name: "bend of the middle line",
+            meaning: "what the middle line of the loops has beyond that of the branches, even in V",
+            equation: MIDDLE,
+            ..PLAIN
+        },
+        ParameterSpec {
+            id: "m3",
+            symbol: "m3",
+            name: "twist of the middle line",
+            meaning: "the same, odd in V",
+            equation: MIDDLE,
+            ..PLAIN
+        },
     ],
     build: |values, around| {
         Box::new(HysteresisMemory {
@@ -146,6 +163,8 @@ pub static EFFECT: EffectSpec = EffectSpec {
                 0.0
             },
             width: values[1],
+            reference: values[2],
+            middle: [values[9], values[10]],
             relays: Relays::new(
                 [values[2], values[3], values[4]],
                 [
@@ -166,6 +185,8 @@ pub static EFFECT: EffectSpec = EffectSpec {
 struct HysteresisMemory {
     share: f64,
     width: f64,
+    reference: f64,
+    middle: [f64; 2],
     relays: Relays,
     before: f64,
     piezo: Piezo,
@@ -249,7 +270,9 @@ impl Action for HysteresisMemory {
             [Branch::Rising, Branch::Falling].map(|branch| self.piezo.gain(voltage, branch));
         let past = Past::new(self.before, z);
         let loops = self.relays.loops(past.extremes(), voltage);
-        let law = 0.5 * (rising + falling) + self.width * halves(&self.piezo)[0] * loops;
+        let u = voltage / self.reference;
+        let middle = 0.5 * (rising + falling) + u * u * (self.middle[0] + u * self.middle[1]);
+        let law = middle + self.width * halves(&self.piezo)[0] * loops;
         gain + self.share * (law - gain)
     }
 }
@@ -267,6 +290,8 @@ mod tests {
         HysteresisMemory {
             share: 1.0,
             width: 1.0,
+            reference: 8.0,
+            middle: [0.0; 2],
             relays: Relays::new([8.0, 0.0, 0.0], [slant(&Piezo::default()), 0.0, 0.0]),
             before: 0.0,
             piezo: Piezo::default(),
