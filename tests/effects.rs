@@ -134,7 +134,12 @@ fn hysteresis_with_memory() {
         past: -6.5,
         ..uniform
     };
-    for memory in [uniform, weighted] {
+    let bent = Memory {
+        k: -0.4,
+        middle: (-0.3, 0.2),
+        ..uniform
+    };
+    for memory in [uniform, weighted, bent] {
         let effects = Effects {
             memory,
             ..Effects::default()
@@ -147,6 +152,8 @@ fn hysteresis_with_memory() {
             ("k", memory.k),
             ("b1", 0.0),
             ("v_past", memory.past),
+            ("m2", memory.middle.0),
+            ("m3", memory.middle.1),
         ];
         let drives = [SINE, SQUARE, lines.clone()];
         check("hysteresis_memory", &values, effects, &drives);

@@ -6,11 +6,11 @@ use super::answer::{Side, candidates, events_seen, names, next};
 use super::bench::{Bench, Fitted, remaining, with_effect};
 use super::chance::TRAIN_GAIN;
 use super::condition::condition;
-use super::continuity::{Breaks, joins};
-use super::evidence::{self, Evidence};
-use super::explain::{self, Stand, Trial, Weighed};
+use super::evidence;
+use super::explain::{self, Stand};
 use super::ground::Rules;
 use super::laws::{self, LawTest};
+use super::left::{BROKEN, breaks, excess, unproved, whats_left};
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 use super::phases::Clocks;
@@ -27,13 +27,6 @@ use crate::recording::quantile_in_place;
 const FLOOR: f64 = 1.04;
 /// Standard errors by which chi2 must exceed that where the noise is known only so well.
 const SURELY: f64 = 3.5;
-/// Fall of chi2 by forces without a name from which something is left.
-const NAMELESS: f64 = 60.0;
-/// A single stretch this far above the others, in units of what chance leaves.
-const LOCAL: f64 = 8.0;
-/// Standard deviations by which the flight does not go on from stretch to stretch from which
-/// something is left.
-const BROKEN: f64 = 6.5;
 /// Readings that count for nothing from which that is said \[%\].
 const MISREAD: f64 = 3.0;
 /// Share of what is left from which it is a matter of the named laws' form.
@@ -341,62 +334,5 @@ fn misread(shown: &Stand) -> Option<String> {
     let (train, held_out) = (100.0 * shown.train.aside(), 100.0 * held_out);
     (train.max(held_out) > MISREAD).then(|| {
         format!("{train:.0} % of the fitted readings and {held_out:.0} % of those kept out count for nothing: an event near them was overlooked or is in the wrong place")
-    })
-}
-
-/// Chi2 above the floor, all together.
-fn excess(fitted: &Fitted) -> f64 {
-    let rows = fitted.point.rows as f64;
-    (fitted.cost - 1.03 * rows).max(0.0)
-}
-
-/// What is not explained yet, if there is anything.
-fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Option<Left> {
-    let worst = stand
-        .held_out
-        .iter()
-        .map(Fitted::per_value)
-        .fold(stand.train.per_value(), f64::max);
-    log::debug!(
-        "worst {worst:.4}, joint {:.1} by {:?}, broken {broken:.1}",
-        evidence.joint,
-        evidence.strongest
-    );
-    if worst > floor {
-        return Some(Left::Mean(worst));
-    }
-    if evidence.joint > NAMELESS {
-        let what = evidence.strongest.map_or("state", |s| s.0.symbol());
-        return Some(Left::Force(what, evidence.joint));
-    }
-    let local = locate::most_local(&stand.train)
-        .max(stand.held_out.as_ref().map_or(0.0, locate::most_local));
-    if local > LOCAL {
-        return Some(Left::Stretch(local));
-    }
-    (broken > BROKEN).then_some(Left::Joins(broken))
-}
-
-/// What improves the fitted recordings by far more than chance, and those kept out not at all.
-fn unproved(weighed: &[Weighed]) -> Option<Left> {
-    let trials = weighed.iter().filter_map(|w| Some((w, w.trial.as_ref()?)));
-    let of = |(w, t): (&Weighed, &Trial)| {
-        log::debug!("{}: {:.0}, {:.0} kept out", w.spec.id, t.gain, t.held_gain);
-        t.unproved().then_some((w.spec.name, t.gain))
-    };
-    let most = trials.filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1));
-    most.map(|(name, gain)| Left::Unproved(name, gain))
-}
-
-/// By how much the flight of both sides does not go on from stretch to stretch.
-fn breaks(stand: &Stand) -> Result<Breaks, DiagnoseError> {
-    let train = joins(&stand.train)?;
-    let Some(held) = &stand.held_out else {
-        return Ok(train);
-    };
-    let held = joins(held)?;
-    Ok(Breaks {
-        sigmas: (train.sigmas + held.sigmas) / std::f64::consts::SQRT_2,
-        rise: train.rise + held.rise,
     })
 }

@@ -31,6 +31,7 @@ mod ground;
 pub mod kin;
 mod late;
 pub mod laws;
+mod left;
 mod lines;
 pub mod locate;
 #[cfg(test)]

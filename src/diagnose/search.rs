@@ -148,3 +148,59 @@ pub fn first_level(
     let promise = base.and_then(|base| promise_of(&base, n, stays));
     Ok(promise.map(|promise| (first, promise)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::bench::{LOSS, with_effect};
+    use crate::diagnose::made::{QUIET, bench_of};
+    use crate::model::effects::find;
+    use crate::model::preset::Preset;
+
+    /// The paper's device on a ground that steps by `height` \[m\] at `time` \[s\].
+    fn stepping(height: f64, time: f64) -> Model {
+        let effect = ActiveEffect {
+            spec: find("gap_step").unwrap(),
+            values: vec![height, time],
+        };
+        with_effect(&Preset::embedded("paper").unwrap().model, effect)
+    }
+
+    #[test]
+    fn a_step_while_the_mass_lies_is_told_by_the_next_stay() {
+        const HEIGHT: f64 = -1e-6;
+        let bench_on = |ground: &Model| bench_of(ground, &[("square:40Hz:8V", 0.1)], 50e3, 20e-9);
+        // It sets out anew in each period: when, a ground without a step shows.
+        let plain = bench_on(&stepping(0.0, 0.0));
+        let mut landed: Vec<f64> = plain
+            .train
+            .segments()
+            .iter()
+            .filter_map(|s| s.since)
+            .collect();
+        landed.dedup();
+        let third = landed.iter().position(|t| *t > 0.05).unwrap();
+        let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
+        let bench = bench_on(&stepping(HEIGHT, flies));
+        let fit = |model: &Model| bench.from_afar(model, &[], &[], &QUIET).unwrap();
+        // As it comes under a mass that lies, which keeps its level until it has flown.
+        for time in [flies, lies] {
+            let per_value = fit(&stepping(HEIGHT, time)).per_value();
+            assert!(per_value < 1.1, "{time}: {per_value}");
+        }
+        let without = fit(&stepping(0.0, 0.0));
+        assert!(without.per_value() > 2.0, "{}", without.per_value());
+        let linear = Linear::new(&without.problem, &without.point, LOSS).unwrap();
+        let always = ActiveEffect {
+            spec: find("gap_step").unwrap(),
+            values: vec![1e-7, -1e9],
+        };
+        let found = find_step(&linear, &without.model, &always, &bench.epochs()).unwrap();
+        let best = found
+            .iter()
+            .max_by(|a, b| a.gain.total_cmp(&b.gain))
+            .unwrap();
+        assert!(best.since < flies && flies < best.time, "{best:?}");
+        assert!((1e-7 * best.height / HEIGHT - 1.0).abs() < 0.3, "{best:?}");
+    }
+}

@@ -100,7 +100,7 @@ pub fn parse_quantity(text: &str, base: &str) -> Result<f64, UnitError> {
 
 /// True for units that read naturally with an engineering prefix (`um`, `nN`).
 fn takes_prefix(base: &str) -> bool {
-    !base.is_empty() && !base.contains('^') && !base.starts_with('%')
+    !base.is_empty() && !base.contains('^') && !base.starts_with(['%', '1'])
 }
 
 /// The engineering prefix that suits `magnitude`, as `(text, factor)`.
@@ -221,5 +221,6 @@ mod tests {
         assert_eq!(format_quantity(0.378, "", 4), "0.378");
         assert_eq!(format_quantity(0.0, "V", 4), "0 V");
         assert_eq!(format_quantity(1e-3, "s", 3), "1 ms");
+        assert_eq!(format_quantity(0.064, "1/V", 3), "0.064 1/V");
     }
 }

@@ -34,10 +34,17 @@ impl Machine<'_> {
         } else {
             self.piece.voltage(t)
         };
-        let Memory { share, width, .. } = self.e().memory;
+        let Memory {
+            share,
+            width,
+            reference,
+            middle: (bend, twist),
+            ..
+        } = self.e().memory;
         let mut gc = branch(volt, rising);
         if share > 0.0 {
-            let mean = 0.5 * (branch(volt, true) + branch(volt, false));
+            let own = bend * (volt / reference).powi(2) + twist * (volt / reference).powi(3);
+            let mean = 0.5 * (branch(volt, true) + branch(volt, false)) + own;
             let half = 0.5 * (1.4796 + 0.6350);
             gc += share * (mean + width * half * self.loops(volt) - gc);
         }

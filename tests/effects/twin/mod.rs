@@ -33,6 +33,8 @@ pub struct Memory {
     pub k: f64,
     /// Voltage from which it came to rest before.
     pub past: f64,
+    /// Bend and twist of the middle line, at the reference.
+    pub middle: (f64, f64),
 }
 
 /// Parameters of the effects; zero is off.
