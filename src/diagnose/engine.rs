@@ -80,7 +80,9 @@ pub fn diagnose(
     let judging = || say("baseline", "recordings kept out", 0.25);
     let mut tuned = bench.tuned(model, options, control, &judging)?;
     let mut clocks = None;
-    if options.asks("base_vibration") && ready.may_name && !control.cancelled() {
+    // A baseline that is lost without what the re-tuning has found tells no clocks.
+    let told = tuned.bench.found.is_none() && ready.may_name;
+    if options.asks("base_vibration") && told && !control.cancelled() {
         clocks = Clocks::of(&tuned.train, tuned.held_out.as_ref())?;
     }
     if let Some(clocks) = &clocks {
