@@ -18,7 +18,7 @@ const WHOLE: f64 = 1.1;
 /// Times that, of what leaves nothing, from which another one leaves much.
 pub const APART: f64 = 1.2;
 /// A further name must explain this share of what the first ones explained.
-pub const SHARE: f64 = 0.004;
+const SHARE: f64 = 0.004;
 /// Least chi2 per value that a fit may reach, the noise known as well as it is.
 const LEAST: f64 = 0.9;
 /// Share of the rows set aside as misread from which they are looked at again.

@@ -12,9 +12,10 @@ for effect in amplifier_lag piezo_creep hysteresis_memory electrostatic extra_mo
     quadratic_drag dry_friction film_spring long_range_attraction adhesion_saturation \
     velocity_restitution compliant_ground gap_step base_vibration zero_drift sensor_lag gravity \
     none none outside1 outside2 outside3; do
-    # What acts in flight at half its usual size, the rest whole.
+    # What acts in flight at half its usual size, the rest whole; between the branches and the loops
+    # with memory there is nothing.
     case $effect in
-    adhesion_saturation | velocity_restitution | compliant_ground | gap_step | gravity | none) size=1 ;;
+    hysteresis_memory | adhesion_saturation | velocity_restitution | compliant_ground | gap_step | gravity | none) size=1 ;;
     *) size=0.5 ;;
     esac
     set=$folder/$effect-$seed
