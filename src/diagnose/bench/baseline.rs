@@ -107,7 +107,7 @@ impl Bench {
     }
 
     /// The baseline, re-tuned from `known`, a fit of `model` to the same recordings that were cut
-    /// otherwise.
+    /// otherwise, and the fit with the drift if the level shows one.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
