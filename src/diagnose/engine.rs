@@ -244,10 +244,7 @@ pub fn diagnose(
         model_of(&found.stand, true),
     );
     // Both are shown by the same stretches, also where one of them set some aside.
-    let shown = (
-        shown_with(&bench, &found.baseline, &found.stand)?,
-        shown_with(&bench, &found.stand, &found.baseline)?,
-    );
+    let shown = shown_alike(&bench, &found.baseline, &found.stand)?;
     remarks.extend(misread(&shown.0));
     let (before, after) = (Side::look(&shown.0)?, Side::look(&shown.1)?);
     let named = names(&found, &named_laws, &after, &full)?;
@@ -317,17 +314,20 @@ pub fn diagnose(
     Ok(diagnosis)
 }
 
-/// `stand` with those stretches in its fits too that `other` uses.
-fn shown_with(bench: &Bench, stand: &Stand, other: &Stand) -> Result<Stand, DiagnoseError> {
-    let held_out = match (&bench.held_out, &stand.held_out, &other.held_out) {
-        (Some(side), Some(own), Some(other)) => Some(bench.with_those_of(side, own, other)?),
-        _ => stand.held_out.clone(),
-    };
-    Ok(Stand {
-        train: bench.with_those_of(&bench.train, &stand.train, &other.train)?,
-        held_out,
-        ..stand.clone()
-    })
+/// Both with the same stretches in their fits: see [`Bench::alike`].
+fn shown_alike(
+    bench: &Bench,
+    before: &Stand,
+    after: &Stand,
+) -> Result<(Stand, Stand), DiagnoseError> {
+    let mut shown = (before.clone(), after.clone());
+    let train = bench.alike(&bench.train, [&before.train, &after.train])?;
+    [shown.0.train, shown.1.train] = train;
+    if let (Some(side), Some(a), Some(b)) = (&bench.held_out, &before.held_out, &after.held_out) {
+        let held_out = bench.alike(side, [a, b])?;
+        [shown.0.held_out, shown.1.held_out] = held_out.map(Some);
+    }
+    Ok(shown)
 }
 
 /// How much of either side counts for nothing, where that is much.

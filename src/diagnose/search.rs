@@ -61,9 +61,14 @@ pub fn find_step(
     let mut best: [Option<Step>; 2] = [None, None];
     // A mass that lies on the ground may go with it, or keep lying where it is until it flies.
     let ways = [(false, false), (false, true), (true, false), (true, true)];
-    for at in &held {
+    for (i, at) in held.iter().enumerate() {
         let k = segments[at.segment].recording;
-        for (series, lies) in ways {
+        // A stay that was cut begins once.
+        let goes_on = i > 0 && {
+            let [before, now] = [held[i - 1], at].map(|p| &segments[p.segment]);
+            before.recording == now.recording && before.since.is_some() && before.since == now.since
+        };
+        for (series, lies) in ways.into_iter().filter(|(_, lies)| !(*lies && goes_on)) {
             let t0 = begin(at, lies);
             let later = |p: &Products| {
                 let r = segments[p.segment].recording;

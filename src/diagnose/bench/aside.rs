@@ -27,18 +27,19 @@ impl Fitted {
         aside as f64 / (used + aside).max(1) as f64
     }
 
-    /// Which of the stretches that it uses are told: they are not far off.
+    /// Number of values of each stretch that it uses, and chi2 per value, residuals clipped;
+    /// `None` for the others.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
-    fn told(&self) -> Result<Vec<bool>, SimError> {
+    pub(super) fn means(&self) -> Result<Vec<Option<(usize, f64)>>, SimError> {
         let used = &self.point.used;
         let all = residuals_at(&self.problem, &self.point, |i, _| used[i])?;
-        let near = |r: &Vec<f64>| {
-            let squares: f64 = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2)).sum();
-            squares < LOST * r.len() as f64
+        let mean = |r: Vec<f64>| {
+            let squares = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2));
+            (r.len(), squares.sum::<f64>() / r.len().max(1) as f64)
         };
-        Ok(all.iter().map(|r| r.as_ref().is_some_and(near)).collect())
+        Ok(all.into_iter().map(|r| r.map(mean)).collect())
     }
 
     /// The cost with that of the stretches set aside, each told as well as it can be from
@@ -106,33 +107,30 @@ impl Bench {
         self.finish(problem.clone(), point)
     }
 
-    /// A fit of `side` with those stretches that it or `other` tells, or that both use, those that
-    /// come in from their guess, so that what the two leave can be compared. What one of them set
-    /// aside and the other is far from was misread for both.
+    /// Two fits of `side` with those stretches that either tells or that both use, those that come
+    /// in from their guess, so that what the two leave can be compared. What one of them set aside
+    /// and the other is far from was misread for both.
     ///
     /// # Errors
-    /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn with_those_of(
-        &self,
-        side: &Side,
-        fitted: &Fitted,
-        other: &Fitted,
-    ) -> Result<Fitted, DiagnoseError> {
-        let (own, others) = (&fitted.point.used, &other.point.used);
-        if own == others || own.len() != others.len() || own.len() != side.segments().len() {
-            return Ok(fitted.clone());
+    /// [`DiagnoseError`] if a model cannot be simulated.
+    pub fn alike(&self, side: &Side, fits: [&Fitted; 2]) -> Result<[Fitted; 2], DiagnoseError> {
+        let [a, b] = fits.map(|fitted| &fitted.point.used);
+        if a == b || a.len() != b.len() || a.len() != side.segments().len() {
+            return Ok(fits.map(Fitted::clone));
         }
-        let told = fitted.told()?.into_iter().zip(other.told()?);
-        let shown: Vec<bool> = told
-            .enumerate()
-            .map(|(i, (own_tells, other_tells))| own_tells || other_tells || own[i] && others[i])
-            .collect();
-        let more: Vec<bool> = shown.iter().zip(own).map(|(s, own)| *s && !own).collect();
-        let mut fewer = fitted.clone();
-        for (used, shown) in fewer.point.used.iter_mut().zip(shown) {
-            *used &= shown;
-        }
-        self.with(side, &fewer, &more)
+        let means = [fits[0].means()?, fits[1].means()?];
+        let told = |i: usize| means.iter().any(|m| m[i].is_some_and(|(_, m)| m < LOST));
+        let shown: Vec<bool> = (0..a.len()).map(|i| told(i) || a[i] && b[i]).collect();
+        let of = |fitted: &Fitted| {
+            let own = fitted.point.used.iter().zip(&shown);
+            let more: Vec<bool> = own.map(|(own, shown)| *shown && !own).collect();
+            let mut fewer = fitted.clone();
+            for (used, shown) in fewer.point.used.iter_mut().zip(&shown) {
+                *used &= shown;
+            }
+            self.with(side, &fewer, &more)
+        };
+        Ok([of(fits[0])?, of(fits[1])?])
     }
 
     /// A fit of `side` without what is misread for its model; its parameters are frozen if it

@@ -50,12 +50,8 @@ const WITHOUT: usize = 10;
 const FILM: f64 = 0.2;
 
 impl Bench {
-    /// The baseline, re-tuned to the fitted recordings from `model`. A drift that the ground's
-    /// level shows would lead the film astray, to where it is too thin and takes long: the
-    /// baseline begins with the fit with it.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] if the model cannot be simulated.
+    /// The baseline alone.
+    #[cfg(test)]
     pub fn baseline(
         &self,
         model: &Model,
@@ -64,7 +60,12 @@ impl Bench {
         Ok(self.with_and_without_drift(model, control)?.0)
     }
 
-    /// The baseline, and the fit with the drift if the level shows one.
+    /// The baseline, re-tuned to the fitted recordings from `model`, and the fit with the drift if
+    /// the ground's level shows one: that would lead the film astray, to where it is too thin and
+    /// takes long, and the baseline begins with the fit with it.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
     pub(super) fn with_and_without_drift(
         &self,
         model: &Model,

@@ -5,10 +5,9 @@ use std::mem::replace;
 use std::sync::Arc;
 
 use super::found::LOST;
-use super::{Bench, CLIP, Fitted, Side, delays};
+use super::{Bench, Fitted, Side, delays};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::segment::Segment;
-use crate::fit::solve::residuals_at;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
 use crate::sim::SimError;
@@ -63,20 +62,16 @@ impl Fitted {
     /// # Errors
     /// [`SimError`] if the model makes no sense.
     fn distances(&self) -> Result<Vec<Distance>, SimError> {
-        let point = &self.point;
-        let all = residuals_at(&self.problem, point, |i, _| point.used[i])?;
-        let one = |(segment, r): (&Segment, Option<Vec<f64>>)| {
-            r.map(|r| {
-                let squares = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2));
-                Distance {
-                    recording: segment.recording,
-                    stays: segment.starts_held,
-                    rows: r.len(),
-                    mean: squares.sum::<f64>() / r.len().max(1) as f64,
-                }
+        let one = |(segment, mean): (&Segment, Option<(usize, f64)>)| {
+            mean.map(|(rows, mean)| Distance {
+                recording: segment.recording,
+                stays: segment.starts_held,
+                rows,
+                mean,
             })
         };
-        Ok(point.segments.iter().zip(all).filter_map(one).collect())
+        let all = self.point.segments.iter().zip(self.means()?);
+        Ok(all.filter_map(one).collect())
     }
 
     /// Cost of each recording's stretches that are not set aside, residuals clipped.
