@@ -31,10 +31,13 @@ pub fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
 /// Whether the fitted recordings improve by far more than chance lets them, and those kept out
 /// do not: there is something, but not this. A further mode has a beginning of its own in each
 /// stretch, by which chance lets it improve more; and what begins after the fitted recordings
-/// gains on those kept out.
+/// gains on those kept out. Of many places the best suits whatever single reading went wrong
+/// there: what was searched for and spoils those kept out by more than it gains is refuted, and
+/// speaks of nothing.
 pub fn unproved(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
     let mode = hypothesis.start.spec.id == "extra_mode";
-    let asked = hypothesis.told_by.is_none() && !mode;
+    let refuted = hypothesis.searched && held_gain < -gain;
+    let asked = hypothesis.told_by.is_none() && !mode && !refuted;
     asked && gain > FAR * least(hypothesis) && held_gain < HELD_GAIN
 }
 
@@ -133,6 +136,9 @@ mod tests {
         // Chance finds more where it is searched for.
         let step = of("gap_step", true);
         assert!(unproved(&step, 140.0, 0.0) && !unproved(&step, 70.0, 0.0));
+        // One that spoils the others by more than it gains was none.
+        assert!(unproved(&step, 140.0, -130.0) && !unproved(&step, 140.0, -150.0));
+        assert!(unproved(&drift, 140.0, -150.0));
         let told_later = Hypothesis {
             told_by: Some(0),
             ..step

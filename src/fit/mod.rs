@@ -16,6 +16,7 @@ pub mod cma;
 pub mod colour;
 pub mod combinations;
 pub(crate) mod concerns;
+mod curvature;
 mod engine;
 pub mod error;
 pub mod findings;

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::chain::Row;
+use super::curvature::corrected;
 use super::error::FitError;
 use super::prepare::Prepared;
 use super::solve::{Point, normal_equations, residuals_at, threshold};
@@ -113,7 +114,7 @@ pub(crate) fn uncertainty(
     let huber = threshold(problem, point)?;
     let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber)?;
     let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
-    let covariance = inverse(&normal) * chi2.max(1.0);
+    let covariance = corrected(problem, point, huber, inverse(&normal))? * chi2.max(1.0);
     let slopes = space.slopes(&point.x);
     let own = covariance.view((0, 0), (n, n)).into_owned();
     let values = space.values(&point.x);

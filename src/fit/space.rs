@@ -88,6 +88,15 @@ impl Space {
         }
     }
 
+    /// The parameters of the entries `own` alone, all others held as at coordinates `x`.
+    #[must_use]
+    pub fn only(&self, own: &[usize], x: &[f64]) -> Self {
+        Self {
+            base: self.model(x),
+            entries: own.iter().map(|&i| self.entries[i].clone()).collect(),
+        }
+    }
+
     /// The model that holds what is not moved.
     pub fn base(&self) -> &Model {
         &self.base
