@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::chain::Row;
-use super::curvature::corrected;
 use super::error::FitError;
 use super::prepare::Prepared;
 use super::solve::{Point, normal_equations, residuals_at, threshold};
+use super::spread::{by_curvature, by_scatter, slopes_of};
 use crate::model::Model;
 use crate::model::parameter::Scale;
 use crate::model::unit::{format_number, format_quantity};
@@ -114,7 +114,12 @@ pub(crate) fn uncertainty(
     let huber = threshold(problem, point)?;
     let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber)?;
     let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
-    let covariance = corrected(problem, point, huber, inverse(&normal))? * chi2.max(1.0);
+    let promised = inverse(&normal);
+    let wider = by_scatter(&promised, slopes_of(&reduced), chi2);
+    let covariance = by_curvature(problem, point, huber, promised * chi2.max(1.0))?;
+    let covariance = DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
+        covariance[(i, j)] * wider[i] * wider[j]
+    });
     let slopes = space.slopes(&point.x);
     let own = covariance.view((0, 0), (n, n)).into_owned();
     let values = space.values(&point.x);

@@ -1,17 +1,20 @@
-//! Errors where a linearised fit promises too much: the parameters of a mode that hardly
-//! rises above the noise.
+//! Errors where those of a linearised fit promise too much.
 //!
-//! Each stretch leaves the beginning of every mode free, so that a faint mode takes a part of
-//! its swing in each of them from the noise. The linearised fit counts that part as told by
-//! the data (J'J grows with it), though it tells nothing: the second derivatives of the
-//! residuals, which it leaves out, take it away again (incidental parameters, Neyman and
-//! Scott 1948). The cost's own curvature has them. With it as H and the linearised J'J,
-//! which is what the slope of the cost scatters by, as J, the values scatter by
-//! H^-1 J H^-1 (Huber 1967; White 1982).
+//! They hold where the model does. Where it is a little wrong, each stretch asks for values
+//! of its own, and the slopes of the stretches' costs scatter by more than their noise: the
+//! values scatter by H^-1 S H^-1, with S the sum of the slopes' squares (Huber 1967; White
+//! 1982; by stretches as clusters, Liang and Zeger 1986).
+//!
+//! A faint mode is a case by itself. Each stretch leaves the beginning of every mode free, so
+//! that a faint one takes a part of its swing in each of them from the noise. The linearised
+//! fit counts that part as told by the data (J'J grows with it), though it tells nothing: the
+//! second derivatives of the residuals, which it leaves out, take it away again (incidental
+//! parameters, Neyman and Scott 1948). The cost's own curvature has them: with it as H, and
+//! J'J, which is what the slope of the cost scatters by, as S.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::problem::Problem;
+use super::problem::{Problem, Reduced};
 use super::result::inverse;
 use super::robust::Huber;
 use super::solve::{Point, normal_equations, settle};
@@ -41,12 +44,43 @@ fn of_added_modes(space: &Space, x: &[f64]) -> Vec<usize> {
         .collect()
 }
 
+/// Slopes of the stretches' costs, with the unknowns in which they are.
+pub(super) fn slopes_of(
+    reduced: &[Option<Reduced>],
+) -> impl Iterator<Item = (&[usize], DVector<f64>)> {
+    let stretches = reduced.iter().flatten();
+    stretches.map(|r| (&r.columns[..], r.s.tr_mul(&r.c)))
+}
+
+/// How many times wider than `promised`, the inverse of J'J times `chi2` where that is above 1,
+/// each unknown's error is by how the stretches' `slopes` scatter; at least 1.
+pub(super) fn by_scatter<'a>(
+    promised: &DMatrix<f64>,
+    slopes: impl Iterator<Item = (&'a [usize], DVector<f64>)>,
+    chi2: f64,
+) -> Vec<f64> {
+    let n = promised.nrows();
+    let mut square = vec![0.0; n];
+    for (columns, slope) in slopes {
+        for (i, square) in square.iter_mut().enumerate() {
+            let own = columns.iter().zip(slope.iter());
+            let asks: f64 = own.map(|(&c, g)| promised[(i, c)] * g).sum();
+            *square += asks * asks;
+        }
+    }
+    let wider = |i: usize| {
+        let linear = promised[(i, i)] * chi2.max(1.0);
+        (square[i] / linear.max(f64::MIN_POSITIVE)).sqrt().max(1.0)
+    };
+    (0..n).map(wider).collect()
+}
+
 /// `covariance` of all unknowns at `point` (coordinates, as of a linearised fit) with what the
 /// cost's own curvature adds to it; as it is where no mode is added.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
-pub(super) fn corrected(
+pub(super) fn by_curvature(
     problem: &Problem,
     point: &Point,
     huber: Huber,
@@ -119,6 +153,26 @@ mod tests {
     use super::*;
     use crate::fit::tests::{made, options, paper, part, run};
     use crate::model::effects::{ActiveEffect, find};
+
+    #[test]
+    fn stretches_that_ask_for_values_of_their_own_widen_the_errors() {
+        // Four stretches that each know the second unknown to 0.1, and ask for 0.3 more or
+        // less: their mean scatters by 0.15, not by the 0.05 that each promises.
+        let promised = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0 / 400.0]));
+        let wider = |asked: f64, chi2: f64| {
+            let slope = move |sign: f64| DVector::from_element(1, sign * 100.0 * asked);
+            let slopes = [1.0, -1.0, 1.0, -1.0].map(slope);
+            let all = slopes.into_iter().map(|s| (&[1usize][..], s));
+            by_scatter(&promised, all, chi2)
+        };
+        let close = |a: &[f64], b: [f64; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(close(&wider(0.3, 1.0), [1.0, 3.0]));
+        // As much as their noise allows is as promised, and so is less.
+        assert!(close(&wider(0.1, 1.0), [1.0, 1.0]));
+        assert!(close(&wider(0.0, 0.5), [1.0, 1.0]));
+        // What the misfit has widened already is not widened again.
+        assert!(close(&wider(0.3, 9.0), [1.0, 1.0]));
+    }
 
     /// The paper's device with a further mode that is driven so much.
     fn ringing(phi: f64) -> Model {
