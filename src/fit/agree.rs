@@ -14,8 +14,9 @@ use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 use std::sync::Arc;
 
-/// Values farther apart than this many of their errors are different ...
-const ERRORS: f64 = 5.0;
+/// Values farther apart than this many of their errors, which count what the stretches of one
+/// recording disagree about, are different ...
+const ERRORS: f64 = 3.0;
 /// ... if they differ by this share as well: scales are off by a percent or so.
 const SHARE: f64 = 0.03;
 /// Chi2 that a recording of which all is set aside counts for.
@@ -183,7 +184,7 @@ mod tests {
         let three = [("a", (58.0, 0.1)), ("b", (48.0, 0.1)), ("c", (57.9, 3.0))];
         assert_eq!(names(&three), Some(("a", "b")));
         assert_eq!(names(&[("a", (58.0, 0.001)), ("b", (58.5, 0.001))]), None);
-        assert_eq!(names(&[("a", (58.0, 2.0)), ("b", (48.0, 2.0))]), None);
+        assert_eq!(names(&[("a", (58.0, 3.0)), ("b", (48.0, 3.0))]), None);
         assert_eq!(
             names(&[("a", (58.0, 0.1)), ("b", (48.0, f64::INFINITY))]),
             None
