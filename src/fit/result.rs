@@ -124,7 +124,12 @@ pub(crate) fn uncertainty(
     let own = covariance.view((0, 0), (n, n)).into_owned();
     let values = space.values(&point.x);
     let of_values = &slopes * own * slopes.transpose();
-    let errors: Vec<f64> = (0..n).map(|i| of_values[(i, i)].max(0.0).sqrt()).collect();
+    // What is no number tells nothing; it must not become an error of zero.
+    let error = |variance: f64| match variance.is_nan() {
+        true => f64::INFINITY,
+        false => variance.max(0.0).sqrt(),
+    };
+    let errors: Vec<f64> = (0..n).map(|i| error(of_values[(i, i)])).collect();
     let correlations = DMatrix::from_fn(n, n, |i, j| {
         let scale = errors[i] * errors[j];
         if i == j {

@@ -25,6 +25,9 @@ use crate::sim::SimError;
 /// Least share of what the linearised fit promises that is told from none: a lower
 /// curvature, or one below zero, counts as this one.
 const LEAST: f64 = 0.05;
+/// Error of a coordinate, variance, from which it is not told at all and is left out: there is no
+/// step of it that changes anything.
+const UNTOLD: f64 = 1e4;
 /// Rounds in which the stretches' own unknowns follow a step: they begin at the best.
 const ROUNDS: usize = 2;
 
@@ -86,7 +89,8 @@ pub(super) fn by_curvature(
     huber: Huber,
     covariance: DMatrix<f64>,
 ) -> Result<DMatrix<f64>, SimError> {
-    let own = of_added_modes(&problem.space, &point.x);
+    let mut own = of_added_modes(&problem.space, &point.x);
+    own.retain(|&i| covariance[(i, i)] < UNTOLD);
     if own.is_empty() {
         return Ok(covariance);
     }
@@ -105,7 +109,9 @@ pub(super) fn by_curvature(
     // The others follow these as they did before.
     let all = covariance.nrows();
     let beside = DMatrix::from_fn(all, k, |i, j| covariance[(i, own[j])]) * inverse(&linear);
-    Ok(covariance + &beside * (found - linear) * beside.transpose())
+    let wider = &covariance + &beside * (found - linear) * beside.transpose();
+    let finite = wider.iter().all(|v| v.is_finite());
+    Ok(if finite { wider } else { covariance })
 }
 
 /// What the curvature of the cost, the stretches' own unknowns following, is beyond J'J in
