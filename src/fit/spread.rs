@@ -95,6 +95,9 @@ pub(super) fn by_curvature(
         return Ok(covariance);
     }
     let missing = second_derivatives(problem, point, &own, huber)?;
+    if !missing.iter().all(|v| v.is_finite()) {
+        return Ok(covariance);
+    }
     let k = own.len();
     let linear = DMatrix::from_fn(k, k, |i, j| covariance[(own[i], own[j])]);
     let Some(root) = linear.clone().cholesky().map(|c| c.l()) else {
@@ -109,9 +112,7 @@ pub(super) fn by_curvature(
     // The others follow these as they did before.
     let all = covariance.nrows();
     let beside = DMatrix::from_fn(all, k, |i, j| covariance[(i, own[j])]) * inverse(&linear);
-    let wider = &covariance + &beside * (found - linear) * beside.transpose();
-    let finite = wider.iter().all(|v| v.is_finite());
-    Ok(if finite { wider } else { covariance })
+    Ok(covariance + &beside * (found - linear) * beside.transpose())
 }
 
 /// What the curvature of the cost, the stretches' own unknowns following, is beyond J'J in
@@ -130,21 +131,21 @@ fn second_derivatives(
         short.extend_from_slice(&x[parameters..]);
         short
     };
-    let slope = |x: &[f64], rounds: usize| -> Result<(DMatrix<f64>, DVector<f64>), SimError> {
-        let there = settle(&part, x, &point.segments, &point.used, huber, rounds)?;
+    let slope = |x: &[f64]| -> Result<(DMatrix<f64>, DVector<f64>), SimError> {
+        let there = settle(&part, x, &point.segments, &point.used, huber, ROUNDS)?;
         let reduced = part.linearise(x, &there.segments, &there.used, huber)?;
         Ok(normal_equations(&part, x, &reduced, huber))
     };
     let x = from(&point.x);
     let k = own.len();
-    let (linear, _) = slope(&x, ROUNDS)?;
+    let (linear, _) = slope(&x)?;
     let mut out = DMatrix::zeros(k, k);
     for j in 0..k {
         let step = 1.0 / linear[(j, j)].max(f64::MIN_POSITIVE).sqrt();
         let at = |step: f64| -> Result<DVector<f64>, SimError> {
             let mut there = x.clone();
             there[j] += step;
-            Ok(slope(&there, ROUNDS)?.1)
+            Ok(slope(&there)?.1)
         };
         let column = (at(step)? - at(-step)?) / (2.0 * step);
         for i in 0..k {
