@@ -22,6 +22,10 @@ const ALIKE: usize = 2;
 const FITS: f64 = 1.3;
 /// Heights above the ground that may be taken for contact, in units of the noise.
 const UNSEEN: f64 = 6.0;
+/// Share of the stretches with a jump of the drive that are most of them.
+const MOST_JUMPS: f64 = 0.5;
+/// So many of those say nothing about all.
+const FEW: usize = 5;
 /// Most steps of a stretch's own fit.
 const ROUNDS: usize = 8;
 /// One in this many stretches is used on the way.
@@ -77,12 +81,16 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
             changed = true;
         }
     }
-    // Only what a new start does not mend was misread.
+    // Only what a new start does not mend was misread, and only here and there.
     let usual = usual(of_used(&now));
+    let jumps = |i: usize| !point.segments[i].starts_held && point.segments[i].has_jump();
+    let with_jump = (0..now.len()).filter(|&i| point.used[i] && jumps(i));
+    let with_jump = usual_of_jumps(with_jump.map(|i| per_row(i, now[i].1)).collect(), usual);
     let misread: Vec<usize> = (0..now.len())
         .into_par_iter()
         .filter(|&i| point.used[i])
         .filter(|&i| {
+            let usual = if jumps(i) { with_jump } else { usual };
             // A bounce between two samples makes a few samples far off, which the loss forgives.
             let graze = || per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1) > OFF * usual;
             per_row(i, now[i].1) > OFF * usual || (grazes(problem, point, &simulator, i) && graze())
@@ -143,6 +151,17 @@ fn usual(mut of_stretches: Vec<(f64, usize)>) -> f64 {
         found.map_or(1.0, |(cost, _)| cost.max(1.0))
     };
     nine_in_ten(&|rows| rows).min(nine_in_ten(&|_| 1))
+}
+
+/// What is usual of stretches with a jump of the drive, where `usual` is so of all. If most of
+/// them are far off, that is what a jump does, of a drive or a reading that lags for one, and no
+/// misreading.
+fn usual_of_jumps(mut costs: Vec<f64>, usual: f64) -> f64 {
+    costs.retain(|cost| cost.is_finite());
+    if costs.len() < FEW {
+        return usual;
+    }
+    quantile_in_place(&mut costs, MOST_JUMPS).max(usual)
 }
 
 /// Stretches read as held in which the mass is off the ground by less than the noise shows
@@ -291,10 +310,15 @@ pub fn thinned(segments: &[Segment]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::segment::JointKind;
+    use crate::fit::track::{Edge, Track};
+    use crate::model::drive::Waveform;
+    use crate::model::preset::Preset;
+    use crate::recording::Recording;
 
-    #[test]
-    fn a_guess_for_other_modes_is_none() {
-        let of = |locals: &[f64]| Segment {
+    /// A stretch with unknowns `locals` and nothing in it.
+    fn of(locals: &[f64]) -> Segment {
+        Segment {
             recording: 0,
             samples: 0..1,
             starts_held: false,
@@ -306,10 +330,51 @@ mod tests {
             units: vec![1.0; locals.len()],
             velocity_unit: 1.0,
             interval: 1.0,
-        };
+        }
+    }
+
+    #[test]
+    fn a_guess_for_other_modes_is_none() {
         let now = of(&[1.0, 2.0]);
         assert_eq!(guess(&of(&[3.0, 4.0]), &now), [3.0, 4.0]);
         assert_eq!(guess(&of(&[3.0]), &now), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn a_turn_of_the_drive_is_no_jump() {
+        let stretch = |drive: &str| {
+            let waveform = Waveform::parse(drive, 0.2).unwrap();
+            let time: Vec<f64> = (0..10_000).map(|i| f64::from(i) / 50e3).collect();
+            let volts = time.iter().map(|&t| waveform.voltage(t)).collect();
+            let xp = time.clone();
+            let recording = Recording::new("drive", time, Some(volts), xp, None).unwrap();
+            let model = Preset::embedded("paper").unwrap().model;
+            let track = Track::new(&model, &recording, 0.0).unwrap();
+            let joint = |edge: &Edge| Joint {
+                time: edge.time,
+                reach: edge.reach,
+                sigma: edge.sigma,
+                what: JointKind::Edge(edge.piece),
+            };
+            Segment {
+                joints: track.edges.iter().map(joint).collect(),
+                pieces: track.pieces,
+                ..of(&[])
+            }
+        };
+        assert!(stretch("square:15Hz:8V").has_jump());
+        let turns = stretch("sine:50Hz:8V");
+        assert!(turns.joints.len() > 15 && !turns.has_jump());
+    }
+
+    #[test]
+    fn what_most_jumps_do_is_no_misreading() {
+        assert_eq!(usual_of_jumps(vec![3.2, 3.4, 3.0, 3.1, 1.0], 1.1), 3.1);
+        // Few of them may all be misread, and so may be the lesser part.
+        assert_eq!(usual_of_jumps(vec![3.2, 3.4, 3.0], 1.1), 1.1);
+        assert_eq!(usual_of_jumps(vec![3.2, 3.4, 1.0, 1.0, 0.9], 1.1), 1.1);
+        let lost = vec![f64::INFINITY, f64::NAN, 1.0, 1.0, 1.0];
+        assert_eq!(usual_of_jumps(lost, 1.1), 1.1);
     }
 
     #[test]

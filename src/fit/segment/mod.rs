@@ -12,6 +12,8 @@ use std::ops::Range;
 use super::timeline::Kind;
 use crate::model::drive::Segment as Piece;
 
+/// Change of the drive that is a jump rather than a turn, as a share of its voltage.
+const JUMP: f64 = 0.02;
 /// Step of an unknown for differences, in its unit.
 const STEP: f64 = 0.5;
 
@@ -83,6 +85,18 @@ impl Segment {
     pub fn has_events(&self) -> bool {
         let event = |j: &Joint| matches!(j.what, JointKind::Event(_));
         self.joints.iter().any(event)
+    }
+
+    /// Whether the drive jumps in it, in flight or held.
+    pub fn has_jump(&self) -> bool {
+        self.joints.iter().any(|joint| match joint.what {
+            JointKind::Edge(piece) if piece > 0 => {
+                let volts = |p: &Piece| p.shape.voltage(joint.time);
+                let (before, after) = (volts(&self.pieces[piece - 1]), volts(&self.pieces[piece]));
+                (after - before).abs() > JUMP * before.abs().max(after.abs())
+            }
+            _ => false,
+        })
     }
 
     /// Whether the mass is in the air where it hits the ground, and on it where it leaves.
