@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use eframe::egui::{Id, Ui};
 
 use crate::app::setup::Overlay;
+use crate::diagnose::noise::ONE_NOISE;
 use crate::model::unit::format_quantity;
 use crate::recording::noise::{NoiseEstimate, recording_noise};
 use crate::recording::{Channel, Recording};
@@ -58,12 +59,26 @@ pub fn is_pending(ui: &Ui, overlay: &Overlay) -> bool {
     of(ui, overlay).get().is_none()
 }
 
-/// The noise as text, or why it is not known.
-pub fn text(ui: &Ui, overlay: &Overlay) -> String {
+/// The least noise of `overlays` that is known \[m\].
+pub fn quietest<'a>(ui: &Ui, overlays: impl IntoIterator<Item = &'a Overlay>) -> f64 {
+    let known = overlays.into_iter().filter_map(|o| sigma(ui, o));
+    known.fold(f64::INFINITY, f64::min)
+}
+
+/// The noise as text, or why it is not known; at most that much where others are as quiet as
+/// `quietest` \[m\], for quick motion passes for noise.
+pub fn text(ui: &Ui, overlay: &Overlay, quietest: f64) -> String {
     match of(ui, overlay).get() {
         None => "being estimated".to_owned(),
         Some(Ok(estimate)) if estimate.sigma <= NOTHING => "none".to_owned(),
-        Some(Ok(estimate)) => format_quantity(estimate.sigma, "m", 2),
+        Some(Ok(estimate)) => {
+            let size = format_quantity(estimate.sigma, "m", 2);
+            if estimate.sigma > ONE_NOISE * quietest {
+                format!("below {size}")
+            } else {
+                size
+            }
+        }
         Some(Err(_)) => "unknown".to_owned(),
     }
 }

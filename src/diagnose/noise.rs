@@ -39,7 +39,7 @@ const MOST_SHARE: f64 = 0.95;
 const CLEARLY: f64 = 6.0;
 
 /// How much noisier than the quietest a recording may be to have a noise of its own.
-const ONE_NOISE: f64 = 1.3;
+pub const ONE_NOISE: f64 = 1.3;
 /// Relative standard error of a noise from one sample's neighbours: medians of differences
 /// of a high order waste most of what independent samples would tell.
 const ESTIMATE_ERROR: f64 = 2.6;

@@ -55,6 +55,7 @@ fn list(ui: &mut Ui, state: &mut State) {
     let all = roles::of(&state.setup);
     let count = |role: Role| all.iter().filter(|(_, r)| *r == role).count();
     let kept_out = count(Role::HeldOut);
+    let quietest = noise::quietest(ui, all.iter().map(|(overlay, _)| *overlay));
     for (overlay, role) in &all {
         ui.push_id(overlay.id, |ui| {
             let frame = Frame::group(ui.style()).inner_margin(5);
@@ -67,7 +68,7 @@ fn list(ui: &mut Ui, state: &mut State) {
                         chosen = Some((overlay.id, role));
                     }
                 });
-                facts(ui, overlay);
+                facts(ui, overlay, quietest);
             });
         });
     }
@@ -145,13 +146,13 @@ fn choose(ui: &mut Ui, overlay: &Overlay, role: Role) -> Option<Role> {
     (chosen != role).then_some(chosen)
 }
 
-fn facts(ui: &mut Ui, overlay: &Overlay) {
+fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
     let r = &overlay.recording;
     let text = format!(
         "{} at {}, noise {}",
         format_quantity(r.duration(), "s", 3),
         format_quantity(r.sampling_rate(), "Hz", 3),
-        noise::text(ui, overlay),
+        noise::text(ui, overlay, quietest),
     );
     let has = |channel: bool, name: &'static str| if channel { name } else { "" };
     let channels = [
@@ -162,7 +163,7 @@ fn facts(ui: &mut Ui, overlay: &Overlay) {
     let channels: Vec<&str> = channels.into_iter().filter(|c| !c.is_empty()).collect();
     ui.add(Label::new(small(text).weak()).truncate())
         .on_hover_text(format!(
-            "{} samples; channels {}; noise of xp found from its highest frequencies",
+            "{} samples; channels {}; noise of xp found from its highest frequencies; quick motion passes for noise, so that the quietest recording tells best",
             r.len(),
             channels.join(", ")
         ));

@@ -44,6 +44,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         DriveChoice::Recorded(id) => Some(id),
         DriveChoice::Waveform(_) => None,
     };
+    let quietest = noise::quietest(ui, &state.setup.overlays);
     for overlay in &mut state.setup.overlays {
         let is_selected = selected == Some(overlay.id);
         let mut frame = Frame::group(ui.style()).inner_margin(6);
@@ -55,7 +56,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             ui.push_id(overlay.id, |ui| {
                 ui.set_width(ui.available_width());
                 header(ui, overlay, is_selected, &mut wish);
-                facts(ui, overlay);
+                facts(ui, overlay, quietest);
                 if !is_selected {
                     return;
                 }
@@ -168,13 +169,13 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Opti
     });
 }
 
-fn facts(ui: &mut Ui, overlay: &Overlay) {
+fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
     let recording = &overlay.recording;
     let text = format!(
         "{} at {}, noise {}",
         format_quantity(recording.duration(), "s", 3),
         format_quantity(recording.sampling_rate(), "Hz", 3),
-        noise::text(ui, overlay),
+        noise::text(ui, overlay, quietest),
     );
     let label = ui.add(Label::new(small(text).weak()).truncate());
     label.on_hover_text(format!(
