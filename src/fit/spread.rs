@@ -25,6 +25,8 @@ use crate::sim::SimError;
 /// Least share of what the linearised fit promises that is told from none: a lower
 /// curvature, or one below zero, counts as this one.
 const LEAST: f64 = 0.05;
+/// Room to a bound from which a curvature can be told, in standard errors.
+const NARROW: f64 = 0.1;
 /// Error of a coordinate, variance, from which it is not told at all and is left out: there is no
 /// step of it that changes anything.
 const UNTOLD: f64 = 1e4;
@@ -141,7 +143,14 @@ fn second_derivatives(
     let (linear, _) = slope(&x)?;
     let mut out = DMatrix::zeros(k, k);
     for j in 0..k {
-        let step = 1.0 / linear[(j, j)].max(f64::MIN_POSITIVE).sqrt();
+        let wanted = 1.0 / linear[(j, j)].max(f64::MIN_POSITIVE).sqrt();
+        let entry = &part.space.entries[j];
+        let room = (entry.high - x[j]).min(x[j] - entry.low);
+        // Beyond its bounds there may be no model, and at them the cost has no minimum.
+        if room < NARROW * wanted {
+            continue;
+        }
+        let step = wanted.min(room);
         let at = |step: f64| -> Result<DVector<f64>, SimError> {
             let mut there = x.clone();
             there[j] += step;
