@@ -276,3 +276,27 @@ fn a_mass_that_hovers_over_the_ground_is_not_taken_to_stay_on_it() {
     assert!(found.remarks.iter().any(said), "{:?}", found.remarks);
     assert_eq!(found.verdict, Verdict::Adequate, "{:?}", found.remarks);
 }
+
+#[test]
+fn a_ground_that_gives_way_may_also_step() {
+    let paper = Preset::embedded("paper").expect("a preset").model;
+    let names = |step: f64| {
+        let mut model = paper.clone();
+        let effect = |id: &str| ActiveEffect::new(find(id).expect("an effect"));
+        model.effects.push(effect("compliant_ground"));
+        if step != 0.0 {
+            let mut own = effect("gap_step");
+            assert!(own.set("h", step) && own.set("t0", 0.05));
+            model.effects.push(own);
+        }
+        let parts = series(&model, |_| ());
+        let (train, held_out) = parts.split_at(3);
+        let options = DiagnoseOptions::default();
+        let found = answer(&paper, (train, held_out), &options, false).expect("an answer");
+        let mut names: Vec<String> = found.named.into_iter().map(|n| n.id).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(0.0), ["compliant_ground"]);
+    assert_eq!(names(-0.5e-6), ["compliant_ground", "gap_step"]);
+}

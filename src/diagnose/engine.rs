@@ -113,17 +113,9 @@ pub fn diagnose(
         by_hand: options.by_hand.as_deref(),
         held_out: bench.held_out.is_some(),
     };
-    let gives_way = rules.gives_way(&tests).is_some();
 
     say("naming", "", 0.35);
     let mut chosen = options.clone();
-    if gives_way {
-        // A level that gives way under load passes for one that steps.
-        if chosen.candidates.is_empty() {
-            chosen.candidates = CATALOGUE.iter().map(|e| e.id.to_owned()).collect();
-        }
-        chosen.candidates.retain(|id| id != "gap_step");
-    }
     if !ready.may_name {
         chosen.most = 0;
     }

@@ -41,7 +41,7 @@ impl Rules<'_> {
     }
 
     /// The law of a ground that gives way, if the events call for it.
-    pub fn gives_way<'t>(&self, tests: &'t [LawTest]) -> Option<&'t LawTest> {
+    fn gives_way<'t>(&self, tests: &'t [LawTest]) -> Option<&'t LawTest> {
         let mut all = tests.iter();
         all.find(|t| t.id == "compliant_ground" && self.passes(t))
     }
