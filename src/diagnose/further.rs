@@ -31,6 +31,9 @@ const IN_STEP: (f64, f64) = (20.0, 12.0);
 /// Least share of what a mode brings that such a ring must bring: of something else that rings,
 /// a smaller part is in step by chance.
 const LEAST_SHARE: f64 = 0.05;
+/// Least share of what a mode brings that must go if nothing moves it: all else it brings by how
+/// it begins in each stretch, which is free.
+const LEAST_MOTION: f64 = 0.02;
 /// How far off that frequency may be, as a share.
 const NEAR: f64 = 0.03;
 /// Times chi2 per value by which a part of the stretches is worse off with modes that nothing moves
@@ -57,6 +60,7 @@ pub fn one_more(
     let hump = ring::find(fitted)?.filter(|r| r.significance > NOTICED);
     let (_, quickest) = EFFECT.parameters[OF_ONE].range;
     let signs = Signs {
+        rate: ring::slowest_rate(fitted).unwrap_or(f64::INFINITY),
         hump,
         outstanding: blows.outstanding(quickest).map(told),
         near: &|frequency| struck_near(&blows, frequency).map(told),
@@ -133,7 +137,8 @@ pub fn rings_by_itself(
     };
     let by_motion = unmoved.cost - fitted.cost;
     log::debug!("that the modes are moved brings {by_motion:.1}");
-    Ok((by_motion < TRAIN_GAIN).then_some(frequency))
+    let least = TRAIN_GAIN.max(LEAST_MOTION * trial.gain);
+    Ok((by_motion < least).then_some(frequency))
 }
 
 /// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what
@@ -162,6 +167,8 @@ type Told = (f64, [f64; OF_ONE]);
 
 /// Signs of one more mode.
 struct Signs<'a> {
+    /// At which the recordings are sampled \[Hz\].
+    rate: f64,
     hump: Option<Ring>,
     /// The ring in step that stands out.
     outstanding: Option<Told>,
@@ -204,7 +211,7 @@ fn beside(known: Hypothesis, signs: &Signs<'_>) -> Option<Hypothesis> {
         let mut start = known.start.clone();
         start.values[OF_ONE..].copy_from_slice(&own);
         let mut bounds = known.bounds.clone();
-        bounds.extend(near_mode(spec, [5, 6], own[0]));
+        bounds.extend(near_mode(spec, [5, 6], own[0], signs.rate));
         (start, bounds)
     };
     let mut all = places.into_iter().take(MOST).map(at);
@@ -222,13 +229,15 @@ mod tests {
     use super::*;
     use crate::model::effects::find;
 
+    const RATE: f64 = 50e3;
+
     fn known(f: f64) -> Hypothesis {
         let start = ActiveEffect {
             spec: &EFFECT,
             values: vec![f, 0.02, -6e4, 3e3, 5e4, f, 0.01, 0.0, 0.0, 0.0],
         };
         Hypothesis {
-            bounds: near_mode(start.spec, [0, 1], f).to_vec(),
+            bounds: near_mode(start.spec, [0, 1], f, RATE).to_vec(),
             free: vec!["extra_mode.f".to_owned()],
             start,
             others: Vec::new(),
@@ -244,7 +253,7 @@ mod tests {
     fn hump(frequency: f64) -> Ring {
         Ring {
             frequency,
-            rate: 50e3,
+            rate: RATE,
             shape: (0.1, 0.995),
             significance: 10.0,
             gain: 100.0,
@@ -262,6 +271,7 @@ mod tests {
         near: &dyn Fn(f64) -> Option<Told>,
     ) -> Signs<'_> {
         Signs {
+            rate: RATE,
             hump,
             outstanding,
             near,

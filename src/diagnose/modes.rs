@@ -6,7 +6,7 @@ use super::candidates::own_ids;
 use super::explain::Stand;
 use super::options::DiagnoseError;
 use super::promises::{Hypothesis, PROMISING};
-use super::ring;
+use super::ring::{self, LOWEST};
 use super::struck::{Blows, Struck};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
@@ -19,6 +19,8 @@ const IN_STEP: f64 = 15.0;
 pub const DECISIVE: f64 = 60.0;
 /// Share of the best one's fall below which another frequency is not where it is.
 pub const TOLD: f64 = 0.5;
+/// How far the frequency of a mode may move from where it was found, as shares of it.
+const NEAR: (f64, f64) = (0.9, 1.1);
 /// Frequencies that are apart by less than this share are one.
 pub const ALIKE: f64 = 0.03;
 
@@ -45,7 +47,8 @@ pub fn further(
             .chain([own[0], 0.01, 0.0, 0.0, 0.0])
             .collect(),
     };
-    let near = |f: f64| near_mode(spec, [0, 1], f).to_vec();
+    let rate = ring::slowest_rate(&stand.train).unwrap_or(f64::INFINITY);
+    let near = |f: f64| near_mode(spec, [0, 1], f, rate).to_vec();
     let in_step = |ring: &Struck| (with(told_by(ring, model)), near(ring.frequency));
     // Between the samples it may have swung further.
     let (_, quickest) = spec.parameters[0].range;
@@ -107,10 +110,38 @@ pub fn told_by(ring: &Struck, model: &Model) -> [f64; 5] {
     ring.mode(model, UNNOTICED * model.structure().mobility().sqrt())
 }
 
-/// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`:
-/// one that is free to be slow and dead would pass for any other force.
-pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64) -> [Bound; 2] {
-    let bounds = [(0.9 * f, 1.1 * f), (1e-4, 0.1)];
+/// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`, of
+/// recordings sampled at `rate` \[Hz\]: one that is free to be slow and dead would pass for any
+/// other force, and so would one that is read as slow.
+pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bound; 2] {
+    let (mut low, mut high) = (NEAR.0 * f, NEAR.1 * f);
+    let turns = (f / rate).round() * rate;
+    if turns > 0.0 {
+        let slow = NEAR.0 * LOWEST;
+        if f < turns {
+            high = high.min(turns - slow).max(f);
+        } else {
+            low = low.max(turns + slow).min(f);
+        }
+    }
+    let bounds = [(low, high), (1e-4, 0.1)];
     let mut ids = own_ids(spec, &which).into_iter();
     bounds.map(|bound| (ids.next().unwrap_or_default(), bound))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::extra_mode::EFFECT;
+
+    #[test]
+    fn a_mode_does_not_move_to_where_it_is_read_as_slow() {
+        let frequencies = |f: f64, rate: f64| near_mode(&EFFECT, [0, 1], f, rate)[0].1;
+        assert_eq!(frequencies(7e3, 50e3), (6.3e3, 7.7e3));
+        assert_eq!(frequencies(7e3, f64::INFINITY), (6.3e3, 7.7e3));
+        // Read as 1.5 kHz; 0.63 kHz would be the first mode of the device.
+        assert_eq!(frequencies(48.5e3, 50e3), (0.9 * 48.5e3, 48.65e3));
+        assert_eq!(frequencies(26.5e3, 25e3), (26.35e3, 1.1 * 26.5e3));
+        assert_eq!(frequencies(60e3, 50e3), (54e3, 1.1 * 60e3));
+    }
 }

@@ -66,6 +66,12 @@ pub(super) struct Left {
     pub(super) colour: Colour,
 }
 
+/// At which the recordings of a fit are sampled, the slowest of them \[Hz\]; `None` without any.
+pub(super) fn slowest_rate(fitted: &Fitted) -> Option<f64> {
+    let data = fitted.problem.data.iter();
+    data.map(|d| d.recording.sampling_rate()).reduce(f64::min)
+}
+
 /// The highest hump in the residuals of a fit, if there is any spectrum to speak of: of whole
 /// stretches, in which a mode rings on, or of their beginnings, after which it has died away.
 ///
@@ -73,8 +79,7 @@ pub(super) struct Left {
 /// [`SimError`] if the model makes no sense.
 pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
-    let rates = problem.data.iter().map(|d| d.recording.sampling_rate());
-    let Some(rate) = rates.reduce(f64::min) else {
+    let Some(rate) = slowest_rate(fitted) else {
         return Ok(None);
     };
     let count = ((0.48 * rate - LOWEST) / SPACING).floor();
