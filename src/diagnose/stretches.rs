@@ -24,7 +24,7 @@ const FITS: f64 = 1.3;
 const UNSEEN: f64 = 6.0;
 /// Share of the stretches with a jump of the drive that are most of them.
 const MOST_JUMPS: f64 = 0.5;
-/// So many of those say nothing about all.
+/// Fewer of those than this say nothing about all.
 const FEW: usize = 5;
 /// Most steps of a stretch's own fit.
 const ROUNDS: usize = 8;

@@ -142,12 +142,14 @@ fn second_derivatives(
     let k = own.len();
     let (linear, _) = slope(&x)?;
     let mut out = DMatrix::zeros(k, k);
+    let mut at_bounds = Vec::new();
     for j in 0..k {
         let wanted = 1.0 / linear[(j, j)].max(f64::MIN_POSITIVE).sqrt();
         let entry = &part.space.entries[j];
         let room = (entry.high - x[j]).min(x[j] - entry.low);
         // Beyond its bounds there may be no model, and at them the cost has no minimum.
         if room < NARROW * wanted {
+            at_bounds.push(j);
             continue;
         }
         let step = wanted.min(room);
@@ -159,6 +161,12 @@ fn second_derivatives(
         let column = (at(step)? - at(-step)?) / (2.0 * step);
         for i in 0..k {
             out[(i, j)] = column[i] - linear[(i, j)];
+        }
+    }
+    // What the others have with these is known from the others' own steps.
+    for j in at_bounds {
+        for i in 0..k {
+            out[(i, j)] = out[(j, i)];
         }
     }
     Ok(0.5 * (&out + out.transpose()))
