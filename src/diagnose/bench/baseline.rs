@@ -42,6 +42,8 @@ const ASTRAY: f64 = 3.0;
 const ASIDE: f64 = 0.08;
 /// Times by which that one may be farther off after the first step.
 const FARTHER: f64 = 10.0;
+/// Times by which all stretches may be farther off than the few for these to be believed.
+const BELIED: f64 = 1.5;
 /// Steps of each stretch's own fit from its first guess.
 const GUESS: usize = 3;
 /// Steps without a drift that was fitted.
@@ -182,16 +184,34 @@ impl Bench {
         let data = &problem.data;
         let lone = data.iter().all(|d| d.recording.cantilever.is_none());
         let near = |other: &(Problem, Point)| lone || off(&other.1) < FARTHER * first;
+        let mut rival = None;
         if let Some((flipped, begun)) = other.filter(|other| astray && near(other)) {
-            let other = self.unlocked(&flipped, begun, &few, control)?;
-            if of_all(&flipped, &other, &few) < of_all(&problem, &point, &few) {
-                (problem, point) = (flipped, other);
+            let mut other = (self.unlocked(&flipped, begun, &few, control)?, flipped);
+            if of_all(&other.1, &other.0, &few) < of_all(&problem, &point, &few) {
+                std::mem::swap(&mut point, &mut other.0);
+                std::mem::swap(&mut problem, &mut other.1);
+            }
+            rival = Some(other);
+        }
+        let mut before = point.clone();
+        point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+        let mut rough = off(&point);
+        let mut best = self.whole(problem, point, &few, control)?;
+        // What both tell of the few, all stretches may hold against one.
+        if let Some((point, problem)) =
+            rival.filter(|_| best.per_value() > BELIED * rough.max(1.0) && !control.cancelled())
+        {
+            let begun = point.clone();
+            let point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+            let reached = off(&point);
+            let other = self.whole(problem, point, &few, control)?;
+            let all = vec![true; few.len()];
+            let cost = |f: &Fitted| of_all(&f.problem, &f.point, &all);
+            log::debug!("shared otherwise: {:.1}, {:.1}", cost(&other), cost(&best));
+            if cost(&other) < cost(&best) {
+                (before, rough, best) = (begun, reached, other);
             }
         }
-        let before = point.clone();
-        point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
-        let rough = point.cost / point.rows.max(1) as f64;
-        let mut best = self.whole(problem, point, &few, control)?;
         // Strength and thickness of the film trade against each other along a valley
         // that may lead astray: other thicknesses are tried where much is left.
         let thickness = best.problem.space.position("gp");

@@ -1,21 +1,24 @@
-//! Readings that seem late by more than stretches bear, where it is the drive that lags: an
-//! amplifier delays by as much, and rounds the edges of the voltage off besides. Recordings that
-//! were cut again for late readings have the edges in the wrong place for it.
+//! Readings that seem late by more than stretches bear, where something lags: an amplifier
+//! delays by as much, and rounds the edges of the voltage off besides; an instrument rounds off
+//! what the device makes of them. Recordings that were cut again for late readings have the edges
+//! in the wrong place for it, and what cannot be told so is set aside.
 
 use super::{Bench, Bound, Fitted, Found, with_effect};
 use crate::diagnose::candidates::{LEAST_LAG, own_ids, shape_of};
-use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 
-/// Share of what late readings cost per value up to which a drive that lags suits better.
+/// What makes readings late by rounding edges off.
+const LAGS: [&str; 2] = ["amplifier_lag", "sensor_lag"];
+/// Share of what late readings cost per value up to which such a lag suits better.
 const BETTER: f64 = 0.95;
 /// Steps of the fit with readings that lag.
 const STEPS: usize = 5;
 
 impl Bench {
-    /// The fit with an amplifier that lags by `late` \[s\], if that suits the recordings as they
-    /// were cut at first better than late readings do: those of `cut_again`, for which `tuned` is
+    /// The fit with an amplifier or an instrument that lags by about `late` \[s\], if that suits the
+    /// recordings as they were cut at first better than late readings do: those of `cut_again`, for which `tuned` is
     /// the baseline.
     ///
     /// # Errors
@@ -24,38 +27,56 @@ impl Bench {
         &self,
         late: f64,
         (cut_again, tuned): (&Self, &Fitted),
+        options: &DiagnoseOptions,
         control: &DiagnoseControl<'_>,
     ) -> Result<Option<Found>, DiagnoseError> {
-        let Some((start, free, bounds)) = lag("amplifier_lag", late, &self.outset) else {
+        let mut best: Option<(f64, Found)> = None;
+        for id in LAGS.into_iter().filter(|id| options.asks(id)) {
+            let Some((start, free, bounds)) = lag(id, late, &self.outset) else {
+                continue;
+            };
+            let with = with_effect(&tuned.model, start.clone());
+            let Some(fitted) = simulated(self.from_afar(&with, &free, &bounds, control))? else {
+                continue;
+            };
+            let own = fitted.whole_per_value(self)?;
+            log::debug!("{id}: {own:.3} per value");
+            if best.as_ref().is_none_or(|best| own < best.0) {
+                let found = Found {
+                    shape: shape_of(start.spec),
+                    start,
+                    free,
+                    bounds,
+                    fitted,
+                };
+                best = Some((own, found));
+            }
+        }
+        let mut rival = tuned.whole_per_value(cut_again)?;
+        let Some((own, found)) = best.filter(|best| best.0 < BETTER * rival) else {
             return Ok(None);
         };
-        let with = |start: &ActiveEffect| with_effect(&tuned.model, start.clone());
-        let fitted = match self.from_afar(&with(&start), &free, &bounds, control) {
-            Ok(fitted) => fitted,
-            Err(DiagnoseError::Sim(_)) => return Ok(None),
-            Err(error) => return Err(error),
-        };
-        let mut rival = tuned.whole_per_value(cut_again)?;
-        let own = fitted.whole_per_value(self)?;
-        if own > BETTER * rival || control.cancelled() {
+        if control.cancelled() {
             return Ok(None);
         }
         if let Some((start, free, bounds)) = lag("sensor_lag", late, &self.outset) {
-            let readings = cut_again.fit(&with(&start), &free, &bounds, tuned, STEPS, control);
-            rival = match readings {
-                Ok(readings) => rival.min(readings.whole_per_value(cut_again)?),
-                Err(DiagnoseError::Sim(_)) => rival,
-                Err(error) => return Err(error),
-            };
+            let with = with_effect(&tuned.model, start);
+            let near = cut_again.fit(&with, &free, &bounds, tuned, STEPS, control);
+            if let Some(near) = simulated(near)? {
+                rival = rival.min(near.whole_per_value(cut_again)?);
+            }
         }
-        log::debug!("a drive that lags {own:.3} per value, readings that do {rival:.3}");
-        Ok((own < BETTER * rival).then(|| Found {
-            shape: shape_of(start.spec),
-            start,
-            free,
-            bounds,
-            fitted,
-        }))
+        log::debug!("{own:.3} per value, cut again {rival:.3}");
+        Ok((own < BETTER * rival).then_some(found))
+    }
+}
+
+/// A fit, or none where its model cannot be simulated.
+fn simulated(fit: Result<Fitted, DiagnoseError>) -> Result<Option<Fitted>, DiagnoseError> {
+    match fit {
+        Ok(fitted) => Ok(Some(fitted)),
+        Err(DiagnoseError::Sim(_)) => Ok(None),
+        Err(error) => Err(error),
     }
 }
 
@@ -87,7 +108,6 @@ fn lag(id: &str, late: f64, model: &Model) -> Option<(ActiveEffect, Vec<String>,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::DiagnoseOptions;
     use crate::diagnose::made::{self, QUIET};
     use crate::model::preset::Preset;
 

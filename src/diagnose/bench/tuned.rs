@@ -185,9 +185,9 @@ impl Bench {
             let before = (replace(&mut bench, cut_again), replace(&mut train, fit));
             first.get_or_insert(before);
         }
-        let asked = options.asks("amplifier_lag") && !control.cancelled();
-        if let Some((cut_first, fit)) = first.filter(|_| asked)
-            && let Some(lagging) = cut_first.lagging(known.late, (&bench, &train), control)?
+        if let Some((cut_first, fit)) = first.filter(|_| !control.cancelled())
+            && let Some(lagging) =
+                cut_first.lagging(known.late, (&bench, &train), options, control)?
         {
             (bench, train) = (cut_first, fit);
             bench.found = Some(Arc::new(lagging));
