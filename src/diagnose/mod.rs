@@ -56,6 +56,7 @@ mod stretches;
 mod strips;
 mod struck;
 mod swing;
+mod touches;
 pub mod trial;
 mod weigh;
 

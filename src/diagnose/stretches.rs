@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::bench::{LOSS, WIDE};
+use super::touches::{grazes, until_lowest};
 use crate::fit::problem::Problem;
 use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::Point;
@@ -93,7 +94,19 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
             let usual = if jumps(i) { with_jump } else { usual };
             // A bounce between two samples makes a few samples far off, which the loss forgives.
             let graze = || per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1) > OFF * usual;
-            per_row(i, now[i].1) > OFF * usual || (grazes(problem, point, &simulator, i) && graze())
+            // What a jump does is off from the jump on, an overlooked touch where it is lowest.
+            let touched = || {
+                let flown = jumps(i).then(|| until_lowest(problem, point, &simulator, i))??;
+                let nuisances = problem.nuisances_of(&point.x, flown.recording);
+                let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
+                let told = problem.refine(&flown, state, &simulator, near, start, LOSS, ROUNDS);
+                let flown = (told.1 / problem.rows(&flown).len().max(1) as f64).sqrt();
+                let whole = per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1);
+                Some(flown < OFF && whole > OFF * OFF * flown.max(1.0))
+            };
+            per_row(i, now[i].1) > OFF * usual
+                || (grazes(problem, point, &simulator, i) && graze())
+                || touched() == Some(true)
         })
         .collect();
     for &i in &off {
@@ -117,21 +130,6 @@ pub fn guess<'a>(first: &'a Segment, now: &'a Segment) -> &'a [f64] {
     } else {
         &now.locals
     }
-}
-
-/// Whether a stretch of flight comes down and goes up again so low that the mass may have
-/// touched the ground between two of its samples.
-fn grazes(problem: &Problem, point: &Point, simulator: &StretchSimulator, i: usize) -> bool {
-    let segment = &point.segments[i];
-    let data = &problem.data[segment.recording];
-    let xp = &data.recording.proof_mass[segment.samples.clone()];
-    let lowest = xp.iter().copied().fold(f64::INFINITY, f64::min);
-    let inside = xp.len() > 4 && xp[2..xp.len() - 2].contains(&lowest);
-    let steps = xp.windows(2).map(|w| (w[1] - w[0]).abs());
-    let travel = steps.fold(0.0, f64::max);
-    let level = simulator.ground_level(data.recording.time[segment.samples.start] + data.epoch);
-    let offset = problem.nuisances_of(&point.x, segment.recording).offset_p;
-    !segment.starts_held && inside && lowest - offset < level + travel
 }
 
 /// What nine in ten are told no worse than, of at least what noise leaves: nine in ten of
