@@ -11,7 +11,9 @@ use crate::model::effects::{ActiveEffect, find};
 
 /// What makes readings late by rounding edges off.
 const LAGS: [&str; 2] = ["amplifier_lag", "sensor_lag"];
-/// Share of what late readings cost per value up to which such a lag suits better.
+/// What late readings cost per value from which they are far off.
+const FAR: f64 = 2.0;
+/// Share of that up to which such a lag suits better.
 const BETTER: f64 = 0.95;
 /// Steps of the fit with readings that lag.
 const STEPS: usize = 5;
@@ -31,7 +33,10 @@ impl Bench {
         control: &DiagnoseControl<'_>,
     ) -> Result<Option<Found>, DiagnoseError> {
         let mut best: Option<(f64, Found)> = None;
-        for id in LAGS.into_iter().filter(|id| options.asks(id)) {
+        let mut rival = tuned.whole_per_value(cut_again)?;
+        // Readings that lag are found from near by, unless what the edges do was set aside.
+        let asked = if rival > FAR { &LAGS[..] } else { &LAGS[..1] };
+        for id in asked.iter().filter(|id| options.asks(id)) {
             let Some((start, free, bounds)) = lag(id, late, &self.outset) else {
                 continue;
             };
@@ -52,7 +57,6 @@ impl Bench {
                 best = Some((own, found));
             }
         }
-        let mut rival = tuned.whole_per_value(cut_again)?;
         let Some((own, found)) = best.filter(|best| best.0 < BETTER * rival) else {
             return Ok(None);
         };
