@@ -93,7 +93,8 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
         .filter(|&i| {
             let usual = if jumps(i) { with_jump } else { usual };
             // A bounce between two samples makes a few samples far off, which the loss forgives.
-            let graze = || per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1) > OFF * usual;
+            let whole = || per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1);
+            let graze = || whole() > OFF * usual;
             // What a jump does is off from the jump on, an overlooked touch where it is lowest.
             let touched = || {
                 let flown = jumps(i).then(|| until_lowest(problem, point, &simulator, i))??;
@@ -101,8 +102,7 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
                 let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
                 let told = problem.refine(&flown, state, &simulator, near, start, LOSS, ROUNDS);
                 let flown = (told.1 / problem.rows(&flown).len().max(1) as f64).sqrt();
-                let whole = per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1);
-                Some(flown < OFF && whole > OFF * OFF * flown.max(1.0))
+                Some(flown < OFF && whole() > OFF * OFF * flown.max(1.0))
             };
             per_row(i, now[i].1) > OFF * usual
                 || (grazes(problem, point, &simulator, i) && graze())

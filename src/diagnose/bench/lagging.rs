@@ -20,8 +20,8 @@ const STEPS: usize = 5;
 
 impl Bench {
     /// The fit with an amplifier or an instrument that lags by about `late` \[s\], if that suits the
-    /// recordings as they were cut at first better than late readings do: those of `cut_again`, for which `tuned` is
-    /// the baseline.
+    /// recordings as they were cut at first better than late readings do: those of `cut_again`,
+    /// for which `tuned` is the baseline.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
