@@ -169,7 +169,7 @@ fn forget_untold(model: &Model, prepared: &Prepared, best: &mut Point) -> Result
     let problem = &prepared.problem;
     let space = &problem.space;
     let huber = threshold(problem, best)?;
-    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber)?;
+    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &best.x, &reduced, huber);
     let start = space.coordinates(model);
     for (i, entry) in space.entries.iter().enumerate() {

@@ -228,7 +228,7 @@ fn along(
     at: usize,
     huber: Huber,
 ) -> Result<DVector<f64>, FitError> {
-    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber)?;
+    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &best.x, &reduced, huber);
     let slopes = problem.space.slopes(&best.x);
     let mut slope = DVector::zeros(problem.unknowns());

@@ -112,7 +112,7 @@ pub(crate) fn uncertainty(
     let space = &problem.space;
     let n = space.len();
     let huber = threshold(problem, point)?;
-    let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber)?;
+    let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
     let promised = inverse(&normal);
     let wider = by_scatter(&promised, slopes_of(&reduced), chi2);

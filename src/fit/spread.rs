@@ -135,7 +135,7 @@ fn second_derivatives(
     };
     let slope = |x: &[f64]| -> Result<(DMatrix<f64>, DVector<f64>), SimError> {
         let there = settle(&part, x, &point.segments, &point.used, huber, ROUNDS)?;
-        let reduced = part.linearise(x, &there.segments, &there.used, huber)?;
+        let reduced = part.linearise(x, &there.segments, &there.used, huber, &[])?;
         Ok(normal_equations(&part, x, &reduced, huber))
     };
     let x = from(&point.x);

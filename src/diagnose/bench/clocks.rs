@@ -19,8 +19,12 @@ pub(super) const NEAR: f64 = 5e-6;
 pub const BETTER: f64 = 40.0;
 /// Cost per value up to which a recording is told well as it is.
 const WELL: f64 = 1.1;
-/// Steps of each stretch's own fit, by either loss.
-const ROUNDS: usize = 3;
+/// Steps of each stretch's own fit, by a loss that forgives nothing and by the usual one.
+pub(super) const ROUNDS: [usize; 2] = [3, 3];
+/// The same for a first look.
+const LOOK: [usize; 2] = [1, 0];
+/// Times the present cost up to which a first look at another skew leaves hope.
+const HOPEFUL: f64 = 1.5;
 
 /// The stretches of a fit, to be told what they come to by another clock.
 pub(super) struct Stretches<'a> {
@@ -45,13 +49,14 @@ impl<'a> Stretches<'a> {
     }
 
     /// What the stretches `own` of one recording cost, its skew, which is unknown number `at`,
-    /// being `skew` \[s\], and their unknowns, fitted from where `start` has them.
+    /// being `skew` \[s\], and their unknowns, fitted in so many `rounds` by either loss from
+    /// where `start` has them.
     pub(super) fn told<'s>(
         &self,
         own: &[usize],
         start: &(dyn Fn(usize) -> &'s [f64] + Sync),
-        at: usize,
-        skew: f64,
+        (at, skew): (usize, f64),
+        rounds: [usize; 2],
     ) -> (f64, Vec<Vec<f64>>) {
         let problem = self.problem;
         let nuisance = &problem.nuisances[at - problem.space.len()];
@@ -62,12 +67,12 @@ impl<'a> Stretches<'a> {
             .par_iter()
             .map(|&i| {
                 let segment = &self.segments[i];
-                let fit = |locals, loss| {
+                let fit = |locals, loss, rounds| {
                     let (states, simulator) = (&self.states[i], &self.simulator);
-                    problem.refine(segment, states, simulator, &nuisances, locals, loss, ROUNDS)
+                    problem.refine(segment, states, simulator, &nuisances, locals, loss, rounds)
                 };
-                let (near, _) = fit(start(i).to_vec(), WIDE);
-                let (locals, cost) = fit(near, LOSS);
+                let (near, _) = fit(start(i).to_vec(), WIDE, rounds[0]);
+                let (locals, cost) = fit(near, LOSS, rounds[1]);
                 // What was misread must not decide.
                 let most = FORSAKEN * problem.rows(segment).len() as f64;
                 (locals, cost.min(most))
@@ -111,7 +116,7 @@ pub fn set_clocks(
         let own: Vec<usize> = (0..point.segments.len())
             .filter(|&i| eligible[i] && point.segments[i].recording == nuisance.recording)
             .collect();
-        let told = |skew: f64| {
+        let told = |skew: f64, rounds| {
             let start = |i: usize| {
                 let own = if point.used[i] {
                     &point.segments[i]
@@ -120,11 +125,11 @@ pub fn set_clocks(
                 };
                 &own.locals[..]
             };
-            let (cost, locals) = with.told(&own, &start, at, skew);
+            let (cost, locals) = with.told(&own, &start, (at, skew), rounds);
             (cost + prior(nuisance, skew), locals)
         };
         let present = point.x[at] * nuisance.unit;
-        let now = told(present).0;
+        let now = told(present, ROUNDS).0;
         let rows: usize = own
             .iter()
             .map(|&i| problem.rows(&point.segments[i]).len())
@@ -135,7 +140,8 @@ pub fn set_clocks(
         let best = tried
             .iter()
             .filter(|skew| (**skew - present).abs() > NEAR)
-            .map(|&skew| (skew, told(skew)))
+            .filter(|skew| told(**skew, LOOK).0 < HOPEFUL * now)
+            .map(|&skew| (skew, told(skew, ROUNDS)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((skew, (cost, locals))) = best
             && cost < now - BETTER

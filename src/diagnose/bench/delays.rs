@@ -1,7 +1,7 @@
 //! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
 //! the clocks have taken.
 
-use super::clocks::{BETTER, NEAR, Stretches, prior, shift_skews, skews, skews_of};
+use super::clocks::{BETTER, NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
 use super::{Fitted, LOSS};
 use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{FreeNuisance, Problem};
@@ -139,7 +139,7 @@ pub fn rest_clocks(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
     for clock in clocks_of(problem, point).iter().filter(|c| c.is_off()) {
         let told = |skew: f64| {
             let start = |k: usize| &point.segments[k].locals[..];
-            let (cost, unknowns) = with.told(&clock.own, &start, clock.at, skew);
+            let (cost, unknowns) = with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
             (cost + prior(clock.known, skew), unknowns)
         };
         let (now, (there, unknowns)) = (told(clock.skew).0, told(clock.known.mean));
@@ -175,7 +175,8 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
     }
     let with = Stretches::of(problem, point)?;
     let start = |k: usize| &point.segments[k].locals[..];
-    let told = |clock: &Clock<'_>, skew: f64| with.told(&clock.own, &start, clock.at, skew);
+    let told =
+        |clock: &Clock<'_>, skew: f64| with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
     let now: Vec<f64> = clocks.iter().map(|c| told(c, c.skew).0).collect();
     let of_now = clocks.iter().zip(&now);
     let of_now: f64 = of_now.map(|(c, cost)| cost + prior(c.known, c.skew)).sum();

@@ -4,7 +4,8 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::Problem;
+use super::{FreeNuisance, Nuisance, Problem};
+use crate::fit::chain::Row;
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::model::Model;
@@ -22,6 +23,10 @@ const RIDGE: f64 = 1e-7;
 pub struct Reduced {
     /// Unknowns of the whole problem that bear on the segment.
     pub columns: Vec<usize>,
+    /// Weighted columns of the segment's own unknowns.
+    own: DMatrix<f64>,
+    /// Roots of the rows' weights.
+    weights: Vec<f64>,
     local: DMatrix<f64>,
     coupling: DMatrix<f64>,
     local_right: DVector<f64>,
@@ -43,6 +48,20 @@ impl Reduced {
             .solve_upper_triangular(&(&follows - &self.local_right))?;
         Some([whole, self.local.solve_upper_triangular(&follows)?])
     }
+
+    /// Best change of the segment's own unknowns near by, where the residuals are `r`, and by
+    /// how much it should lower their squares.
+    pub fn correction(&self, r: &[f64]) -> Option<(DVector<f64>, f64)> {
+        let weighted = self.weights.iter().zip(r).map(|(w, r)| w * r);
+        let right = DVector::from_iterator(r.len(), weighted);
+        let along = self
+            .local
+            .tr_solve_upper_triangular(&self.own.tr_mul(&right))?;
+        Some((
+            -self.local.solve_upper_triangular(&along)?,
+            along.norm_squared(),
+        ))
+    }
 }
 
 /// A segment's linearised residuals, weighted.
@@ -60,19 +79,26 @@ pub struct Jacobian {
     pub pace: Pace,
 }
 
-/// Simulators that are a step away in one parameter.
-trait Moved {
-    /// The step, the simulator there, and the effects' states at the segment's start.
-    fn by(&self, parameter: usize) -> (f64, &StretchSimulator, &[f64]);
+/// A simulator that is a step away in one parameter.
+struct Moved {
+    parameter: usize,
+    step: f64,
+    simulator: StretchSimulator,
+    /// The effects' states at the segments' starts.
+    states: Vec<Vec<f64>>,
 }
 
-struct Steps<'a>(&'a [(f64, StretchSimulator, Vec<Vec<f64>>)], usize);
-
-impl Moved for Steps<'_> {
-    fn by(&self, parameter: usize) -> (f64, &StretchSimulator, &[f64]) {
-        let (step, simulator, states) = &self.0[parameter];
-        (*step, simulator, &states[self.1])
-    }
+/// What a segment's Jacobian is made with.
+#[derive(Clone, Copy)]
+struct Around<'a> {
+    /// The segment's number.
+    index: usize,
+    base: &'a StretchSimulator,
+    /// The effects' states at its start.
+    states: &'a [f64],
+    /// One for each parameter that may move.
+    moved: &'a [Moved],
+    locked: &'a [usize],
 }
 
 /// Whether two devices' effects are left alike by the same drive and motion: they feel the
@@ -84,8 +110,8 @@ fn same_states(a: &Model, b: &Model) -> bool {
 }
 
 impl Problem {
-    /// Linearises the segments that are used at unknowns `x`; `None` for the others and
-    /// for those that cannot be simulated.
+    /// Linearises the segments that are used at unknowns `x`, but for those that are
+    /// `locked`; `None` for the other segments and for those that cannot be simulated.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense at `x`.
@@ -95,13 +121,15 @@ impl Problem {
         segments: &[Segment],
         used: &[bool],
         huber: Huber,
+        locked: &[usize],
     ) -> Result<Vec<Option<Reduced>>, SimError> {
-        self.each(x, segments, used, |segment, base, moved| {
-            self.reduce(x, segment, huber, base, moved)
+        self.each(x, (segments, used), locked, |segment, around| {
+            self.reduce(x, segment, huber, around)
         })
     }
 
-    /// The segments' Jacobians at unknowns `x`, as [`Self::linearise`] uses them.
+    /// The segments' Jacobians at unknowns `x`, none of them locked, as [`Self::linearise`]
+    /// uses them.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense at `x`.
@@ -112,25 +140,26 @@ impl Problem {
         used: &[bool],
         huber: Huber,
     ) -> Result<Vec<Option<Jacobian>>, SimError> {
-        self.each(x, segments, used, |segment, base, moved| {
-            self.jacobian(x, segment, huber, base, moved)
+        self.each(x, (segments, used), &[], |segment, around| {
+            self.jacobian(x, segment, huber, around)
         })
     }
 
     /// Calls `make` for each segment that is used, with the simulator at `x` and those a
-    /// step away in each parameter.
+    /// step away in each parameter that is not locked.
     fn each<T: Send>(
         &self,
         x: &[f64],
-        segments: &[Segment],
-        used: &[bool],
-        make: impl Fn(&Segment, (&StretchSimulator, &[f64]), &dyn Moved) -> Option<T> + Sync,
+        (segments, used): (&[Segment], &[bool]),
+        locked: &[usize],
+        make: impl Fn(&Segment, Around<'_>) -> Option<T> + Sync,
     ) -> Result<Vec<Option<T>>, SimError> {
         let base = self.simulator(x)?;
         let states = self.states(x, &base, segments);
         let model = self.space.model(x);
         let entries = self.space.entries.par_iter().enumerate();
-        let moved = entries.map(|(j, entry)| {
+        let free = entries.filter(|(j, _)| !locked.contains(j));
+        let moved = free.map(|(j, entry)| {
             let mut there = x.to_vec();
             there[j] += if there[j] + STEP > entry.high {
                 -STEP
@@ -145,13 +174,23 @@ impl Problem {
             } else {
                 self.states(x, &simulator, segments)
             };
-            Ok((step, simulator, states))
+            Ok(Moved {
+                parameter: j,
+                step,
+                simulator,
+                states,
+            })
         });
-        let steps = moved.collect::<Result<Vec<_>, SimError>>()?;
-        let one = |(i, segment): (usize, &Segment)| {
-            used[i]
-                .then(|| make(segment, (&base, &states[i]), &Steps(&steps, i)))
-                .flatten()
+        let moved = moved.collect::<Result<Vec<_>, SimError>>()?;
+        let one = |(index, segment): (usize, &Segment)| {
+            let around = Around {
+                index,
+                base: &base,
+                states: &states[index],
+                moved: &moved,
+                locked,
+            };
+            used[index].then(|| make(segment, around)).flatten()
         };
         Ok(segments.par_iter().enumerate().map(one).collect())
     }
@@ -161,8 +200,7 @@ impl Problem {
         x: &[f64],
         segment: &Segment,
         huber: Huber,
-        base: (&StretchSimulator, &[f64]),
-        moved: &dyn Moved,
+        around: Around<'_>,
     ) -> Option<Reduced> {
         let Jacobian {
             columns,
@@ -170,9 +208,10 @@ impl Problem {
             weights,
             locals: l,
             ..
-        } = self.jacobian(x, segment, huber, base, moved)?;
+        } = self.jacobian(x, segment, huber, around)?;
         let (m, g) = (weights.len(), columns.len());
         let height = (m + l).max(l + g + 1);
+        let own = matrix.columns(0, l).into_owned();
         matrix = matrix.resize_vertically(height, 0.0);
         for j in 0..l {
             let norm = matrix.column(j).norm().max(1e-12);
@@ -181,6 +220,8 @@ impl Problem {
         let upper = matrix.qr().unpack_r();
         Some(Reduced {
             columns,
+            own,
+            weights,
             local: upper.view((0, 0), (l, l)).into_owned(),
             coupling: upper.view((0, l), (l, g)).into_owned(),
             local_right: upper.view((0, l + g), (l, 1)).column(0).into_owned(),
@@ -194,9 +235,9 @@ impl Problem {
         x: &[f64],
         segment: &Segment,
         huber: Huber,
-        (base, states): (&StretchSimulator, &[f64]),
-        moved: &dyn Moved,
+        around: Around<'_>,
     ) -> Option<Jacobian> {
+        let Around { base, states, .. } = around;
         let nuisances = self.nuisances_of(x, segment.recording);
         let mut stretcher = Stretcher::new(base);
         let mut r0 = Vec::new();
@@ -206,11 +247,12 @@ impl Problem {
             return None;
         }
         let pace = stretcher.noted_pace();
+        let parameters = self.space.len();
         let own: Vec<usize> = (0..self.nuisances.len())
             .filter(|&i| self.nuisances[i].recording == segment.recording)
+            .filter(|i| !around.locked.contains(&(parameters + i)))
             .collect();
-        let parameters = self.space.len();
-        let mut columns: Vec<usize> = (0..parameters).collect();
+        let mut columns: Vec<usize> = around.moved.iter().map(|m| m.parameter).collect();
         columns.extend(own.iter().map(|i| parameters + i));
         let (l, g, m) = (locals.len(), columns.len(), r0.len());
         let mut a = DMatrix::zeros(m, l + g + 1);
@@ -232,25 +274,30 @@ impl Problem {
             fill(j, &r, step);
             there[j] = locals[j];
         }
-        for j in 0..parameters {
-            let (step, simulator, states) = moved.by(j);
-            let mut stretcher = Stretcher::new(simulator);
+        for (k, moved) in around.moved.iter().enumerate() {
+            let states = &moved.states[around.index];
+            let mut stretcher = Stretcher::new(&moved.simulator);
             stretcher.follow(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
                 return None;
             }
-            fill(l + j, &r, step);
+            fill(l + k, &r, moved.step);
         }
         for (k, &i) in own.iter().enumerate() {
-            let mut there = x.to_vec();
+            let column = l + around.moved.len() + k;
             let step = 0.5;
+            if self.slope_of_offset(&self.nuisances[i], segment, base, step, &r0, &mut r) {
+                fill(column, &r, step);
+                continue;
+            }
+            let mut there = x.to_vec();
             there[parameters + i] += step;
             let nuisances = self.nuisances_of(&there, segment.recording);
             stretcher.follow(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
                 return None;
             }
-            fill(l + parameters + k, &r, step);
+            fill(column, &r, step);
         }
         for i in 0..m {
             a[(i, l + g)] = weights[i] * r0[i];
@@ -262,5 +309,43 @@ impl Problem {
             locals: l,
             pace,
         })
+    }
+
+    /// Writes to `r` what residuals `r0` become where an offset is a `step` larger, without
+    /// simulating; false for other nuisances, and where the motion begins from a reading.
+    fn slope_of_offset(
+        &self,
+        nuisance: &FreeNuisance,
+        segment: &Segment,
+        simulator: &StretchSimulator,
+        step: f64,
+        r0: &[f64],
+        r: &mut Vec<f64>,
+    ) -> bool {
+        let reading = match nuisance.what {
+            Nuisance::OffsetP => Row::ProofMass,
+            Nuisance::OffsetC => Row::Cantilever,
+            _ => return false,
+        };
+        if simulator.reading_states().is_some() {
+            return false;
+        }
+        let sigmas = &self.data[segment.recording].sigmas;
+        let sigma = match reading {
+            Row::ProofMass => sigmas.xp,
+            _ => sigmas.xc,
+        };
+        let rows = self.rows(segment);
+        let first = rows.iter().position(|row| *row == reading);
+        let count = rows.iter().filter(|row| **row == reading).count();
+        let mut change = vec![-step * nuisance.unit / sigma; count];
+        sigmas.colour.whiten(&mut change);
+        r.clear();
+        r.extend_from_slice(r0);
+        let own = first.map_or(0..0, |first| first..first + count);
+        for (r, change) in r[own].iter_mut().zip(change) {
+            *r += change;
+        }
+        true
     }
 }

@@ -2,11 +2,27 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Problem;
+use super::{Problem, Reduced};
 use crate::fit::chain::Nuisances;
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::sim::{StretchSimulator, Stretcher};
+
+/// Fall of a segment's cost, as a share of it and of 1, that is not worth another round.
+const ENOUGH: f64 = 1e-3;
+/// Fall that is not worth a simulation.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// A segment's own unknowns, improved.
+#[derive(Debug, Clone)]
+pub struct Refined {
+    /// The unknowns.
+    pub locals: Vec<f64>,
+    /// Robust cost; infinite if the segment cannot be simulated.
+    pub cost: f64,
+    /// Residuals, in units of the noise; empty if the segment cannot be simulated.
+    pub residuals: Vec<f64>,
+}
 
 impl Problem {
     /// Robust cost of a segment; infinite if it cannot be simulated.
@@ -30,9 +46,53 @@ impl Problem {
         }
     }
 
-    /// Improves a segment's own unknowns, all else fixed, in at most `rounds` rounds of
-    /// damped least squares; returns them with the cost, which is infinite if the segment
-    /// cannot be simulated.
+    /// The best of `starts` for a segment's own unknowns, corrected by its linearisation
+    /// `near` by: two simulations in place of one for each unknown. `None` where that leads
+    /// nowhere.
+    #[allow(clippy::too_many_arguments)] // all belong to one trial
+    pub fn correct(
+        &self,
+        segment: &Segment,
+        states: &[f64],
+        simulator: &StretchSimulator,
+        nuisances: &Nuisances,
+        starts: &[Vec<f64>],
+        near: &Reduced,
+        huber: Huber,
+    ) -> Option<Refined> {
+        let mut stretcher = Stretcher::new(simulator);
+        let mut at = |mut locals: Vec<f64>| {
+            segment.keep_within(&mut locals);
+            let mut residuals = Vec::new();
+            self.evaluate(
+                segment,
+                states,
+                &mut stretcher,
+                nuisances,
+                &locals,
+                &mut residuals,
+            )
+            .then(|| Refined {
+                cost: huber.total(&residuals),
+                locals,
+                residuals,
+            })
+        };
+        let begun = starts.iter().filter_map(|start| at(start.clone()));
+        let best = begun.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let (change, foreseen) = near.correction(&best.residuals)?;
+        if foreseen < NEGLIGIBLE {
+            return Some(best);
+        }
+        let all = best.locals.iter().zip(change.iter());
+        let there = at(all.map(|(x, d)| x + d).collect());
+        match there.filter(|there| there.cost < best.cost) {
+            Some(there) => Some(there),
+            None => (foreseen < ENOUGH * best.cost.max(1.0)).then_some(best),
+        }
+    }
+
+    /// As [`Self::refined`]: the unknowns and their cost.
     #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn refine(
         &self,
@@ -44,12 +104,33 @@ impl Problem {
         huber: Huber,
         rounds: usize,
     ) -> (Vec<f64>, f64) {
+        let told = self.refined(segment, states, simulator, nuisances, start, huber, rounds);
+        (told.locals, told.cost)
+    }
+
+    /// Improves a segment's own unknowns, all else fixed, in at most `rounds` rounds of
+    /// damped least squares.
+    #[allow(clippy::too_many_arguments)] // all belong to one trial
+    pub fn refined(
+        &self,
+        segment: &Segment,
+        states: &[f64],
+        simulator: &StretchSimulator,
+        nuisances: &Nuisances,
+        start: Vec<f64>,
+        huber: Huber,
+        rounds: usize,
+    ) -> Refined {
         let mut stretcher = Stretcher::new(simulator);
         let mut locals = start;
         segment.keep_within(&mut locals);
         let (mut r0, mut r) = (Vec::new(), Vec::new());
         if !self.evaluate(segment, states, &mut stretcher, nuisances, &locals, &mut r0) {
-            return (locals, f64::INFINITY);
+            return Refined {
+                locals,
+                cost: f64::INFINITY,
+                residuals: Vec::new(),
+            };
         }
         let mut cost = huber.total(&r0);
         let mut damping = 1e-6;
@@ -63,7 +144,11 @@ impl Problem {
                 let step = segment.step(&locals, j);
                 there[j] += step;
                 if !self.evaluate(segment, states, &mut stretcher, nuisances, &there, &mut r) {
-                    return (locals, cost);
+                    return Refined {
+                        locals,
+                        cost,
+                        residuals: r0,
+                    };
                 }
                 for i in 0..m {
                     a[(i, j)] = weights[i] * (r[i] - r0[i]) / step;
@@ -98,10 +183,14 @@ impl Problem {
                 }
                 damping = (10.0 * damping).max(1e-4);
             }
-            if !improved || before - cost < 1e-3 * cost.max(1.0) {
+            if !improved || before - cost < ENOUGH * cost.max(1.0) {
                 break;
             }
         }
-        (locals, cost)
+        Refined {
+            locals,
+            cost,
+            residuals: r0,
+        }
     }
 }

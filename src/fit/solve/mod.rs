@@ -4,7 +4,7 @@
 mod point;
 mod step;
 
-pub use self::point::{Point, residuals_at, scales, settle, threshold};
+pub use self::point::{Point, residuals_at, settle, threshold};
 pub use self::step::normal_equations;
 
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::DVector;
 
-use self::point::at;
+use self::point::{Start, at};
 use self::step::bounded_step;
 use super::problem::Problem;
 use super::robust::Huber;
@@ -166,14 +166,14 @@ fn descend(
     let n = problem.unknowns();
     // Damping after Nielsen (1999): it follows how well the step was foreseen.
     let (mut damping, mut growth) = (1e-4, 2.0);
-    let loss = |point: &Point| fixed.map_or_else(|| threshold(problem, point), Ok);
-    let mut huber = loss(&point)?;
+    let mut huber = fixed.map_or_else(|| threshold(problem, &point), Ok)?;
     point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
     for _ in 0..plan.iterations {
         if control.cancelled() {
             break;
         }
-        let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber)?;
+        let reduced =
+            problem.linearise(&point.x, &point.segments, &point.used, huber, plan.locked)?;
         let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
         let mut accepted = None;
         let mut converged = false;
@@ -192,15 +192,18 @@ fn descend(
                 .segments
                 .iter()
                 .zip(&reduced)
-                .map(|(segment, r)| {
-                    let Some(changes) = r.as_ref().and_then(|r| r.local_changes(&step)) else {
-                        return vec![segment.locals.clone()];
+                .map(|(segment, reduced)| {
+                    let changes = reduced
+                        .as_ref()
+                        .and_then(|r| Some((r, r.local_changes(&step)?)));
+                    let Some((reduced, changes)) = changes else {
+                        return Start::Here(segment.locals.clone());
                     };
-                    let moved = |change: &DVector<f64>| {
+                    let moved = |change: DVector<f64>| {
                         let all = segment.locals.iter().zip(change.iter());
                         all.map(|(x, d)| x + d).collect()
                     };
-                    changes.iter().map(moved).collect()
+                    Start::Near(changes.map(moved), reduced)
                 })
                 .collect();
             let whole = (&point.segments[..], &point.used[..]);
@@ -230,7 +233,7 @@ fn descend(
             point = trial;
         }
         clock.tell(plan.stage, problem, &point, control);
-        let finer = loss(&point)?;
+        let finer = fixed.unwrap_or_else(|| point.threshold());
         if finer.0 < 0.9 * huber.0 {
             huber = finer;
             point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::fit::problem::Problem;
+use crate::fit::problem::{Problem, Reduced};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
@@ -22,6 +22,9 @@ pub struct Point {
     pub alive: Vec<bool>,
     /// Whether a segment has a say.
     pub used: Vec<bool>,
+    /// Scale of each segment's residuals in units of the noise where they were last fitted:
+    /// what 68 % of them stay below. Infinite where there are none.
+    scales: Vec<f64>,
     /// Robust cost.
     pub cost: f64,
     /// Rows in all.
@@ -40,54 +43,69 @@ pub fn settle(
     huber: Huber,
     rounds: usize,
 ) -> Result<Point, SimError> {
-    let starts = segments.iter().map(|s| vec![s.locals.clone()]).collect();
-    at(problem, x, (segments, used), starts, huber, rounds)
+    let starts = segments.iter().map(|s| Start::Here(s.locals.clone()));
+    at(
+        problem,
+        x,
+        (segments, used),
+        starts.collect(),
+        huber,
+        rounds,
+    )
+}
+
+/// Where the search for a segment's own unknowns starts.
+pub(super) enum Start<'a> {
+    /// There, where nothing is known of it.
+    Here(Vec<f64>),
+    /// At one of these, near where it was linearised.
+    Near([Vec<f64>; 2], &'a Reduced),
 }
 
 pub(super) fn at(
     problem: &Problem,
     x: &[f64],
     (segments, used): (&[Segment], &[bool]),
-    starts: Vec<Vec<Vec<f64>>>,
+    starts: Vec<Start<'_>>,
     huber: Huber,
     rounds: usize,
 ) -> Result<Point, SimError> {
     let simulator = problem.simulator(x)?;
     let states = problem.states(x, &simulator, segments);
-    let fitted: Vec<(Vec<f64>, f64)> = segments
+    let fitted: Vec<(Vec<f64>, f64, f64)> = segments
         .par_iter()
         .zip(starts)
         .enumerate()
-        .map(|(i, (segment, starts))| {
+        .map(|(i, (segment, start))| {
             if !used[i] {
-                return (segment.locals.clone(), 0.0);
+                return (segment.locals.clone(), 0.0, f64::INFINITY);
             }
-            let nuisances = problem.nuisances_of(x, segment.recording);
-            let cost = |locals: &[f64]| {
-                problem.cost(segment, &states[i], &simulator, &nuisances, locals, huber)
+            let (near, state) = (problem.nuisances_of(x, segment.recording), &states[i]);
+            let known = match &start {
+                Start::Here(_) => None,
+                Start::Near(starts, by) => {
+                    problem.correct(segment, state, &simulator, &near, starts, by, huber)
+                }
             };
-            let start = if starts.len() < 2 {
-                starts.into_iter().next()
-            } else {
-                let weighed = starts.into_iter().map(|s| (cost(&s), s));
-                weighed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1)
-            };
-            let start = start.unwrap_or_else(|| segment.locals.clone());
-            problem.refine(
-                segment, &states[i], &simulator, &nuisances, start, huber, rounds,
-            )
+            let told = known.unwrap_or_else(|| {
+                let (Start::Here(first) | Start::Near([first, _], _)) = start;
+                problem.refined(segment, state, &simulator, &near, first, huber, rounds)
+            });
+            let scale = scale_of(told.residuals);
+            (told.locals, told.cost, scale)
         })
         .collect();
     let mut point = Point {
         x: x.to_vec(),
         segments: segments.to_vec(),
         alive: Vec::with_capacity(segments.len()),
+        scales: fitted.iter().map(|f| f.2).collect(),
         used: used.to_vec(),
         cost: problem.priors(x).iter().map(|p| huber.cost(p.2)).sum(),
         rows: 0,
     };
     let own = point.segments.iter_mut().zip(fitted).zip(used);
-    for ((segment, (locals, cost)), used) in own {
+    for ((segment, (locals, cost, _)), used) in own {
         segment.locals = locals;
         point.alive.push(cost.is_finite());
         if !used {
@@ -105,19 +123,13 @@ pub(super) fn at(
     Ok(point)
 }
 
-/// Scale of each segment's residuals in units of the noise: what 68 % of them stay below.
-///
-/// # Errors
-/// [`SimError`] if the model makes no sense at the point.
-pub fn scales(problem: &Problem, point: &Point) -> Result<Vec<f64>, SimError> {
-    let scale = |r: Option<Vec<f64>>| {
-        r.map_or(f64::INFINITY, |mut r| {
-            r.iter_mut().for_each(|r| *r = r.abs());
-            quantile_in_place(&mut r, 0.683)
-        })
-    };
-    let all = residuals_at(problem, point, |_, _| true)?;
-    Ok(all.into_iter().map(scale).collect())
+/// What 68 % of residuals stay below; infinite where there are none.
+fn scale_of(mut residuals: Vec<f64>) -> f64 {
+    if residuals.is_empty() {
+        return f64::INFINITY;
+    }
+    residuals.iter_mut().for_each(|r| *r = r.abs());
+    quantile_in_place(&mut residuals, 0.683)
 }
 
 /// Residuals of those segments at a point that are asked for, by index and segment, in units of
@@ -151,19 +163,48 @@ pub fn residuals_at(
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
 pub fn threshold(problem: &Problem, point: &Point) -> Result<Huber, SimError> {
-    let all = scales(problem, point)?;
-    let own = all.into_iter().zip(&point.used);
+    let all = residuals_at(problem, point, |_, _| true)?;
+    let scales: Vec<f64> = all
+        .into_iter()
+        .map(|r| r.map_or(f64::INFINITY, scale_of))
+        .collect();
+    Ok(threshold_of(&scales, &point.used))
+}
+
+/// Threshold of the loss that suits residuals of such scales.
+fn threshold_of(scales: &[f64], used: &[bool]) -> Huber {
+    let own = scales.iter().zip(used);
     let mut finite: Vec<f64> = own
         .filter(|(s, used)| **used && s.is_finite())
-        .map(|(s, _)| s)
+        .map(|(s, _)| *s)
         .collect();
     let scale = quantile_in_place(&mut finite, 0.75);
-    Ok(Huber(
+    Huber(
         THRESHOLD
             * if scale.is_finite() {
                 scale.max(1.0)
             } else {
                 1.0
             },
-    ))
+    )
+}
+
+impl Point {
+    /// Unknowns `x` and all of `segments`, nothing fitted yet.
+    pub fn unfitted(x: Vec<f64>, segments: &[Segment]) -> Self {
+        Self {
+            x,
+            segments: segments.to_vec(),
+            alive: vec![true; segments.len()],
+            used: vec![true; segments.len()],
+            scales: vec![f64::INFINITY; segments.len()],
+            cost: f64::INFINITY,
+            rows: 0,
+        }
+    }
+
+    /// The same for residuals as they were when the point was made.
+    pub(super) fn threshold(&self) -> Huber {
+        threshold_of(&self.scales, &self.used)
+    }
 }

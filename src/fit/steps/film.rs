@@ -180,14 +180,7 @@ fn compare(
     x.extend_from_slice(&prepared.nuisances);
     let begin =
         |x: &[f64], from: &Point| settle(problem, x, &from.segments, &from.used, FAR, ROUNDS);
-    let raw = Point {
-        x: x.clone(),
-        segments: prepared.segments.clone(),
-        alive: vec![true; prepared.segments.len()],
-        used: vec![true; prepared.segments.len()],
-        cost: f64::INFINITY,
-        rows: 0,
-    };
+    let raw = Point::unfitted(x.clone(), &prepared.segments);
     let mut none = x.clone();
     none[STRENGTH] = space.entries[STRENGTH].low;
     let bare = Plan {
