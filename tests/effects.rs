@@ -97,10 +97,16 @@ fn drive_effects() {
     };
     check("amplifier_lag", &[("tau", 80e-6)], effects, &[SQUARE]);
     let effects = Effects {
-        creep: (0.1, 8e-3),
+        creep: [(0.1, 8e-3), (0.0, 0.0)],
         ..Effects::default()
     };
     let values = [("c", 0.1), ("tau", 8e-3)];
+    check("piezo_creep", &values, effects, &[SQUARE, SINE]);
+    let effects = Effects {
+        creep: [(0.06, 3e-3), (0.05, 20e-3)],
+        ..Effects::default()
+    };
+    let values = [("c", 0.06), ("tau", 3e-3), ("c2", 0.05), ("tau2", 20e-3)];
     check("piezo_creep", &values, effects, &[SQUARE, SINE]);
 }
 

@@ -19,7 +19,7 @@ use impactscope::sim::{Options, Trace, simulate};
 /// Parameters whose zero switches an effect off.
 const STRENGTHS: [(&str, &[&str]); 17] = [
     ("amplifier_lag", &["tau", "r"]),
-    ("piezo_creep", &["c"]),
+    ("piezo_creep", &["c", "c2"]),
     ("hysteresis_memory", &["s"]),
     ("electrostatic", &["A"]),
     ("extra_mode", &["phi_c", "phi_p", "phi_d"]),

@@ -173,6 +173,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
                     "long_range_attraction" => &[2],
                     "amplifier_lag" if strength == 0 => &[1],
                     "amplifier_lag" => &[0],
+                    "piezo_creep" => &[2, 3],
                     "zero_drift" if strength == 0 => &[2],
                     _ => &[],
                 },
@@ -193,7 +194,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
             }
             "piezo_creep" if driven => {
                 for tau in [2e-3, 8e-3, 30e-3, 0.12, 0.5] {
-                    add(&[0.02, tau], 0, false, &[0, 1]);
+                    add(&[0.02, tau, 0.0, tau], 0, false, &[0, 1]);
                 }
             }
             "hysteresis_memory" if driven => {

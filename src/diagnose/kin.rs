@@ -142,7 +142,17 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .into_iter()
             .map(|(_, middle, width)| window(Against::Velocity, middle, width, OFF * v[0]))
             .collect(),
-        "piezo_creep" | "zero_drift" => other_times(0, 1),
+        "zero_drift" => other_times(0, 1),
+        // One more element beside those that there are.
+        "piezo_creep" => {
+            let shares = v.iter().step_by(2);
+            let own = v.chunks_exact(2).filter(|e| e[0] != 0.0);
+            let times = own.flat_map(|e| TIMES.map(|factor| factor * e[1]));
+            let share = OFF * shares.sum::<f64>();
+            times
+                .filter_map(|tau| wrapped(effect, &[share, tau, 0.0, tau], None))
+                .collect()
+        }
         // A first-order lag or a bounded pace of another size, or the one that is as late in the
         // place of the other.
         "amplifier_lag" => {

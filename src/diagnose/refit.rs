@@ -25,6 +25,9 @@ const LARGE: f64 = 1e4;
 /// constant as well.
 const BY_PACE: f64 = 0.75;
 
+/// Creep of two times begins with them so many times shorter and longer than one of them all.
+const APART_BY: f64 = 3.0;
+
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
 /// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
 /// a hump of one is left. A shape of one number stays free in later fits; one of more is
@@ -65,9 +68,17 @@ pub fn shaped(
         whole
             .bounds
             .push((tau, (LEAST_LAG * SHORTEST_LAG, f64::INFINITY)));
-        start = with_effect(&start, both.clone());
+        whole.start = both;
+    } else if let Some(both) = creeping(effect) {
+        let ids = own_ids(both.spec, &[0, 1, 2, 3]);
+        for (own, further) in ids[..2].iter().zip(&ids[2..]) {
+            let bound = whole.bounds.iter().find(|(id, _)| id == own);
+            let further = bound.map(|(_, bound)| (further.clone(), *bound));
+            whole.bounds.extend(further);
+        }
         whole.start = both;
     }
+    start = with_effect(&start, whole.start.clone());
     let other = if whole.start.spec.id == "extra_mode" {
         match further::one_more(&bench.train, whole, &trial.train)? {
             Some(both) => likeliest(bench, stand, &both, &trial.train, control)?,
@@ -114,6 +125,18 @@ fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffec
     Some(ActiveEffect {
         spec: effect.spec,
         values: vec![tau, pace],
+    })
+}
+
+/// Creep of one time as half of it each of a shorter and of a longer one; `None` for other
+/// effects.
+fn creeping(effect: &ActiveEffect) -> Option<ActiveEffect> {
+    let [share, tau, 0.0, _] = effect.values[..] else {
+        return None;
+    };
+    (effect.spec.id == "piezo_creep").then(|| ActiveEffect {
+        spec: effect.spec,
+        values: vec![0.5 * share, tau / APART_BY, 0.5 * share, tau * APART_BY],
     })
 }
 

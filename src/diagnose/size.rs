@@ -43,7 +43,8 @@ pub fn of(effect: &ActiveEffect, model: &Model, samples: &[Sample]) -> f64 {
     match effect.spec.id {
         // Creep reaches this share of the drive's force.
         "piezo_creep" => {
-            return effect.values[0].abs() * p[ParameterId::Eta] * 5.0;
+            let share = effect.values[0] + effect.values[2];
+            return share.abs() * p[ParameterId::Eta] * 5.0;
         }
         "adhesion_saturation" => return effect.values[0],
         _ => {}

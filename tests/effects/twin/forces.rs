@@ -27,7 +27,7 @@ impl Machine<'_> {
     /// gc and the voltage of the film.
     fn gain(&self, t: f64, s: &State) -> f64 {
         let Some(rising) = self.piece.rising else {
-            return self.e().creep.0 * s[7];
+            return self.creep(s);
         };
         let volt = if self.e().amplifier_tau > 0.0 {
             s[6]
@@ -48,7 +48,13 @@ impl Machine<'_> {
             let half = 0.5 * (1.4796 + 0.6350);
             gc += share * (mean + width * half * self.loops(volt) - gc);
         }
-        gc + self.e().creep.0 * s[7]
+        gc + self.creep(s)
+    }
+
+    /// What creep adds to gc.
+    fn creep(&self, s: &State) -> f64 {
+        let [own, further] = self.e().creep;
+        own.0 * s[7] + further.0 * s[11]
     }
 
     /// The plays' sum below the middle of its own cycle between plus and minus the reference,
@@ -161,7 +167,7 @@ impl Machine<'_> {
             aq,
             lag(e.amplifier_tau, volt, s[6]),
             // Creep answers to gc without itself.
-            lag(e.creep.1, gain - e.creep.0 * s[7], s[7]),
+            lag(e.creep[0].1, gain - self.creep(s), s[7]),
             lag(
                 e.film_tau
                     * (2e5 * e.film_tau)
@@ -177,6 +183,7 @@ impl Machine<'_> {
             ),
             lag(e.sensor_tau, xp, s[9]),
             lag(e.sensor_tau, xc, s[10]),
+            lag(e.creep[1].1, gain - self.creep(s), s[11]),
         ];
         (rates, hold)
     }

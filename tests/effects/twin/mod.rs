@@ -41,7 +41,8 @@ pub struct Memory {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Effects {
     pub amplifier_tau: f64,
-    pub creep: (f64, f64),
+    /// Share and time of either element.
+    pub creep: [(f64, f64); 2],
     pub memory: Memory,
     /// Area, gap.
     pub electrostatic: (f64, f64),
@@ -84,8 +85,9 @@ pub struct Twin {
     pub steps: (f64, f64),
 }
 
-/// `yc yp yc' yp' q q'`, then lagged voltage, creep, film force, lagged readings p and c.
-type State = [f64; 11];
+/// `yc yp yc' yp' q q'`, then lagged voltage, creep, film force, lagged readings p and c,
+/// further creep.
+type State = [f64; 12];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
