@@ -5,7 +5,7 @@ use super::bench::{Bench, Fitted, Side};
 use super::chance::{self, HELD_GAIN, by_chance};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
-use super::refit::shaped;
+use super::refit::{plainer, shaped};
 use super::weigh::{is_asked, weigh};
 use super::{choice, further, kin, needless};
 use crate::model::effects::EffectSpec;
@@ -351,6 +351,7 @@ fn search(
         }
         if only.is_none() {
             needless::remove(&bench, &mut stand, control)?;
+            plainer(&bench, &mut stand, control)?;
         }
     }
     Ok(Explanation {

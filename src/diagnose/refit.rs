@@ -7,7 +7,7 @@ use super::explain::{APART, Stand, Trial};
 use super::further;
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
-use super::weigh::{begun_from, likeliest, with_freedoms};
+use super::weigh::{ITERATIONS, begun_from, freedoms, likeliest, with_freedoms};
 use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Fall of chi2 on both sides from which a law has shown up.
@@ -100,11 +100,73 @@ pub fn shaped(
     if shape.len() > 1 {
         other.hypothesis.free.clone_from(&hypothesis.free);
     }
-    let (more, held_more) = (other.gain - trial.gain, other.held_gain - trial.held_gain);
+    let held_more = stand.held_out.as_ref();
+    let held_more = held_more.map(|_| other.held_gain - trial.held_gain);
+    let tells = tells(other.gain - trial.gain, held_more);
+    Ok(if tells { other } else { trial })
+}
+
+/// Whether a shape that brings so much on the fitted recordings, and on those kept out if there
+/// are any, is a better one by more than chance.
+fn tells(more: f64, held_more: Option<f64>) -> bool {
     let (own, both) = SHAPED_BY_BOTH;
-    let confirmed = more.min(held_more) > own && more + held_more > both;
-    let told = more > SHAPED && (stand.held_out.is_none() || held_more > 0.0);
-    Ok(if told || confirmed { other } else { trial })
+    let held = held_more.unwrap_or(0.0);
+    let confirmed = more.min(held) > own && more + held > both;
+    more > SHAPED && held_more.is_none_or(|held| held > 0.0) || confirmed
+}
+
+/// Takes back the shape of laws named before the latest one that tells nothing beside that: what
+/// it told was the latest one's.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn plainer(
+    bench: &Bench,
+    stand: &mut Stand,
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    let latest = stand.named.last().map(|n| n.spec);
+    let mut effects = stand.train.model.effects.clone();
+    effects.retain(|e| Some(e.spec) != latest && stand.named.iter().any(|n| n.spec == e.spec));
+    for plain in effects.iter().filter_map(of_one_time) {
+        if control.cancelled() {
+            break;
+        }
+        let start = with_effect(&stand.train.model, plain);
+        let (free, bounds) = freedoms(stand);
+        let train = match bench.fit(&start, &free, &bounds, &stand.train, ITERATIONS, control) {
+            Ok(fitted) => fitted,
+            Err(DiagnoseError::Sim(_)) => continue,
+            Err(error) => return Err(error),
+        };
+        let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
+        let held = held_out.as_ref().zip(stand.held_out.as_ref());
+        let held_more = held.map(|(plain, shaped)| plain.cost - shaped.cost);
+        let more = train.cost - stand.train.cost;
+        log::debug!("a shape brings {more:.0}, {held_more:?} kept out beside the latest name");
+        if !tells(more, held_more) {
+            stand.train = train;
+            stand.held_out = held_out;
+        }
+    }
+    Ok(())
+}
+
+/// Creep of two times as that of one between them; `None` for other effects.
+fn of_one_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
+    let [share, tau, further, tau2] = effect.values[..] else {
+        return None;
+    };
+    let all = share + further;
+    (effect.spec.id == "piezo_creep" && further != 0.0 && all != 0.0).then(|| ActiveEffect {
+        spec: effect.spec,
+        values: vec![
+            all,
+            ((share * tau.ln() + further * tau2.ln()) / all).exp(),
+            0.0,
+            tau2,
+        ],
+    })
 }
 
 /// An amplifier that has a time constant or a bounded pace with both, as late as before for an
@@ -213,6 +275,20 @@ mod tests {
             voltage = (voltage + settles.min(most) * STEP).min(edge);
         }
         area / edge
+    }
+
+    #[test]
+    fn creep_of_two_times_is_as_large_and_as_slow_as_that_of_one() {
+        let spec = find("piezo_creep").unwrap();
+        let values = vec![0.05, 12e-3, 0.0, 0.2];
+        let one = ActiveEffect { spec, values };
+        let two = creeping(&one).unwrap();
+        assert!(two.values[1] < 12e-3 && two.values[3] > 12e-3, "{two:?}");
+        assert!(creeping(&two).is_none() && of_one_time(&one).is_none());
+        let back = of_one_time(&two).unwrap();
+        for (back, one) in back.values[..3].iter().zip(&one.values) {
+            assert!((back - one).abs() < 1e-12, "{back} {one}");
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ const FAR: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MOST: usize = 4;
 /// Steps of a fit at most.
-const ITERATIONS: usize = 12;
+pub const ITERATIONS: usize = 12;
 /// A ground that steps leaves the flight as it is.
 const STEP: &str = "gap_step";
 
