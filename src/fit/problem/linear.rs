@@ -349,3 +349,7 @@ impl Problem {
         true
     }
 }
+
+#[cfg(test)]
+#[path = "linear_tests.rs"]
+mod tests;

@@ -47,8 +47,8 @@ impl Problem {
     }
 
     /// The best of `starts` for a segment's own unknowns, corrected by its linearisation
-    /// `near` by: two simulations in place of one for each unknown. `None` where that leads
-    /// nowhere.
+    /// `near` by: two simulations in place of one for each unknown. Where that leads nowhere it
+    /// is improved in `rounds` as if nothing were known. `None` if no start can be simulated.
     #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn correct(
         &self,
@@ -58,7 +58,7 @@ impl Problem {
         nuisances: &Nuisances,
         starts: &[Vec<f64>],
         near: &Reduced,
-        huber: Huber,
+        (huber, rounds): (Huber, usize),
     ) -> Option<Refined> {
         let mut stretcher = Stretcher::new(simulator);
         let mut at = |mut locals: Vec<f64>| {
@@ -80,16 +80,22 @@ impl Problem {
         };
         let begun = starts.iter().filter_map(|start| at(start.clone()));
         let best = begun.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let (change, foreseen) = near.correction(&best.residuals)?;
-        if foreseen < NEGLIGIBLE {
-            return Some(best);
+        let correction = near.correction(&best.residuals);
+        if let Some((change, foreseen)) = correction {
+            if foreseen < NEGLIGIBLE {
+                return Some(best);
+            }
+            let all = best.locals.iter().zip(change.iter());
+            let there = at(all.map(|(x, d)| x + d).collect());
+            if let Some(there) = there.filter(|there| there.cost < best.cost) {
+                return Some(there);
+            }
+            if foreseen < ENOUGH * best.cost.max(1.0) {
+                return Some(best);
+            }
         }
-        let all = best.locals.iter().zip(change.iter());
-        let there = at(all.map(|(x, d)| x + d).collect());
-        match there.filter(|there| there.cost < best.cost) {
-            Some(there) => Some(there),
-            None => (foreseen < ENOUGH * best.cost.max(1.0)).then_some(best),
-        }
+        let start = best.locals;
+        Some(self.refined(segment, states, simulator, nuisances, start, huber, rounds))
     }
 
     /// As [`Self::refined`]: the unknowns and their cost.

@@ -84,7 +84,8 @@ pub(super) fn at(
             let known = match &start {
                 Start::Here(_) => None,
                 Start::Near(starts, by) => {
-                    problem.correct(segment, state, &simulator, &near, starts, by, huber)
+                    let loss = (huber, rounds);
+                    problem.correct(segment, state, &simulator, &near, starts, by, loss)
                 }
             };
             let told = known.unwrap_or_else(|| {

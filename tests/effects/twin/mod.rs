@@ -198,7 +198,7 @@ impl Twin {
         };
         // Bent by a force on the mass: K y = [0, F].
         let (x, v) = self.start;
-        let mut s = [0.0; 11];
+        let mut s = [0.0; 12];
         (s[0], s[1]) = (-k[0][1] / k[0][0] * x, x);
         machine.set_velocity(&mut s, v);
         (s[9], s[10]) = (s[1], s[0]);

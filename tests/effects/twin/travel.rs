@@ -33,20 +33,20 @@ impl Machine<'_> {
             -2187.0 / 6784.0,
             11.0 / 84.0,
         ];
-        let mut k = [[0.0; 11]; 6];
+        let mut k = [[0.0; 12]; 6];
         for stage in 0..6 {
             let mut at = *s;
             for (a, k) in A[stage].iter().zip(&k) {
-                for i in 0..11 {
-                    at[i] += h * a * k[i];
+                for (at, k) in at.iter_mut().zip(k) {
+                    *at += h * a * k;
                 }
             }
             k[stage] = self.rates(t + C[stage] * h, &at).0;
         }
         let mut next = *s;
         for (b, k) in B.iter().zip(&k) {
-            for i in 0..11 {
-                next[i] += h * b * k[i];
+            for (next, k) in next.iter_mut().zip(k) {
+                *next += h * b * k;
             }
         }
         next
