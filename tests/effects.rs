@@ -103,6 +103,12 @@ fn drive_effects() {
     let values = [("c", 0.1), ("tau", 8e-3)];
     check("piezo_creep", &values, effects, &[SQUARE, SINE]);
     let effects = Effects {
+        creep: [(0.0, 0.0), (0.05, 20e-3)],
+        ..Effects::default()
+    };
+    let values = [("c", 0.0), ("c2", 0.05), ("tau2", 20e-3)];
+    check("piezo_creep", &values, effects, &[SQUARE]);
+    let effects = Effects {
         creep: [(0.06, 3e-3), (0.05, 20e-3)],
         ..Effects::default()
     };

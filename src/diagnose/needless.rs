@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::chance::{HELD_GAIN, TRAIN_GAIN, by_chance};
 use super::explain::Stand;
 use super::options::{DiagnoseControl, DiagnoseError};
-use super::weigh::freedoms;
+use super::weigh::{ITERATIONS, freedoms};
 use crate::model::Model;
 
 /// An earlier effect that brought so many times more than a later one is not asked again
@@ -49,7 +49,7 @@ pub fn remove(
         let mut start: Model = stand.train.model.clone();
         start.effects.retain(|e| e.spec != dropped.spec);
         let (free, bounds) = freedoms(&without);
-        let train = match bench.fit(&start, &free, &bounds, &stand.train, 12, control) {
+        let train = match bench.fit(&start, &free, &bounds, &stand.train, ITERATIONS, control) {
             Ok(fitted) => fitted,
             Err(DiagnoseError::Sim(_)) => {
                 k += 1;

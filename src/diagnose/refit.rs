@@ -2,6 +2,7 @@
 
 use super::bench::{Bench, with_effect};
 use super::candidates::{LEAST_LAG, SHORTEST_LAG, own_ids, shape_of};
+use super::chance::vanishes;
 use super::evidence::spans;
 use super::explain::{APART, Stand, Trial};
 use super::further;
@@ -30,7 +31,7 @@ const APART_BY: f64 = 3.0;
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
 /// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
-/// a hump of one is left. A shape of one number stays free in later fits; one of more is
+/// a hump of one is left; that of creep is a second time. A shape of one number stays free in later fits; one of more is
 /// kept as it is, for they would take too long.
 ///
 /// # Errors
@@ -57,7 +58,6 @@ pub fn shaped(
         free,
         ..hypothesis.clone()
     };
-    let mut start = trial.train.model.clone();
     let edge = || {
         let (_, _, volts) = spans(&trial.train);
         volts.1 - volts.0
@@ -78,7 +78,7 @@ pub fn shaped(
         }
         whole.start = both;
     }
-    start = with_effect(&start, whole.start.clone());
+    let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.id == "extra_mode" {
         match further::one_more(&bench.train, whole, &trial.train)? {
             Some(both) => likeliest(bench, stand, &both, &trial.train, control)?,
@@ -102,8 +102,10 @@ pub fn shaped(
     }
     let held_more = stand.held_out.as_ref();
     let held_more = held_more.map(|_| other.held_gain - trial.held_gain);
-    let tells = tells(other.gain - trial.gain, held_more);
-    Ok(if tells { other } else { trial })
+    // What has left its own strength to its shape is no better told by it.
+    let better = tells(other.gain - trial.gain, held_more)
+        && !vanishes(&other.hypothesis, &other.train.model);
+    Ok(if better { other } else { trial })
 }
 
 /// Whether a shape that brings so much on the fitted recordings, and on those kept out if there
@@ -115,8 +117,8 @@ fn tells(more: f64, held_more: Option<f64>) -> bool {
     more > SHAPED && held_more.is_none_or(|held| held > 0.0) || confirmed
 }
 
-/// Takes back the shape of laws named before the latest one that tells nothing beside that: what
-/// it told was the latest one's.
+/// Takes back that creep named before the latest effect has two times, where that tells nothing
+/// beside the latest: what it told was the latest one's.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -132,6 +134,7 @@ pub fn plainer(
         if control.cancelled() {
             break;
         }
+        let spec = plain.spec;
         let start = with_effect(&stand.train.model, plain);
         let (free, bounds) = freedoms(stand);
         let train = match bench.fit(&start, &free, &bounds, &stand.train, ITERATIONS, control) {
@@ -145,6 +148,10 @@ pub fn plainer(
         let more = train.cost - stand.train.cost;
         log::debug!("a shape brings {more:.0}, {held_more:?} kept out beside the latest name");
         if !tells(more, held_more) {
+            for own in stand.named.iter_mut().filter(|n| n.spec == spec) {
+                own.gain.0 -= more;
+                own.gain.1 -= held_more.unwrap_or(0.0);
+            }
             stand.train = train;
             stand.held_out = held_out;
         }
@@ -158,7 +165,7 @@ fn of_one_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
         return None;
     };
     let all = share + further;
-    (effect.spec.id == "piezo_creep" && further != 0.0 && all != 0.0).then(|| ActiveEffect {
+    (effect.spec.id == "piezo_creep" && share * further > 0.0).then(|| ActiveEffect {
         spec: effect.spec,
         values: vec![
             all,

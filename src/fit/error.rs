@@ -18,7 +18,7 @@ pub enum FitError {
     #[error("{id} has no bearing on the device {device}; lock it")]
     Unused { id: String, device: String },
     #[error(
-        "{id} belongs to a mode that the device does not have, for its shapes are 0; give them values first, or lock it"
+        "{id} belongs to what the device does not have, for the shapes of that mode or the share of that creep are 0; give them values first, or lock it"
     )]
     Idle { id: String },
     #[error("no recording was given; give at least one to fit to")]

@@ -137,10 +137,11 @@ pub fn set_clocks(
         if now < WELL * rows as f64 {
             continue;
         }
+        let looked = told(present, LOOK).0.max(now);
         let best = tried
             .iter()
             .filter(|skew| (**skew - present).abs() > NEAR)
-            .filter(|skew| told(**skew, LOOK).0 < HOPEFUL * now)
+            .filter(|skew| told(**skew, LOOK).0 < HOPEFUL * looked)
             .map(|&skew| (skew, told(skew, ROUNDS)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((skew, (cost, locals))) = best

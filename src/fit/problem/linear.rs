@@ -110,8 +110,8 @@ fn same_states(a: &Model, b: &Model) -> bool {
 }
 
 impl Problem {
-    /// Linearises the segments that are used at unknowns `x`, but for those that are
-    /// `locked`; `None` for the other segments and for those that cannot be simulated.
+    /// Linearises the segments that are used at unknowns `x`, in all of these but the `locked`
+    /// ones; `None` for the other segments and for those that cannot be simulated.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense at `x`.
@@ -286,7 +286,7 @@ impl Problem {
         for (k, &i) in own.iter().enumerate() {
             let column = l + around.moved.len() + k;
             let step = 0.5;
-            if self.slope_of_offset(&self.nuisances[i], segment, base, step, &r0, &mut r) {
+            if self.shifted_by_offset(&self.nuisances[i], segment, base, step, &r0, &mut r) {
                 fill(column, &r, step);
                 continue;
             }
@@ -313,7 +313,7 @@ impl Problem {
 
     /// Writes to `r` what residuals `r0` become where an offset is a `step` larger, without
     /// simulating; false for other nuisances, and where the motion begins from a reading.
-    fn slope_of_offset(
+    fn shifted_by_offset(
         &self,
         nuisance: &FreeNuisance,
         segment: &Segment,

@@ -135,7 +135,7 @@ fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
             &rig,
             &starts,
             &near.unwrap(),
-            (LOSS, 1),
+            (LOSS, 0),
         );
         let told = told.unwrap().cost;
         let start = segment.locals.clone();

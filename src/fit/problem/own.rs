@@ -13,6 +13,9 @@ const ENOUGH: f64 = 1e-3;
 /// Fall that is not worth a simulation.
 const NEGLIGIBLE: f64 = 1e-4;
 
+/// Share of the fall foreseen from which a correction has kept its promise.
+const KEPT: f64 = 0.25;
+
 /// A segment's own unknowns, improved.
 #[derive(Debug, Clone)]
 pub struct Refined {
@@ -46,8 +49,8 @@ impl Problem {
         }
     }
 
-    /// The best of `starts` for a segment's own unknowns, corrected by its linearisation
-    /// `near` by: two simulations in place of one for each unknown. Where that leads nowhere it
+    /// The best of `starts` for a segment's own unknowns, corrected by a linearisation
+    /// nearby: one more simulation in place of one for each unknown. Where that leads nowhere it
     /// is improved in `rounds` as if nothing were known. `None` if no start can be simulated.
     #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn correct(
@@ -79,7 +82,7 @@ impl Problem {
             })
         };
         let begun = starts.iter().filter_map(|start| at(start.clone()));
-        let best = begun.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let mut best = begun.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let correction = near.correction(&best.residuals);
         if let Some((change, foreseen)) = correction {
             if foreseen < NEGLIGIBLE {
@@ -88,7 +91,11 @@ impl Problem {
             let all = best.locals.iter().zip(change.iter());
             let there = at(all.map(|(x, d)| x + d).collect());
             if let Some(there) = there.filter(|there| there.cost < best.cost) {
-                return Some(there);
+                let fall = best.cost - there.cost;
+                best = there;
+                if fall > KEPT * foreseen {
+                    return Some(best);
+                }
             }
             if foreseen < ENOUGH * best.cost.max(1.0) {
                 return Some(best);

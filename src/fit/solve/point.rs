@@ -204,7 +204,7 @@ impl Point {
         }
     }
 
-    /// The same for residuals as they were when the point was made.
+    /// Threshold of the loss that suits the residuals as they were when the point was made.
     pub(super) fn threshold(&self) -> Huber {
         threshold_of(&self.scales, &self.used)
     }

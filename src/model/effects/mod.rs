@@ -140,10 +140,16 @@ impl ActiveEffect {
     }
 
     /// Whether parameter number `i` bears on anything while the others are as they are: a
-    /// further mode that has no shape is none, and a fit that moved it would change what
-    /// there is to fit.
+    /// further mode that has no shape is none, nor is an element of creep without a share, and
+    /// a fit that moved it would change what there is to fit.
     pub fn bears(&self, i: usize) -> bool {
-        self.spec != &extra_mode::EFFECT || extra_mode::bears(&self.values, i)
+        if *self.spec == extra_mode::EFFECT {
+            extra_mode::bears(&self.values, i)
+        } else if *self.spec == piezo_creep::EFFECT {
+            piezo_creep::bears(&self.values, i)
+        } else {
+            true
+        }
     }
 
     /// Whether moving parameter number `i` alone can change anything.

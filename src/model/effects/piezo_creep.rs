@@ -72,6 +72,11 @@ pub static EFFECT: EffectSpec = EffectSpec {
     },
 };
 
+/// Whether parameter number `i` bears on anything: see [`super::ActiveEffect::bears`].
+pub(super) fn bears(values: &[f64], i: usize) -> bool {
+    i < 2 || values[2] != 0.0
+}
+
 #[derive(Debug)]
 struct PiezoCreep {
     /// Share of each element, and the rate at which it settles \[1/s\].

@@ -52,7 +52,9 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
             } else {
                 "/term/creep/tau/0"
             };
-            (others == [Some(0.0); 2]).then_some(exact(number(path)?))
+            // Of two elements neither is the one that there is.
+            let one = stated("c2").is_none_or(|c2| c2.value == 0.0);
+            (others == [Some(0.0); 2] && one).then_some(exact(number(path)?))
         }
         ("quadratic_drag", "cd") => Some(within(number("/term/drag/cd")?, OF_FORCE)),
         ("dry_friction", "fc") => Some(within(number("/friction")?, OF_FORCE)),
@@ -191,6 +193,9 @@ mod tests {
             let truth = truth(id, formulation);
             assert_eq!(true_value(&truth, &named(id, &[]), parameter), None, "{id}");
         }
+        let one = truth("piezo_creep", "one Kelvin");
+        let two = named("piezo_creep", &[("c", 0.02), ("c2", 0.01)]);
+        assert_eq!(true_value(&one, &two, "c"), None);
         let truth = truth("long_range_attraction", "power");
         let power = truth.effects[0].law["term"]["power_attraction"]["power"].as_f64();
         let same = named("long_range_attraction", &[("n", power.unwrap())]);
