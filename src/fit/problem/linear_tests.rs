@@ -134,7 +134,7 @@ fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
             &simulator,
             &rig,
             &starts,
-            &near.unwrap(),
+            near.as_ref(),
             (LOSS, 0),
         );
         let told = told.unwrap().cost;

@@ -50,7 +50,7 @@ impl Problem {
     }
 
     /// The best of `starts` for a segment's own unknowns, corrected by a linearisation
-    /// nearby: one more simulation in place of one for each unknown. Where that leads nowhere it
+    /// nearby, if there is one: one more simulation in place of one for each unknown. Where that leads nowhere it
     /// is improved in `rounds` as if nothing were known. `None` if no start can be simulated.
     #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn correct(
@@ -60,7 +60,7 @@ impl Problem {
         simulator: &StretchSimulator,
         nuisances: &Nuisances,
         starts: &[Vec<f64>],
-        near: &Reduced,
+        near: Option<&Reduced>,
         (huber, rounds): (Huber, usize),
     ) -> Option<Refined> {
         let mut stretcher = Stretcher::new(simulator);
@@ -83,7 +83,7 @@ impl Problem {
         };
         let begun = starts.iter().filter_map(|start| at(start.clone()));
         let mut best = begun.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let correction = near.correction(&best.residuals);
+        let correction = near.and_then(|near| near.correction(&best.residuals));
         if let Some((change, foreseen)) = correction {
             if foreseen < NEGLIGIBLE {
                 return Some(best);

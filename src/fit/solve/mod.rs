@@ -22,6 +22,9 @@ use crate::sim::SimError;
 /// A step is small if it is below this share of the squared standard error.
 const SETTLED: f64 = 1e-2;
 
+/// Cost per row up to which segments may be corrected by their linearisation.
+const NEAR: f64 = 4.0;
+
 /// How far a fit has come.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
@@ -175,6 +178,8 @@ fn descend(
         let reduced =
             problem.linearise(&point.x, &point.segments, &point.used, huber, plan.locked)?;
         let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
+        // Far off, a linearisation leads astray.
+        let near = point.cost < NEAR * point.rows as f64;
         let mut accepted = None;
         let mut converged = false;
         for _ in 0..7 {
@@ -203,7 +208,7 @@ fn descend(
                         let all = segment.locals.iter().zip(change.iter());
                         all.map(|(x, d)| x + d).collect()
                     };
-                    Start::Near(changes.map(moved), reduced)
+                    Start::Near(changes.map(moved), Some(reduced).filter(|_| near))
                 })
                 .collect();
             let whole = (&point.segments[..], &point.used[..]);

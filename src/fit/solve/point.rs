@@ -58,8 +58,8 @@ pub fn settle(
 pub(super) enum Start<'a> {
     /// There, where nothing is known of it.
     Here(Vec<f64>),
-    /// At one of these, near where it was linearised.
-    Near([Vec<f64>; 2], &'a Reduced),
+    /// At one of these, and where it was linearised so near that it may be corrected by that.
+    Near([Vec<f64>; 2], Option<&'a Reduced>),
 }
 
 pub(super) fn at(
@@ -85,7 +85,7 @@ pub(super) fn at(
                 Start::Here(_) => None,
                 Start::Near(starts, by) => {
                     let loss = (huber, rounds);
-                    problem.correct(segment, state, &simulator, &near, starts, by, loss)
+                    problem.correct(segment, state, &simulator, &near, starts, *by, loss)
                 }
             };
             let told = known.unwrap_or_else(|| {
