@@ -58,7 +58,7 @@ pub fn joins(fitted: &Fitted) -> Result<Breaks, SimError> {
         let told = problem.refine(
             segment, &states[i], &simulator, &nuisances, start, LOSS, rounds,
         );
-        told.1
+        told.cost
     };
     // The state at the later one's start is no longer free.
     let unknowns = 2.0 * simulator.modes() as f64;

@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::chance::{HELD_GAIN, TRAIN_GAIN, by_chance};
 use super::explain::Stand;
 use super::options::{DiagnoseControl, DiagnoseError};
-use super::weigh::{ITERATIONS, freedoms};
+use super::weigh::refitted;
 use crate::model::Model;
 
 /// An earlier effect that brought so many times more than a later one is not asked again
@@ -48,16 +48,10 @@ pub fn remove(
         let dropped = without.named.remove(k);
         let mut start: Model = stand.train.model.clone();
         start.effects.retain(|e| e.spec != dropped.spec);
-        let (free, bounds) = freedoms(&without);
-        let train = match bench.fit(&start, &free, &bounds, &stand.train, ITERATIONS, control) {
-            Ok(fitted) => fitted,
-            Err(DiagnoseError::Sim(_)) => {
-                k += 1;
-                continue;
-            }
-            Err(error) => return Err(error),
+        let Some((train, held_out)) = refitted(bench, &start, &without, stand, control)? else {
+            k += 1;
+            continue;
         };
-        let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
         let lost = train.cost - stand.train.cost;
         let held_lost = match (&held_out, &stand.held_out) {
             (Some(after), Some(before)) => after.cost - before.cost,

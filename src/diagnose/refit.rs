@@ -8,7 +8,7 @@ use super::explain::{APART, Stand, Trial};
 use super::further;
 use super::options::{DiagnoseControl, DiagnoseError};
 use super::promises::Hypothesis;
-use super::weigh::{ITERATIONS, begun_from, freedoms, likeliest, with_freedoms};
+use super::weigh::{begun_from, likeliest, refitted, with_freedoms};
 use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Fall of chi2 on both sides from which a law has shown up.
@@ -31,8 +31,8 @@ const APART_BY: f64 = 3.0;
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
 /// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
-/// a hump of one is left; that of creep is a second time. A shape of one number stays free in later fits; one of more is
-/// kept as it is, for they would take too long.
+/// a hump of one is left; that of creep is a second time. A shape of one number stays free in
+/// later fits; one of more is kept as it is, for they would take too long.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -136,13 +136,9 @@ pub fn plainer(
         }
         let spec = plain.spec;
         let start = with_effect(&stand.train.model, plain);
-        let (free, bounds) = freedoms(stand);
-        let train = match bench.fit(&start, &free, &bounds, &stand.train, ITERATIONS, control) {
-            Ok(fitted) => fitted,
-            Err(DiagnoseError::Sim(_)) => continue,
-            Err(error) => return Err(error),
+        let Some((train, held_out)) = refitted(bench, &start, stand, stand, control)? else {
+            continue;
         };
-        let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
         let held = held_out.as_ref().zip(stand.held_out.as_ref());
         let held_more = held.map(|(plain, shaped)| plain.cost - shaped.cost);
         let more = train.cost - stand.train.cost;

@@ -43,9 +43,10 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
     let fit = |i: usize, start: Vec<f64>, huber, rounds| {
         let segment = &point.segments[i];
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
-        problem.refine(
+        let told = problem.refine(
             segment, &states[i], &simulator, &nuisances, start, huber, rounds,
-        )
+        );
+        (told.locals, told.cost)
     };
     let rows: Vec<usize> = point
         .segments
@@ -101,7 +102,7 @@ pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<b
                 let nuisances = problem.nuisances_of(&point.x, flown.recording);
                 let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
                 let told = problem.refine(&flown, state, &simulator, near, start, LOSS, ROUNDS);
-                let flown = (told.1 / problem.rows(&flown).len().max(1) as f64).sqrt();
+                let flown = (told.cost / problem.rows(&flown).len().max(1) as f64).sqrt();
                 Some(flown < OFF && whole() > OFF * OFF * flown.max(1.0))
             };
             per_row(i, now[i].1) > OFF * usual
@@ -183,19 +184,21 @@ fn hovering(
             )
         };
         let rows = problem.rows(held).len() as f64;
-        let (_, on_ground) = cost(held, 1);
+        let on_ground = cost(held, 1).cost;
         if on_ground < rows + SUSPECT {
             return None;
         }
         let level = simulator.ground_level(data.recording.time[held.samples.start] + data.epoch);
         let flying = in_flight(held, simulator, level, data.sigmas.xp);
-        let (locals, in_air) = cost(&flying, ROUNDS);
+        let in_air = cost(&flying, ROUNDS);
         let modes = simulator.modes();
-        let q: Vec<f64> = (0..modes).map(|k| flying.value(&locals, k)).collect();
+        let q: Vec<f64> = (0..modes)
+            .map(|k| flying.value(&in_air.locals, k))
+            .collect();
         let (phi_p, _) = simulator.flight_shapes();
         let height = q.iter().zip(phi_p).map(|(q, p)| q * p).sum::<f64>() - level;
         let near = height > 0.0 && height < UNSEEN * data.sigmas.xp;
-        near.then_some((i, on_ground - in_air, in_air < FITS * rows))
+        near.then_some((i, on_ground - in_air.cost, in_air.cost < FITS * rows))
     };
     let held = (0..point.segments.len()).into_par_iter();
     let nearly: Vec<(usize, f64, bool)> = held

@@ -14,7 +14,7 @@ const FAR: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MOST: usize = 4;
 /// Steps of a fit at most.
-pub const ITERATIONS: usize = 12;
+const ITERATIONS: usize = 12;
 /// A ground that steps leaves the flight as it is.
 const STEP: &str = "gap_step";
 
@@ -287,6 +287,28 @@ pub fn begun_from(
     }
 }
 
+/// `start` with what the effects named in `stand` leave free, fitted from the fit of `near` and
+/// judged; `None` if it cannot be simulated.
+///
+/// # Errors
+/// [`DiagnoseError`] if the recordings cannot be used.
+pub fn refitted(
+    bench: &Bench,
+    start: &Model,
+    stand: &Stand,
+    near: &Stand,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<(Fitted, Option<Fitted>)>, DiagnoseError> {
+    let (free, bounds) = freedoms(stand);
+    let train = match bench.fit(start, &free, &bounds, &near.train, ITERATIONS, control) {
+        Ok(fitted) => fitted,
+        Err(DiagnoseError::Sim(_)) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let held_out = bench.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
+    Ok(Some((train, held_out)))
+}
+
 /// Falls of chi2 against the fit of `stand` on either side, all stretches counted, whatever
 /// either sets aside.
 fn whole_gains(
@@ -380,7 +402,7 @@ fn judged_anew(
 }
 
 /// Freedoms and bounds of the effects named so far.
-pub fn freedoms(stand: &Stand) -> (Vec<String>, Vec<Bound>) {
+fn freedoms(stand: &Stand) -> (Vec<String>, Vec<Bound>) {
     let all = stand.named.iter().map(|n| &n.hypothesis);
     (
         all.clone().flat_map(|h| h.free.clone()).collect(),

@@ -61,8 +61,8 @@ impl Fitted {
                     let (near, state) = (&nuisances, &states[i]);
                     problem.refine(segment, state, &simulator, near, locals, loss, ROUNDS)
                 };
-                let (near, _) = fit(guess(&first[i], segment).to_vec(), WIDE);
-                fit(near, LOSS).1 + segment.locals.len() as f64
+                let near = fit(guess(&first[i], segment).to_vec(), WIDE);
+                fit(near.locals, LOSS).cost + segment.locals.len() as f64
             })
             .collect();
         Ok(self.cost + aside.iter().filter(|c| c.is_finite()).sum::<f64>())

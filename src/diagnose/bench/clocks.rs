@@ -71,11 +71,11 @@ impl<'a> Stretches<'a> {
                     let (states, simulator) = (&self.states[i], &self.simulator);
                     problem.refine(segment, states, simulator, &nuisances, locals, loss, rounds)
                 };
-                let (near, _) = fit(start(i).to_vec(), WIDE, rounds[0]);
-                let (locals, cost) = fit(near, LOSS, rounds[1]);
+                let near = fit(start(i).to_vec(), WIDE, rounds[0]);
+                let told = fit(near.locals, LOSS, rounds[1]);
                 // What was misread must not decide.
                 let most = FORSAKEN * problem.rows(segment).len() as f64;
-                (locals, cost.min(most))
+                (told.locals, told.cost.min(most))
             })
             .collect();
         let cost = fits.iter().map(|(_, cost)| cost).sum();

@@ -1,37 +1,20 @@
 //! Tests of what is linearised against what is simulated.
 
-use std::sync::Arc;
-
 use super::*;
 use crate::fit::colour::Colour;
-use crate::fit::findings::{Part, look};
+use crate::fit::findings::look;
 use crate::fit::options::FitOptions;
 use crate::fit::prepare::{Prepared, prepare};
 use crate::fit::solve::settle;
 use crate::fit::space::Space;
-use crate::model::drive::Waveform;
-use crate::model::preset::Preset;
-use crate::model::sensor::Sensor;
-use crate::recording::Recording;
-use crate::sim::{Options, simulate};
+use crate::fit::tests::{made, paper, part};
 
 const LOSS: Huber = Huber(6.0);
 
 /// A noisy flight with both points, and the unknowns of the device that made it.
 fn flight() -> (Prepared, Vec<f64>) {
-    let model = Preset::default().model;
-    let drive = Waveform::parse("sine:50Hz:1V", 0.04).unwrap();
-    let mut trace = simulate(&model, &drive, 0.04, &Options::default()).unwrap();
-    let sensor = Sensor {
-        noise: 20e-9,
-        ..Sensor::default()
-    };
-    sensor.add_noise(&mut trace.proof_mass, 1);
-    sensor.add_noise(&mut trace.cantilever, 2);
-    let (volts, xc) = (trace.voltage.clone(), trace.cantilever.clone());
-    let xp = trace.proof_mass.clone();
-    let r = Recording::new("air", trace.times(), Some(volts), xp, Some(xc)).unwrap();
-    let parts = [Part::whole(Arc::new(r))];
+    let model = paper();
+    let parts = [part(made(&model, "sine:50Hz:1V", 0.04, 1))];
     let options = FitOptions::for_model(&model);
     let space = Space::new(&model, &options.free).unwrap();
     let findings = look(&model, &parts);
@@ -127,19 +110,20 @@ fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
     let simulator = problem.simulator(&there).unwrap();
     for (segment, near) in point.segments.iter().zip(near) {
         let rig = problem.nuisances_of(&there, segment.recording);
-        let starts = [segment.locals.clone()];
+        let starts = [segment.locals.clone(), segment.locals.clone()];
         let told = problem.correct(
             segment,
             &[],
             &simulator,
             &rig,
-            &starts,
+            starts,
             near.as_ref(),
             (LOSS, 0),
         );
-        let told = told.unwrap().cost;
+        let told = told.cost;
         let start = segment.locals.clone();
-        let (_, whole) = problem.refine(segment, &[], &simulator, &rig, start, LOSS, 8);
+        let whole = problem.refine(segment, &[], &simulator, &rig, start, LOSS, 8);
+        let whole = whole.cost;
         let begun = problem.cost(segment, &[], &simulator, &rig, &segment.locals, LOSS);
         assert!(
             told < whole + 0.05 * (begun - whole),

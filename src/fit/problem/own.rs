@@ -12,7 +12,6 @@ use crate::sim::{StretchSimulator, Stretcher};
 const ENOUGH: f64 = 1e-3;
 /// Fall that is not worth a simulation.
 const NEGLIGIBLE: f64 = 1e-4;
-
 /// Share of the fall foreseen from which a correction has kept its promise.
 const KEPT: f64 = 0.25;
 
@@ -39,19 +38,37 @@ impl Problem {
         huber: Huber,
     ) -> f64 {
         let mut stretcher = Stretcher::new(simulator);
-        let mut r = Vec::new();
-        let mut kept = locals.to_vec();
-        segment.keep_within(&mut kept);
-        if self.evaluate(segment, states, &mut stretcher, nuisances, &kept, &mut r) {
-            huber.total(&r)
+        let with = (states, &mut stretcher, nuisances);
+        self.told(segment, with, locals.to_vec(), huber).cost
+    }
+
+    /// A segment with these unknowns, kept within their reach.
+    fn told(
+        &self,
+        segment: &Segment,
+        (states, stretcher, nuisances): (&[f64], &mut Stretcher<'_>, &Nuisances),
+        mut locals: Vec<f64>,
+        huber: Huber,
+    ) -> Refined {
+        segment.keep_within(&mut locals);
+        let mut residuals = Vec::new();
+        let r = &mut residuals;
+        let cost = if self.evaluate(segment, states, stretcher, nuisances, &locals, r) {
+            huber.total(&residuals)
         } else {
+            residuals.clear();
             f64::INFINITY
+        };
+        Refined {
+            locals,
+            cost,
+            residuals,
         }
     }
 
-    /// The best of `starts` for a segment's own unknowns, corrected by a linearisation
-    /// nearby, if there is one: one more simulation in place of one for each unknown. Where that leads nowhere it
-    /// is improved in `rounds` as if nothing were known. `None` if no start can be simulated.
+    /// The best of two starts for a segment's own unknowns, corrected by a linearisation
+    /// nearby, if there is one: one more simulation in place of one for each unknown. Where
+    /// that leads nowhere it is improved in `rounds` as if nothing were known.
     #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn correct(
         &self,
@@ -59,53 +76,42 @@ impl Problem {
         states: &[f64],
         simulator: &StretchSimulator,
         nuisances: &Nuisances,
-        starts: &[Vec<f64>],
+        starts: [Vec<f64>; 2],
         near: Option<&Reduced>,
         (huber, rounds): (Huber, usize),
-    ) -> Option<Refined> {
+    ) -> Refined {
         let mut stretcher = Stretcher::new(simulator);
-        let mut at = |mut locals: Vec<f64>| {
-            segment.keep_within(&mut locals);
-            let mut residuals = Vec::new();
-            self.evaluate(
-                segment,
-                states,
-                &mut stretcher,
-                nuisances,
-                &locals,
-                &mut residuals,
-            )
-            .then(|| Refined {
-                cost: huber.total(&residuals),
-                locals,
-                residuals,
-            })
+        let mut at = |locals| {
+            let with = (states, &mut stretcher, nuisances);
+            self.told(segment, with, locals, huber)
         };
-        let begun = starts.iter().filter_map(|start| at(start.clone()));
-        let mut best = begun.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let correction = near.and_then(|near| near.correction(&best.residuals));
-        if let Some((change, foreseen)) = correction {
+        let [first, second] = starts.map(&mut at);
+        let mut best = if second.cost < first.cost {
+            second
+        } else {
+            first
+        };
+        let known = near.filter(|_| best.cost.is_finite());
+        if let Some((change, foreseen)) = known.and_then(|near| near.correction(&best.residuals)) {
             if foreseen < NEGLIGIBLE {
-                return Some(best);
+                return best;
             }
             let all = best.locals.iter().zip(change.iter());
             let there = at(all.map(|(x, d)| x + d).collect());
-            if let Some(there) = there.filter(|there| there.cost < best.cost) {
-                let fall = best.cost - there.cost;
+            let fall = best.cost - there.cost;
+            if fall > 0.0 {
                 best = there;
-                if fall > KEPT * foreseen {
-                    return Some(best);
-                }
             }
-            if foreseen < ENOUGH * best.cost.max(1.0) {
-                return Some(best);
+            if fall > KEPT * foreseen || foreseen < ENOUGH * best.cost.max(1.0) {
+                return best;
             }
         }
-        let start = best.locals;
-        Some(self.refined(segment, states, simulator, nuisances, start, huber, rounds))
+        let with = (states, &mut stretcher, nuisances);
+        self.improved(segment, with, best, huber, rounds)
     }
 
-    /// As [`Self::refined`]: the unknowns and their cost.
+    /// Improves a segment's own unknowns, all else fixed, in at most `rounds` rounds of
+    /// damped least squares.
     #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn refine(
         &self,
@@ -116,36 +122,31 @@ impl Problem {
         start: Vec<f64>,
         huber: Huber,
         rounds: usize,
-    ) -> (Vec<f64>, f64) {
-        let told = self.refined(segment, states, simulator, nuisances, start, huber, rounds);
-        (told.locals, told.cost)
+    ) -> Refined {
+        let mut stretcher = Stretcher::new(simulator);
+        let begun = self.told(segment, (states, &mut stretcher, nuisances), start, huber);
+        let with = (states, &mut stretcher, nuisances);
+        self.improved(segment, with, begun, huber, rounds)
     }
 
-    /// Improves a segment's own unknowns, all else fixed, in at most `rounds` rounds of
-    /// damped least squares.
-    #[allow(clippy::too_many_arguments)] // all belong to one trial
-    pub fn refined(
+    /// See [`Self::refine`]; from where the segment has been told already.
+    fn improved(
         &self,
         segment: &Segment,
-        states: &[f64],
-        simulator: &StretchSimulator,
-        nuisances: &Nuisances,
-        start: Vec<f64>,
+        (states, stretcher, nuisances): (&[f64], &mut Stretcher<'_>, &Nuisances),
+        begun: Refined,
         huber: Huber,
         rounds: usize,
     ) -> Refined {
-        let mut stretcher = Stretcher::new(simulator);
-        let mut locals = start;
-        segment.keep_within(&mut locals);
-        let (mut r0, mut r) = (Vec::new(), Vec::new());
-        if !self.evaluate(segment, states, &mut stretcher, nuisances, &locals, &mut r0) {
-            return Refined {
-                locals,
-                cost: f64::INFINITY,
-                residuals: Vec::new(),
-            };
+        if !begun.cost.is_finite() {
+            return begun;
         }
-        let mut cost = huber.total(&r0);
+        let Refined {
+            mut locals,
+            mut cost,
+            residuals: mut r0,
+        } = begun;
+        let mut r = Vec::new();
         let mut damping = 1e-6;
         let l = locals.len();
         for _ in 0..rounds {
@@ -156,7 +157,7 @@ impl Problem {
                 let mut there = locals.clone();
                 let step = segment.step(&locals, j);
                 there[j] += step;
-                if !self.evaluate(segment, states, &mut stretcher, nuisances, &there, &mut r) {
+                if !self.evaluate(segment, states, stretcher, nuisances, &there, &mut r) {
                     return Refined {
                         locals,
                         cost,
@@ -183,7 +184,7 @@ impl Problem {
                 let mut there: Vec<f64> =
                     locals.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
                 segment.keep_within(&mut there);
-                if self.evaluate(segment, states, &mut stretcher, nuisances, &there, &mut r) {
+                if self.evaluate(segment, states, stretcher, nuisances, &there, &mut r) {
                     let now = huber.total(&r);
                     if now < cost {
                         locals = there;

@@ -62,16 +62,15 @@ pub fn set_suspects_aside(
             }
             let nuisances = problem.nuisances_of(&point.x, segment.recording);
             let start = segment.locals.clone();
-            let (locals, cost) =
-                problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
+            let told = problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
             let strain = strain(
                 problem,
                 segment,
-                &locals,
+                &told.locals,
                 (&simulator, &states[i]),
-                (cost, &nuisances),
+                (told.cost, &nuisances),
             );
-            Some((locals, strain))
+            Some((told.locals, strain))
         })
         .collect();
     let Some(fitted) = fitted else {
@@ -223,15 +222,15 @@ impl Trial<'_> {
                 rounds,
             )
         };
-        segment.locals = refine(segment, LOOSE, ROUNDS).0;
-        let (locals, cost) = refine(segment, self.huber, ROUNDS);
-        segment.locals = locals;
+        segment.locals = refine(segment, LOOSE, ROUNDS).locals;
+        let told = refine(segment, self.huber, ROUNDS);
+        segment.locals = told.locals;
         strain(
             self.problem,
             segment,
             &segment.locals,
             (self.simulator, self.states),
-            (cost, &nuisances),
+            (told.cost, &nuisances),
         )
         .of(1.0)
     }

@@ -81,17 +81,15 @@ pub(super) fn at(
                 return (segment.locals.clone(), 0.0, f64::INFINITY);
             }
             let (near, state) = (problem.nuisances_of(x, segment.recording), &states[i]);
-            let known = match &start {
-                Start::Here(_) => None,
+            let told = match start {
+                Start::Here(first) => {
+                    problem.refine(segment, state, &simulator, &near, first, huber, rounds)
+                }
                 Start::Near(starts, by) => {
                     let loss = (huber, rounds);
-                    problem.correct(segment, state, &simulator, &near, starts, *by, loss)
+                    problem.correct(segment, state, &simulator, &near, starts, by, loss)
                 }
             };
-            let told = known.unwrap_or_else(|| {
-                let (Start::Here(first) | Start::Near([first, _], _)) = start;
-                problem.refined(segment, state, &simulator, &near, first, huber, rounds)
-            });
             let scale = scale_of(told.residuals);
             (told.locals, told.cost, scale)
         })
