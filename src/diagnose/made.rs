@@ -3,11 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::bench::Bench;
+use super::bench::{Bench, with_effect};
 use super::options::{DiagnoseControl, DiagnoseOptions};
 use crate::fit::Part;
 use crate::model::Model;
 use crate::model::drive::Waveform;
+use crate::model::effects::{ActiveEffect, find};
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
@@ -19,6 +20,15 @@ pub const QUIET: DiagnoseControl<'static> = DiagnoseControl {
     cancel: &GO_ON,
     progress: &|_| {},
 };
+
+/// The paper's device on a ground that steps by `height` \[m\] at `time` \[s\].
+pub fn stepping(height: f64, time: f64) -> Model {
+    let effect = ActiveEffect {
+        spec: find("gap_step").unwrap(),
+        values: vec![height, time],
+    };
+    with_effect(&Preset::embedded("paper").unwrap().model, effect)
+}
 
 /// Recordings of the paper's device with what is `concealed`, one for each drive and duration
 /// \[s\], at `rate` \[1/s\] and with a `noise` \[m\], made ready.

@@ -52,6 +52,7 @@ mod scales;
 pub mod scan;
 mod search;
 mod size;
+mod step_time;
 mod stretches;
 mod strips;
 mod struck;

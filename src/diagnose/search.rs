@@ -157,19 +157,9 @@ pub fn first_level(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::bench::{LOSS, with_effect};
-    use crate::diagnose::made::{QUIET, bench_of};
+    use crate::diagnose::bench::LOSS;
+    use crate::diagnose::made::{QUIET, bench_of, stepping};
     use crate::model::effects::find;
-    use crate::model::preset::Preset;
-
-    /// The paper's device on a ground that steps by `height` \[m\] at `time` \[s\].
-    fn stepping(height: f64, time: f64) -> Model {
-        let effect = ActiveEffect {
-            spec: find("gap_step").unwrap(),
-            values: vec![height, time],
-        };
-        with_effect(&Preset::embedded("paper").unwrap().model, effect)
-    }
 
     #[test]
     fn a_step_while_the_mass_lies_is_told_by_the_next_stay() {

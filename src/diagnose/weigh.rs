@@ -6,6 +6,7 @@ use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
 use super::explain::{Stand, Trial, Weighed};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
+use super::step_time;
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
@@ -147,6 +148,17 @@ fn attempt(
         let start = with_constants(&near.train.model, &other);
         let begun = (&start, &near.train);
         if let Some(trial) = begun_from(nearby, stand, &other, begun, control)?
+            && trial.worth() > near.worth()
+        {
+            near = trial;
+        }
+    }
+    if hypothesis.start.spec.id == STEP
+        && let Some(finer) = step_time::finer(&near)?
+    {
+        let start = with_constants(&near.train.model, &finer);
+        let begun = (&start, &near.train);
+        if let Some(trial) = begun_from(nearby, stand, &finer, begun, control)?
             && trial.worth() > near.worth()
         {
             near = trial;

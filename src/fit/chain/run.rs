@@ -1,9 +1,12 @@
 //! A segment carried from event to event with given unknowns.
 
+use std::ops::Range;
+
 use super::{Encounter, Nuisances, PullOff, Run, Setting};
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::fit::timeline::Kind;
 use crate::model::drive::Segment as Piece;
+use crate::recording::Recording;
 use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A sensor whose memory fades by more than this exponent from sample to sample has none.
@@ -172,6 +175,37 @@ pub fn run(
             times.len()
         };
         let upto = upto.max(next);
+        let epoch = setting.epoch;
+        // A ground that steps while the mass lies on it takes it along, unless it keeps lying.
+        if let Some(lain) = held
+            && let Some(jump) = sim.ground_jump(t + epoch, to + epoch)
+        {
+            let jump = jump - epoch;
+            let middle = times[..upto].partition_point(|&s| s < jump).max(next);
+            let out = |i: usize, p: f64, c: f64| {
+                xp[next + i] = p;
+                xc[next + i] = c;
+            };
+            stretcher.carry(
+                &pieces,
+                held,
+                t,
+                jump,
+                &mut state,
+                &times[next..middle],
+                out,
+            )?;
+            (next, t) = (middle, jump);
+            let now = sim.ground_level(jump + epoch);
+            let shown = samples.start + next..samples.start + upto;
+            level = shown_level(r, shown, nuisances, [now, lain]);
+            if level != lain {
+                sim.lift(lain, &mut state);
+                sim.kick(level, 0.0, &mut state);
+                sim.land(level, &mut state);
+                held = Some(level);
+            }
+        }
         let out = |i: usize, p: f64, c: f64| {
             xp[next + i] = p;
             xc[next + i] = c;
@@ -252,13 +286,26 @@ fn level_of(
     let Some(landed) = landed.filter(|landed| *landed != now) else {
         return now;
     };
-    let first = &r.proof_mass[from..segment.samples.end.min(from + SHOWN)];
-    let first = first.iter().filter(|x| x.is_finite());
+    shown_level(r, from..segment.samples.end, nuisances, [now, landed])
+}
+
+/// Which of two levels of the ground the first readings of `samples` show: the first where they
+/// show none.
+fn shown_level(
+    r: &Recording,
+    samples: Range<usize>,
+    nuisances: &Nuisances,
+    levels: [f64; 2],
+) -> f64 {
+    let first = samples.start..samples.end.min(samples.start + SHOWN);
+    let first = &r.proof_mass[first];
     let off = |level: f64| {
         let reading = nuisances.offset_p + nuisances.scale_p * level;
-        first.clone().map(|x| (x - reading).abs()).sum::<f64>()
+        let finite = first.iter().filter(|x| x.is_finite());
+        finite.map(|x| (x - reading).abs()).sum::<f64>()
     };
-    if off(landed) < off(now) { landed } else { now }
+    let [a, b] = levels;
+    if off(b) < off(a) { b } else { a }
 }
 
 /// The largest step of the pull-off force at an edge of the drive that is so close to `t`

@@ -76,4 +76,8 @@ impl Action for GapStep {
             level
         }
     }
+
+    fn ground_jump(&self) -> Option<f64> {
+        (!self.does_nothing()).then_some(self.time)
+    }
 }

@@ -287,6 +287,11 @@ pub trait Action: Send + Sync + fmt::Debug {
         level
     }
 
+    /// Contact: when the level of the ground jumps \[s\], if it does.
+    fn ground_jump(&self) -> Option<f64> {
+        None
+    }
+
     /// Contact: adhesion [N] after `contact_time` [s], from the adhesion without and from
     /// what it is at touch.
     fn adhesion(&self, adhesion: f64, _at_touch: f64, _contact_time: f64) -> f64 {

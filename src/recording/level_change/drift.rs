@@ -3,11 +3,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{LevelChange, VISIBLE, block_size, quiet};
+use super::{LevelChange, block_size, quiet};
 use crate::recording::Recording;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
 
+/// Least drift that shows, in units of the noise of a sample.
+const VISIBLE: f64 = 7.0;
 /// Most blocks that are looked at.
 const MOST: usize = 5000;
 /// The course begins from two rests, each the lowest of one of so many equal spans.

@@ -10,8 +10,6 @@ pub use step::{LevelStep, find_level_step};
 const BLOCK: f64 = 4e-4;
 /// And of at least so many samples.
 const LEAST: usize = 16;
-/// Least change of the level, in units of the noise of a sample.
-const VISIBLE: f64 = 7.0;
 
 /// Samples of a block, one every `interval` \[s\].
 fn block_size(interval: f64) -> usize {

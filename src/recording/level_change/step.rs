@@ -1,7 +1,7 @@
 //! A level that changes once: all rests before one instant are at one height, all after it
 //! at another.
 
-use super::{VISIBLE, block_size, quiet};
+use super::{block_size, quiet};
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Recording, TimeAxis, quantile_in_place};
@@ -12,8 +12,15 @@ const NEAR: f64 = 15e-6;
 const SIDE: usize = 3;
 /// Least change of the level \[m\].
 const LEAST_RISE: f64 = 0.1e-6;
+/// And in units of the noise of a sample, of which a rest has many: less than that moves no
+/// sample out of a stay.
+const VISIBLE: f64 = 3.0;
 /// Share of the change within which all rests of a side must agree.
 const AGREE: f64 = 0.1;
+/// Or within so many times the noise of a sample.
+const SCATTER: f64 = 1.5;
+/// Share of what a straight line leaves of the levels' variance that two levels may leave.
+const NO_LINE: f64 = 0.5;
 /// Share of the blocks that may not.
 const STRAY: f64 = 0.05;
 
@@ -56,6 +63,19 @@ fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
         .collect()
 }
 
+/// Sum of squares that a straight line through `y` over `x` leaves.
+fn left_by_line(x: &[f64], y: &[f64]) -> f64 {
+    let n = x.len().max(1) as f64;
+    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (x, y) in x.iter().zip(y) {
+        xx += (x - mx).powi(2);
+        xy += (x - mx) * (y - my);
+        yy += (y - my).powi(2);
+    }
+    if xx > 0.0 { yy - xy * xy / xx } else { yy }
+}
+
 /// The change of the ground's level in `recording`, if there is one: on either side of it the
 /// ground must be told by all its signs.
 #[must_use]
@@ -86,7 +106,16 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     if rise.is_nan() || rise.abs() <= (VISIBLE * sigma).max(LEAST_RISE) {
         return None;
     }
-    let near = (AGREE * rise.abs()).max(1.5 * sigma);
+    // What goes on moving is no step.
+    let about = |side: &[f64]| {
+        let mean = side.iter().sum::<f64>() / side.len() as f64;
+        side.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
+    };
+    let when: Vec<f64> = rests.iter().map(|r| time[r.first]).collect();
+    if about(&levels[..k]) + about(&levels[k..]) > NO_LINE * left_by_line(&when, &levels) {
+        return None;
+    }
+    let near = (AGREE * rise.abs()).max(SCATTER * sigma);
     let astray = |side: &[f64], level: f64| {
         let far = side.iter().filter(|x| (**x - level).abs() > near).count();
         far as f64 > STRAY * side.len() as f64
@@ -122,13 +151,13 @@ mod tests {
     use crate::recording::noise::recording_noise as noise_of;
 
     /// A mass that is on the ground half of each 10 ms and jumps 20 um between, with a
-    /// stand-in for noise; the ground is `rise` higher from the middle on.
-    fn jumps(rise: f64) -> Recording {
+    /// stand-in for noise, even over `width` \[m\]; the ground's level at a time is `level`.
+    fn jumps(width: f64, level: impl Fn(f64) -> f64) -> Recording {
         let n = 5000;
         let time: Vec<f64> = (0..n).map(|i| 2e-5 * f64::from(i)).collect();
         let noise = |i: usize| {
             let x = (i as f64 * 12.9898).sin() * 43758.5453;
-            4e-8 * (x - x.floor() - 0.5)
+            width * (x - x.floor() - 0.5)
         };
         let xp = time.iter().enumerate().map(|(i, t)| {
             let phase = (t / 0.01).fract();
@@ -137,29 +166,40 @@ mod tests {
             } else {
                 20e-6 * 16.0 * (phase - 0.5) * (1.0 - phase) / 4.0
             };
-            let level = if *t < 0.05 { 0.0 } else { rise };
-            level + up * 4.0 + noise(i)
+            level(*t) + up * 4.0 + noise(i)
         });
         let voltage = time.iter().map(|t| 8.0 * (t / 0.01).fract()).collect();
         Recording::new("jumps", time.clone(), Some(voltage), xp.collect(), None).unwrap()
     }
 
+    fn found(recording: &Recording) -> Option<LevelStep> {
+        find_level_step(recording, noise_of(recording, Channel::ProofMass).ok())
+    }
+
     #[test]
     fn a_level_that_changes_once_is_found_and_one_that_does_not_is_not() {
-        for rise in [0.8e-6, -2e-6] {
-            let recording = jumps(rise);
-            let step = find_level_step(&recording, noise_of(&recording, Channel::ProofMass).ok());
-            let step = step.expect("a step");
-            assert!((step.rise / rise - 1.0).abs() < 0.02, "{step:?}");
+        // The last by four times the noise of a sample.
+        for (width, rise) in [(4e-8, 0.8e-6), (4e-8, -2e-6), (5e-7, 0.6e-6)] {
+            let recording = jumps(width, |t| if t < 0.05 { 0.0 } else { rise });
+            let step = found(&recording).expect("a step");
+            assert!((step.rise / rise - 1.0).abs() < 0.05, "{step:?}");
             assert!((0.045..0.0551).contains(&step.time), "{step:?}");
             let change = super::super::LevelChange::Step(step);
             let level = change.taken_out(&recording.time, &recording.proof_mass);
-            assert!((level[100] - level[4600]).abs() < 5e-8);
+            let rest = |at: usize| level[at..at + 200].iter().sum::<f64>() / 200.0;
+            assert!((rest(0) - rest(4500)).abs() < 2.5e-8 + 0.02 * rise.abs());
         }
-        let steady = jumps(0.0);
-        assert_eq!(
-            find_level_step(&steady, noise_of(&steady, Channel::ProofMass).ok()),
-            None
-        );
+        for width in [4e-8, 5e-7] {
+            assert_eq!(found(&jumps(width, |_| 0.0)), None);
+        }
+    }
+
+    #[test]
+    fn a_level_that_goes_on_moving_is_no_step() {
+        for rise in [0.4e-6, 0.8e-6, 0.9e-6, 1e-6, 3e-6] {
+            assert_eq!(found(&jumps(5e-7, |t| rise * t / 0.1)), None, "{rise}");
+            let settles = |t: f64| rise * (1.0 - (-t / 0.02).exp());
+            assert_eq!(found(&jumps(5e-7, settles)), None, "{rise}");
+        }
     }
 }

@@ -35,6 +35,12 @@ impl Device {
             .fold(level, |level, e| e.action.ground_level(level, t))
     }
 
+    /// When the ground jumps for the first time after `from`, before `to` [s].
+    pub fn ground_jump(&self, from: f64, to: f64) -> Option<f64> {
+        let jumps = self.effects.iter().filter_map(|e| e.action.ground_jump());
+        jumps.filter(|&t| from < t && t < to).min_by(f64::total_cmp)
+    }
+
     /// Adhesion after `contact_time` [N].
     #[inline]
     pub fn adhesion(&self, contact_time: f64) -> f64 {

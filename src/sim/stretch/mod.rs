@@ -122,6 +122,11 @@ impl StretchSimulator {
         self.device.ground_level(t)
     }
 
+    /// When the ground jumps for the first time after `from`, before `to` \[s\].
+    pub fn ground_jump(&self, from: f64, to: f64) -> Option<f64> {
+        self.device.ground_jump(from, to)
+    }
+
     /// Force that holds the mass on the ground after `contact_time` \[N\]: adhesion where
     /// it is not negative, and friction.
     pub fn adhesion(&self, contact_time: f64) -> f64 {
