@@ -182,9 +182,11 @@ pub fn prepare_calm(
     for (index, (part, finding)) in parts.iter().zip(findings).enumerate() {
         let data = &prepared.problem.data[index];
         let recording = &data.recording;
-        let noise = data.sigmas.xp;
-        let timeline = finding.timeline(recording, noise);
-        let levelled = finding.levelled(recording);
+        let timeline = finding.timeline(recording, data.sigmas.xp);
+        let (levelled, noise) = (
+            finding.as_moved(recording),
+            finding.noise_of(data.sigmas.xp, recording),
+        );
         let ground = if finding.level.is_ok() {
             densest_low(&levelled[part.samples.clone()], noise)
                 .map(|level| (level, (CLEAR * noise).max(LEAST_CLEAR)))
@@ -224,7 +226,7 @@ pub fn prepare_calm(
             );
             for mut segment in pieces {
                 let xp = &levelled[segment.samples.clone()];
-                if interval.held && !still(xp, data.sigmas.xp) {
+                if interval.held && !still(xp, noise) {
                     continue;
                 }
                 // How it came to be held is not looked at here.

@@ -106,7 +106,7 @@ pub fn other_rest(parts: &[Part], findings: &[Findings]) -> Option<String> {
     for (part, found) in parts.iter().zip(findings) {
         let r = &part.recording;
         if let Ok(level) = found.level {
-            let own = rests(r, &found.levelled(r), level, found.noise.0);
+            let own = rests(r, &found.as_moved(r), level, found.noise.0);
             all.extend(own.into_iter().map(|rest| (part, rest)));
         }
     }

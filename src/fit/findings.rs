@@ -9,6 +9,7 @@ use super::timeline::Timeline;
 use crate::model::Model;
 use crate::recording::events::{EventOptions, Events, HOP, find_events};
 use crate::recording::features::Missing;
+use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
 use crate::recording::level::estimate_contact_level;
 use crate::recording::level_change::{LevelChange, LevelDrift, find_level_drift, find_level_step};
 use crate::recording::noise::NoiseEstimate;
@@ -63,6 +64,9 @@ pub struct Findings {
     /// How that level changes in the course of the recording, if it does; `level` is that
     /// before.
     pub change: Option<LevelChange>,
+    /// By how much the readings lag \[s\], 0 if they do not: what happens at the ground is found
+    /// in them as they were before that.
+    pub lag: f64,
 }
 
 impl Findings {
@@ -70,7 +74,8 @@ impl Findings {
     pub fn timeline(&self, recording: &Recording, noise: f64) -> Timeline {
         match self.level {
             Ok(level) => {
-                let xp = self.levelled(recording);
+                let xp = self.as_moved(recording);
+                let noise = self.noise_of(noise, recording);
                 Timeline::new(&recording.time, &xp, level, noise)
             }
             Err(_) => Timeline::default(),
@@ -84,21 +89,42 @@ impl Findings {
         };
         let options = EventOptions {
             contact_level,
-            noise: self.noise.0,
+            noise: self.noise_of(self.noise.0, recording),
             hop: HOP,
         };
-        find_events(recording.axis(), &self.levelled(recording), &options)
+        find_events(recording.axis(), &self.as_moved(recording), &options)
     }
 
-    /// Reading of the proof mass with changes of the ground's level taken out \[m\].
-    pub fn levelled<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
-        levelled(recording, self.change)
+    /// Reading of the proof mass with a lag and changes of the ground's level taken out \[m\].
+    pub fn as_moved<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
+        as_moved(recording, self.change, self.lag)
     }
+
+    /// Noise of that where the readings' is `sigma` \[m\].
+    pub fn noise_of(&self, sigma: f64, recording: &Recording) -> f64 {
+        noise_before_lag(sigma, recording.interval(), self.lag)
+    }
+}
+
+/// The lag that the readings of `parts` show \[s\], of which `findings` know nothing yet.
+pub fn lag_of(parts: &[Part], findings: &[Findings]) -> Option<f64> {
+    let both = || parts.iter().zip(findings);
+    let readings: Vec<_> = both().map(|(p, f)| f.as_moved(&p.recording)).collect();
+    let all: Vec<_> = both()
+        .zip(&readings)
+        .map(|((p, f), xp)| (&*p.recording, &**xp, f.noise.0))
+        .collect();
+    find_lag(&all)
 }
 
 /// Looks at parts without a model of the motion.
 pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
-    let mut findings: Vec<Findings> = parts.iter().map(|p| look_at(model, p)).collect();
+    look_behind(model, parts, 0.0)
+}
+
+/// The same for readings that lag by `lag` \[s\].
+pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
+    let mut findings: Vec<Findings> = parts.iter().map(|p| look_at(model, p, lag)).collect();
     if !model.has_ground {
         return findings;
     }
@@ -125,14 +151,15 @@ pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
             .collect();
         let estimate = noise_of(r, Channel::ProofMass).ok();
         let rest = |change: &Option<LevelChange>| {
-            let level = level_in(r, estimate, *change).ok()?;
+            let level = level_in(r, estimate, *change, lag).ok()?;
             Some((level, *change))
         };
         let turns = |change: Option<LevelChange>| {
             // Those of other recordings hold where the zero stays.
             let known = if change.is_none() { common } else { f64::NAN };
-            let xp = levelled(r, change);
-            let (level, count) = level_of_impacts(r, &xp, finding.noise.0, known)?;
+            let xp = as_moved(r, change, lag);
+            let noise = finding.noise_of(finding.noise.0, r);
+            let (level, count) = level_of_impacts(r, &xp, noise, known)?;
             Some((count, level, change))
         };
         let found = changes.iter().find_map(rest).or_else(|| {
@@ -149,7 +176,7 @@ pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
     findings
 }
 
-fn look_at(model: &Model, part: &Part) -> Findings {
+fn look_at(model: &Model, part: &Part, lag: f64) -> Findings {
     let r = &part.recording;
     let estimate = |channel: Channel| noise_of(r, channel).ok();
     let noise = |channel: Channel, estimate: Option<NoiseEstimate>| {
@@ -163,7 +190,7 @@ fn look_at(model: &Model, part: &Part) -> Findings {
     };
     let of_xp = estimate(Channel::ProofMass);
     let (level, change) = if model.has_ground {
-        ground_of(r, of_xp)
+        ground_of(r, of_xp, lag)
     } else {
         (Err("the device has no ground".to_owned()), None)
     };
@@ -176,6 +203,7 @@ fn look_at(model: &Model, part: &Part) -> Findings {
         ),
         level,
         change,
+        lag,
     }
 }
 
@@ -183,20 +211,26 @@ fn look_at(model: &Model, part: &Part) -> Findings {
 fn ground_of(
     recording: &Recording,
     noise: Option<NoiseEstimate>,
+    lag: f64,
 ) -> (Result<f64, String>, Option<LevelChange>) {
     let step = find_level_step(recording, noise).map(LevelChange::Step);
     let drift = || find_level_drift(recording, noise).map(LevelChange::Drift);
     let change = step.or_else(drift);
-    let level = level_in(recording, noise, change);
+    let level = level_in(recording, noise, change, lag);
     (level.map_err(|missing| missing.to_string()), change)
 }
 
-/// Reading of the proof mass with a change of the ground's level taken out \[m\].
-fn levelled(recording: &Recording, change: Option<LevelChange>) -> Cow<'_, [f64]> {
-    let xp = &recording.proof_mass;
-    match change {
-        Some(change) => Cow::Owned(change.taken_out(&recording.time, xp)),
-        None => Cow::Borrowed(xp),
+/// Reading of the proof mass with a change of the ground's level and a lag taken out \[m\].
+fn as_moved(recording: &Recording, change: Option<LevelChange>, lag: f64) -> Cow<'_, [f64]> {
+    let (time, xp) = (&recording.time, &recording.proof_mass);
+    let levelled = match change {
+        Some(change) => Cow::Owned(change.taken_out(time, xp)),
+        None => Cow::Borrowed(&xp[..]),
+    };
+    if lag > 0.0 {
+        Cow::Owned(before_lag(time, &levelled, lag))
+    } else {
+        levelled
     }
 }
 
@@ -205,8 +239,13 @@ fn level_in(
     recording: &Recording,
     noise: Option<NoiseEstimate>,
     change: Option<LevelChange>,
+    lag: f64,
 ) -> Result<f64, Missing> {
-    let xp = levelled(recording, change);
+    let xp = as_moved(recording, change, lag);
+    let noise = noise.map(|n| NoiseEstimate {
+        sigma: noise_before_lag(n.sigma, recording.interval(), lag),
+        ..n
+    });
     estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise)
 }
 

@@ -17,6 +17,7 @@ pub mod events_file;
 pub mod features;
 mod grid;
 mod impact;
+pub mod lag;
 pub mod level;
 pub mod level_change;
 pub mod noise;

@@ -128,7 +128,7 @@ impl Bench {
 
     /// A fit from far off; where `share_open`, it is asked how the drive is shared among the
     /// modes.
-    fn from(
+    pub(super) fn from(
         &self,
         model: &Model,
         own: (&[String], &[Bound]),

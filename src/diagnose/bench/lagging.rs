@@ -3,9 +3,13 @@
 //! what the device makes of them. Recordings that were cut again for late readings have the edges
 //! in the wrong place for it, and what cannot be told so is set aside.
 
+use std::sync::Arc;
+
+use super::tuned::Known;
 use super::{Bench, Bound, Fitted, Found, with_effect};
 use crate::diagnose::candidates::{LEAST_LAG, own_ids, shape_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::fit::findings::lag_of;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 
@@ -19,6 +23,60 @@ const BETTER: f64 = 0.95;
 const STEPS: usize = 5;
 
 impl Bench {
+    /// Where the data show that the readings lag \[s\]: the recordings cut as they were before
+    /// that, with the fit found with the lag, and the fit of the baseline to them; `again` makes
+    /// recordings ready for what is known. `None` where they do not lag, or not that alone comes
+    /// near.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a model cannot be simulated.
+    pub(super) fn behind(
+        &self,
+        model: &Model,
+        options: &DiagnoseOptions,
+        control: &DiagnoseControl<'_>,
+        again: &dyn Fn(&Self, &Known) -> Result<Self, DiagnoseError>,
+    ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
+        let told = || lag_of(&self.train.parts, &self.train.findings);
+        let Some(tau) = Some("sensor_lag")
+            .filter(|id| options.asks(id))
+            .and_then(|_| told())
+        else {
+            return Ok(None);
+        };
+        let Some((start, free, bounds)) = lag("sensor_lag", tau, model) else {
+            return Ok(None);
+        };
+        let known = Known {
+            lag: tau,
+            ..Known::default()
+        };
+        let mut sharp = again(self, &known)?;
+        let with = with_effect(model, start.clone());
+        let Some(fitted) = simulated(sharp.from(&with, (&free, &bounds), true, control))? else {
+            return Ok(None);
+        };
+        log::debug!(
+            "readings lag by {:.1} us: {:.2}",
+            1e6 * tau,
+            fitted.per_value()
+        );
+        if fitted.is_lost() {
+            return Ok(None);
+        }
+        let mut plain = fitted.model.clone();
+        plain.effects.retain(|e| e.spec != start.spec);
+        let train = sharp.fit(&plain, &[], &[], &fitted, STEPS, control)?;
+        sharp.found = Some(Arc::new(Found {
+            shape: shape_of(start.spec),
+            start,
+            free,
+            bounds,
+            fitted,
+        }));
+        Ok(Some((sharp, train, tau)))
+    }
+
     /// The fit with an amplifier or an instrument that lags by about `late` \[s\], if that suits the
     /// recordings as they were cut at first better than late readings do: those of `cut_again`,
     /// for which `tuned` is the baseline.

@@ -31,7 +31,7 @@ use super::calm::prepare_calm;
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::chain::{MEMORY, Sigmas};
-use crate::fit::findings::look;
+use crate::fit::findings::look_behind;
 use crate::fit::prepare::{Prepared, default_length, prepare};
 use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
@@ -165,7 +165,7 @@ impl Bench {
         };
         let space = Space::new(model, &free)?;
         let side = |parts: &[Part], hovers: &[usize]| -> Result<Side, FitError> {
-            let mut findings = look(model, parts);
+            let mut findings = look_behind(model, parts, known.lag);
             for &k in hovers {
                 findings[k].level = Err(HOVERS.to_owned());
                 findings[k].change = None;

@@ -4,6 +4,7 @@ mod drift;
 mod step;
 
 pub use drift::{LevelDrift, find_level_drift};
+pub(super) use step::rests;
 pub use step::{LevelStep, find_level_step};
 
 /// A rest shows in a block of this length \[s\].

@@ -34,14 +34,15 @@ pub struct LevelStep {
 }
 
 /// A block of samples in which the reading rests.
-struct Rest {
+pub struct Rest {
     first: usize,
     last: usize,
-    level: f64,
+    /// Mean of the block \[m\].
+    pub level: f64,
 }
 
-/// Rests of `xp` near its lowest samples.
-fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
+/// Rests of `xp` near its lowest samples, one every `interval` \[s\] with a noise `sigma` \[m\].
+pub fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
     let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
     let bottom = quantile_in_place(&mut finite, 2e-3);
     let size = block_size(interval);

@@ -1,0 +1,184 @@
+//! A first-order lag of the readings, from data alone.
+//!
+//! Readings that lag by `tau` go as `tau y' = x - y` after a mass at `x`, which is never below
+//! the ground: above it, they fall no faster than by the share `exp(-t / tau)` in a time `t`,
+//! and as fast where the mass lies there already. The quickest falls tell `tau`.
+
+use super::level_change::rests;
+use super::{Recording, quantile_in_place};
+
+/// Heights above the ground that tell, in units of the noise: a percent of noise in a share.
+const CLEAR: f64 = 30.0;
+/// Highest one \[m\].
+const NEAR: f64 = 20e-6;
+/// Rests are on the ground within this height of the lowest, and in units of the noise \[m\].
+const SAME: (f64, f64) = (0.3e-6, 8.0);
+/// Fewest rests on it.
+const LEAST: usize = 5;
+/// Share of the samples that may lie farther below it: spikes of a sensor.
+const BELOW: f64 = 2e-3;
+/// So many of the quickest falls may be spikes of a sensor.
+const SPIKES: usize = 2;
+/// And so many after them agree about the lag.
+const AGREE: usize = 10;
+/// Times in which they do.
+const ALIKE: f64 = 1.5;
+/// Shortest lag that shows, in samples: a mass that stops between two of them falls as fast.
+const SHORTEST: f64 = 0.8;
+
+/// The lag of all of `recordings` \[s\], each with its reading of the proof mass, changes of the
+/// ground's level taken out, and its noise \[m\]; `None` where the mass stops within a sample.
+#[must_use]
+pub fn find_lag(recordings: &[(&Recording, &[f64], f64)]) -> Option<f64> {
+    let mut all: Vec<f64> = Vec::new();
+    let mut longest = 0.0f64;
+    for (recording, xp, sigma) in recordings {
+        let own = falls(recording, xp, *sigma);
+        if !own.is_empty() {
+            longest = longest.max(recording.interval());
+        }
+        all.extend(own);
+    }
+    all.sort_by(f64::total_cmp);
+    log::debug!(
+        "quickest falls of {}: {:?} us",
+        all.len(),
+        all.iter()
+            .take(SPIKES + AGREE)
+            .map(|t| (1e7 * t).round() / 10.0)
+            .collect::<Vec<_>>()
+    );
+    let quickest = all.get(SPIKES..SPIKES + AGREE)?;
+    let (first, last) = (quickest[0], quickest[AGREE - 1]);
+    let told = first > SHORTEST * longest && last < ALIKE * first;
+    told.then_some(quickest[AGREE / 2])
+}
+
+/// The lag that each fall near the ground would have if the mass lay there \[s\].
+fn falls(recording: &Recording, xp: &[f64], sigma: f64) -> Vec<f64> {
+    let interval = recording.interval();
+    let mut levels: Vec<f64> = rests(xp, interval, sigma).iter().map(|r| r.level).collect();
+    let lowest = quantile_in_place(&mut levels, 0.02);
+    levels.retain(|level| *level < lowest + SAME.0 + SAME.1 * sigma);
+    if levels.len() < LEAST {
+        return Vec::new();
+    }
+    let level = quantile_in_place(&mut levels, 0.5);
+    // A mass that moves below it has rested elsewhere.
+    let below = xp.iter().filter(|x| **x < level - SAME.1 * sigma).count();
+    if below as f64 > BELOW * xp.len() as f64 {
+        return Vec::new();
+    }
+    let clear = CLEAR * sigma;
+    let one = |i: usize| {
+        let (from, to) = (xp[i] - level, xp[i + 1] - level);
+        let share = to.max(f64::MIN_POSITIVE) / from;
+        let falls = from > clear && from < NEAR && share < 1.0 && !recording.is_gap(i);
+        falls.then(|| -(recording.time[i + 1] - recording.time[i]) / share.ln())
+    };
+    (0..xp.len().saturating_sub(1)).filter_map(one).collect()
+}
+
+/// Reading `xp` \[m\] at `time` \[s\] as it was before a lag `tau` \[s\]; its ends as they are.
+#[must_use]
+pub fn before_lag(time: &[f64], xp: &[f64], tau: f64) -> Vec<f64> {
+    let slope = |i: usize| {
+        let (a, b) = (i.checked_sub(1)?, i + 1);
+        Some((xp.get(b)? - xp[a]) / (time.get(b)? - time[a]))
+    };
+    let one = |(i, x): (usize, &f64)| x + tau * slope(i).unwrap_or(0.0);
+    xp.iter().enumerate().map(one).collect()
+}
+
+/// Its noise, where `sigma` is that of the readings, one every `interval` \[s\].
+#[must_use]
+pub fn noise_before_lag(sigma: f64, interval: f64, tau: f64) -> f64 {
+    sigma * (1.0 + 0.5 * (tau / interval).powi(2)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::TimeAxis;
+    use crate::recording::events::{EventOptions, find_events};
+
+    const INTERVAL: f64 = 2e-5;
+
+    /// A mass that falls from 20 um every 10 ms and is thrown back with half its speed, read
+    /// through a lag `tau` by small steps.
+    fn taps(tau: f64) -> Recording {
+        const FINE: usize = 50;
+        let h = INTERVAL / FINE as f64;
+        let (mut x, mut v, mut y) = (0.0f64, 0.0f64, 0.0f64);
+        let (mut time, mut xp, mut volts) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..6000 * FINE {
+            let t = i as f64 * h;
+            let pulled = (t / 0.01).fract() < 0.15;
+            let force = if pulled { 30.0 } else { -60.0 };
+            v += force * h;
+            x += v * h;
+            if x < 0.0 {
+                x = 0.0;
+                v = if v < -1e-3 { -0.5 * v } else { 0.0 };
+            }
+            y += if tau > 0.0 {
+                (x - y) * (1.0 - (-h / tau).exp())
+            } else {
+                x - y
+            };
+            if i % FINE == 0 {
+                let noise = ((i / FINE) as f64 * 12.9898).sin() * 43758.5453;
+                time.push(t);
+                xp.push(y + 7e-8 * (noise - noise.floor() - 0.5));
+                volts.push(if pulled { 8.0 } else { -8.0 });
+            }
+        }
+        Recording::new("taps", time, Some(volts), xp, None).unwrap()
+    }
+
+    fn found(tau: f64) -> Option<f64> {
+        let recording = taps(tau);
+        find_lag(&[(&recording, &recording.proof_mass, 2e-8)])
+    }
+
+    #[test]
+    fn a_lag_of_samples_is_told_by_the_quickest_falls() {
+        for tau in [3e-5, 5e-5, 1e-4] {
+            let lag = found(tau).expect("a lag");
+            assert!((lag / tau - 1.0).abs() < 0.1, "{tau}: {lag}");
+        }
+        assert_eq!(found(0.0), None);
+        assert_eq!(found(5e-6), None);
+    }
+
+    #[test]
+    fn without_it_the_mass_stops_suddenly_again() {
+        let tau = 6e-5;
+        let recording = taps(tau);
+        let impacts = |xp: &[f64], noise: f64| {
+            let options = EventOptions {
+                contact_level: 0.0,
+                noise,
+                hop: 5e-6,
+            };
+            find_events(TimeAxis::Samples(&recording.time), xp, &options).impacts
+        };
+        let lags = impacts(&recording.proof_mass, 2e-8);
+        let noise = noise_before_lag(2e-8, INTERVAL, tau);
+        let clear = impacts(
+            &before_lag(&recording.time, &recording.proof_mass, tau),
+            noise,
+        );
+        let fast = |all: &[crate::recording::events::Impact]| {
+            all.iter()
+                .filter(|i| i.v_before < -0.03 && i.v_after > 0.01)
+                .count()
+        };
+        assert!(
+            fast(&clear) > 2 * fast(&lags),
+            "{} {}",
+            fast(&clear),
+            fast(&lags)
+        );
+    }
+}
