@@ -13,6 +13,10 @@ use crate::sim::{SimError, StretchSimulator};
 const LATE: f64 = 0.8;
 /// Skews nearer than this are one that was taken over \[s\].
 const SAME: f64 = 1e-9;
+/// Skews farther apart are not those of one rig \[s\].
+const APART: f64 = 15e-6;
+/// Chi2 per value from which something is missing.
+const MISSING: f64 = 1.1;
 /// A delay of the readings.
 const DELAY: &str = "sensor_lag.delay";
 /// Steps in which it takes its share of the clocks.
@@ -38,6 +42,16 @@ pub fn late(fitted: &Fitted) -> Option<f64> {
         .iter()
         .max_by(|a, b| agreed(**a).total_cmp(&agreed(**b)))?;
     (most.abs() > LATE * longest).then_some(-most)
+}
+
+/// By how much the readings of one recording are later than those of another \[s\], where that is
+/// more than clocks of one rig differ by and something is missing: an amplifier that lags delays
+/// the jumps of a voltage, and slow voltages hardly.
+pub fn disagreement(fitted: &Fitted) -> Option<f64> {
+    let all = skews_of(&fitted.problem, &fitted.point);
+    let (low, high) = crate::recording::extremes(&all);
+    let apart = high - low;
+    (apart > APART && fitted.per_value() > MISSING).then_some(apart)
 }
 
 /// Gives a delay of the readings that is free what the clocks have taken of it: the two fit

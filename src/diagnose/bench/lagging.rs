@@ -11,10 +11,14 @@ use crate::diagnose::candidates::{LEAST_LAG, own_ids, shape_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::findings::lag_of;
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::recording::extremes;
 
-/// What makes readings late by rounding edges off.
-const LAGS: [&str; 2] = ["amplifier_lag", "sensor_lag"];
+/// What makes readings late by rounding edges off, and which of its parameters says by how much:
+/// an amplifier that settles, one that slews, an instrument.
+const LAGS: [(&str, usize); 3] = [AMPLIFIER, ("amplifier_lag", 1), SENSOR];
+const AMPLIFIER: (&str, usize) = ("amplifier_lag", 0);
+const SENSOR: (&str, usize) = ("sensor_lag", 0);
 /// What late readings cost per value from which they are far off.
 const FAR: f64 = 2.0;
 /// Share of that up to which such a lag suits better.
@@ -38,13 +42,13 @@ impl Bench {
         again: &dyn Fn(&Self, &Known) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
         let told = || lag_of(&self.train.parts, &self.train.findings);
-        let Some(tau) = Some("sensor_lag")
+        let Some(tau) = Some(SENSOR.0)
             .filter(|id| options.asks(id))
             .and_then(|_| told())
         else {
             return Ok(None);
         };
-        let Some((start, free, bounds)) = lag("sensor_lag", tau, model) else {
+        let Some((start, free, bounds)) = lag(SENSOR, tau, model) else {
             return Ok(None);
         };
         let known = Known {
@@ -68,7 +72,7 @@ impl Bench {
         plain.effects.retain(|e| e.spec != start.spec);
         let train = sharp.fit(&plain, &[], &[], &fitted, STEPS, control)?;
         sharp.found = Some(Arc::new(Found {
-            shape: shape_of(start.spec),
+            shape: shape_beside(start.spec, &free),
             start,
             free,
             bounds,
@@ -93,9 +97,14 @@ impl Bench {
         let mut best: Option<(f64, Found)> = None;
         let mut rival = tuned.whole_per_value(cut_again)?;
         // Readings that lag are found from near by, unless what the edges do was set aside.
-        let asked = if rival > FAR { &LAGS[..] } else { &LAGS[..1] };
-        for id in asked.iter().filter(|id| options.asks(id)) {
-            let Some((start, free, bounds)) = lag(id, late, &self.outset) else {
+        let asked = LAGS.iter().filter(|lag| rival > FAR || **lag != SENSOR);
+        for which in asked.filter(|(id, _)| options.asks(id)) {
+            let size = match which {
+                // The middle of an edge is late by half of what it takes.
+                ("amplifier_lag", 1) => 2.0 * late / self.swing(),
+                _ => late,
+            };
+            let Some((start, free, bounds)) = lag(*which, size, &self.outset) else {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
@@ -103,10 +112,10 @@ impl Bench {
                 continue;
             };
             let own = fitted.whole_per_value(self)?;
-            log::debug!("{id}: {own:.3} per value");
+            log::debug!("{}: {own:.3} per value", free[0]);
             if best.as_ref().is_none_or(|best| own < best.0) {
                 let found = Found {
-                    shape: shape_of(start.spec),
+                    shape: shape_beside(start.spec, &free),
                     start,
                     free,
                     bounds,
@@ -121,7 +130,7 @@ impl Bench {
         if control.cancelled() {
             return Ok(None);
         }
-        if let Some((start, free, bounds)) = lag("sensor_lag", late, &self.outset) {
+        if let Some((start, free, bounds)) = lag(SENSOR, late, &self.outset) {
             let with = with_effect(&tuned.model, start);
             let near = cut_again.fit(&with, &free, &bounds, tuned, STEPS, control);
             if let Some(near) = simulated(near)? {
@@ -142,6 +151,19 @@ fn simulated(fit: Result<Fitted, DiagnoseError>) -> Result<Option<Fitted>, Diagn
     }
 }
 
+impl Bench {
+    /// From the lowest voltage of the fitted recordings to the highest \[V\].
+    fn swing(&self) -> f64 {
+        let parts = self.train.parts.iter();
+        let all = parts.filter_map(|p| p.recording.voltage.as_deref());
+        let ends = all.map(extremes);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| {
+            (a.0.min(b.0), a.1.max(b.1))
+        });
+        (high - low).max(f64::MIN_POSITIVE)
+    }
+}
+
 impl Fitted {
     /// Cost per value of the fitted recordings of `bench`, all stretches counted.
     fn whole_per_value(&self, bench: &Bench) -> Result<f64, DiagnoseError> {
@@ -151,9 +173,21 @@ impl Fitted {
     }
 }
 
-/// The effect `id` with a time constant of `late` \[s\], what is fitted of it and within which
-/// bounds; `None` if `model` has it already or nothing drives it.
-fn lag(id: &str, late: f64, model: &Model) -> Option<(ActiveEffect, Vec<String>, Vec<Bound>)> {
+/// What else shapes a lag of which `free` is fitted.
+fn shape_beside(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
+    let first = own_ids(spec, &[0]);
+    let mut all: Vec<String> = first.into_iter().chain(shape_of(spec)).collect();
+    all.retain(|id| !free.contains(id));
+    all
+}
+
+/// An effect of [`LAGS`] of that size, what is fitted of it and within which bounds; `None` if
+/// `model` has it already or nothing drives it.
+fn lag(
+    (id, which): (&str, usize),
+    late: f64,
+    model: &Model,
+) -> Option<(ActiveEffect, Vec<String>, Vec<Bound>)> {
     let spec = find(id)?;
     let has = model.effects.iter().any(|e| e.spec == spec);
     if late <= 0.0 || has || model.piezo.is_none() {
@@ -161,8 +195,8 @@ fn lag(id: &str, late: f64, model: &Model) -> Option<(ActiveEffect, Vec<String>,
     }
     let mut effect = ActiveEffect::new(spec);
     effect.values.iter_mut().for_each(|v| *v = 0.0);
-    effect.values[0] = late;
-    let free = own_ids(spec, &[0]);
+    effect.values[which] = late;
+    let free = own_ids(spec, &[which]);
     let bounds = vec![(free[0].clone(), (LEAST_LAG * late, f64::INFINITY))];
     Some((effect, free, bounds))
 }

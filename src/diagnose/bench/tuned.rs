@@ -194,13 +194,18 @@ impl Bench {
             let before = (replace(&mut bench, cut_again), replace(&mut train, fit));
             first.get_or_insert(before);
         }
-        if let Some((cut_first, fit)) = first.filter(|_| !control.cancelled())
-            && let Some(lagging) =
+        if let Some((cut_first, fit)) = first.filter(|_| !control.cancelled()) {
+            if let Some(lagging) =
                 cut_first.lagging(known.late, (&bench, &train), options, control)?
+            {
+                (bench, train) = (cut_first, fit);
+                bench.found = Some(Arc::new(lagging));
+                known.late = 0.0;
+            }
+        } else if let Some(late) = delays::disagreement(&train).filter(|_| bench.found.is_none())
+            && let Some(lagging) = bench.lagging(late, (&bench, &train), options, control)?
         {
-            (bench, train) = (cut_first, fit);
             bench.found = Some(Arc::new(lagging));
-            known.late = 0.0;
         }
         let lags = bench.found.is_some();
         let lost = |train: &Fitted| !lags && train.is_lost();
