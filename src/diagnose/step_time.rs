@@ -16,7 +16,8 @@ use crate::sim::{SimError, StretchSimulator};
 const TIMES: [usize; 3] = [48, 8, 8];
 /// Most times that it is looked for around what was found last.
 const MOVES: usize = 4;
-/// How far around the time that is known it is looked for \[s\]: a stretch lasts no longer.
+/// How far around the time that is known it is looked for \[s\]: a stretch with both points
+/// lasts no longer.
 const AROUND: f64 = 5e-3;
 /// Share of that beyond which it is looked for anew around what was found.
 const EDGE: f64 = 0.8;

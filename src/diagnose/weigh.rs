@@ -154,6 +154,7 @@ fn attempt(
         }
     }
     if hypothesis.start.spec.id == STEP
+        && hypothesis.told_by.is_none()
         && let Some(finer) = step_time::finer(&near)?
     {
         let start = with_constants(&near.train.model, &finer);

@@ -223,14 +223,14 @@ fn ground_of(
 /// Reading of the proof mass with a change of the ground's level and a lag taken out \[m\].
 fn as_moved(recording: &Recording, change: Option<LevelChange>, lag: f64) -> Cow<'_, [f64]> {
     let (time, xp) = (&recording.time, &recording.proof_mass);
-    let levelled = match change {
-        Some(change) => Cow::Owned(change.taken_out(time, xp)),
-        None => Cow::Borrowed(&xp[..]),
-    };
-    if lag > 0.0 {
-        Cow::Owned(before_lag(time, &levelled, lag))
+    let moved = if lag > 0.0 {
+        Cow::Owned(before_lag(time, xp, lag))
     } else {
-        levelled
+        Cow::Borrowed(&xp[..])
+    };
+    match change {
+        Some(change) => Cow::Owned(change.taken_out(time, &moved)),
+        None => moved,
     }
 }
 

@@ -7,8 +7,12 @@
 use super::level_change::rests;
 use super::{Recording, quantile_in_place};
 
-/// Heights above the ground that tell, in units of the noise: a percent of noise in a share.
+/// Heights above the ground that tell, in units of the noise: a few percent of noise in a share.
 const CLEAR: f64 = 30.0;
+/// Times as high a lag falls by the same share, and a slow mass by less.
+const HIGHER: f64 = 2.0;
+/// Times in which the two agree.
+const BOTH: f64 = 1.25;
 /// Highest one \[m\].
 const NEAR: f64 = 20e-6;
 /// Rests are on the ground within this height of the lowest, and in units of the noise \[m\].
@@ -30,10 +34,17 @@ const SHORTEST: f64 = 0.8;
 /// ground's level taken out, and its noise \[m\]; `None` where the mass stops within a sample.
 #[must_use]
 pub fn find_lag(recordings: &[(&Recording, &[f64], f64)]) -> Option<f64> {
+    let low = lag_above(recordings, CLEAR)?;
+    let high = lag_above(recordings, HIGHER * CLEAR)?;
+    (high.max(low) < BOTH * high.min(low)).then_some(low)
+}
+
+/// The lag by falls from heights of `clear` times the noise and more.
+fn lag_above(recordings: &[(&Recording, &[f64], f64)], clear: f64) -> Option<f64> {
     let mut all: Vec<f64> = Vec::new();
     let mut longest = 0.0f64;
     for (recording, xp, sigma) in recordings {
-        let own = falls(recording, xp, *sigma);
+        let own = falls(recording, xp, *sigma, clear);
         if !own.is_empty() {
             longest = longest.max(recording.interval());
         }
@@ -55,7 +66,7 @@ pub fn find_lag(recordings: &[(&Recording, &[f64], f64)]) -> Option<f64> {
 }
 
 /// The lag that each fall near the ground would have if the mass lay there \[s\].
-fn falls(recording: &Recording, xp: &[f64], sigma: f64) -> Vec<f64> {
+fn falls(recording: &Recording, xp: &[f64], sigma: f64, clear: f64) -> Vec<f64> {
     let interval = recording.interval();
     let mut levels: Vec<f64> = rests(xp, interval, sigma).iter().map(|r| r.level).collect();
     let lowest = quantile_in_place(&mut levels, 0.02);
@@ -69,31 +80,40 @@ fn falls(recording: &Recording, xp: &[f64], sigma: f64) -> Vec<f64> {
     if below as f64 > BELOW * xp.len() as f64 {
         return Vec::new();
     }
-    let clear = CLEAR * sigma;
+    let clear = clear * sigma;
     let one = |i: usize| {
         let (from, to) = (xp[i] - level, xp[i + 1] - level);
         let share = to.max(f64::MIN_POSITIVE) / from;
-        let falls = from > clear && from < NEAR && share < 1.0 && !recording.is_gap(i);
+        let there = to.is_finite() && !recording.is_gap(i);
+        let falls = there && from > clear && from < NEAR && share < 1.0;
         falls.then(|| -(recording.time[i + 1] - recording.time[i]) / share.ln())
     };
     (0..xp.len().saturating_sub(1)).filter_map(one).collect()
 }
 
 /// Reading `xp` \[m\] at `time` \[s\] as it was before a lag `tau` \[s\]; its ends as they are.
+/// Exact where the mass lies and the reading still falls, so that none of it is below the ground.
 #[must_use]
 pub fn before_lag(time: &[f64], xp: &[f64], tau: f64) -> Vec<f64> {
-    let slope = |i: usize| {
+    let rate = |i: usize| {
         let (a, b) = (i.checked_sub(1)?, i + 1);
-        Some((xp.get(b)? - xp[a]) / (time.get(b)? - time[a]))
+        let half = 0.5 * (time.get(b)? - time[a]) / tau;
+        // The slope of a decay by the samples on either side, times tau.
+        Some((xp.get(b)? - xp[a]) / (2.0 * half.sinh()))
     };
-    let one = |(i, x): (usize, &f64)| x + tau * slope(i).unwrap_or(0.0);
+    let one = |(i, x): (usize, &f64)| x + rate(i).unwrap_or(0.0);
     xp.iter().enumerate().map(one).collect()
 }
 
 /// Its noise, where `sigma` is that of the readings, one every `interval` \[s\].
 #[must_use]
 pub fn noise_before_lag(sigma: f64, interval: f64, tau: f64) -> f64 {
-    sigma * (1.0 + 0.5 * (tau / interval).powi(2)).sqrt()
+    let rate = if tau > 0.0 {
+        0.5 / (interval / tau).sinh().powi(2)
+    } else {
+        0.0
+    };
+    sigma * (1.0 + rate).sqrt()
 }
 
 #[cfg(test)]
@@ -147,7 +167,21 @@ mod tests {
             let lag = found(tau).expect("a lag");
             assert!((lag / tau - 1.0).abs() < 0.1, "{tau}: {lag}");
         }
+        // Missing samples are no falls.
+        let mut gaps = taps(5e-5);
+        gaps.proof_mass
+            .iter_mut()
+            .step_by(97)
+            .for_each(|x| *x = f64::NAN);
+        let lag = find_lag(&[(&gaps, &gaps.proof_mass, 2e-8)]).expect("a lag");
+        assert!((lag / 5e-5 - 1.0).abs() < 0.1, "{lag}");
         assert_eq!(found(0.0), None);
+        // Nor is a mass that falls slowly, to noise that hides its last samples.
+        for noise in [1e-7, 2e-7, 4e-7] {
+            let recording = taps(0.0);
+            let lag = find_lag(&[(&recording, &recording.proof_mass, noise)]);
+            assert_eq!(lag, None, "{noise}");
+        }
         assert_eq!(found(5e-6), None);
     }
 

@@ -16,8 +16,8 @@ use crate::recording::extremes;
 
 /// What makes readings late by rounding edges off, and which of its parameters says by how much:
 /// an amplifier that settles, one that slews, an instrument.
-const LAGS: [(&str, usize); 3] = [AMPLIFIER, ("amplifier_lag", 1), SENSOR];
-const AMPLIFIER: (&str, usize) = ("amplifier_lag", 0);
+const LAGS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEWING, SENSOR];
+const SLEWING: (&str, usize) = ("amplifier_lag", 1);
 const SENSOR: (&str, usize) = ("sensor_lag", 0);
 /// What late readings cost per value from which they are far off.
 const FAR: f64 = 2.0;
@@ -42,10 +42,8 @@ impl Bench {
         again: &dyn Fn(&Self, &Known) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
         let told = || lag_of(&self.train.parts, &self.train.findings);
-        let Some(tau) = Some(SENSOR.0)
-            .filter(|id| options.asks(id))
-            .and_then(|_| told())
-        else {
+        let asked = model.has_ground && options.asks(SENSOR.0);
+        let Some(tau) = asked.then(told).flatten() else {
             return Ok(None);
         };
         let Some((start, free, bounds)) = lag(SENSOR, tau, model) else {
@@ -55,7 +53,9 @@ impl Bench {
             lag: tau,
             ..Known::default()
         };
-        let mut sharp = again(self, &known)?;
+        let Ok(mut sharp) = again(self, &known) else {
+            return Ok(None);
+        };
         let with = with_effect(model, start.clone());
         let Some(fitted) = simulated(sharp.from(&with, (&free, &bounds), true, control))? else {
             return Ok(None);
@@ -70,9 +70,17 @@ impl Bench {
         }
         let mut plain = fitted.model.clone();
         plain.effects.retain(|e| e.spec != start.spec);
-        let train = sharp.fit(&plain, &[], &[], &fitted, STEPS, control)?;
+        let plain = sharp.fit(&plain, &[], &[], &fitted, STEPS, control);
+        let Some(train) = simulated(plain)? else {
+            return Ok(None);
+        };
+        // A mass that is slow enough falls as through a lag.
+        let rival = train.whole_per_value(&sharp)?;
+        if fitted.whole_per_value(&sharp)? > BETTER * rival {
+            return Ok(None);
+        }
         sharp.found = Some(Arc::new(Found {
-            shape: shape_beside(start.spec, &free),
+            shape: shape_of_lag(start.spec, &free),
             start,
             free,
             bounds,
@@ -99,10 +107,12 @@ impl Bench {
         // Readings that lag are found from near by, unless what the edges do was set aside.
         let asked = LAGS.iter().filter(|lag| rival > FAR || **lag != SENSOR);
         for which in asked.filter(|(id, _)| options.asks(id)) {
-            let size = match which {
-                // The middle of an edge is late by half of what it takes.
-                ("amplifier_lag", 1) => 2.0 * late / self.swing(),
-                _ => late,
+            // The middle of an edge is late by half of what it takes.
+            let slews = *which == SLEWING;
+            let size = if slews {
+                2.0 * late / self.swing()
+            } else {
+                late
             };
             let Some((start, free, bounds)) = lag(*which, size, &self.outset) else {
                 continue;
@@ -115,7 +125,7 @@ impl Bench {
             log::debug!("{}: {own:.3} per value", free[0]);
             if best.as_ref().is_none_or(|best| own < best.0) {
                 let found = Found {
-                    shape: shape_beside(start.spec, &free),
+                    shape: shape_of_lag(start.spec, &free),
                     start,
                     free,
                     bounds,
@@ -174,7 +184,7 @@ impl Fitted {
 }
 
 /// What else shapes a lag of which `free` is fitted.
-fn shape_beside(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
+fn shape_of_lag(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
     let first = own_ids(spec, &[0]);
     let mut all: Vec<String> = first.into_iter().chain(shape_of(spec)).collect();
     all.retain(|id| !free.contains(id));
@@ -190,7 +200,8 @@ fn lag(
 ) -> Option<(ActiveEffect, Vec<String>, Vec<Bound>)> {
     let spec = find(id)?;
     let has = model.effects.iter().any(|e| e.spec == spec);
-    if late <= 0.0 || has || model.piezo.is_none() {
+    let sized = late > 0.0 && late.is_finite();
+    if !sized || has || model.piezo.is_none() {
         return None;
     }
     let mut effect = ActiveEffect::new(spec);
@@ -207,13 +218,25 @@ mod tests {
     use crate::diagnose::made::{self, QUIET};
     use crate::model::preset::Preset;
 
-    /// What the re-tuning makes of recordings of a device with value `which` of the effect `id`.
-    fn lagging(id: &str, which: usize, value: f64) -> Option<f64> {
+    /// The paper's device with value `which` of the effect `id`.
+    fn with(id: &str, which: usize, value: f64) -> Model {
         let mut effect = ActiveEffect::new(find(id).unwrap());
         effect.values.iter_mut().for_each(|v| *v = 0.0);
         effect.values[which] = value;
+        with_effect(&Preset::embedded("paper").unwrap().model, effect)
+    }
+
+    /// What the re-tuning finds of a lag in recordings.
+    fn found(bench: Bench) -> Option<f64> {
         let paper = Preset::embedded("paper").unwrap().model;
-        let concealed = with_effect(&paper, effect);
+        let options = DiagnoseOptions::default();
+        let tuned = bench.tuned(&paper, &options, &QUIET, &|| ()).unwrap();
+        let known = tuned.bench.found?;
+        known.fitted.model.get(&known.free[0])
+    }
+
+    /// The same of a device with value `which` of the effect `id`.
+    fn lagging(id: &str, which: usize, value: f64) -> Option<f64> {
         // Slow drives agree about how late it is, edges tell why.
         let drives = [
             ("sine:20Hz:8V", 0.1),
@@ -221,11 +244,12 @@ mod tests {
             ("chirp:1Hz:60Hz:7V", 0.1),
             ("square:40Hz:8V", 0.06),
         ];
-        let bench = made::bench_of(&concealed, &drives, 50e3, 20e-9);
-        let options = DiagnoseOptions::default();
-        let tuned = bench.tuned(&paper, &options, &QUIET, &|| ()).unwrap();
-        let known = tuned.bench.found?;
-        known.fitted.model.get(&known.free[0])
+        found(made::bench_of(
+            &with(id, which, value),
+            &drives,
+            50e3,
+            20e-9,
+        ))
     }
 
     #[test]
@@ -233,5 +257,28 @@ mod tests {
         let tau = lagging("amplifier_lag", 0, 70e-6).unwrap();
         assert!((tau - 70e-6).abs() < 1e-6, "{tau}");
         assert_eq!(lagging("sensor_lag", 1, 70e-6), None);
+    }
+
+    #[test]
+    fn readings_that_lag_by_samples_are_found() {
+        let tau = lagging("sensor_lag", 0, 50e-6).unwrap();
+        assert!((tau - 50e-6).abs() < 0.5e-6, "{tau}");
+    }
+
+    #[test]
+    fn clocks_that_disagree_tell_a_drive_that_slews() {
+        const PACE: f64 = 6.5e-6;
+        let drives = [
+            ("ramped:5Hz:8V:0.25", 0.2),
+            ("square:15Hz:8V", 0.2),
+            ("sine:50Hz:8V", 0.06),
+            ("square:50Hz:6V", 0.12),
+        ];
+        let mut parts = made::parts_of(&with("amplifier_lag", 1, PACE), &drives, 50e3, 20e-9);
+        for part in &mut parts {
+            Arc::make_mut(&mut part.recording).cantilever = None;
+        }
+        let pace = found(made::bench(&parts)).unwrap();
+        assert!((pace / PACE - 1.0).abs() < 0.02, "{pace}");
     }
 }

@@ -182,8 +182,10 @@ impl Bench {
             None => bench.with_and_without_drift(model, control)?,
         };
         let mut first = None;
-        for _ in 0..if bench.found.is_some() { 0 } else { AGAIN } {
-            let Some(late) = delays::late(&train).filter(|_| !control.cancelled()) else {
+        for _ in 0..AGAIN {
+            // Readings that are known to lag are late for that.
+            let go_on = bench.found.is_none() && !control.cancelled();
+            let Some(late) = delays::late(&train).filter(|_| go_on) else {
                 break;
             };
             known.late += late;
@@ -202,7 +204,9 @@ impl Bench {
                 bench.found = Some(Arc::new(lagging));
                 known.late = 0.0;
             }
-        } else if let Some(late) = delays::disagreement(&train).filter(|_| bench.found.is_none())
+        } else if bench.found.is_none()
+            && !control.cancelled()
+            && let Some(late) = delays::disagreement(&train)
             && let Some(lagging) = bench.lagging(late, (&bench, &train), options, control)?
         {
             bench.found = Some(Arc::new(lagging));

@@ -180,6 +180,7 @@ pub fn run(
         if let Some(lain) = held
             && let Some(jump) = sim.ground_jump(t + epoch, to + epoch)
         {
+            let now = sim.ground_level(jump);
             let jump = jump - epoch;
             let middle = times[..upto].partition_point(|&s| s < jump).max(next);
             let out = |i: usize, p: f64, c: f64| {
@@ -196,15 +197,10 @@ pub fn run(
                 out,
             )?;
             (next, t) = (middle, jump);
-            let now = sim.ground_level(jump + epoch);
             let shown = samples.start + next..samples.start + upto;
             level = shown_level(r, shown, nuisances, [now, lain]);
-            if level != lain {
-                sim.lift(lain, &mut state);
-                sim.kick(level, 0.0, &mut state);
-                sim.land(level, &mut state);
-                held = Some(level);
-            }
+            // How the beam moves beside the mass goes on.
+            held = Some(level);
         }
         let out = |i: usize, p: f64, c: f64| {
             xp[next + i] = p;
@@ -220,8 +216,8 @@ pub fn run(
             Kind::Bounce { .. } | Kind::Touch => {
                 level = sim.ground_level(t + setting.epoch);
                 // A mark in the wrong place may find the mass held already.
-                if held.is_some() {
-                    sim.lift(level, &mut state);
+                if let Some(lain) = held {
+                    sim.lift(lain, &mut state);
                 }
                 let points = sim.flight_points(&state);
                 let bounces = !matches!(kind, Kind::Touch);

@@ -19,10 +19,10 @@ const VISIBLE: f64 = 3.0;
 const AGREE: f64 = 0.1;
 /// Or within so many times the noise of a sample.
 const SCATTER: f64 = 1.5;
+/// Share of the blocks that may be farther off.
+const STRAY: f64 = 0.05;
 /// Share of what a straight line leaves of the levels' variance that two levels may leave.
 const NO_LINE: f64 = 0.5;
-/// Share of the blocks that may not.
-const STRAY: f64 = 0.05;
 
 /// A change of the ground's level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,7 +136,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
         let v = voltage.map(|v| &v[range.clone()]);
         let axis = TimeAxis::Samples(&time[range.clone()]);
         estimate_contact_level(axis, v, &xp[range], noise)
-            .is_ok_and(|found| (found - level).abs() < near.max(3.0 * sigma))
+            .is_ok_and(|found| (found - level).abs() < near.max(3.0 * sigma).min(0.5 * rise.abs()))
     };
     let both = told(0..cut, before) && told(cut..xp.len(), after);
     both.then_some(LevelStep {
