@@ -28,6 +28,7 @@ pub mod explain;
 mod further;
 pub mod generic;
 mod ground;
+mod judged;
 pub mod kin;
 mod late;
 pub mod laws;

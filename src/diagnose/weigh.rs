@@ -2,8 +2,9 @@
 //! where that has lost its way, from where the re-tuning began, and judged on the recordings
 //! kept out.
 
-use super::bench::{Bench, Bound, Fitted, Side, Sketch, with_effect};
+use super::bench::{Bench, Bound, Fitted, Sketch, with_effect};
 use super::explain::{Stand, Trial, Weighed};
+use super::judged::{judged, judged_anew};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
 use super::step_time;
@@ -322,56 +323,6 @@ pub fn refitted(
     Ok(Some((train, held_out)))
 }
 
-/// Falls of chi2 against the fit of `stand` on either side, all stretches counted, whatever
-/// either sets aside.
-fn whole_gains(
-    bench: &Bench,
-    stand: &Stand,
-    train: &Fitted,
-    held_out: Option<&Fitted>,
-) -> Result<(f64, f64), DiagnoseError> {
-    let gain = |side: &Side, before: &Fitted, after: &Fitted| {
-        let first = side.segments();
-        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
-    };
-    let held_gain = match (&bench.held_out, &stand.held_out, held_out) {
-        (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
-        _ => 0.0,
-    };
-    Ok((gain(&bench.train, &stand.train, train)?, held_gain))
-}
-
-/// A fit with one more effect against that of `stand`.
-fn judged(
-    bench: &Bench,
-    stand: &Stand,
-    hypothesis: &Hypothesis,
-    train: Fitted,
-    control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
-    let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
-    let mut gain = stand.train.cost - train.cost;
-    let mut held_gain = match (&stand.held_out, &held_out) {
-        (Some(before), Some(after)) => before.cost - after.cost,
-        _ => 0.0,
-    };
-    // What begins after the fitted recordings is told by one that was kept out, which proves
-    // nothing then.
-    if let (Some(k), Some(before), Some(after)) = (hypothesis.told_by, &stand.held_out, &held_out) {
-        let falls = before.costs()?.into_iter().zip(after.costs()?);
-        let falls: Vec<f64> = falls.map(|(before, after)| before - after).collect();
-        gain = falls[k];
-        held_gain = falls.iter().sum::<f64>() - gain;
-    }
-    Ok(Trial {
-        gain,
-        held_gain,
-        train,
-        held_out,
-        hypothesis: hypothesis.clone(),
-    })
-}
-
 /// A fit with the first effect from where the re-tuning began, for `stand` has been drawn
 /// along by what it lacks; `None` if it cannot be simulated.
 fn from_afar(
@@ -393,25 +344,6 @@ fn from_afar(
         Err(error) => return Err(error),
     };
     judged_anew(bench, stand, hypothesis, train, control).map(Some)
-}
-
-/// A fit with one more effect against that of `stand`, from which it did not begin.
-fn judged_anew(
-    bench: &Bench,
-    stand: &Stand,
-    hypothesis: Hypothesis,
-    train: Fitted,
-    control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
-    let held_out = bench.judge(&train.model, (&train, None), control)?;
-    let (gain, held_gain) = whole_gains(bench, stand, &train, held_out.as_ref())?;
-    Ok(Trial {
-        gain,
-        held_gain,
-        train,
-        held_out,
-        hypothesis,
-    })
 }
 
 /// Freedoms and bounds of the effects named so far.
