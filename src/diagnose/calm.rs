@@ -59,7 +59,7 @@ pub struct Interval {
 }
 
 /// The stretches of `recording` between the events of `timeline`. Where the ground's
-/// level is known \[m\], flight, in the reading `xp` with changes of that level taken out,
+/// level is known \[m\], flight, in the reading `xp` with a lag and changes of that level taken out,
 /// is away from it by `clear` \[m\].
 pub fn intervals(
     recording: &Recording,
@@ -183,12 +183,12 @@ pub fn prepare_calm(
         let data = &prepared.problem.data[index];
         let recording = &data.recording;
         let timeline = finding.timeline(recording, data.sigmas.xp);
-        let (levelled, noise) = (
+        let (moved, noise) = (
             finding.as_moved(recording),
             finding.noise_of(data.sigmas.xp, recording),
         );
         let ground = if finding.level.is_ok() {
-            densest_low(&levelled[part.samples.clone()], noise)
+            densest_low(&moved[part.samples.clone()], noise)
                 .map(|level| (level, (CLEAR * noise).max(LEAST_CLEAR)))
         } else {
             // It may touch the ground all the same, unseen.
@@ -199,12 +199,12 @@ pub fn prepare_calm(
             .longest
             .unwrap_or_else(|| crate::fit::prepare::default_length(&simulator, lone));
         let mut samples = 0;
-        for mut interval in intervals(recording, &levelled, &timeline, &part.samples, ground) {
+        for mut interval in intervals(recording, &moved, &timeline, &part.samples, ground) {
             let since = interval
                 .held
                 .then(|| recording.time[interval.samples.start]);
             if interval.held {
-                let xp = &levelled[interval.samples.clone()];
+                let xp = &moved[interval.samples.clone()];
                 interval.samples.start += hopping(xp, recording.interval(), noise);
             }
             let quiet = Timeline {
@@ -225,7 +225,7 @@ pub fn prepare_calm(
                 interval.samples,
             );
             for mut segment in pieces {
-                let xp = &levelled[segment.samples.clone()];
+                let xp = &moved[segment.samples.clone()];
                 if interval.held && !still(xp, noise) {
                     continue;
                 }

@@ -25,7 +25,8 @@ pub struct Rest {
     pub height: f64,
 }
 
-/// The rests in a recording, `xp` its proof mass with changes of the ground's level taken out,
+/// The rests in a recording, `xp` its proof mass with a lag and changes of
+/// the ground's level taken out,
 /// whose ground is at `level` and whose noise is `noise` \[m\], in order of time. Empty without a
 /// voltage.
 #[must_use]
