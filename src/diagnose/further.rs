@@ -6,7 +6,7 @@ use super::bench::{Bench, Fitted, Side};
 use super::chance::TRAIN_GAIN;
 use super::explain::{Stand, Trial};
 use super::modes::{ALIKE, DECISIVE, TOLD, near_mode, struck_near, told_by};
-use super::options::{DiagnoseControl, DiagnoseError};
+use super::options::{DiagnoseControl, DiagnoseError, simulated};
 use super::promises::Hypothesis;
 use super::ring::{self, BESIDE, Ring};
 use super::struck::{Blows, Struck};
@@ -129,11 +129,10 @@ pub fn rings_by_itself(
         log::debug!("unmoved {:.1} per value on a part", sketch.per_value());
         return Ok(None);
     }
-    let unmoved = match sketch.and_then(|sketch| bench.complete(sketch, STEPS, control)) {
-        Ok(unmoved) => unmoved,
-        // What cannot be simulated says nothing against the mode.
-        Err(DiagnoseError::Sim(_)) => return Ok(None),
-        Err(error) => return Err(error),
+    let unmoved = sketch.and_then(|sketch| bench.complete(sketch, STEPS, control));
+    // What cannot be simulated says nothing against the mode.
+    let Some(unmoved) = simulated(unmoved)? else {
+        return Ok(None);
     };
     let by_motion = unmoved.cost - fitted.cost;
     log::debug!("that the modes are moved brings {by_motion:.1}");

@@ -106,3 +106,15 @@ pub enum DiagnoseError {
     #[error("give at least one recording to diagnose")]
     NoRecording,
 }
+
+/// What was made of a model, or `None` where that cannot be simulated.
+///
+/// # Errors
+/// Any other [`DiagnoseError`].
+pub fn simulated<T>(made: Result<T, DiagnoseError>) -> Result<Option<T>, DiagnoseError> {
+    match made {
+        Ok(made) => Ok(Some(made)),
+        Err(DiagnoseError::Sim(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}

@@ -5,7 +5,7 @@
 use super::bench::{Bench, Bound, Fitted, Sketch, with_effect};
 use super::explain::{Stand, Trial, Weighed};
 use super::judged::{judged, judged_anew};
-use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
 use super::promises::{FOUND, Hypothesis, PROMISING, promises};
 use super::step_time;
 use crate::model::Model;
@@ -144,27 +144,21 @@ fn attempt(
     let Some(mut near) = near else {
         return Ok(None);
     };
+    let better = |near: Trial, other: &Hypothesis| {
+        // They look alike to the fitted recordings: the fit of the one is all but the other's.
+        let start = with_constants(&near.train.model, other);
+        let tried = begun_from(nearby, stand, other, (&start, &near.train), control)?;
+        let tried = tried.filter(|tried| tried.worth() > near.worth());
+        Ok::<Trial, DiagnoseError>(tried.unwrap_or(near))
+    };
     for other in others(hypothesis).filter(|_| !further) {
-        // They look alike to the fitted recordings: the fit of the first is all but theirs.
-        let start = with_constants(&near.train.model, &other);
-        let begun = (&start, &near.train);
-        if let Some(trial) = begun_from(nearby, stand, &other, begun, control)?
-            && trial.worth() > near.worth()
-        {
-            near = trial;
-        }
+        near = better(near, &other)?;
     }
     if hypothesis.start.spec.id == STEP
         && hypothesis.told_by.is_none()
         && let Some(finer) = step_time::finer(&near)?
     {
-        let start = with_constants(&near.train.model, &finer);
-        let begun = (&start, &near.train);
-        if let Some(trial) = begun_from(nearby, stand, &finer, begun, control)?
-            && trial.worth() > near.worth()
-        {
-            near = trial;
-        }
+        near = better(near, &finer)?;
     }
     if astray
         && hypothesis.full.is_none()
@@ -245,10 +239,9 @@ pub fn likeliest(
     for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
         let (free, bounds) = with_freedoms(stand, &own);
         let start = with_effect(&near.model, own.start.clone());
-        let sketch = match bench.sketch(&start, &free, &bounds, near, control) {
-            Ok(sketch) => sketch,
-            Err(DiagnoseError::Sim(_)) => continue,
-            Err(error) => return Err(error),
+        let sketch = bench.sketch(&start, &free, &bounds, near, control);
+        let Some(sketch) = simulated(sketch)? else {
+            continue;
         };
         log::debug!("{:.1} at {:?}", sketch.cost(), own.start.values);
         if best.as_ref().is_none_or(|b| sketch.cost() < b.0.cost()) {
@@ -258,11 +251,9 @@ pub fn likeliest(
     let Some((sketch, own)) = best else {
         return Ok(None);
     };
-    match bench.complete(sketch, ITERATIONS, control) {
-        Ok(train) => judged(bench, stand, &own, train, control).map(Some),
-        Err(DiagnoseError::Sim(_)) => Ok(None),
-        Err(error) => Err(error),
-    }
+    let train = simulated(bench.complete(sketch, ITERATIONS, control))?;
+    let judged = train.map(|train| judged(bench, stand, &own, train, control));
+    judged.transpose()
 }
 
 /// What is fitted with one more effect, and its bounds.
@@ -294,11 +285,9 @@ pub fn begun_from(
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
     let (free, bounds) = with_freedoms(stand, hypothesis);
-    match bench.fit(start, &free, &bounds, near, ITERATIONS, control) {
-        Ok(train) => judged(bench, stand, hypothesis, train, control).map(Some),
-        Err(DiagnoseError::Sim(_)) => Ok(None),
-        Err(error) => Err(error),
-    }
+    let train = simulated(bench.fit(start, &free, &bounds, near, ITERATIONS, control))?;
+    let judged = train.map(|train| judged(bench, stand, hypothesis, train, control));
+    judged.transpose()
 }
 
 /// `start` with what the effects named in `stand` leave free, fitted from the fit of `near` and
@@ -314,10 +303,9 @@ pub fn refitted(
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<(Fitted, Option<Fitted>)>, DiagnoseError> {
     let (free, bounds) = freedoms(stand);
-    let train = match bench.fit(start, &free, &bounds, &near.train, ITERATIONS, control) {
-        Ok(fitted) => fitted,
-        Err(DiagnoseError::Sim(_)) => return Ok(None),
-        Err(error) => return Err(error),
+    let train = bench.fit(start, &free, &bounds, &near.train, ITERATIONS, control);
+    let Some(train) = simulated(train)? else {
+        return Ok(None);
     };
     let held_out = bench.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
     Ok(Some((train, held_out)))
@@ -338,10 +326,9 @@ fn from_afar(
         hypothesis.bounds.clear();
     }
     let start = with_effect(&bench.outset, hypothesis.start.clone());
-    let train = match bench.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control) {
-        Ok(fitted) => fitted,
-        Err(DiagnoseError::Sim(_)) => return Ok(None),
-        Err(error) => return Err(error),
+    let train = bench.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control);
+    let Some(train) = simulated(train)? else {
+        return Ok(None);
     };
     judged_anew(bench, stand, hypothesis, train, control).map(Some)
 }

@@ -34,39 +34,40 @@ const SHORTEST: f64 = 0.8;
 /// ground's level taken out, and its noise \[m\]; `None` where the mass stops within a sample.
 #[must_use]
 pub fn find_lag(recordings: &[(&Recording, &[f64], f64)]) -> Option<f64> {
-    let low = lag_above(recordings, CLEAR)?;
-    let high = lag_above(recordings, HIGHER * CLEAR)?;
+    let mut all: Vec<Fall> = Vec::new();
+    for (recording, xp, sigma) in recordings {
+        all.extend(falls(recording, xp, *sigma));
+    }
+    let low = lag_above(&all, CLEAR)?;
+    let high = lag_above(&all, HIGHER * CLEAR)?;
     (high.max(low) < BOTH * high.min(low)).then_some(low)
 }
 
+/// A fall near the ground from one sample to the next.
+#[derive(Debug, Clone, Copy)]
+struct Fall {
+    /// Height from which, in units of the noise.
+    from: f64,
+    /// The lag that it would have if the mass lay on the ground \[s\].
+    lag: f64,
+    /// Time between samples of its recording \[s\].
+    interval: f64,
+}
+
 /// The lag by falls from heights of `clear` times the noise and more.
-fn lag_above(recordings: &[(&Recording, &[f64], f64)], clear: f64) -> Option<f64> {
-    let mut all: Vec<f64> = Vec::new();
-    let mut longest = 0.0f64;
-    for (recording, xp, sigma) in recordings {
-        let own = falls(recording, xp, *sigma, clear);
-        if !own.is_empty() {
-            longest = longest.max(recording.interval());
-        }
-        all.extend(own);
-    }
+fn lag_above(falls: &[Fall], clear: f64) -> Option<f64> {
+    let high = || falls.iter().filter(|fall| fall.from > clear);
+    let longest = high().fold(0.0f64, |longest, fall| longest.max(fall.interval));
+    let mut all: Vec<f64> = high().map(|fall| fall.lag).collect();
     all.sort_by(f64::total_cmp);
-    log::debug!(
-        "quickest falls of {}: {:?} us",
-        all.len(),
-        all.iter()
-            .take(SPIKES + AGREE)
-            .map(|t| (1e7 * t).round() / 10.0)
-            .collect::<Vec<_>>()
-    );
     let quickest = all.get(SPIKES..SPIKES + AGREE)?;
     let (first, last) = (quickest[0], quickest[AGREE - 1]);
     let told = first > SHORTEST * longest && last < ALIKE * first;
     told.then_some(quickest[AGREE / 2])
 }
 
-/// The lag that each fall near the ground would have if the mass lay there \[s\].
-fn falls(recording: &Recording, xp: &[f64], sigma: f64, clear: f64) -> Vec<f64> {
+/// The falls in a recording that are high enough to tell.
+fn falls(recording: &Recording, xp: &[f64], sigma: f64) -> Vec<Fall> {
     let interval = recording.interval();
     let mut levels: Vec<f64> = rests(xp, interval, sigma).iter().map(|r| r.level).collect();
     let lowest = quantile_in_place(&mut levels, 0.02);
@@ -80,13 +81,16 @@ fn falls(recording: &Recording, xp: &[f64], sigma: f64, clear: f64) -> Vec<f64> 
     if below as f64 > BELOW * xp.len() as f64 {
         return Vec::new();
     }
-    let clear = clear * sigma;
     let one = |i: usize| {
         let (from, to) = (xp[i] - level, xp[i + 1] - level);
         let share = to.max(f64::MIN_POSITIVE) / from;
         let there = to.is_finite() && !recording.is_gap(i);
-        let falls = there && from > clear && from < NEAR && share < 1.0;
-        falls.then(|| -(recording.time[i + 1] - recording.time[i]) / share.ln())
+        let falls = there && from > CLEAR * sigma && from < NEAR && share < 1.0;
+        falls.then(|| Fall {
+            from: from / sigma,
+            lag: -(recording.time[i + 1] - recording.time[i]) / share.ln(),
+            interval,
+        })
     };
     (0..xp.len().saturating_sub(1)).filter_map(one).collect()
 }

@@ -7,6 +7,7 @@ use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::{Point, settle};
 use crate::model::Model;
+use crate::recording::extremes;
 use crate::sim::{SimError, StretchSimulator};
 
 /// Samples by which readings are late from which they are cut by a voltage as late.
@@ -49,7 +50,7 @@ pub fn late(fitted: &Fitted) -> Option<f64> {
 /// the jumps of a voltage, and slow voltages hardly.
 pub fn disagreement(fitted: &Fitted) -> Option<f64> {
     let all = skews_of(&fitted.problem, &fitted.point);
-    let (low, high) = crate::recording::extremes(&all);
+    let (low, high) = extremes(&all);
     let apart = high - low;
     (apart > APART && fitted.per_value() > MISSING).then_some(apart)
 }

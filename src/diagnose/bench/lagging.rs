@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::tuned::Known;
 use super::{Bench, Bound, Fitted, Found, with_effect};
 use crate::diagnose::candidates::{LEAST_LAG, own_ids, shape_of};
-use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
 use crate::fit::findings::lag_of;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
@@ -150,18 +150,7 @@ impl Bench {
         log::debug!("{own:.3} per value, cut again {rival:.3}");
         Ok((own < BETTER * rival).then_some(found))
     }
-}
 
-/// A fit, or none where its model cannot be simulated.
-fn simulated(fit: Result<Fitted, DiagnoseError>) -> Result<Option<Fitted>, DiagnoseError> {
-    match fit {
-        Ok(fitted) => Ok(Some(fitted)),
-        Err(DiagnoseError::Sim(_)) => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-impl Bench {
     /// From the lowest voltage of the fitted recordings to the highest \[V\].
     fn swing(&self) -> f64 {
         let parts = self.train.parts.iter();
