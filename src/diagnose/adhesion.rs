@@ -13,9 +13,13 @@ use crate::recording::quantile_in_place;
 /// Fall of chi2 on both sides together from which adhesion bends:
 /// the best of two laws and several times.
 const FORESEEN_BEND: f64 = 25.0;
-/// A shorter stay \[s\] may be one of the hops of a landing, from which the mass was not
+/// A stay of fewer samples may be one of the hops of a landing, from which the mass was not
 /// pulled off but rebounded.
-const HOP: f64 = 1e-3;
+const HOP: f64 = 6.0;
+/// So may a single stay that is shorter than this \[s\].
+const SHORT: f64 = 1e-3;
+/// So many of them are none by chance.
+const SEVERAL: usize = 3;
 /// Standard errors below zero from which a force presses for certain.
 const PRESSED: f64 = 4.0;
 /// A force known so many times worse than the best is not used.
@@ -29,19 +33,24 @@ const LONGEST: f64 = 0.2;
 
 /// (contact time, force, error) of the releases that tell the law. Where the drive jumps the
 /// pull passes the adhesion in one step; after a short stay the force is known so badly that
-/// its error is not known either; a mass that is pressed on the ground was not pulled off it.
+/// its error is not known either, and a single one may be no stay at all; a mass that is
+/// pressed on the ground was not pulled off it.
 pub fn pulls(releases: &[Release]) -> Vec<Reading> {
     let known = releases
         .iter()
-        .filter(|r| r.contact > HOP && r.error.is_finite())
+        .filter(|r| r.samples > HOP && r.error.is_finite())
         .filter(|r| r.jump <= r.error)
         .filter(|r| r.force > -PRESSED * r.error);
     let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
     let good = quantile_in_place(&mut errors, 0.1);
-    known
+    let pulls = known
         .filter(|r| r.error < VAGUE * good)
-        .map(|r| (r.contact, r.force, r.error))
-        .collect()
+        .map(|r| (r.contact, r.force, r.error));
+    let (mut short, long): (Vec<Reading>, Vec<Reading>) = pulls.partition(|r| r.0 < SHORT);
+    if short.len() < SEVERAL {
+        short.clear();
+    }
+    [long, short].concat()
 }
 
 /// The straight line of the baseline through `points`: `Ca0` and `Ca`.
@@ -310,6 +319,31 @@ mod tests {
         let again = others.map(|r| Release { recording: 3, ..r });
         ground.held_out.releases.extend(again);
         assert!(both(&ground) > FORESEEN_BEND, "{}", both(&ground));
+    }
+
+    #[test]
+    fn short_stays_count_where_they_are_several_and_longer_than_a_hop() {
+        let law = |t: f64| 29e-9 + 1.4e-6 * t;
+        let short = |samples: f64, count: usize| {
+            let stays = [(6e-3, 6), (40e-3, 4), (samples / 5e4, count)];
+            pulls(&releases(12, &stays, &law).releases).len()
+        };
+        assert_eq!(short(8.0, SEVERAL - 1), 10);
+        assert_eq!(short(8.0, SEVERAL), 10 + SEVERAL);
+        assert_eq!(short(4.5, 8), 10);
+        // What is over before a millisecond shows in them alone.
+        let ground = |stays: &[(f64, usize)]| Ground {
+            train: releases(13, stays, &|t| law(t) - 60e-9 * (-t / 4e-4).exp_m1()),
+            held_out: releases(14, stays, &|t| law(t) - 60e-9 * (-t / 4e-4).exp_m1()),
+            mass: 3.5e-7,
+            ..Ground::default()
+        };
+        let bends = |stays: &[(f64, usize)]| {
+            let test = test(&ground(stays));
+            test.is_some_and(|t| t.gain > TOLD && t.held_gain > FORESEEN_BEND)
+        };
+        assert!(!bends(&[(6e-3, 6), (40e-3, 4)]));
+        assert!(bends(&[(6e-3, 6), (40e-3, 4), (2e-4, 4)]));
     }
 
     #[test]

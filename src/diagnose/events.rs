@@ -125,7 +125,11 @@ fn read_again(
     let aside = eligible.iter().zip(&point.used);
     let aside = aside.filter(|(e, u)| **e && !**u).count();
     log::debug!("{back} stretches around events read again, {aside} not");
-    point.used = eligible;
+    // Events that had been overlooked tell as much as the others.
+    let overlooked = |i: usize| point.used[i] && point.segments[i].has_events();
+    point.used = (0..eligible.len())
+        .map(|i| eligible[i] || overlooked(i))
+        .collect();
     let known = Known {
         segments: point.segments.clone(),
         simulator: problem.simulator(&point.x)?,
@@ -217,6 +221,8 @@ mod tests {
     use crate::diagnose::bench::with_effect;
     use crate::diagnose::laws;
     use crate::diagnose::made::{QUIET, bench_of};
+    use crate::fit::segment::{Joint, JointKind};
+    use crate::fit::timeline::Kind;
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::preset::Preset;
 
@@ -240,5 +246,47 @@ mod tests {
         let (found, error) = told.map(|t| (t.effect.values[0], t.errors[0])).unwrap();
         assert!((found - POWER).abs() < 4.0 * error, "{found} {error}");
         assert!(error < 0.2 * POWER, "{error}");
+    }
+
+    #[test]
+    fn bounces_that_were_overlooked_are_told_once_they_are_found() {
+        let model = Preset::embedded("paper").unwrap().model;
+        let drives = [("square:40Hz:7V", 0.15), ("sine:50Hz:8V", 0.12)];
+        let bench = bench_of(&model, &drives, 50e3, 20e-9);
+        let base = bench.baseline(&model, &QUIET).unwrap();
+        let (mut prepared, mut point) = around_events(&bench, &bench.train, &base).unwrap();
+        let (all, _) = read_again(&prepared, point.clone(), &QUIET).unwrap();
+        let all = readings::read(&prepared, &all).unwrap().bounces;
+        // Stretches with a bounce, as if nothing had been seen at the ground.
+        let mut overlooked = Vec::new();
+        for i in 0..point.segments.len() {
+            let segment = &mut point.segments[i];
+            let bounce = |j: &Joint| matches!(j.what, JointKind::Event(Kind::Bounce { .. }));
+            if segment.starts_held || !segment.joints.iter().any(bounce) {
+                continue;
+            }
+            let own: usize = segment.joints.iter().map(Joint::unknowns).sum();
+            let mut k = segment.locals.len() - own;
+            let mut kept: Vec<usize> = (0..k).collect();
+            for joint in &segment.joints {
+                if matches!(joint.what, JointKind::Edge(_)) {
+                    kept.push(k);
+                }
+                k += joint.unknowns();
+            }
+            segment.locals = kept.iter().map(|&k| segment.locals[k]).collect();
+            segment.units = kept.iter().map(|&k| segment.units[k]).collect();
+            let edge = |j: &Joint| matches!(j.what, JointKind::Edge(_));
+            segment.joints.retain(edge);
+            prepared.segments[i].clone_from(segment);
+            point.used[i] = false;
+            overlooked.push(i);
+        }
+        let left = readings::read(&prepared, &point).unwrap().bounces;
+        let (again, _) = read_again(&prepared, point, &QUIET).unwrap();
+        let found = readings::read(&prepared, &again).unwrap().bounces;
+        let counts = [left.len(), found.len(), all.len()];
+        assert!(overlooked.iter().any(|&i| again.used[i]), "{counts:?}");
+        assert!(counts[1] >= counts[0] + 5, "{counts:?}");
     }
 }

@@ -90,24 +90,21 @@ pub(super) type Reading = (f64, f64, f64);
 /// event was misread.
 fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
     let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
-    let read = |b: &Bounce| {
-        let once = b.miss.abs() < MISREAD * b.miss_error.hypot(AT_ONCE * b.approach);
-        once && b.flight > FLIGHT
-    };
-    let quick = |b: &&Bounce| b.approach > SLOW * fastest && b.ratio < 1.5 && read(b);
-    let leaves = |b: &&Bounce| b.ratio > LEAVES * b.error;
-    let mut seen: Vec<f64> = bounces
-        .iter()
-        .filter(quick)
-        .filter(leaves)
-        .map(|b| b.ratio)
+    let once = |b: &Bounce| b.miss.abs() < MISREAD * b.miss_error.hypot(AT_ONCE * b.approach);
+    let quick = bounces.iter().filter(|b| b.approach > SLOW * fastest);
+    let read: Vec<Reading> = quick
+        .filter(|b| once(b) && b.flight > FLIGHT)
+        .map(|b| {
+            let (ratio, error) = b.at_once(AT_ONCE);
+            (b.approach, ratio, error)
+        })
+        .filter(|b| b.1 < 1.5)
         .collect();
+    let leaves = read.iter().filter(|b| b.1 > LEAVES * b.2);
+    let mut seen: Vec<f64> = leaves.map(|b| b.1).collect();
     let usual = quantile_in_place(&mut seen, 0.5);
-    let telling = bounces
-        .iter()
-        .filter(quick)
-        .filter(|b| b.error < KNOWN * usual && b.ratio > LANDED * usual);
-    telling.map(|b| (b.approach, b.ratio, b.error)).collect()
+    let telling = |b: &Reading| b.2 < KNOWN * usual && b.1 > LANDED * usual;
+    read.into_iter().filter(telling).collect()
 }
 
 /// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,

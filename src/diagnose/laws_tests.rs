@@ -30,6 +30,7 @@ fn bounces(seed: u64, count: usize, landings: usize, law: &dyn Fn(f64) -> f64) -
             error,
             miss: 0.0,
             miss_error: 1e-7,
+            shared: 0.0,
             flight: 50.0,
         });
     }

@@ -48,8 +48,24 @@ pub struct Bounce {
     pub miss: f64,
     /// Its standard error \[m\].
     pub miss_error: f64,
+    /// Covariance of `ratio` and `miss` \[m\].
+    pub shared: f64,
     /// Samples from then to the next event, or as far as is known.
     pub flight: f64,
+}
+
+impl Bounce {
+    /// Ratio and its standard error if the mass comes and leaves at one instant, to within
+    /// `about` \[s\]: a departure that was read too early was read too fast.
+    pub fn at_once(&self, about: f64) -> (f64, f64) {
+        let variance = self.miss_error.powi(2) + (about * self.approach).powi(2);
+        let per_miss = self.shared / variance.max(f64::MIN_POSITIVE);
+        let left = self.error.powi(2) - per_miss * self.shared;
+        (
+            self.ratio - per_miss * self.miss,
+            left.max(0.0).sqrt().min(self.error),
+        )
+    }
 }
 
 /// A release.
@@ -293,7 +309,8 @@ fn one(
     let normal = normal + DMatrix::from_diagonal(&DVector::from_element(locals.len(), ridge));
     let covariance = normal.try_inverse()? * chi2.max(1.0);
     let spread = &of_values * covariance * of_values.transpose();
-    let mut errors = (0..values.len()).map(|i| spread[(i, i)].max(0.0).sqrt());
+    let error = |i: usize| spread[(i, i)].max(0.0).sqrt();
+    let mut quantity = 0..values.len();
     let skew = nuisances.skew;
     let mut readings = Readings::default();
     let end = problem.data[segment.recording].recording.time[segment.samples.end - 1] + skew;
@@ -305,17 +322,21 @@ fn one(
                 miss,
                 speed,
                 after: Some(after),
-            } => readings.bounces.push(Bounce {
-                recording: segment.recording,
-                time: time - skew,
-                approach: speed,
-                departure: after,
-                ratio: after / speed,
-                error: errors.next()?,
-                miss,
-                miss_error: errors.next()?,
-                flight: (next.unwrap_or(end) - time) / segment.interval,
-            }),
+            } => {
+                let (ratio, height) = (quantity.next()?, quantity.next()?);
+                readings.bounces.push(Bounce {
+                    recording: segment.recording,
+                    time: time - skew,
+                    approach: speed,
+                    departure: after,
+                    ratio: after / speed,
+                    error: error(ratio),
+                    miss,
+                    miss_error: error(height),
+                    shared: spread[(ratio, height)],
+                    flight: (next.unwrap_or(end) - time) / segment.interval,
+                });
+            }
             Encounter::PullOff(Some(pull)) if pull.telling => readings.releases.push(Release {
                 recording: segment.recording,
                 time: pull.time - skew,
@@ -323,16 +344,53 @@ fn one(
                 samples: pull.contact / segment.interval,
                 force: pull.force,
                 jump: pull.jump,
-                error: errors.next()?,
+                error: error(quantity.next()?),
             }),
             _ => {}
         }
     }
-    readings
-        .bounces
-        .retain(|b| b.ratio.is_finite() && b.error.is_finite() && b.miss_error.is_finite());
+    readings.bounces.retain(|b| {
+        [b.ratio, b.error, b.miss_error, b.shared]
+            .iter()
+            .all(|x| x.is_finite())
+    });
     readings
         .releases
         .retain(|r| r.force.is_finite() && r.error.is_finite());
     Some(readings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_departure_read_too_early_is_corrected_by_how_far_it_misses_the_approach() {
+        // Ratio and height are wrong together, but for a share of the ratio.
+        const TRUE: f64 = 0.37;
+        const LINKED: f64 = -0.05;
+        const OWN: f64 = 0.01;
+        let read = |off: f64, own: f64| Bounce {
+            recording: 0,
+            time: 0.1,
+            approach: 0.03,
+            departure: 0.03 * (TRUE + LINKED * off + own),
+            ratio: TRUE + LINKED * off + own,
+            error: LINKED.hypot(OWN),
+            miss: 60e-9 * off,
+            miss_error: 60e-9,
+            shared: LINKED * 60e-9,
+            flight: 14.0,
+        };
+        for off in [-2.0, 0.0, 1.0] {
+            let (ratio, error) = read(off, OWN).at_once(0.0);
+            assert!((ratio - TRUE - OWN).abs() < 1e-12, "{off}: {ratio}");
+            assert!((error - OWN).abs() < 1e-9, "{off}: {error}");
+        }
+        // Where it may leave much later than it comes, the height tells nothing.
+        let bounce = read(1.0, 0.0);
+        let (ratio, error) = bounce.at_once(1e-3);
+        assert!((ratio - bounce.ratio).abs() < 1e-4);
+        assert!((error - bounce.error).abs() < 1e-4);
+    }
 }

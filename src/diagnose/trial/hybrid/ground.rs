@@ -2,8 +2,11 @@
 
 use super::{Event, Kind, Traveller};
 use crate::diagnose::trial::device::{Ground, Phase};
-use crate::diagnose::trial::integrator::State;
+use crate::diagnose::trial::integrator::{MAX_STATE, State};
 use crate::diagnose::trial::voltage::Piece;
+
+/// Over which rates are taken \[s\].
+const MOMENT: f64 = 1e-9;
 
 impl Traveller<'_> {
     /// Into the air: chooses the direction of dry friction, or jams.
@@ -78,6 +81,7 @@ impl Traveller<'_> {
                     after: vp,
                     level,
                     pull: -hold - load,
+                    rate: self.growth(piece),
                     contact: self.t - since,
                     torn,
                 });
@@ -89,6 +93,22 @@ impl Traveller<'_> {
                 self.stretch = (self.t, self.y, self.phase);
             }
         }
+    }
+
+    /// How fast the structure's pull on the held mass grows \[N/s\].
+    fn growth(&self, piece: &Piece) -> f64 {
+        let device = self.device;
+        let mut rates = [0.0; MAX_STATE];
+        device.flow(self.t, &self.y, piece, self.phase, &mut rates);
+        let mut soon = self.y;
+        for (y, rate) in soon.iter_mut().zip(rates) {
+            *y += MOMENT * rate;
+        }
+        let pull = |t: f64, y: &State| {
+            let (hold, load) = device.hold(t, y, piece, self.phase);
+            -hold - load
+        };
+        (pull(self.t + MOMENT, &soon) - pull(self.t, &self.y)) / MOMENT
     }
 
     /// The mass has met the ground.
@@ -115,6 +135,7 @@ impl Traveller<'_> {
             after,
             level,
             pull: -hold - load,
+            rate: 0.0,
             contact: 0.0,
             torn: false,
         };

@@ -124,7 +124,7 @@ pub(super) fn add_stretch(
         local.push(column);
     }
     // A sampled voltage says between which samples a jump is, not where.
-    for i in jumps(made.pieces, stretch) {
+    for i in jumps_within(made.pieces, stretch.start, stretch.end) {
         let mut moved = made.pieces.to_vec();
         let by = 0.02 / instruments.rate;
         moved[i - 1].end += by;
@@ -156,13 +156,13 @@ pub(super) fn add_stretch(
     Ok(())
 }
 
-/// Pieces within the stretch that begin with a jump of the voltage.
-fn jumps(pieces: &[Piece], stretch: &Stretch) -> Vec<usize> {
+/// Pieces between two times \[s\] that begin with a jump of the voltage.
+pub(super) fn jumps_within(pieces: &[Piece], from: f64, to: f64) -> Vec<usize> {
     let jumps = |i: &usize| {
         let (before, after) = (&pieces[i - 1], &pieces[*i]);
         let at = after.start;
         let size = (after.shape.at(at) - before.shape.at(at)).abs();
-        at > stretch.start && at < stretch.end && size > LEAST_JUMP
+        at > from && at < to && size > LEAST_JUMP
     };
     (1..pieces.len()).filter(jumps).collect()
 }
