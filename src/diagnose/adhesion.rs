@@ -16,9 +16,9 @@ const FORESEEN_BEND: f64 = 25.0;
 /// A stay of fewer samples may be one of the hops of a landing, from which the mass was not
 /// pulled off but rebounded.
 const HOP: f64 = 6.0;
-/// So may a single stay that is shorter than this \[s\].
+/// So may one that is shorter than this \[s\], unless there are several.
 const SHORT: f64 = 1e-3;
-/// So many of them are none by chance.
+/// So many on both sides together, of more than one recording, are taken for stays.
 const SEVERAL: usize = 3;
 /// Standard errors below zero from which a force presses for certain.
 const PRESSED: f64 = 4.0;
@@ -31,26 +31,43 @@ const BY_OTHERS: f64 = 8.0;
 /// Adhesion that takes longer to level off is a straight line \[s\].
 const LONGEST: f64 = 0.2;
 
-/// (contact time, force, error) of the releases that tell the law. Where the drive jumps the
-/// pull passes the adhesion in one step; after a short stay the force is known so badly that
-/// its error is not known either, and a single one may be no stay at all; a mass that is
-/// pressed on the ground was not pulled off it.
-pub fn pulls(releases: &[Release]) -> Vec<Reading> {
+/// (contact time, force, error) of the releases that tell the law, those after `short` stays as
+/// well or not. Where the drive jumps the pull passes the adhesion in one step; after a short
+/// stay the force is known so badly that its error is not known either; a mass that is pressed
+/// on the ground was not pulled off it.
+fn pulls(releases: &[Release], short: bool) -> Vec<Reading> {
     let known = releases
         .iter()
-        .filter(|r| r.samples > HOP && r.error.is_finite())
-        .filter(|r| r.jump <= r.error)
+        .filter(|r| r.samples > HOP && (short || r.contact > SHORT))
+        .filter(|r| r.error.is_finite() && r.jump <= r.error)
         .filter(|r| r.force > -PRESSED * r.error);
     let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
     let good = quantile_in_place(&mut errors, 0.1);
-    let pulls = known
+    known
         .filter(|r| r.error < VAGUE * good)
-        .map(|r| (r.contact, r.force, r.error));
-    let (mut short, long): (Vec<Reading>, Vec<Reading>) = pulls.partition(|r| r.0 < SHORT);
-    if short.len() < SEVERAL {
-        short.clear();
-    }
-    [long, short].concat()
+        .map(|r| (r.contact, r.force, r.error))
+        .collect()
+}
+
+/// Those of long stays, whatever the others say.
+pub fn long_pulls(releases: &[Release]) -> Vec<Reading> {
+    pulls(releases, false)
+}
+
+/// Whether several of the releases came after short stays: of more than one recording, for one
+/// may be misread throughout.
+fn several_short([train, held]: [&[Release]; 2]) -> bool {
+    let short = |r: &&Release| r.samples > HOP && r.contact < SHORT && r.jump <= r.error;
+    let of = |side: &[Release]| -> Vec<usize> {
+        side.iter().filter(short).map(|r| r.recording).collect()
+    };
+    let (train, held) = (of(train), of(held));
+    let recordings: BTreeSet<(bool, usize)> = train
+        .iter()
+        .map(|k| (false, *k))
+        .chain(held.iter().map(|k| (true, *k)))
+        .collect();
+    train.len() + held.len() >= SEVERAL && recordings.len() > 1
 }
 
 /// The straight line of the baseline through `points`: `Ca0` and `Ca`.
@@ -132,10 +149,9 @@ fn bend(points: &[Reading], straight: &Curve) -> Option<Bend> {
 /// only with those of the recordings kept out is there a bend. These are judged by what
 /// the fitted ones foresee of them, with all that they leave open.
 pub fn test(ground: &Ground) -> Option<LawTest> {
-    let (train, held) = (
-        pulls(&ground.train.releases),
-        pulls(&ground.held_out.releases),
-    );
+    let sides = [&ground.train.releases, &ground.held_out.releases];
+    let short = several_short(sides.map(Vec::as_slice));
+    let [train, held] = sides.map(|releases| pulls(releases, short));
     let spec = find("adhesion_saturation")?;
     if train.len() < LEAST {
         return None;
@@ -159,7 +175,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
         let without = |k: usize| {
             let others = ground.held_out.releases.iter();
             let others: Vec<Release> = others.filter(|r| r.recording != k).copied().collect();
-            let all = [train.as_slice(), pulls(&others).as_slice()].concat();
+            let all = [train.as_slice(), pulls(&others, short).as_slice()].concat();
             let bent = of_all.form.fit(&all, &of_all.curve.values);
             straight.foresees(&line(&all), scale) - same.foresees(&bent, scale)
         };
@@ -324,13 +340,15 @@ mod tests {
     #[test]
     fn short_stays_count_where_they_are_several_and_longer_than_a_hop() {
         let law = |t: f64| 29e-9 + 1.4e-6 * t;
-        let short = |samples: f64, count: usize| {
-            let stays = [(6e-3, 6), (40e-3, 4), (samples / 5e4, count)];
-            pulls(&releases(12, &stays, &law).releases).len()
+        let short = |samples: f64, sides: [usize; 2]| {
+            let stays = |count| releases(12, &[(6e-3, 6), (samples / 5e4, count)], &law).releases;
+            let [train, held] = sides.map(stays);
+            several_short([&train, &held])
         };
-        assert_eq!(short(8.0, SEVERAL - 1), 10);
-        assert_eq!(short(8.0, SEVERAL), 10 + SEVERAL);
-        assert_eq!(short(4.5, 8), 10);
+        assert!(!short(8.0, [1, 1]));
+        assert!(short(8.0, [2, 1]));
+        assert!(!short(8.0, [SEVERAL, 0]), "one recording");
+        assert!(!short(4.5, [8, 8]));
         // What is over before a millisecond shows in them alone.
         let ground = |stays: &[(f64, usize)]| Ground {
             train: releases(13, stays, &|t| law(t) - 60e-9 * (-t / 4e-4).exp_m1()),
@@ -349,10 +367,10 @@ mod tests {
     #[test]
     fn releases_where_the_drive_jumps_say_nothing() {
         let mut readings = releases(9, &[(6e-3, 6), (40e-3, 4)], &|t| 29e-9 + 1.4e-6 * t);
-        assert_eq!(pulls(&readings.releases).len(), 10);
+        assert_eq!(long_pulls(&readings.releases).len(), 10);
         for r in readings.releases.iter_mut().take(6) {
             r.jump = 300e-9;
         }
-        assert_eq!(pulls(&readings.releases).len(), 4);
+        assert_eq!(long_pulls(&readings.releases).len(), 4);
     }
 }

@@ -1,7 +1,7 @@
 //! Laws of the ground fitted to the events as read: restitution against speed, pull-off
 //! force against contact time, time between touch and rebound.
 
-use super::adhesion::{self, line, pulls};
+use super::adhesion::{self, line, long_pulls};
 use super::curve::{Curve, cost, curve, scatter};
 use super::events::Ground;
 use crate::fit::readings::{Bounce, Readings};
@@ -90,13 +90,15 @@ pub(super) type Reading = (f64, f64, f64);
 /// event was misread.
 fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
     let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
-    let once = |b: &Bounce| b.miss.abs() < MISREAD * b.miss_error.hypot(AT_ONCE * b.approach);
     let quick = bounces.iter().filter(|b| b.approach > SLOW * fastest);
     let read: Vec<Reading> = quick
-        .filter(|b| once(b) && b.flight > FLIGHT)
-        .map(|b| {
-            let (ratio, error) = b.at_once(AT_ONCE);
-            (b.approach, ratio, error)
+        .filter(|b| b.flight > FLIGHT)
+        .filter_map(|b| {
+            let level = level(bounces, b.recording);
+            let off = (b.miss - level.0).powi(2);
+            let once = off < MISREAD.powi(2) * (b.off_by(AT_ONCE) + level.1);
+            let (ratio, error) = b.at_once(AT_ONCE, level);
+            once.then_some((b.approach, ratio, error))
         })
         .filter(|b| b.1 < 1.5)
         .collect();
@@ -105,6 +107,21 @@ fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
     let usual = quantile_in_place(&mut seen, 0.5);
     let telling = |b: &Reading| b.2 < KNOWN * usual && b.1 > LANDED * usual;
     read.into_iter().filter(telling).collect()
+}
+
+/// How far the ground of a recording lies beside the model's level \[m\], as its own bounces tell
+/// it, and the variance of that: what all of them share must not pass for a law of speed.
+fn level(bounces: &[Bounce], recording: usize) -> (f64, f64) {
+    let before = LEVEL.powi(2);
+    let (mut sum, mut weight) = (0.0, 1.0 / before);
+    for b in bounces.iter().filter(|b| b.recording == recording) {
+        let variance = b.off_by(AT_ONCE);
+        if b.miss.powi(2) < MISREAD.powi(2) * (variance + before) {
+            sum += b.miss / variance;
+            weight += 1.0 / variance;
+        }
+    }
+    (sum / weight, 1.0 / weight)
 }
 
 /// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,
@@ -117,7 +134,7 @@ pub fn baseline(model: &Model, readings: &Readings) -> Model {
         let p = &mut model.parameters;
         p.set(ParameterId::Alpha, fit.values[0].clamp(0.0, 1.0));
     }
-    let pulls = pulls(&readings.releases);
+    let pulls = long_pulls(&readings.releases);
     if pulls.len() >= LEAST {
         let fit = line(&pulls);
         let p = &mut model.parameters;

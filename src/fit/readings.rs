@@ -56,15 +56,20 @@ pub struct Bounce {
 
 impl Bounce {
     /// Ratio and its standard error if the mass comes and leaves at one instant, to within
-    /// `about` \[s\]: a departure that was read too early was read too fast.
-    pub fn at_once(&self, about: f64) -> (f64, f64) {
-        let variance = self.miss_error.powi(2) + (about * self.approach).powi(2);
+    /// `about` \[s\], at a `level` \[m\] beside the model's and its variance: what was read
+    /// wrong of the instant shows in the height by which the departure misses the approach.
+    pub fn at_once(&self, about: f64, level: (f64, f64)) -> (f64, f64) {
+        let variance = self.off_by(about) + level.1;
         let per_miss = self.shared / variance.max(f64::MIN_POSITIVE);
         let left = self.error.powi(2) - per_miss * self.shared;
-        (
-            self.ratio - per_miss * self.miss,
-            left.max(0.0).sqrt().min(self.error),
-        )
+        // Rounding may leave less than nothing.
+        let error = left.max(0.0).sqrt();
+        (self.ratio - per_miss * (self.miss - level.0), error)
+    }
+
+    /// Variance of the height that is missed \[m^2\] if the mass leaves within `about` \[s\].
+    pub fn off_by(&self, about: f64) -> f64 {
+        self.miss_error.powi(2) + (about * self.approach).powi(2)
     }
 }
 
@@ -365,7 +370,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_departure_read_too_early_is_corrected_by_how_far_it_misses_the_approach() {
+    fn a_ratio_is_corrected_by_how_far_the_departure_misses_the_approach() {
         // Ratio and height are wrong together, but for a share of the ratio.
         const TRUE: f64 = 0.37;
         const LINKED: f64 = -0.05;
@@ -383,14 +388,24 @@ mod tests {
             flight: 14.0,
         };
         for off in [-2.0, 0.0, 1.0] {
-            let (ratio, error) = read(off, OWN).at_once(0.0);
+            let (ratio, error) = read(off, OWN).at_once(0.0, (0.0, 0.0));
             assert!((ratio - TRUE - OWN).abs() < 1e-12, "{off}: {ratio}");
             assert!((error - OWN).abs() < 1e-9, "{off}: {error}");
         }
-        // Where it may leave much later than it comes, the height tells nothing.
+        // A ground that lies elsewhere is missed by as much.
+        let mut lower = read(1.0, OWN);
+        lower.miss -= 80e-9;
+        let (ratio, _) = lower.at_once(0.0, (-80e-9, 0.0));
+        assert!((ratio - TRUE - OWN).abs() < 1e-12, "{ratio}");
+        // Where it may leave much later than it comes, or nobody knows where the ground is, the
+        // height tells nothing.
         let bounce = read(1.0, 0.0);
-        let (ratio, error) = bounce.at_once(1e-3);
-        assert!((ratio - bounce.ratio).abs() < 1e-4);
-        assert!((error - bounce.error).abs() < 1e-4);
+        for told in [
+            bounce.at_once(1e-3, (0.0, 0.0)),
+            bounce.at_once(0.0, (0.0, 1e-10)),
+        ] {
+            assert!((told.0 - bounce.ratio).abs() < 1e-4);
+            assert!((told.1 - bounce.error).abs() < 1e-4);
+        }
     }
 }

@@ -17,21 +17,14 @@ const ROUNDS: usize = 8;
 impl Fitted {
     /// Share of the rows that lie in stretches set aside.
     pub fn aside(&self) -> f64 {
-        let aside = self.rows_aside();
-        let all = self.rows_where(true) + aside;
-        aside as f64 / all.max(1) as f64
-    }
-
-    /// Number of rows that lie in stretches set aside.
-    pub(super) fn rows_aside(&self) -> usize {
-        self.rows_where(false)
-    }
-
-    fn rows_where(&self, used: bool) -> usize {
-        let all = self.point.segments.iter().zip(&self.point.used);
-        all.filter(|(_, u)| **u == used)
-            .map(|(s, _)| self.problem.rows(s).len())
-            .sum()
+        let rows = |used: bool| -> usize {
+            let all = self.point.segments.iter().zip(&self.point.used);
+            all.filter(|(_, u)| **u == used)
+                .map(|(s, _)| self.problem.rows(s).len())
+                .sum()
+        };
+        let (used, aside) = (rows(true), rows(false));
+        aside as f64 / (used + aside).max(1) as f64
     }
 
     /// Number of values of each stretch that it uses, and chi2 per value, residuals clipped;

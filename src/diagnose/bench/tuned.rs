@@ -5,8 +5,7 @@ use std::mem::replace;
 use std::sync::Arc;
 
 use super::found::LOST;
-use super::{Bench, CLIP, Fitted, Side, delays};
-use crate::diagnose::chance::TRAIN_GAIN;
+use super::{Bench, Fitted, Side, delays};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::segment::Segment;
 use crate::model::Model;
@@ -89,14 +88,6 @@ impl Fitted {
         Ok(costs)
     }
 
-    /// Cost of all stretches, residuals clipped; those set aside count as if all were.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    fn told_cost(&self) -> Result<f64, SimError> {
-        Ok(self.costs()?.iter().sum::<f64>() + CLIP * CLIP * self.rows_aside() as f64)
-    }
-
     /// Recordings in whose stays on the ground the mass may be elsewhere: most of them were set
     /// aside as misread, or are farther from the model than those of other recordings.
     ///
@@ -128,8 +119,8 @@ impl Fitted {
         })
     }
 
-    /// Whether `other`, for which recordings are `flown` through, comes as near to those as to
-    /// others, and sets no more aside, or gains by far more than what it sets aside could.
+    /// Whether `other`, for which recordings are `flown` through, sets no more aside, and comes
+    /// as near to those as to others.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -137,14 +128,13 @@ impl Fitted {
         let told = other.distances()?;
         let told: Vec<(usize, f64)> = told.iter().map(|s| (s.recording, s.mean)).collect();
         let far = flown.iter().filter(|&&k| apart(&told, k, flown)).count();
-        let gained = self.told_cost()? - other.told_cost()?;
         log::debug!(
-            "flown through: {:.2} % aside in place of {:.2} %, gains {gained:.1}, {far} of {} far off",
+            "flown through: {:.1} % aside in place of {:.1} %, {far} of {} far off",
             100.0 * other.aside(),
             100.0 * self.aside(),
             flown.len()
         );
-        Ok((other.aside() <= self.aside() || gained > TRAIN_GAIN) && far == 0)
+        Ok(other.aside() <= self.aside() && far == 0)
     }
 }
 

@@ -81,7 +81,7 @@ impl Traveller<'_> {
                     after: vp,
                     level,
                     pull: -hold - load,
-                    rate: self.growth(piece),
+                    pull_rate: self.growth(piece),
                     contact: self.t - since,
                     torn,
                 });
@@ -135,7 +135,7 @@ impl Traveller<'_> {
             after,
             level,
             pull: -hold - load,
-            rate: 0.0,
+            pull_rate: 0.0,
             contact: 0.0,
             torn: false,
         };

@@ -61,7 +61,7 @@ pub struct Event {
     /// Force with which the structure alone pulls the mass off \[N\].
     pub pull: f64,
     /// How fast that grows as the mass is pulled off \[N/s\]; zero for other events.
-    pub rate: f64,
+    pub pull_rate: f64,
     /// Contact that ends here \[s\].
     pub contact: f64,
     /// Whether a step of the drive tore the mass off, with more than adhesion holds.
