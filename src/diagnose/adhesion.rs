@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::curve::{Curve, cost, curve, scatter};
+use super::curve::{Curve, Reading, cost, curve, scatter};
 use super::events::Ground;
-use super::laws::{ALSO_HELD_OUT, LEAST, LawTest, Reading, TOLD};
+use super::laws::{ALSO_HELD_OUT, LEAST, LawTest, TOLD};
 use crate::fit::readings::Release;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;

@@ -1,6 +1,7 @@
 //! The answer put together from what the search found: named effects, everything that
 //! was weighed, the events as seen, the next experiment.
 
+use super::bounces::at_once;
 use super::chance::HELD_GAIN;
 use super::explain::{Explanation, Stand};
 use super::laws::LawTest;
@@ -315,16 +316,19 @@ pub fn events_seen(ground: &events::Ground, baseline: &Stand, sides: &Side) -> E
     let mut seen = EventsSeen::default();
     let shift = baseline.train.problem.data.len();
     for (readings, first) in [(&ground.train, 0), (&ground.held_out, shift)] {
-        seen.bounces
-            .extend(readings.bounces.iter().map(|b| BounceSeen {
+        seen.bounces.extend(readings.bounces.iter().map(|b| {
+            // As the law of restitution is fitted to them.
+            let (ratio, ratio_error) = at_once(&readings.bounces, b);
+            BounceSeen {
                 recording: first + b.recording,
                 time: b.time,
                 speed: b.approach,
-                ratio: b.ratio,
-                ratio_error: b.error,
+                ratio,
+                ratio_error,
                 dwell: -b.miss / b.approach.max(1e-12),
                 dwell_error: b.miss_error / b.approach.max(1e-12),
-            }));
+            }
+        }));
         seen.releases
             .extend(readings.releases.iter().map(|r| ReleaseSeen {
                 recording: first + r.recording,

@@ -1,6 +1,9 @@
 //! Curves through readings that may be wrong here and there: weighted least squares with
 //! clipped residuals. A point is where it was read, the value, and its standard error.
 
+/// Where a quantity was read, the quantity, and its standard error.
+pub(super) type Reading = (f64, f64, f64);
+
 /// Residuals beyond this many standard deviations count no more than this.
 const CLIP: f64 = 4.0;
 
@@ -27,7 +30,7 @@ impl Curve {
 }
 
 /// Gauss-Newton with clipped residuals; `f` gives the curve at a point for parameters.
-pub fn curve(points: &[(f64, f64, f64)], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f64) -> Curve {
+pub fn curve(points: &[Reading], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f64) -> Curve {
     let cost_of = |p: &[f64]| cost(points, &|x| f(x, p));
     let mut values = start.to_vec();
     let mut best = cost_of(&values);
@@ -100,8 +103,8 @@ pub fn curve(points: &[(f64, f64, f64)], start: &[f64], f: &dyn Fn(f64, &[f64]) 
 }
 
 /// Sum of the clipped squares.
-pub fn cost(points: &[(f64, f64, f64)], f: &dyn Fn(f64) -> f64) -> f64 {
-    let one = |&(x, y, sigma): &(f64, f64, f64)| {
+pub fn cost(points: &[Reading], f: &dyn Fn(f64) -> f64) -> f64 {
+    let one = |&(x, y, sigma): &Reading| {
         let r = ((y - f(x)) / sigma).abs();
         if r.is_nan() {
             f64::INFINITY
@@ -117,8 +120,8 @@ pub fn cost(points: &[(f64, f64, f64)], f: &dyn Fn(f64) -> f64) -> f64 {
 /// Readings scatter more than their errors say where neighbouring events share what is
 /// left of the model's error: the scatter about the best law is the measure. A reading
 /// that is far off was misread and counts as one that is off.
-pub fn scatter(points: &[(f64, f64, f64)], unknowns: usize, f: &dyn Fn(f64) -> f64) -> f64 {
-    let one = |&(x, y, sigma): &(f64, f64, f64)| ((y - f(x)) / sigma).powi(2).min(CLIP * CLIP);
+pub fn scatter(points: &[Reading], unknowns: usize, f: &dyn Fn(f64) -> f64) -> f64 {
+    let one = |&(x, y, sigma): &Reading| ((y - f(x)) / sigma).powi(2).min(CLIP * CLIP);
     let sum: f64 = points.iter().map(one).sum();
     (sum / points.len().saturating_sub(unknowns).max(1) as f64).max(1.0)
 }

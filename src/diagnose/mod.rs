@@ -12,6 +12,7 @@
 mod adhesion;
 mod answer;
 pub mod bench;
+mod bounces;
 pub mod calm;
 pub mod candidates;
 mod chance;
