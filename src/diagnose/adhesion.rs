@@ -38,15 +38,19 @@ const LONGEST: f64 = 0.2;
 fn pulls(releases: &[Release], short: bool) -> Vec<Reading> {
     let known = releases
         .iter()
-        .filter(|r| r.samples > HOP && (short || r.contact > SHORT))
-        .filter(|r| r.error.is_finite() && r.jump <= r.error)
-        .filter(|r| r.force > -PRESSED * r.error);
+        .filter(|r| pulled(r) && (short || r.contact > SHORT))
+        .filter(|r| r.error.is_finite() && r.force > -PRESSED * r.error);
     let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
     let good = quantile_in_place(&mut errors, 0.1);
     known
         .filter(|r| r.error < VAGUE * good)
         .map(|r| (r.contact, r.force, r.error))
         .collect()
+}
+
+/// Whether it was a stay from which adhesion let go, and no step of the drive tore the mass off.
+fn pulled(release: &Release) -> bool {
+    release.samples > HOP && release.jump <= release.error
 }
 
 /// Those of long stays, whatever the others say.
@@ -57,7 +61,7 @@ pub fn long_pulls(releases: &[Release]) -> Vec<Reading> {
 /// Whether several of the releases came after short stays: of more than one recording, for one
 /// may be misread throughout.
 fn several_short([train, held]: [&[Release]; 2]) -> bool {
-    let short = |r: &&Release| r.samples > HOP && r.contact < SHORT && r.jump <= r.error;
+    let short = |r: &&Release| pulled(r) && r.contact <= SHORT;
     let of = |side: &[Release]| -> Vec<usize> {
         side.iter().filter(short).map(|r| r.recording).collect()
     };

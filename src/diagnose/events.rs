@@ -293,8 +293,7 @@ mod tests {
             overlooked.push(i);
         }
         let left = readings::read(&prepared, &point).unwrap().bounces;
-        let start = point.clone();
-        let (again, _) = read_again(&prepared, point, &QUIET).unwrap();
+        let (again, known) = read_again(&prepared, point.clone(), &QUIET).unwrap();
         let found = readings::read(&prepared, &again).unwrap().bounces;
         let counts = [left.len(), found.len(), all.len()];
         assert!(overlooked.iter().any(|&i| again.used[i]), "{counts:?}");
@@ -304,10 +303,9 @@ mod tests {
         let far = found.iter().filter(far).count();
         assert!(far <= 1, "{far} of {counts:?}");
         // They are still known when all is read once more.
-        let (_, known) = read_again(&prepared, start.clone(), &QUIET).unwrap();
         let mut known = known.unwrap();
         let later = |known: &Known| {
-            let point = as_known(&prepared, start.clone(), known).unwrap();
+            let point = as_known(&prepared, point.clone(), known).unwrap();
             readings::read(&prepared, &point).unwrap().bounces.len()
         };
         let whole = later(&known);
