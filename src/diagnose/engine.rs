@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::answer::{Side, candidates, events_seen, names, next};
-use super::bench::{Bench, Fitted, remaining, with_effect};
+use super::bench::{Bench, Fitted, Hovering, remaining, with_effect};
 use super::chance::TRAIN_GAIN;
 use super::condition::condition;
 use super::evidence;
@@ -17,7 +17,7 @@ use super::phases::Clocks;
 use super::refusal::{Rest, attraction_reaches_far, of_displacement};
 use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
 use super::strips::strips;
-use super::{events, kin, size, swing};
+use super::{events, kin, rubs, size, swing};
 use crate::fit::Part;
 use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
@@ -60,6 +60,34 @@ pub fn diagnose(
     model
         .check()
         .map_err(|e| DiagnoseError::Sim(crate::sim::SimError::from(e)))?;
+    let sides = (train, held_out);
+    let (first, doubted) = read(model, sides, (options, Hovering::AsTold), control)?;
+    if !doubted || first.verdict != Verdict::Unexplained || control.cancelled() {
+        return Ok(first);
+    }
+    log::debug!("whether the mass hovers is read otherwise");
+    let (other, _) = read(model, sides, (options, Hovering::Otherwise), control)?;
+    // Nothing else tells the two ways apart than that one of them is explained.
+    Ok(
+        if other.verdict == Verdict::Unexplained || other.cancelled {
+            first
+        } else {
+            other
+        },
+    )
+}
+
+/// A diagnosis of fitted recordings and those kept out, of which those are read by `hovering` in
+/// which the mass may hover, and whether there are such.
+///
+/// # Errors
+/// [`DiagnoseError`] if a recording or the model cannot be used.
+fn read(
+    model: &Model,
+    (train, held_out): (&[Part], &[Part]),
+    (options, hovering): (&DiagnoseOptions, Hovering),
+    control: &DiagnoseControl<'_>,
+) -> Result<(Diagnosis, bool), DiagnoseError> {
     let begun = Instant::now();
     let say = |stage: &'static str, detail: &str, done: f64| {
         (control.progress)(&DiagnoseProgress {
@@ -78,7 +106,7 @@ pub fn diagnose(
     }
     say("baseline", "re-tuning", 0.05);
     let judging = || say("baseline", "recordings kept out", 0.25);
-    let mut tuned = bench.tuned(model, options, control, &judging)?;
+    let mut tuned = bench.tuned(model, (options, hovering), control, &judging)?;
     let mut clocks = None;
     // A baseline that is lost without what the re-tuning has found tells no clocks.
     let told = tuned.bench.found.is_none() && ready.may_name;
@@ -89,7 +117,7 @@ pub fn diagnose(
         remarks.push("the base shakes in another phase in each recording; the phase that is given is that of the first one".to_owned());
         let (train, held_out) = clocks.told(&ready.train, &ready.held_out);
         let bench = Bench::new(model, &train, &held_out, options)?;
-        tuned = bench.tuned(model, options, control, &judging)?;
+        tuned = bench.tuned(model, (options, hovering), control, &judging)?;
     }
     let bench = tuned.bench;
     remarks.extend(tuned.remarks);
@@ -165,6 +193,10 @@ pub fn diagnose(
     if some && options.by_hand.is_none() {
         let named = &found.stand.named;
         let carried: f64 = named.iter().map(|n| n.gain.0).sum();
+        let gain_of = |id: &str| {
+            let own = named.iter().find(|n| n.spec.id == id);
+            own.map_or(0.0, |n| n.gain.0)
+        };
         // What laws of somewhat other form would carry is not missing.
         let formal = if left.is_some() {
             kin::gain(&found.stand.train, &found.stand.specs())?
@@ -205,6 +237,7 @@ pub fn diagnose(
             joint: after_evidence.joint,
             formal,
             swings: swing::gain(&found.stand.train)?,
+            rubs: (rubs::gain(&found.stand.train)?, gain_of("dry_friction")),
             share,
             explained,
         };
@@ -303,7 +336,7 @@ pub fn diagnose(
     if let Some(clocks) = clocks {
         clocks.undo(&mut diagnosis);
     }
-    Ok(diagnosis)
+    Ok((diagnosis, tuned.doubted))
 }
 
 /// Both with the same stretches in their fits: see [`Bench::alike`].

@@ -276,7 +276,7 @@ fn search(
     report: &dyn Fn(&str, f64),
 ) -> Result<Explanation, DiagnoseError> {
     let Explanation {
-        baseline,
+        mut baseline,
         mut stand,
         mut weighed,
     } = from;
@@ -351,6 +351,10 @@ fn search(
         }
         if only.is_none() {
             needless::remove(&bench, &mut stand, control)?;
+            if stand.named.is_empty() {
+                // What led the re-tuning on is not left out.
+                baseline = stand.clone();
+            }
             plainer(&bench, &mut stand, control)?;
         }
     }

@@ -50,6 +50,7 @@ mod refusal;
 pub mod report;
 pub mod result;
 pub mod ring;
+mod rubs;
 mod scales;
 pub mod scan;
 mod search;

@@ -13,6 +13,19 @@ const SURE: f64 = 4.0;
 /// Times its promise from which what an effect brought may be owed to the fit before it.
 const UNFORESEEN: f64 = 4.0;
 
+/// Share of a frequency of the device's own from which a further mode may only stand for a wrong
+/// shape or damping of that one.
+const NEAR: f64 = 0.05;
+
+/// Whether a further mode in `model` lies so near one of the device's own.
+fn beside_its_own(model: &Model) -> bool {
+    let near = |f: f64| {
+        let own = ["f1", "f2"].into_iter().filter_map(|id| model.get(id));
+        own.into_iter().any(|own| (f - own).abs() < NEAR * own)
+    };
+    model.get("extra_mode.f").is_some_and(near)
+}
+
 /// Drops effects that a later one has made needless, and a latest one that only went on where
 /// the fit before it had stopped.
 ///
@@ -31,7 +44,8 @@ pub fn remove(
         // The latest one is asked where it brought little, or far more than was promised: the fit
         // before may have stopped halfway, and this one have gone on for it.
         let n = &stand.named[k];
-        let foreseen = n.gain.0 < UNFORESEEN * n.hypothesis.promise;
+        let stands_in = n.spec.id == "extra_mode" && beside_its_own(&stand.train.model);
+        let foreseen = !stands_in && n.gain.0 < UNFORESEEN * n.hypothesis.promise;
         if k + 1 == stand.named.len() && foreseen && n.gain.0 > SURE * TRAIN_GAIN {
             break;
         }

@@ -204,6 +204,7 @@ fn lag(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::bench::Hovering;
     use crate::diagnose::made::{self, QUIET};
     use crate::model::preset::Preset;
 
@@ -219,7 +220,9 @@ mod tests {
     fn found(bench: Bench) -> Option<f64> {
         let paper = Preset::embedded("paper").unwrap().model;
         let options = DiagnoseOptions::default();
-        let tuned = bench.tuned(&paper, &options, &QUIET, &|| ()).unwrap();
+        let tuned = bench
+            .tuned(&paper, (&options, Hovering::AsTold), &QUIET, &|| ())
+            .unwrap();
         let known = tuned.bench.found?;
         known.fitted.model.get(&known.free[0])
     }

@@ -35,6 +35,15 @@ pub(super) struct Known {
     pub hovers: (Vec<usize>, Vec<usize>),
 }
 
+/// How recordings are read of which it is in doubt whether the mass hovers in them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hovering {
+    /// As suits the baseline better.
+    AsTold,
+    /// The other way, on the side where it is in doubt first.
+    Otherwise,
+}
+
 /// How far a stretch is from the model.
 struct Distance {
     recording: usize,
@@ -56,6 +65,8 @@ pub struct Tuned {
     pub held_out: Option<Fitted>,
     /// What was found out, in sentences.
     pub remarks: Vec<String>,
+    /// Whether the mass might hover in a recording.
+    pub doubted: bool,
 }
 
 impl Fitted {
@@ -155,19 +166,21 @@ fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
 impl Bench {
     /// The baseline re-tuned from `model`, with the recordings cut for it again where their
     /// readings turn out to be late by more than stretches bear, and without stays in those
-    /// in which flight through suits better. `judging` is called before those kept out are
-    /// looked at.
+    /// in which flight through suits better, or suits less where `hovering` asks for that.
+    /// `judging` is called before those kept out are looked at.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a recording or the model cannot be used.
     pub fn tuned(
         self,
         model: &Model,
-        options: &DiagnoseOptions,
+        (options, hovering): (&DiagnoseOptions, Hovering),
         control: &DiagnoseControl<'_>,
         judging: &dyn Fn(),
     ) -> Result<Tuned, DiagnoseError> {
         let mut known = Known::default();
+        let mut doubted = false;
+        let as_told = |doubted: bool| doubted || hovering == Hovering::AsTold;
         let mut bench = self;
         let again = |bench: &Self, known: &Known| {
             let held_out = bench.held_out.as_ref().map_or(&[][..], |s| &s.parts);
@@ -226,7 +239,7 @@ impl Bench {
             let (fit, own) = other.baseline_again(model, &train, control)?;
             let own = own.filter(|_| lost(&fit));
             let with = own.as_ref().map_or(&fit, |own| &own.fitted);
-            if told.yields_to(with, &flown.hovers.0)? {
+            if told.yields_to(with, &flown.hovers.0)? == as_told(replace(&mut doubted, true)) {
                 remarks.extend(said(&other.train, &flown.hovers.0));
                 (bench, train, known, drift) = (other, fit, flown, own);
             }
@@ -250,7 +263,7 @@ impl Bench {
                 (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
                 _ => false,
             };
-            if better {
+            if better == as_told(replace(&mut doubted, true)) {
                 let side = other.held_out.as_ref();
                 remarks.extend(side.into_iter().flat_map(|s| said(s, &flown.hovers.1)));
                 (bench, held_out) = (other, judged);
@@ -261,6 +274,7 @@ impl Bench {
             train,
             held_out,
             remarks,
+            doubted,
         })
     }
 }

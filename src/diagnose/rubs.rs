@@ -1,0 +1,126 @@
+//! Whether what passes for dry friction is one: friction that grows with the load rubs at some
+//! heights more than at others.
+
+use super::bench::{Fitted, LOSS};
+use super::evidence::spans;
+use super::generic::{hat, number, side_by_side};
+use super::scan::{Linear, Scan};
+use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
+use crate::sim::SimError;
+
+/// Windows of height.
+const WINDOWS: usize = 7;
+/// Share of the friction that the probe has.
+const SMALL: f64 = 0.1;
+/// Speed over which the probe turns with the motion, as a share of the largest: a probe without a
+/// jump needs no events.
+const TURNS: f64 = 0.02;
+
+static SPEC: EffectSpec = EffectSpec {
+    id: "friction_at_height",
+    name: "friction at a height",
+    sentence: "A friction that is there only in a window of height.",
+    law: "F = -fc hat((xp - middle) / width) tanh(xp' / v0)",
+    needs: Need::Nothing,
+    source: "",
+    parameters: &[
+        number("fc"),
+        number("middle"),
+        number("width"),
+        number("v0"),
+    ],
+    build: |values, _| {
+        Box::new(Rubs {
+            force: values[0],
+            middle: values[1],
+            width: values[2],
+            turns: values[3],
+        })
+    },
+};
+
+#[derive(Debug)]
+struct Rubs {
+    force: f64,
+    middle: f64,
+    width: f64,
+    turns: f64,
+}
+
+impl Action for Rubs {
+    fn does_nothing(&self) -> bool {
+        self.force == 0.0
+    }
+
+    fn force_on_proof_mass(&self, at: &Kinematics, _z: &[f64]) -> f64 {
+        -self.force * hat(at.xp, self.middle, self.width) * (at.vp / self.turns).tanh()
+    }
+}
+
+/// Fall of chi2 that friction would bring that goes with the height, beside the dry friction in
+/// the fitted model, less what chance would bring; 0 without one.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
+    let model = &fitted.model;
+    let friction = find("dry_friction");
+    let named = model.effects.iter().find(|e| Some(e.spec) == friction);
+    let (heights, (low, high), _) = spans(fitted);
+    let windows = side_by_side(heights, WINDOWS);
+    let turns = TURNS * low.abs().max(high.abs());
+    let Some((named, (middles, width))) = named.zip(windows).filter(|_| turns > 0.0) else {
+        return Ok(0.0);
+    };
+    let probe = |middle: f64| ActiveEffect {
+        spec: &SPEC,
+        values: vec![SMALL * named.values[0], middle, width, turns],
+    };
+    let probes: Vec<ActiveEffect> = middles.into_iter().map(probe).collect();
+    let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
+    let scan = Scan::of(&linear, model, &probes)?;
+    let all: Vec<usize> = (0..probes.len()).collect();
+    Ok(scan
+        .joint(&all)
+        .map_or(0.0, |joint| joint.gain - joint.rank as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::bench::with_effect;
+    use crate::diagnose::made::{self, QUIET};
+    use crate::model::preset::Preset;
+
+    /// What friction at heights would bring beside the dry friction fitted to recordings of a
+    /// device with `concealed`.
+    fn beside_dry_friction(concealed: ActiveEffect) -> f64 {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let concealed = with_effect(&paper, concealed);
+        let bench = made::bench_of(&concealed, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
+        let dry = ActiveEffect {
+            spec: find("dry_friction").unwrap(),
+            values: vec![1e-8],
+        };
+        let base = bench.baseline(&paper, &QUIET).unwrap();
+        assert_eq!(gain(&base).unwrap(), 0.0);
+        let free = ["dry_friction.fc".to_owned()];
+        let start = with_effect(&base.model, dry);
+        let fitted = bench.fit(&start, &free, &[], &base, 12, &QUIET).unwrap();
+        gain(&fitted).unwrap()
+    }
+
+    #[test]
+    fn friction_at_heights_shows_beside_dry_friction_where_it_is_not_everywhere() {
+        let dry = beside_dry_friction(ActiveEffect {
+            spec: find("dry_friction").unwrap(),
+            values: vec![2e-8],
+        });
+        assert!(dry < 20.0, "{dry}");
+        let above = beside_dry_friction(ActiveEffect {
+            spec: &SPEC,
+            values: vec![4e-8, 5e-5, 4e-5, 1e-3],
+        });
+        assert!(above > 100.0, "{above}");
+    }
+}
