@@ -68,13 +68,11 @@ pub fn diagnose(
     log::debug!("whether the mass hovers is read otherwise");
     let (other, _) = read(model, sides, (options, Hovering::Otherwise), control)?;
     // Nothing else tells the two ways apart than that one of them is explained.
-    Ok(
-        if other.verdict == Verdict::Unexplained || other.cancelled {
-            first
-        } else {
-            other
-        },
-    )
+    if other.verdict != Verdict::Unexplained && !other.cancelled {
+        return Ok(other);
+    }
+    let cancelled = other.cancelled;
+    Ok(Diagnosis { cancelled, ..first })
 }
 
 /// A diagnosis of fitted recordings and those kept out, of which those are read by `hovering` in
@@ -97,7 +95,11 @@ fn read(
             remaining: remaining(done, begun.elapsed()),
         });
     };
-    say("recordings", "", 0.0);
+    let again = match hovering {
+        Hovering::AsTold => "",
+        Hovering::Otherwise => "once more, where the mass may hover",
+    };
+    say("recordings", again, 0.0);
     let ready = condition(model, train, held_out)?;
     let mut remarks = ready.remarks;
     let bench = Bench::new(model, &ready.train, &ready.held_out, options)?;
