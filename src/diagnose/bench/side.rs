@@ -10,6 +10,7 @@ use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::recording::events::Impact;
+use crate::recording::level_change::LevelChange;
 
 /// A drift of the zero, and ids of what is to be fitted of it.
 pub type Drift = (ActiveEffect, Vec<String>);
@@ -55,17 +56,23 @@ impl Side {
         both.map(|(part, finding)| finding.events(&part.recording).impacts)
             .collect()
     }
-
-    /// Those of `doubtful` recordings that may hover over the ground: a ground that drifts is
-    /// told by all its signs, and a model without the drift is far from it.
-    pub fn may_hover(&self, mut doubtful: Vec<usize>) -> Vec<usize> {
-        let drift = |k: usize| self.findings[k].change.and_then(|change| change.drift());
-        doubtful.retain(|&k| drift(k).is_none());
-        doubtful
-    }
 }
 
 impl Bench {
+    /// Those of `doubtful` recordings of `side` that may hover over the ground: one that drifts is
+    /// told by all its signs, and a model without the drift is far from it. Where it is seen to
+    /// step in one recording, others lie higher or lower for that.
+    pub fn may_hover(&self, side: &Side, mut doubtful: Vec<usize>) -> Vec<usize> {
+        let change = |finding: &Findings| finding.change;
+        let mut sides = std::iter::once(&self.train).chain(&self.held_out);
+        let steps = |c: LevelChange| c.drift().is_none();
+        if sides.any(|s| s.findings.iter().filter_map(change).any(steps)) {
+            return Vec::new();
+        }
+        doubtful.retain(|&k| change(&side.findings[k]).is_none());
+        doubtful
+    }
+
     /// The drift that the level in the fitted recordings shows, if `model` has none yet.
     pub fn drift_beyond(&self, model: &Model) -> Option<&Drift> {
         let known = |spec| model.effects.iter().any(|e| e.spec == spec);

@@ -230,7 +230,7 @@ impl Bench {
         let mut remarks = Vec::new();
         // With a drift without which the baseline is lost.
         let told = drift.as_ref().map_or(&train, |drift| &drift.fitted);
-        let hovers = bench.train.may_hover(told.doubtful()?);
+        let hovers = bench.may_hover(&bench.train, told.doubtful()?);
         // Where the drive lags the baseline is far off for that.
         if !hovers.is_empty() && !lags && !control.cancelled() {
             let mut flown = known.clone();
@@ -250,7 +250,7 @@ impl Bench {
         judging();
         let mut held_out = bench.judge(&train.model, (&train, None), control)?;
         let hovers = match (&held_out, &bench.held_out) {
-            (Some(judged), Some(side)) => side.may_hover(judged.doubtful()?),
+            (Some(judged), Some(side)) => bench.may_hover(side, judged.doubtful()?),
             _ => Vec::new(),
         };
         if !hovers.is_empty() && !control.cancelled() {

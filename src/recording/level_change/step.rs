@@ -11,7 +11,7 @@ const NEAR: f64 = 15e-6;
 /// Fewest blocks of rest on either side.
 const SIDE: usize = 3;
 /// Least change of the level \[m\].
-const LEAST_RISE: f64 = 0.1e-6;
+const LEAST_RISE: f64 = 0.05e-6;
 /// And in units of the noise of a sample, of which a rest has many: less than that moves no
 /// sample out of a stay.
 const VISIBLE: f64 = 3.0;
@@ -179,8 +179,15 @@ mod tests {
 
     #[test]
     fn a_level_that_changes_once_is_found_and_one_that_does_not_is_not() {
-        // The last by four times the noise of a sample.
-        for (width, rise) in [(4e-8, 0.8e-6), (4e-8, -2e-6), (5e-7, 0.6e-6)] {
+        // The last by four times the noise of a sample, the one before by what moves some of the
+        // samples of a stay out of it.
+        let steps = [
+            (4e-8, 0.8e-6),
+            (4e-8, -2e-6),
+            (7e-8, -85e-9),
+            (5e-7, 0.6e-6),
+        ];
+        for (width, rise) in steps {
             let recording = jumps(width, |t| if t < 0.05 { 0.0 } else { rise });
             let step = found(&recording).expect("a step");
             assert!((step.rise / rise - 1.0).abs() < 0.05, "{step:?}");
