@@ -17,10 +17,10 @@ use super::phases::Clocks;
 use super::refusal::{Rest, attraction_reaches_far, of_displacement};
 use super::result::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
 use super::strips::strips;
-use super::{events, kin, rubs, size, swing};
+use super::{events, kin, product, rubs, size, swing};
 use crate::fit::Part;
 use crate::model::Model;
-use crate::model::effects::{CATALOGUE, find};
+use crate::model::effects::{CATALOGUE, EffectSpec, find};
 use crate::recording::quantile_in_place;
 
 /// Chi2 per value from which something is left if the noise were known exactly.
@@ -195,9 +195,9 @@ fn read(
     if some && options.by_hand.is_none() {
         let named = &found.stand.named;
         let carried: f64 = named.iter().map(|n| n.gain.0).sum();
-        let gain_of = |id: &str| {
-            let own = named.iter().find(|n| n.spec.id == id);
-            own.map_or(0.0, |n| n.gain.0)
+        let gain_of = |which: &dyn Fn(&&'static EffectSpec) -> bool| -> f64 {
+            let own = named.iter().filter(|n| which(&n.spec));
+            own.map(|n| n.gain.0).sum()
         };
         // What laws of somewhat other form would carry is not missing.
         let formal = if left.is_some() {
@@ -239,7 +239,14 @@ fn read(
             joint: after_evidence.joint,
             formal,
             swings: swing::gain(&found.stand.train)?,
-            rubs: (rubs::gain(&found.stand.train)?, gain_of("dry_friction")),
+            rubs: (
+                rubs::gain(&found.stand.train)?,
+                gain_of(&|spec| spec.id == "dry_friction"),
+            ),
+            product: (
+                product::gain(&found.stand.train)?,
+                gain_of(&of_displacement),
+            ),
             share,
             explained,
         };

@@ -299,16 +299,16 @@ fn search(
         choice::add_twin(&bench, &stand, &mut round_weighed, &is_asked, control)?;
         let best = choice::best(&bench, &stand, &mut round_weighed, control)?;
         if weighed.is_empty() {
-            weighed = round_weighed;
+            weighed.clone_from(&round_weighed);
         }
-        let Some(best) = best else {
+        let Some(mut best) = best else {
             // Asked for by hand, the next one may still be something.
             if only.is_some() {
                 continue;
             }
             break;
         };
-        let trial = shaped(&bench, &stand, best.trial, control)?;
+        let mut trial = shaped(&bench, &stand, best.trial, control)?;
         let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
         let little = trial.worth() < SHARE * stand.explained();
         let chance = trial.by_chance()
@@ -321,13 +321,18 @@ fn search(
         if only.is_none()
             && let Some(f) = further::rings_by_itself(&bench, &stand, &trial, control)?
         {
-            let mut own = weighed.iter_mut();
-            if let Some(own) = own.find(|w| w.spec == best.spec)
-                && !trial.by_beginnings(&stand)
-            {
-                own.by_itself = Some(f);
+            if let Some(vibration) = further::steady(&round_weighed, &trial) {
+                (best.spec, trial) = (vibration.hypothesis.start.spec, vibration);
+                best.alike.clear();
+            } else {
+                let mut own = weighed.iter_mut();
+                if let Some(own) = own.find(|w| w.spec == best.spec)
+                    && !trial.by_beginnings(&stand)
+                {
+                    own.by_itself = Some(f);
+                }
+                break;
             }
-            break;
         }
         if trial.hypothesis.series {
             bench = bench.in_series();

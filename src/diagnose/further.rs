@@ -3,8 +3,8 @@
 //! for it rings by itself.
 
 use super::bench::{Bench, Fitted, Side};
-use super::chance::TRAIN_GAIN;
-use super::explain::{Stand, Trial};
+use super::chance::{HELD_GAIN, TRAIN_GAIN};
+use super::explain::{Stand, Trial, Weighed};
 use super::modes::{ALIKE, DECISIVE, TOLD, near_mode, struck_near, told_by};
 use super::options::{DiagnoseControl, DiagnoseError, simulated};
 use super::promises::Hypothesis;
@@ -39,6 +39,9 @@ const NEAR: f64 = 0.03;
 /// Times chi2 per value by which a part of the stretches is worse off with modes that nothing moves
 /// from which they are moved.
 const LOST: f64 = 3.0;
+/// Share of what a mode that rings by itself brings from which a vibration of the base is as good,
+/// which has no beginnings of its own.
+const STEADY: f64 = 0.6;
 /// Steps of the fit with such a mode.
 const STEPS: usize = 8;
 /// Its shape at first, as a share of that of the mode that is known: enough for a direction.
@@ -138,6 +141,16 @@ pub fn rings_by_itself(
     log::debug!("that the modes are moved brings {by_motion:.1}");
     let least = TRAIN_GAIN.max(LEAST_MOTION * trial.gain);
     Ok((by_motion < least).then_some(frequency))
+}
+
+/// The vibration of the base among what was `weighed`, if it does as well as `ringing`, a mode that
+/// rings by itself, and chance does not.
+pub fn steady(weighed: &[Weighed], ringing: &Trial) -> Option<Trial> {
+    let vibration = weighed.iter().find(|w| w.spec.id == "base_vibration")?;
+    let held = |t: &Trial| t.held_out.is_none() || t.held_gain > HELD_GAIN;
+    let as_well = |t: &Trial| !t.by_chance() && t.worth() > STEADY * ringing.worth();
+    let trial = vibration.trial.as_ref();
+    trial.filter(|t| held(t) && as_well(t)).cloned()
 }
 
 /// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what

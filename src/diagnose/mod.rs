@@ -44,6 +44,7 @@ pub mod next;
 pub mod noise;
 pub mod options;
 mod phases;
+mod product;
 pub mod promises;
 mod refit;
 mod refusal;

@@ -17,6 +17,9 @@ const TRIFLE: f64 = 0.01;
 /// Fall of chi2 by friction that goes with the height from which a dry friction is none, if it is
 /// also this share of what that brings.
 const RUBS: (f64, f64) = (60.0, 0.02);
+/// The same of a force by both displacements, of which there is but one, beside laws of
+/// displacement.
+const PRODUCT: (f64, f64) = (30.0, 0.01);
 /// Height over which an attraction falls off at touch, as a share of itself, from which it is
 /// one over the whole stroke \[m\].
 const FAR: f64 = 8.5e-6;
@@ -56,6 +59,9 @@ pub struct Rest {
     pub swings: f64,
     /// Fall of chi2 by friction that goes with the height, and by the dry friction beside it.
     pub rubs: (f64, f64),
+    /// Fall of chi2 by a force by the product of both displacements, and by the laws of
+    /// displacement beside it.
+    pub product: (f64, f64),
     /// Share of what was missing that the effects carry.
     pub share: f64,
     /// The same of stretches each by itself.
@@ -68,9 +74,13 @@ impl Rest {
         if self.swings > TRAIN_GAIN {
             return Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned());
         }
+        let beyond =
+            |(gain, beside): (f64, f64), (least, share)| gain > least && gain > share * beside;
+        if !self.displaced.is_empty() && beyond(self.product, PRODUCT) {
+            return Some("what is missing goes with both displacements, as no force over that of the mass does: that is not in the catalogue".to_owned());
+        }
         self.left?;
-        let (rubs, rubbed) = self.rubs;
-        if rubs > RUBS.0 && rubs > RUBS.1 * rubbed {
+        if beyond(self.rubs, RUBS) {
             return Some("what rubs does so more at some heights than at others, as no dry friction does: a friction that goes with the load is not in the catalogue".to_owned());
         }
         let names = |specs: &[&EffectSpec]| {
@@ -135,6 +145,7 @@ mod tests {
             formal: 170.0,
             swings: 0.0,
             rubs: (0.0, 0.0),
+            product: (0.0, 0.0),
             share: 0.98,
             explained: 0.98,
         }
@@ -203,6 +214,18 @@ mod tests {
             ..of((900.0, 2e4))
         };
         assert_eq!(all_told.refusal(), None);
+    }
+
+    #[test]
+    fn a_force_by_both_displacements_is_no_stiffness() {
+        let of = |product| Rest {
+            left: None,
+            product,
+            ..rest(&["cubic_stiffness"])
+        };
+        assert!(of((900.0, 2e4)).refusal().unwrap().contains("both"));
+        assert_eq!(of((100.0, 2e4)).refusal(), None);
+        assert_eq!(of((20.0, 200.0)).refusal(), None);
     }
 
     #[test]
