@@ -1,4 +1,4 @@
-//! A diagnosis from beginning to end.
+//! A diagnosis of recordings that are read one way, from beginning to end.
 
 use std::time::Instant;
 
@@ -20,8 +20,9 @@ use super::strips::strips;
 use super::{events, kin, product, rubs, size, swing};
 use crate::fit::Part;
 use crate::model::Model;
-use crate::model::effects::{CATALOGUE, EffectSpec, find};
+use crate::model::effects::EffectSpec;
 use crate::recording::quantile_in_place;
+use crate::sim::SimError;
 
 /// Chi2 per value from which something is left if the noise were known exactly.
 const FLOOR: f64 = 1.04;
@@ -32,60 +33,26 @@ const MISREAD: f64 = 3.0;
 /// Share of what is left from which it is a matter of the named laws' form.
 const FORM: f64 = 0.8;
 
-/// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first.
-/// Deterministic. Cancelled, it says what it has found so far.
-///
-/// # Errors
-/// [`DiagnoseError`] if a recording or the model cannot be used.
-pub fn diagnose(
-    model: &Model,
-    train: &[Part],
-    held_out: &[Part],
-    options: &DiagnoseOptions,
-    control: &DiagnoseControl<'_>,
-) -> Result<Diagnosis, DiagnoseError> {
-    for id in options
-        .candidates
-        .iter()
-        .chain(options.by_hand.iter().flatten())
-    {
-        if find(id).is_none() {
-            let known: Vec<&str> = CATALOGUE.iter().map(|e| e.id).collect();
-            return Err(DiagnoseError::UnknownEffect {
-                id: id.clone(),
-                known: known.join(", "),
-            });
-        }
-    }
-    model
-        .check()
-        .map_err(|e| DiagnoseError::Sim(crate::sim::SimError::from(e)))?;
-    let sides = (train, held_out);
-    let (first, doubted) = read(model, sides, (options, Hovering::AsTold), control)?;
-    if !doubted || first.verdict != Verdict::Unexplained || control.cancelled() {
-        return Ok(first);
-    }
-    log::debug!("whether the mass hovers is read otherwise");
-    let (other, _) = read(model, sides, (options, Hovering::Otherwise), control)?;
-    // Nothing else tells the two ways apart than that one of them is explained.
-    if other.verdict != Verdict::Unexplained && !other.cancelled {
-        return Ok(other);
-    }
-    let cancelled = other.cancelled;
-    Ok(Diagnosis { cancelled, ..first })
+/// How recordings were read.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading {
+    /// Whether the mass might hover in one of them.
+    pub doubted: bool,
+    /// Share of the rows that were set aside, of both sides together.
+    pub aside: f64,
 }
 
-/// A diagnosis of fitted recordings and those kept out, of which those are read by `hovering` in
-/// which the mass may hover, and whether there are such.
+/// One diagnosis of the fitted recordings and those kept out: where it is in doubt whether the mass
+/// hovers in a recording, `hovering` says how that is decided.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a recording or the model cannot be used.
-fn read(
+pub fn read(
     model: &Model,
     (train, held_out): (&[Part], &[Part]),
     (options, hovering): (&DiagnoseOptions, Hovering),
     control: &DiagnoseControl<'_>,
-) -> Result<(Diagnosis, bool), DiagnoseError> {
+) -> Result<(Diagnosis, Reading), DiagnoseError> {
     let begun = Instant::now();
     let say = |stage: &'static str, detail: &str, done: f64| {
         (control.progress)(&DiagnoseProgress {
@@ -131,7 +98,7 @@ fn read(
     };
 
     say("ground", "bounces and releases", 0.3);
-    let seen = events::read(
+    let mut seen = events::read(
         &bench,
         &baseline.train,
         baseline.held_out.as_ref(),
@@ -150,8 +117,15 @@ fn read(
         chosen.most = 0;
     }
     let report = |detail: &str, share: f64| say("naming", detail, 0.35 + 0.4 * share);
+    let first_cost = baseline.train.cost;
     let mut found = explain::explain(&bench, baseline, &chosen, control, &report)?;
 
+    // A name that turned out needless may have led the re-tuning on.
+    if found.baseline.train.cost < first_cost {
+        let (t, h) = (&found.baseline.train, found.baseline.held_out.as_ref());
+        seen = events::read(&bench, t, h, Some(&seen), control)?;
+        tests = laws::tests(&seen);
+    }
     let mut named_laws: Vec<LawTest> = Vec::new();
     if ready.may_name {
         let first = tests.clone();
@@ -195,9 +169,18 @@ fn read(
     if some && options.by_hand.is_none() {
         let named = &found.stand.named;
         let carried: f64 = named.iter().map(|n| n.gain.0).sum();
-        let gain_of = |which: &dyn Fn(&&'static EffectSpec) -> bool| -> f64 {
+        // What a law would bring that goes with more, and what those named do in whose place it is.
+        let other_than = |which: &dyn Fn(&&'static EffectSpec) -> bool,
+                          gain: fn(&Fitted) -> Result<f64, SimError>|
+         -> Result<(f64, f64), SimError> {
             let own = named.iter().filter(|n| which(&n.spec));
-            own.map(|n| n.gain.0).sum()
+            let beside: f64 = own.map(|n| n.gain.0).sum();
+            let other = if beside > 0.0 {
+                gain(&found.stand.train)?
+            } else {
+                0.0
+            };
+            Ok((other, beside))
         };
         // What laws of somewhat other form would carry is not missing.
         let formal = if left.is_some() {
@@ -239,20 +222,17 @@ fn read(
             joint: after_evidence.joint,
             formal,
             swings: swing::gain(&found.stand.train)?,
-            rubs: (
-                rubs::gain(&found.stand.train)?,
-                gain_of(&|spec| spec.id == "dry_friction"),
-            ),
-            product: (
-                product::gain(&found.stand.train)?,
-                gain_of(&of_displacement),
-            ),
+            rubs: other_than(&|spec| spec.id == "dry_friction", rubs::gain)?,
+            product: other_than(&of_displacement, product::gain)?,
             share,
             explained,
         };
         log::debug!("{rest:?}");
         if rest.swings > TRAIN_GAIN {
             left = left.or(Some(Left::Force("xp", rest.swings)));
+        }
+        if rest.goes_with_both() {
+            left = left.or(Some(Left::Force("xp", rest.product.0)));
         }
         if let Some(reason) = rest.refusal() {
             verdict = Verdict::Unexplained;
@@ -280,6 +260,8 @@ fn read(
     // Both are shown by the same stretches, also where one of them set some aside.
     let shown = shown_alike(&bench, &found.baseline, &found.stand)?;
     remarks.extend(misread(&shown.0));
+    let held_aside = found.stand.held_out.as_ref().map_or(0.0, Fitted::aside);
+    let aside = found.stand.train.aside() + held_aside;
     let (before, after) = (Side::look(&shown.0)?, Side::look(&shown.1)?);
     let named = names(&found, &named_laws, &after, &full)?;
     let candidates = candidates(&found, &tests, &named_laws, verdict);
@@ -345,7 +327,11 @@ fn read(
     if let Some(clocks) = clocks {
         clocks.undo(&mut diagnosis);
     }
-    Ok((diagnosis, tuned.doubted))
+    let reading = Reading {
+        doubted: tuned.doubted,
+        aside,
+    };
+    Ok((diagnosis, reading))
 }
 
 /// Both with the same stretches in their fits: see [`Bench::alike`].

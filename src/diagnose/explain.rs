@@ -280,7 +280,8 @@ fn search(
         mut stand,
         mut weighed,
     } = from;
-    let mut bench = bench.clone();
+    let plain = bench;
+    let mut bench = plain.clone();
     let rounds = options.by_hand.as_ref().map_or(options.most, Vec::len);
     for round in stand.named.len()..rounds {
         if control.cancelled() {
@@ -298,8 +299,9 @@ fn search(
         let is_asked = |spec: &EffectSpec| is_asked(&stand, options, only, spec);
         choice::add_twin(&bench, &stand, &mut round_weighed, &is_asked, control)?;
         let best = choice::best(&bench, &stand, &mut round_weighed, control)?;
+        let vibration = further::vibration(&round_weighed);
         if weighed.is_empty() {
-            weighed.clone_from(&round_weighed);
+            weighed = round_weighed;
         }
         let Some(mut best) = best else {
             // Asked for by hand, the next one may still be something.
@@ -321,7 +323,7 @@ fn search(
         if only.is_none()
             && let Some(f) = further::rings_by_itself(&bench, &stand, &trial, control)?
         {
-            if let Some(vibration) = further::steady(&round_weighed, &trial) {
+            if let Some(vibration) = vibration.filter(|v| further::as_well(v, &trial)) {
                 (best.spec, trial) = (vibration.hypothesis.start.spec, vibration);
                 best.alike.clear();
             } else {
@@ -357,8 +359,10 @@ fn search(
         if only.is_none() {
             needless::remove(&bench, &mut stand, control)?;
             if stand.named.is_empty() {
-                // What led the re-tuning on is not left out.
+                // A name that turned out needless has led the re-tuning on: all is weighed anew.
                 baseline = stand.clone();
+                bench.clone_from(plain);
+                weighed.clear();
             }
             plainer(&bench, &mut stand, control)?;
         }

@@ -143,14 +143,17 @@ pub fn rings_by_itself(
     Ok((by_motion < least).then_some(frequency))
 }
 
-/// The vibration of the base among what was `weighed`, if it does as well as `ringing`, a mode that
-/// rings by itself, and chance does not.
-pub fn steady(weighed: &[Weighed], ringing: &Trial) -> Option<Trial> {
-    let vibration = weighed.iter().find(|w| w.spec.id == "base_vibration")?;
+/// The vibration of the base among what was `weighed`, if chance does not do as well.
+pub fn vibration(weighed: &[Weighed]) -> Option<Trial> {
+    let own = weighed.iter().find(|w| w.spec.id == "base_vibration")?;
     let held = |t: &Trial| t.held_out.is_none() || t.held_gain > HELD_GAIN;
-    let as_well = |t: &Trial| !t.by_chance() && t.worth() > STEADY * ringing.worth();
-    let trial = vibration.trial.as_ref();
-    trial.filter(|t| held(t) && as_well(t)).cloned()
+    let trial = own.trial.as_ref();
+    trial.filter(|t| held(t) && !t.by_chance()).cloned()
+}
+
+/// Whether the `vibration` of the base does as well as `ringing`, a mode that rings by itself.
+pub fn as_well(vibration: &Trial, ringing: &Trial) -> bool {
+    vibration.worth() > STEADY * ringing.worth()
 }
 
 /// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what

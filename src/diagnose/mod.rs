@@ -6,7 +6,8 @@
 //! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
 //! ([`events`], [`laws`]), further modes by their ring ([`ring`], `struck`). [`locate`] says
 //! where the misfit lies, [`evidence`] what force is missing whatever its name, [`continuity`]
-//! whether the flight goes on unbroken from stretch to stretch; [`engine`] puts it all together.
+//! whether the flight goes on unbroken from stretch to stretch; [`engine`] puts it all together,
+//! `readings` asks it twice where it is in doubt how the recordings are to be read.
 //! [`report`] writes it down for people and programs.
 
 mod adhesion;
@@ -46,6 +47,7 @@ pub mod options;
 mod phases;
 mod product;
 pub mod promises;
+mod readings;
 mod refit;
 mod refusal;
 pub mod report;
@@ -66,6 +68,6 @@ pub mod trial;
 mod weigh;
 
 pub use answer::RELIABLE;
-pub use engine::diagnose;
 pub use options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+pub use readings::diagnose;
 pub use result::{Diagnosis, Verdict};

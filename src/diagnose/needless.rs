@@ -20,8 +20,11 @@ const NEAR: f64 = 0.05;
 /// Whether a further mode in `model` lies so near one of the device's own.
 fn beside_its_own(model: &Model) -> bool {
     let near = |f: f64| {
-        let own = ["f1", "f2"].into_iter().filter_map(|id| model.get(id));
-        own.into_iter().any(|own| (f - own).abs() < NEAR * own)
+        let own = ["f1", "f2"]
+            .iter()
+            .filter(|id| **id == "f1" || model.has_cantilever);
+        own.filter_map(|id| model.get(id))
+            .any(|own| (f - own).abs() < NEAR * own)
     };
     model.get("extra_mode.f").is_some_and(near)
 }

@@ -84,7 +84,9 @@ mod tests {
         };
         let start = with_effect(&base.model, start);
         let fitted = bench.fit(&start, &free, &[], &base, 12, &QUIET).unwrap();
-        gain(&fitted).unwrap() / (base.cost - fitted.cost)
+        let fall = base.cost - fitted.cost;
+        assert!(fall > 1e3, "{fall}");
+        gain(&fitted).unwrap() / fall
     }
 
     #[test]

@@ -17,8 +17,8 @@ const TRIFLE: f64 = 0.01;
 /// Fall of chi2 by friction that goes with the height from which a dry friction is none, if it is
 /// also this share of what that brings.
 const RUBS: (f64, f64) = (60.0, 0.02);
-/// The same of a force by both displacements, of which there is but one, beside laws of
-/// displacement.
+/// The same of a force by both displacements beside laws of displacement: less, for there is only
+/// one of it, and windows of height are seven.
 const PRODUCT: (f64, f64) = (30.0, 0.01);
 /// Height over which an attraction falls off at touch, as a share of itself, from which it is
 /// one over the whole stroke \[m\].
@@ -74,13 +74,11 @@ impl Rest {
         if self.swings > TRAIN_GAIN {
             return Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned());
         }
-        let beyond =
-            |(gain, beside): (f64, f64), (least, share)| gain > least && gain > share * beside;
-        if !self.displaced.is_empty() && beyond(self.product, PRODUCT) {
+        if self.goes_with_both() {
             return Some("what is missing goes with both displacements, as no force over that of the mass does: that is not in the catalogue".to_owned());
         }
         self.left?;
-        if beyond(self.rubs, RUBS) {
+        if exceeds(self.rubs, RUBS) {
             return Some("what rubs does so more at some heights than at others, as no dry friction does: a friction that goes with the load is not in the catalogue".to_owned());
         }
         let names = |specs: &[&EffectSpec]| {
@@ -111,11 +109,20 @@ impl Rest {
         None
     }
 
-    /// Whether two laws over the stroke stand for one. An attraction that acts at touch alone
-    /// is not one over the stroke.
+    /// Whether a force by both displacements is left that laws over the stroke stand for.
+    pub fn goes_with_both(&self) -> bool {
+        self.over_stroke() > 0 && exceeds(self.product, PRODUCT)
+    }
+
+    /// Laws over the stroke. An attraction that acts at touch alone is none.
+    fn over_stroke(&self) -> usize {
+        let over = |s: &&&EffectSpec| self.far || s.id != "long_range_attraction";
+        self.displaced.iter().filter(over).count()
+    }
+
+    /// Whether two laws over the stroke stand for one.
     fn one_law_in_two(&self) -> bool {
-        let over_stroke = |s: &&&EffectSpec| self.far || s.id != "long_range_attraction";
-        self.displaced.iter().filter(over_stroke).count() > 1
+        self.over_stroke() > 1
     }
 
     /// Whether what is left over the displacement is not a matter of the form of the one law
@@ -125,6 +132,11 @@ impl Rest {
         let much = self.explained < 1.0 - TRIFLE;
         much && self.displaced.len() == 1 && self.over_xp && other
     }
+}
+
+/// Whether what a law brings beside others, and they, is more than that, and than that share.
+fn exceeds((gain, beside): (f64, f64), (least, share): (f64, f64)) -> bool {
+    gain > least && gain > share * beside
 }
 
 #[cfg(test)]
@@ -181,6 +193,8 @@ mod tests {
             ..one.clone()
         };
         assert!(formal(100.0).refusal().is_some());
+        assert!(formal(157.0).refusal().is_some());
+        assert_eq!(formal(162.0).refusal(), None);
         let stretch = Rest {
             left: Some(Left::Stretch(12.0)),
             ..formal(100.0)
@@ -206,8 +220,9 @@ mod tests {
             ..rest(&["dry_friction"])
         };
         assert!(of((900.0, 2e4)).refusal().unwrap().contains("rubs"));
-        // A hundredth is a matter of the form of the law, and little is chance.
-        assert_eq!(of((100.0, 2e4)).refusal(), None);
+        // A small share is a matter of the form of the law, and little is chance.
+        assert!(of((410.0, 2e4)).refusal().is_some());
+        assert_eq!(of((390.0, 2e4)).refusal(), None);
         assert_eq!(of((30.0, 200.0)).refusal(), None);
         let all_told = Rest {
             left: None,
@@ -223,9 +238,15 @@ mod tests {
             product,
             ..rest(&["cubic_stiffness"])
         };
-        assert!(of((900.0, 2e4)).refusal().unwrap().contains("both"));
-        assert_eq!(of((100.0, 2e4)).refusal(), None);
+        assert!(of((210.0, 2e4)).refusal().unwrap().contains("both"));
+        assert_eq!(of((190.0, 2e4)).refusal(), None);
         assert_eq!(of((20.0, 200.0)).refusal(), None);
+        let at_touch = Rest {
+            product: (900.0, 2e4),
+            left: None,
+            ..rest(&["long_range_attraction"])
+        };
+        assert_eq!(at_touch.refusal(), None);
     }
 
     #[test]

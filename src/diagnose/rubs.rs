@@ -12,9 +12,13 @@ use crate::sim::SimError;
 const WINDOWS: usize = 7;
 /// Share of the friction that the probe has.
 const SMALL: f64 = 0.1;
-/// Speed over which the probe turns with the motion, as a share of the largest: a probe without a
-/// jump needs no events.
+/// Speed over which a probe turns with the motion, as a share of the largest: one without a jump
+/// needs no events.
 const TURNS: f64 = 0.02;
+/// Such shares of probes that are the same at all heights: a friction that goes with the speed.
+const OF_SPEED: [f64; 2] = [TURNS, 0.2];
+/// Half width of a window that no height leaves \[m\].
+const EVERYWHERE: f64 = 1e6;
 
 static SPEC: EffectSpec = EffectSpec {
     id: "friction_at_height",
@@ -58,7 +62,8 @@ impl Action for Rubs {
 }
 
 /// Fall of chi2 that friction would bring that goes with the height, beside the dry friction in
-/// the fitted model, less what chance would bring; 0 without one.
+/// the fitted model and one that goes with the speed, less what chance would bring; 0 without dry
+/// friction.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -68,21 +73,25 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
     let named = model.effects.iter().find(|e| Some(e.spec) == friction);
     let (heights, (low, high), _) = spans(fitted);
     let windows = side_by_side(heights, WINDOWS);
-    let turns = TURNS * low.abs().max(high.abs());
-    let Some((named, (middles, width))) = named.zip(windows).filter(|_| turns > 0.0) else {
+    let fastest = low.abs().max(high.abs());
+    let Some((named, (middles, width))) = named.zip(windows).filter(|_| fastest > 0.0) else {
         return Ok(0.0);
     };
-    let probe = |middle: f64| ActiveEffect {
+    let probe = |middle: f64, width: f64, turns: f64| ActiveEffect {
         spec: &SPEC,
-        values: vec![SMALL * named.values[0], middle, width, turns],
+        values: vec![SMALL * named.values[0], middle, width, turns * fastest],
     };
-    let probes: Vec<ActiveEffect> = middles.into_iter().map(probe).collect();
+    let of_speed = OF_SPEED.iter().map(|turns| probe(0.0, EVERYWHERE, *turns));
+    let at_heights = middles.into_iter().map(|m| probe(m, width, TURNS));
+    let probes: Vec<ActiveEffect> = of_speed.chain(at_heights).collect();
     let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
     let scan = Scan::of(&linear, model, &probes)?;
     let all: Vec<usize> = (0..probes.len()).collect();
-    Ok(scan
-        .joint(&all)
-        .map_or(0.0, |joint| joint.gain - joint.rank as f64))
+    let gain = |which: &[usize]| {
+        let joint = scan.joint(which);
+        joint.map_or(0.0, |joint| joint.gain - joint.rank as f64)
+    };
+    Ok(gain(&all) - gain(&all[..OF_SPEED.len()]))
 }
 
 #[cfg(test)]
@@ -107,7 +116,9 @@ mod tests {
         let free = ["dry_friction.fc".to_owned()];
         let start = with_effect(&base.model, dry);
         let fitted = bench.fit(&start, &free, &[], &base, 12, &QUIET).unwrap();
-        gain(&fitted).unwrap() / (base.cost - fitted.cost)
+        let fall = base.cost - fitted.cost;
+        assert!(fall > 1e3, "{fall}");
+        gain(&fitted).unwrap() / fall
     }
 
     #[test]
