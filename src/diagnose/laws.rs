@@ -28,6 +28,10 @@ const FORESEEN_SPEED: f64 = 50.0;
 /// decade of speeds, as does a film of slightly other form.
 const LEAST_POWER: f64 = 0.013;
 
+/// Standard errors beyond the catalogue's range from which a power is none of a law: events were
+/// misread.
+const BEYOND: f64 = 3.0;
+
 /// Fewer bounces than this prove nothing.
 const FEW: usize = 3;
 /// What is said where the recordings kept out have too few bounces.
@@ -143,7 +147,10 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
         told.errors[1] * root,
         proved(gain, held_gain, &held)
     );
-    let (gain, held_gain) = if told.values[1].abs() < LEAST_POWER {
+    let (size, error) = (told.values[1].abs(), told.errors[1] * root);
+    let (_, most) = spec.parameters[0].range;
+    let is_law = size >= LEAST_POWER && size - BEYOND * error <= most;
+    let (gain, held_gain) = if !is_law {
         (gain.min(0.0), held_gain.min(0.0))
     } else {
         (gain, held_gain)

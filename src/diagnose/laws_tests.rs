@@ -50,6 +50,17 @@ fn restitution_of(train: Readings, held_out: Readings) -> LawTest {
 }
 
 #[test]
+fn a_power_that_no_law_has_is_none() {
+    let grows = |v: f64| 0.4 * (v / 0.6).powf(0.9);
+    let test = restitution_of(bounces(1, 20, 0, &grows), bounces(2, 12, 0, &grows));
+    assert!(test.effect.values[0] < -0.8, "{:?}", test.effect);
+    assert!(test.gain <= 0.0 && test.held_gain <= 0.0, "{test:?}");
+    let law = |v: f64| 0.4 * (v / 0.6).powf(0.45);
+    let test = restitution_of(bounces(1, 20, 0, &law), bounces(2, 12, 0, &law));
+    assert!(test.gain > 300.0, "{}", test.gain);
+}
+
+#[test]
 fn restitution_that_goes_with_speed_is_told_from_landings_and_noise() {
     let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.1);
     let test = restitution_of(bounces(1, 20, 8, &falls), bounces(2, 12, 8, &falls));
