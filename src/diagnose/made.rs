@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::bench::{Bench, with_effect};
+use super::bench::{Bench, Fitted, with_effect};
 use super::options::{DiagnoseControl, DiagnoseOptions};
 use crate::fit::Part;
 use crate::model::Model;
@@ -12,7 +12,7 @@ use crate::model::effects::{ActiveEffect, find};
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
-use crate::sim::{Options, simulate};
+use crate::sim::{Options, SimError, simulate};
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 /// Goes on to the end and tells nothing.
@@ -34,6 +34,24 @@ pub fn stepping(height: f64, time: f64) -> Model {
 /// \[s\], at `rate` \[1/s\] and with a `noise` \[m\], made ready.
 pub fn bench_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Bench {
     bench(&parts_of(concealed, drives, rate, noise))
+}
+
+/// What `gain` says that a probe would bring beside `start`, of which `free` are fitted to recordings
+/// of the paper's device with `concealed`, as a share of what that fit brings.
+pub fn share_beside(
+    concealed: ActiveEffect,
+    drives: &[(&str, f64)],
+    (start, free): (ActiveEffect, &[String]),
+    gain: fn(&Fitted) -> Result<f64, SimError>,
+) -> f64 {
+    let paper = Preset::embedded("paper").unwrap().model;
+    let bench = bench_of(&with_effect(&paper, concealed), drives, 25e3, 20e-9);
+    let base = bench.baseline(&paper, &QUIET).unwrap();
+    let start = with_effect(&base.model, start);
+    let fitted = bench.fit(&start, free, &[], &base, 12, &QUIET).unwrap();
+    let fall = base.cost - fitted.cost;
+    assert!(fall > 1e3, "{fall}");
+    gain(&fitted).unwrap() / fall
 }
 
 /// Those recordings made ready for the paper's device.

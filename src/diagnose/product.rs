@@ -64,29 +64,19 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::bench::with_effect;
-    use crate::diagnose::made::{self, QUIET};
+    use crate::diagnose::made;
     use crate::model::effects::find;
-    use crate::model::preset::Preset;
 
     /// What a force by the product would bring beside the stiffness fitted to recordings of a
     /// device with `concealed`, as a share of what that brings.
     fn beside_a_stiffness(concealed: ActiveEffect) -> f64 {
-        let paper = Preset::embedded("paper").unwrap().model;
-        let concealed = with_effect(&paper, concealed);
-        let drives = [("square:40Hz:8V", 0.06), ("sine:50Hz:8V", 0.06)];
-        let bench = made::bench_of(&concealed, &drives, 25e3, 20e-9);
-        let base = bench.baseline(&paper, &QUIET).unwrap();
-        let free = ["k3", "k5"].map(|k| format!("cubic_stiffness.{k}"));
-        let start = ActiveEffect {
+        let stiffness = ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
             values: vec![1e4, 0.0],
         };
-        let start = with_effect(&base.model, start);
-        let fitted = bench.fit(&start, &free, &[], &base, 12, &QUIET).unwrap();
-        let fall = base.cost - fitted.cost;
-        assert!(fall > 1e3, "{fall}");
-        gain(&fitted).unwrap() / fall
+        let free = ["k3", "k5"].map(|k| format!("cubic_stiffness.{k}"));
+        let drives = [("square:40Hz:8V", 0.06), ("sine:50Hz:8V", 0.06)];
+        made::share_beside(concealed, &drives, (stiffness, &free), gain)
     }
 
     #[test]

@@ -97,28 +97,27 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::bench::with_effect;
     use crate::diagnose::made::{self, QUIET};
     use crate::model::preset::Preset;
 
     /// What friction at heights would bring beside the dry friction fitted to recordings of a
     /// device with `concealed`, as a share of what that brings.
     fn beside_dry_friction(concealed: ActiveEffect) -> f64 {
-        let paper = Preset::embedded("paper").unwrap().model;
-        let concealed = with_effect(&paper, concealed);
-        let bench = made::bench_of(&concealed, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
         let dry = ActiveEffect {
             spec: find("dry_friction").unwrap(),
             values: vec![1e-8],
         };
+        let free = ["dry_friction.fc".to_owned()];
+        let drives = [("square:40Hz:8V", 0.06)];
+        made::share_beside(concealed, &drives, (dry, &free), gain)
+    }
+
+    #[test]
+    fn without_dry_friction_there_is_nothing_beside_it() {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let bench = made::bench_of(&paper, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
         let base = bench.baseline(&paper, &QUIET).unwrap();
         assert_eq!(gain(&base).unwrap(), 0.0);
-        let free = ["dry_friction.fc".to_owned()];
-        let start = with_effect(&base.model, dry);
-        let fitted = bench.fit(&start, &free, &[], &base, 12, &QUIET).unwrap();
-        let fall = base.cost - fitted.cost;
-        assert!(fall > 1e3, "{fall}");
-        gain(&fitted).unwrap() / fall
     }
 
     #[test]
