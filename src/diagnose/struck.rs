@@ -181,16 +181,23 @@ impl Blows {
             let mut driven: Vec<f64> = course(own, jumps, rate).map(|c| -c.re).collect();
             own.colour.whiten(&mut struck);
             own.colour.whiten(&mut driven);
+            let rows = || {
+                struck
+                    .iter()
+                    .zip(&driven)
+                    .map(|(a, b)| Vector2::new(*a, *b))
+            };
+            let squares: Matrix2<f64> = rows().map(|row| row * row.transpose()).sum();
             for (channel, values) in own.channels.iter().enumerate() {
                 // Where samples are missing the two do not go together.
                 if values.len() != struck.len() {
                     continue;
                 }
-                for ((a, b), r) in struck.iter().zip(&driven).zip(values) {
-                    let row = Vector2::new(*a, *b);
-                    normal[channel] += row * row.transpose();
-                    slopes[channel] += row * *r;
-                }
+                normal[channel] += squares;
+                slopes[channel] += rows()
+                    .zip(values)
+                    .map(|(row, r)| row * *r)
+                    .sum::<Vector2<f64>>();
             }
         }
         // Both readings share in it alike, whatever has set it off.

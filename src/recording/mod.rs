@@ -260,9 +260,24 @@ impl Recording {
     #[must_use]
     pub fn value_at(&self, channel: Channel, t: f64) -> Option<f64> {
         let values = self.channel(channel)?;
-        let after = self.time.partition_point(|&sample| sample <= t);
-        let i = after.checked_sub(1)?;
-        self.between(values, i, t)
+        self.between(values, self.sample_before(t)?, t)
+    }
+
+    /// The last sample at or before `t` \[s\]; `None` before the first.
+    #[must_use]
+    pub fn sample_before(&self, t: f64) -> Option<usize> {
+        // Most recordings are even: it is where it would be in one.
+        let first = *self.time.first()?;
+        let guess = ((t - first) / self.interval) as usize;
+        for i in guess.saturating_sub(1)..=guess.saturating_add(1) {
+            let next = self.time.get(i.saturating_add(1));
+            if self.time.get(i).is_some_and(|&s| s <= t) && next.is_some_and(|&s| s > t) {
+                return Some(i);
+            }
+        }
+        self.time
+            .partition_point(|&sample| sample <= t)
+            .checked_sub(1)
     }
 
     /// `values` at `t`, known to lie at or after sample `i`.

@@ -90,6 +90,19 @@ fn resampling_agrees_with_interpolation() {
 }
 
 #[test]
+fn the_sample_before_an_instant_is_found_however_uneven_the_samples_are() {
+    let time = vec![0.0, 1.0, 1.1, 1.2, 2.0, 3.0, 9.0, 9.5, 10.0, 11.0];
+    let r = Recording::new("uneven", time.clone(), None, vec![0.0; 10], None).unwrap();
+    assert_eq!(r.sample_before(-0.1), None);
+    assert_eq!(r.sample_before(f64::NAN), None);
+    for (i, t) in time.iter().enumerate() {
+        assert_eq!(r.sample_before(*t), Some(i));
+        assert_eq!(r.sample_before(t + 0.05), Some(i));
+    }
+    assert_eq!(r.sample_before(1e300), Some(9));
+}
+
+#[test]
 fn drive_table_leaves_missing_samples_out() {
     let (t, v) = recording().drive_table().unwrap();
     assert_eq!(

@@ -52,10 +52,7 @@ impl Motion<'_> {
     /// meets the ground so close by that the slope over both sides would be of neither.
     fn around_a_blow(&self, t: f64) -> Option<(f64, f64)> {
         let r = self.recording;
-        let i = r
-            .time
-            .partition_point(|&sample| sample <= t)
-            .checked_sub(1)?;
+        let i = r.sample_before(t)?;
         let first = i.checked_sub(NEAR + AROUND - 1)?;
         let x = r.proof_mass.get(first..=i + NEAR + AROUND)?;
         let h = r.interval();

@@ -64,6 +64,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             },
             growth,
             most,
+            far: most.powf(1.0 / growth),
             gap: parameters[ParameterId::Gp],
             thinnest: parameters[ParameterId::Gp] - parameters[ParameterId::Dp],
         })
@@ -79,6 +80,8 @@ struct FilmSpring {
     growth: f64,
     /// Rate far off over that at contact, at most.
     most: f64,
+    /// Thickness over that at contact from which the rate is the quickest.
+    far: f64,
     /// Thickness of the film where the mass is at zero, and at contact [m].
     gap: f64,
     thinnest: f64,
@@ -102,7 +105,16 @@ impl Action for FilmSpring {
             return 1.0;
         }
         let wider = (at.xp + self.gap).max(THINNEST * self.thinnest) / self.thinnest;
-        (wider.powf(self.growth) / self.most).min(1.0)
+        if wider >= self.far {
+            return 1.0;
+        }
+        // Nearly always: a power takes long.
+        let grown = if self.growth == 2.0 {
+            wider * wider
+        } else {
+            wider.powf(self.growth)
+        };
+        (grown / self.most).min(1.0)
     }
 
     fn state_inputs(&self, at: &Kinematics, _z: &[f64], inputs: &mut [f64]) {

@@ -105,17 +105,35 @@ impl Device {
 
     /// Rate at which the slowest extra state forgets [1/s]; infinite if there is none.
     pub fn slowest_rate(&self) -> f64 {
-        let of = |e: &Attached| {
-            let own = self.rates[e.first..e.first + e.count].iter();
-            own.fold(f64::INFINITY, |a, &rate| a.min(rate)) / e.action.lasting()
-        };
-        self.effects.iter().map(of).fold(f64::INFINITY, f64::min)
+        let all = self.effects.iter();
+        all.fold(f64::INFINITY, |a, e| a.min(self.forgets(e)))
     }
 
-    /// Whether extra states other than the readings' feel the motion.
-    pub fn states_feel_motion(&self) -> bool {
-        let others = self.effects.iter().filter(|e| !e.action.reads_states());
-        others.into_iter().any(|e| e.action.states_feel_motion())
+    /// Rate at which the slowest of an effect's states forgets [1/s].
+    fn forgets(&self, e: &Attached) -> f64 {
+        let own = self.rates[e.first..e.first + e.count].iter();
+        own.fold(f64::INFINITY, |a, &rate| a.min(rate)) / e.action.lasting()
+    }
+
+    /// Whether the states of an effect, other than readings, feel the motion.
+    fn feels(e: &Attached) -> bool {
+        !e.action.reads_states() && e.action.states_feel_motion()
+    }
+
+    /// Rate at which the slowest of those extra states forgets that feel the motion and are no
+    /// readings [1/s]; `None` if there is none.
+    pub fn feeling_rate(&self) -> Option<f64> {
+        let feeling = self.effects.iter().filter(|e| Self::feels(e));
+        feeling.map(|e| self.forgets(e)).reduce(f64::min)
+    }
+
+    /// Rate of the fastest extra state that is no reading [1/s], 0 if there is none; of all, or
+    /// of those that do not feel the motion.
+    pub fn fastest_rate(&self, of_all: bool) -> f64 {
+        let asked = |e: &&Attached| !e.action.reads_states() && (of_all || !Self::feels(e));
+        let own = |e: &Attached| self.rates[e.first..e.first + e.count].iter();
+        let all = self.effects.iter().filter(asked).flat_map(own);
+        all.fold(0.0, |a, &rate| a.max(rate))
     }
 
     /// Where the extra states stand that are the readings of proof mass and cantilever.

@@ -73,51 +73,60 @@ impl StretchSimulator {
         let mut z = self.rest_state(drive, begin, None).z;
         let mut u = vec![0.0; count];
         let mut rates = d.rates.clone();
-        let readings = d.reading_states().map_or(0..0, |first| first..first + 2);
-        let all = d.rates.iter().enumerate();
-        let followed = all.filter(|(i, _)| !readings.contains(i));
-        let fastest = followed.fold(0.0f64, |a, (_, &b)| a.max(b));
-        let felt = d.states_feel_motion();
         // A quicker state than the shortest step is where its input has been all along it.
-        let most = if felt { LONGEST_FELT } else { LONGEST };
-        let step = (SHARE / fastest.max(1.0)).clamp(SHORTEST, most);
         // Powers of two: two devices whose rates differ by a hair are followed in the same
         // steps, each choice of which has an error of its own.
-        let longest = step.log2().floor().exp2();
-        // What decays is forgotten, unless an effect keeps a memory of its own.
-        let slowest = d.slowest_rate();
-        let memory = if slowest > 0.0 {
-            (FORGOTTEN / slowest / longest).log2().ceil().exp2() * longest
-        } else {
-            f64::INFINITY
+        let longest = |of_all: bool, most: f64| {
+            let step = (SHARE / d.fastest_rate(of_all).max(1.0)).clamp(SHORTEST, most);
+            step.log2().floor().exp2()
         };
-        let felt_at = |t: f64| if felt { motion(t) } else { Points::default() };
-        let mut before = felt_at(t);
-        for &target in times {
-            if target - t > memory {
-                t = target - memory;
-                before = felt_at(t);
+        let (calm, felt) = (longest(false, LONGEST), longest(true, LONGEST_FELT));
+        // What decays is forgotten, unless an effect keeps a memory of its own.
+        let memory = |slowest: f64, step: f64| {
+            if slowest > 0.0 {
+                (FORGOTTEN / slowest / step).log2().ceil().exp2() * step
+            } else {
+                f64::INFINITY
             }
+        };
+        let feeling = d.feeling_rate();
+        let all = memory(d.slowest_rate(), feeling.map_or(calm, |_| felt));
+        // The motion matters no longer ago than what feels it remembers.
+        let recent = feeling.map_or(f64::NEG_INFINITY, |rate| memory(rate, felt));
+        let mut before = None;
+        for &target in times {
+            if target - t > all {
+                t = target - all;
+                before = None;
+            }
+            let near = target - recent;
             while t < target {
                 let segment = d.piece(segment_at(drive, t), t, &z);
-                let end = target.min(segment.end).min(t + longest).max(t + 1e-12);
+                let feels = t >= near;
+                let step = if feels { felt } else { calm };
+                let turn = if feels { target } else { target.min(near) };
+                let end = turn.min(segment.end).min(t + step).max(t + 1e-12);
                 let h = end - t;
                 let middle = t + 0.5 * h;
-                let after = felt_at(end);
+                let (from, after) = if feels {
+                    (before.unwrap_or_else(|| motion(t)), motion(end))
+                } else {
+                    (Points::default(), Points::default())
+                };
+                before = feels.then_some(after);
                 let mean = |a: f64, b: f64| 0.5 * (a + b);
                 let mut at = Kinematics {
                     t: middle,
-                    xp: mean(before.xp, after.xp),
-                    vp: mean(before.vp, after.vp),
-                    xc: mean(before.xc, after.xc),
-                    vc: mean(before.vc, after.vc),
+                    xp: mean(from.xp, after.xp),
+                    vp: mean(from.vp, after.vp),
+                    xc: mean(from.xc, after.xc),
+                    vc: mean(from.vc, after.vc),
                     voltage: segment.shape.voltage(middle),
                     gain: 0.0,
                     // What the film does before a blow it all but takes back after it: only
                     // where the mass is tells what remains.
-                    film: d.film_impulse(before.xp, after.xp) / h,
+                    film: d.film_impulse(from.xp, after.xp) / h,
                 };
-                before = after;
                 d.drive_force(&mut at, segment.branch, &z);
                 d.state_inputs(&at, &z, &mut u);
                 rates.copy_from_slice(&d.rates);

@@ -307,6 +307,50 @@ fn a_film_that_lasts_follows_each_bounce() {
 }
 
 #[test]
+fn a_film_is_followed_alike_beside_what_remembers_for_long() {
+    let paper = Preset::embedded("paper").unwrap().model;
+    let dp = paper.parameters[ParameterId::Dp];
+    let effect = |id: &str, parameter: &str, value: f64| {
+        let mut effect = ActiveEffect::new(find(id).unwrap());
+        assert!(effect.set(parameter, value));
+        effect
+    };
+    let film = effect("film_spring", "tau", 5e-5);
+    let at = |t: f64| {
+        let (xp, vp) = bounces(-dp, t);
+        Points {
+            xp,
+            vp,
+            ..Points::default()
+        }
+    };
+    let drive = segments(&Waveform::parse("square:50Hz:8V", 0.1).unwrap(), 0.1);
+    let times: Vec<f64> = (1..24).map(|k| 4.1e-3 * f64::from(k)).collect();
+    let told = |effects: &[&ActiveEffect]| {
+        let mut model = paper.clone();
+        model.effects.extend(effects.iter().map(|e| (*e).clone()));
+        let sim = StretchSimulator::new(&model, &Options::default()).unwrap();
+        sim.states_from_drive(&drive, &times, &at)
+    };
+    let alone = told(&[&film]);
+    let largest = alone.iter().fold(0.0f64, |a, z| a.max(z.abs()));
+    assert!(largest > 1e-9, "{largest}");
+    for other in [
+        effect("amplifier_lag", "r", 2e-5),
+        effect("piezo_creep", "c", 0.1),
+    ] {
+        let (own, both) = (told(&[&other]), told(&[&film, &other]));
+        let count = own.len() / times.len();
+        for (k, beside) in both.chunks(1 + count).enumerate() {
+            assert!((beside[0] - alone[k]).abs() < 1e-4 * largest, "{beside:?}");
+            for (a, b) in beside[1..].iter().zip(&own[count * k..]) {
+                assert!((a - b).abs() < 1e-4 * b.abs().max(1e-9), "{a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_film_that_is_quick_and_goes_slower_near_the_ground_takes_few_steps() {
     let count = |effects: &[(f64, f64)], held: Option<f64>| {
         let mut model = Preset::embedded("paper").unwrap().model;
