@@ -24,13 +24,40 @@ pub(super) const LEVEL: f64 = 1e-7;
 
 /// (speed, ratio, error) of the bounces that tell the law. A mass that lands, or hops too
 /// low to be seen, reads as one that hardly leaves the ground, with an error that knows
-/// nothing of that; and bounces that are known too badly to tell the two apart say nothing.
+/// nothing of that: what is far below the `usual` ratio is such; and bounces that are known too
+/// badly to tell the two apart say nothing.
 /// Nor do those that come and leave at two instants, or hop for a few samples only: in them an
 /// event was misread.
-pub(super) fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
+pub(super) fn ratios(bounces: &[Bounce], usual: f64) -> Vec<Reading> {
+    let telling = |b: &Reading| b.2 < KNOWN * usual && b.1 > LANDED * usual;
+    read(bounces).into_iter().filter(telling).collect()
+}
+
+/// The usual ratio of bounces on both sides, not a number if none leaves the ground: the median
+/// of those that leave it. Landings, of which a drive of many periods may have most, hardly do,
+/// and are none of them: they lie far below the median in which each counts by how surely it
+/// leaves.
+pub(super) fn usual(sides: [&[Bounce]; 2]) -> f64 {
+    let all = sides.into_iter().flat_map(read);
+    let mut leave: Vec<Reading> = all.filter(|b| b.1 > LEAVES * b.2).collect();
+    leave.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let surely = |b: &Reading| b.1 / b.2;
+    let half = 0.5 * leave.iter().map(surely).sum::<f64>();
+    let mut below = 0.0;
+    let middle = leave.iter().find(|b| {
+        below += surely(b);
+        below >= half
+    });
+    let least = LANDED * middle.map_or(0.0, |b| b.1);
+    let mut bounces: Vec<f64> = leave.iter().map(|b| b.1).filter(|r| *r > least).collect();
+    quantile_in_place(&mut bounces, 0.5)
+}
+
+/// (speed, ratio, error) of bounces in which no event was misread.
+fn read(bounces: &[Bounce]) -> Vec<Reading> {
     let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
     let quick = bounces.iter().filter(|b| b.approach > SLOW * fastest);
-    let read: Vec<Reading> = quick
+    quick
         .filter(|b| b.flight > FLIGHT)
         .filter_map(|b| {
             let level = level(bounces, b.recording);
@@ -40,12 +67,7 @@ pub(super) fn ratios(bounces: &[Bounce]) -> Vec<Reading> {
             once.then_some((b.approach, ratio, error))
         })
         .filter(|b| b.1 < 1.5)
-        .collect();
-    let leaves = read.iter().filter(|b| b.1 > LEAVES * b.2);
-    let mut seen: Vec<f64> = leaves.map(|b| b.1).collect();
-    let usual = quantile_in_place(&mut seen, 0.5);
-    let telling = |b: &Reading| b.2 < KNOWN * usual && b.1 > LANDED * usual;
-    read.into_iter().filter(telling).collect()
+        .collect()
 }
 
 /// How far the ground of a recording lies beside the model's level \[m\], as its own bounces tell

@@ -97,6 +97,7 @@ fn side_readings(
         found.off.read
     );
     for b in &mut found.bounces {
+        log::trace!("{b:?}");
         b.error = b.error.hypot(LEAST_RATIO_ERROR);
     }
     for r in &mut found.releases {

@@ -2,7 +2,7 @@
 //! force against contact time, time between touch and rebound.
 
 use super::adhesion::{self, line, long_pulls};
-use super::bounces::{LEVEL, misses, ratios};
+use super::bounces::{LEVEL, misses, ratios, usual};
 use super::curve::{Curve, Reading, cost, curve, scatter};
 use super::events::Ground;
 use crate::fit::readings::{Bounce, Readings};
@@ -69,7 +69,7 @@ pub struct LawTest {
 /// `Ca0`, each where told.
 pub fn baseline(model: &Model, readings: &Readings) -> Model {
     let mut model = model.clone();
-    let bounces = ratios(&readings.bounces);
+    let bounces = ratios(&readings.bounces, usual([&readings.bounces, &[]]));
     if bounces.len() >= LEAST {
         let fit = curve(&bounces, &[0.4], &|_, p| p[0]);
         let p = &mut model.parameters;
@@ -107,10 +107,10 @@ pub fn tests(ground: &Ground) -> Vec<LawTest> {
 
 /// Restitution that falls or grows with speed, against a constant one.
 fn restitution(ground: &Ground) -> Option<LawTest> {
-    let (train, held) = (
-        ratios(&ground.train.bounces),
-        ratios(&ground.held_out.bounces),
-    );
+    let sides = [&ground.train.bounces[..], &ground.held_out.bounces];
+    let usual = usual(sides);
+    let telling = |bounces: &[Bounce]| ratios(bounces, usual);
+    let [train, held] = sides.map(telling);
     let spec = find("velocity_restitution")?;
     let all = [train.as_slice(), held.as_slice()].concat();
     if train.is_empty() || all.len() < LEAST {
@@ -126,11 +126,16 @@ fn restitution(ground: &Ground) -> Option<LawTest> {
     let root = scale.sqrt();
     let gain = (level.cost - fit.cost) / scale;
     let held_gain = if held.len() < FEW {
-        in_turn(&ground.train.bounces, ratios, scale, &|others, left_out| {
-            let level = constant(others);
-            let fit = power(others, &level);
-            cost(left_out, &|_| level.values[0]) - cost(left_out, &|v| law(v, &fit.values))
-        })
+        in_turn(
+            &ground.train.bounces,
+            &telling,
+            scale,
+            &|others, left_out| {
+                let level = constant(others);
+                let fit = power(others, &level);
+                cost(left_out, &|_| level.values[0]) - cost(left_out, &|v| law(v, &fit.values))
+            },
+        )
     } else {
         level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
     };
@@ -193,7 +198,7 @@ fn proved(gain: f64, held_gain: f64, held: &[Reading]) -> &'static str {
 /// left out in turn. `gain` is that of points left out for a law fitted to others.
 fn in_turn(
     bounces: &[Bounce],
-    points: fn(&[Bounce]) -> Vec<Reading>,
+    points: &dyn Fn(&[Bounce]) -> Vec<Reading>,
     scale: f64,
     gain: &dyn Fn(&[Reading], &[Reading]) -> f64,
 ) -> f64 {
@@ -243,12 +248,17 @@ fn compliance(ground: &Ground) -> Option<LawTest> {
         0.0
     };
     let held_gain = if held.len() < FEW {
-        in_turn(&ground.train.bounces, misses, scale, &|others, left_out| {
-            let level = rigid(others);
-            let fit = soft(others, &level);
-            let left_out = with_level(left_out);
-            cost(&left_out, &|_| level.values[0]) - cost(&left_out, &|v| law(v, &fit.values))
-        })
+        in_turn(
+            &ground.train.bounces,
+            &misses,
+            scale,
+            &|others, left_out| {
+                let level = rigid(others);
+                let fit = soft(others, &level);
+                let left_out = with_level(left_out);
+                cost(&left_out, &|_| level.values[0]) - cost(&left_out, &|v| law(v, &fit.values))
+            },
+        )
     } else if gives(&fit_all) {
         level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
     } else {
