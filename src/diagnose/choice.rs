@@ -111,17 +111,22 @@ pub fn best(
             *trials[k].1 = shaped(bench, stand, trials[k].1.clone(), control)?;
         }
         let (a, b) = (trials[0].1.worth(), trials[twin].1.worth());
-        if b > a {
-            best = twin;
-        }
         log::debug!("{} {a:.0}, {} {b:.0}", trials[0].0.id, trials[twin].0.id);
+        let mut lower = b - a;
         if a.min(b) > TWIN * a.max(b) {
             let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
-            if let Some(fall) = late::told(bench, fits(0), fits(twin))? {
-                let other;
-                (best, other) = if fall > 0.0 { (twin, 0) } else { (0, twin) };
-                told = Some((trials[other].0, fall.abs()));
+            let around = late::told(bench, fits(0), fits(twin))?;
+            if around.sure {
+                let other = if around.fall > 0.0 { 0 } else { twin };
+                told = Some((trials[other].0, around.fall.abs()));
+                lower = around.fall;
+            } else {
+                // Two that look alike are told beside each other, the likelier first.
+                lower += around.fall;
             }
+        }
+        if lower > 0.0 {
+            best = twin;
         }
     }
     let most = trials.iter().map(|(_, t)| t.worth());
