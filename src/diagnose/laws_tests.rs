@@ -103,7 +103,13 @@ fn landings_are_no_bounces_though_they_be_most() {
         }
         all
     };
-    let test = restitution_of(quick(3, 6, 14), quick(4, 5, 6));
+    let [train, held_out] = [quick(3, 6, 14), quick(4, 5, 6)];
+    let told = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
+    assert!(
+        told.len() == 6 && told.iter().all(|b| b.1 > 0.3),
+        "{told:?}"
+    );
+    let test = restitution_of(train, held_out);
     assert!(test.gain + test.held_gain < 12.0, "{test:?}");
     // Nor are slow bounces landings, which are fewer and less well known than quick ones.
     let falls = |v: f64| 0.3 * (v / 0.6).powf(-0.3);
