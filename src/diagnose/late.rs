@@ -157,10 +157,9 @@ fn shared(all: Vec<Around>) -> Result<Vec<Around>, DiagnoseError> {
 }
 
 /// Which stretches of a side may tell, by what happens in them.
-fn asked(point: &Point, happens: fn(&Segment) -> bool) -> Vec<bool> {
+fn asked(point: &Point, tells: fn(&Segment) -> bool) -> Vec<bool> {
     let all = point.segments.iter().zip(&point.used);
-    all.map(|(segment, used)| *used && happens(segment))
-        .collect()
+    all.map(|(segment, used)| *used && tells(segment)).collect()
 }
 
 /// What the falls of single stretches say together.
@@ -197,15 +196,20 @@ fn same(a: &Segment, b: &Segment) -> bool {
 
 /// Whether the mass bounces in a stretch, and little else happens in it.
 fn bounces(segment: &Segment) -> bool {
-    let bounce = |k: &JointKind| matches!(k, JointKind::Event(Kind::Bounce { .. }));
-    segment.joints.len() <= MANY && segment.joints.iter().any(|j| bounce(&j.what))
+    happens(segment, |kind| matches!(kind, Kind::Bounce { .. }))
 }
 
 /// The same, or lands.
 fn strikes(segment: &Segment) -> bool {
-    let lands = |k: &JointKind| matches!(k, JointKind::Event(Kind::Touch));
-    let landing = segment.joints.iter().any(|j| lands(&j.what));
-    segment.joints.len() <= MANY && landing || bounces(segment)
+    happens(segment, |kind| {
+        matches!(kind, Kind::Bounce { .. } | Kind::Touch)
+    })
+}
+
+/// Whether one of some kinds of events happens in a stretch, and little else.
+fn happens(segment: &Segment, wanted: fn(&Kind) -> bool) -> bool {
+    let event = |k: &JointKind| matches!(k, JointKind::Event(kind) if wanted(kind));
+    segment.joints.len() <= MANY && segment.joints.iter().any(|j| event(&j.what))
 }
 
 /// Cost of each stretch in which the mass strikes the ground, from where it is and from where
