@@ -265,6 +265,10 @@ impl Action for Kin {
         self.inner.lasting()
     }
 
+    fn states_are_forces(&self) -> bool {
+        self.inner.states_are_forces()
+    }
+
     fn state_inputs(&self, at: &Kinematics, z: &[f64], inputs: &mut [f64]) {
         self.inner.state_inputs(at, z, inputs);
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::noise::noise_of;
 use super::timeline::Timeline;
 use crate::model::Model;
-use crate::recording::events::{EventOptions, Events, HOP, find_events};
+use crate::recording::events::{EventOptions, Events, HOP, Impact, find_events};
 use crate::recording::features::Missing;
 use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
 use crate::recording::level::estimate_contact_level;
@@ -17,6 +17,8 @@ use crate::recording::{Channel, Recording, quantile_in_place};
 
 /// Levels this close are the same ground with the same zero \[m\].
 const SAME_LEVEL: f64 = 2e-6;
+/// Stays on the ground, of two samples or more, from which it is where the mass is lowest.
+const LEAST_STAYS: usize = 3;
 /// A drift shown to this share of a recording's end says how that goes on.
 const BEYOND: f64 = 0.9;
 /// A noise below this share of the motion is taken to be this: the simulation and the
@@ -249,8 +251,10 @@ fn level_in(
     estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise)
 }
 
-/// Level of a ground on which the mass never rests: where it turns suddenly, again and
-/// again, and how often. A level known from another recording is taken if it is the same.
+/// Level of a ground on which the mass never rests for long: where it turns suddenly, again and
+/// again, and how often. Where it stays lowest for two samples at a time, that is the ground;
+/// where it never does, it may never be lowest as a sample is taken, and a level known from
+/// another recording is taken if it is near and the mass turns there as often.
 fn level_of_impacts(
     recording: &Recording,
     xp: &[f64],
@@ -259,22 +263,24 @@ fn level_of_impacts(
 ) -> Option<(f64, usize)> {
     let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
     let bottom = quantile_in_place(&mut finite, 0.0);
-    let level = if (bottom - common).abs() < SAME_LEVEL {
-        common
-    } else {
-        bottom
-    };
-    let options = EventOptions {
-        contact_level: level,
+    let at = |contact_level: f64| EventOptions {
+        contact_level,
         noise,
         hop: HOP,
     };
-    let impacts = find_events(recording.axis(), xp, &options).impacts;
-    let sudden = impacts
-        .iter()
-        .filter(|i| i.v_after - i.v_before > 2.0 * i.v_error)
-        .count();
-    (sudden >= 2).then_some((level, sudden))
+    let turns = |level: f64| -> usize {
+        let impacts = find_events(recording.axis(), xp, &at(level)).impacts;
+        let sudden = |i: &&Impact| i.v_after - i.v_before > 2.0 * i.v_error;
+        impacts.iter().filter(sudden).count()
+    };
+    let low = |x: &f64| *x < bottom + at(bottom).tolerance();
+    let stays = xp.chunk_by(|a, b| low(a) && low(b));
+    let stays = stays.filter(|run| run.len() > 1).count();
+    let own = (bottom, turns(bottom));
+    let near = stays < LEAST_STAYS && (bottom - common).abs() < SAME_LEVEL;
+    let known = near.then(|| (common, turns(common)));
+    let (level, count) = known.filter(|known| known.1 >= own.1).unwrap_or(own);
+    (count >= 2).then_some((level, count))
 }
 
 #[cfg(test)]
@@ -305,6 +311,27 @@ mod tests {
             let rise = -moved.taken_out(&[end], &[0.0])[0];
             let whole = 5e-6 * (1.0 - (-end / 0.08).exp());
             assert!((rise - whole).abs() < 0.2e-6, "{rise}");
+        }
+    }
+
+    #[test]
+    fn where_the_mass_is_lowest_again_and_again_is_the_ground_whatever_the_zero_of_others() {
+        let parts = [
+            part(made(&paper(), "square:15Hz:8V", 0.2, 1)),
+            part({
+                let mut recording = made(&paper(), "square:300Hz:6V", 0.05, 2);
+                for x in &mut recording.proof_mass {
+                    *x += 1.5e-6;
+                }
+                recording
+            }),
+        ];
+        let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
+        let found = look(&paper(), &parts);
+        let alone = look(&paper(), &parts[1..]);
+        for (found, zero) in [(&found[0], 0.0), (&found[1], 1.5e-6), (&alone[0], 1.5e-6)] {
+            let level = found.level.clone().expect("a level");
+            assert!((level + dp - zero).abs() < 0.15e-6, "{level}");
         }
     }
 }

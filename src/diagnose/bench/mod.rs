@@ -324,9 +324,10 @@ impl Bench {
         let mut clock = Clock::new(iterations);
         let point = improve(problem, point, &plan, &control, &mut clock)?;
         log::debug!(
-            "chi2 {:.1} of {} rows with {:?}",
+            "chi2 {:.1} of {} rows in {} steps with {:?}",
             point.cost,
             point.rows,
+            clock.done(),
             Values(problem, &point)
         );
         Ok(point)

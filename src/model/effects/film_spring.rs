@@ -100,6 +100,10 @@ impl Action for FilmSpring {
         self.most
     }
 
+    fn states_are_forces(&self) -> bool {
+        true
+    }
+
     fn pace(&self, at: &Kinematics) -> f64 {
         if self.growth == 0.0 {
             return 1.0;

@@ -218,6 +218,12 @@ pub trait Action: Send + Sync + fmt::Debug {
         1.0
     }
 
+    /// Extra states: whether they are forces on the proof mass [N], which then need be no more
+    /// exact than its motion asks for; others are told as exactly for their size as that is.
+    fn states_are_forces(&self) -> bool {
+        false
+    }
+
     /// Extra states: whether their inputs feel the motion, and not the drive alone.
     fn states_feel_motion(&self) -> bool {
         !self.state_rates().is_empty()

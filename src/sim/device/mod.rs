@@ -44,6 +44,8 @@ pub(super) struct Device {
     pub held_modes: Vec<Oscillator>,
     /// Decay rates of the extra states.
     pub rates: Vec<f64>,
+    /// Which of them are forces on the proof mass [N].
+    pub force_states: Vec<bool>,
     pub ground: Option<Ground>,
     film: Option<SqueezeFilm>,
     /// Thickness below which the film counts as no thinner [m]; 0 leaves it singular.
@@ -85,7 +87,7 @@ impl Device {
         let parameters = &model.parameters;
         let mut structure = model.structure();
         let mut effects = Vec::with_capacity(model.effects.len());
-        let mut rates = Vec::new();
+        let (mut rates, mut force_states) = (Vec::new(), Vec::new());
         for effect in &model.effects {
             let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
                 &effect.values,
@@ -101,6 +103,7 @@ impl Device {
             action.alter_structure(&mut structure);
             let first = rates.len();
             rates.extend_from_slice(action.state_rates());
+            force_states.resize(rates.len(), action.states_are_forces());
             effects.push(Attached {
                 id: effect.spec.id,
                 lasts: action.lasting() > 1.0,
@@ -198,6 +201,7 @@ impl Device {
             held,
             held_modes,
             rates,
+            force_states,
             ground,
             film,
             thinnest_film: 0.0,

@@ -42,7 +42,7 @@ impl Step {
         // A residual Legendre part of degree 4 moves the end by a small share of its
         // size: its mean over the step is zero.
         self.error = 0.02 * growth * (top + drive_top * device.drive_ratio);
-        self.error += self.state_error() + self.base_error(device, growth);
+        self.error += self.state_error(device, growth) + self.base_error(device, growth);
         if self.error.is_finite() && self.xp.iter().all(|x| device.is_inside_film(*x)) {
             Ok(())
         } else {

@@ -112,26 +112,31 @@ impl Step {
         &self.z[point * states..(point + 1) * states]
     }
 
-    /// What the inputs of the extra states leave beyond the polynomial, as a share of the
-    /// state and of the displacement: states have units of their own.
-    fn state_error(&self) -> f64 {
+    /// What the inputs of the extra states leave beyond the polynomial: of a force on the proof
+    /// mass what it moves that by, while it lasts, where a force over the step moves it by that
+    /// over `growth`; of others, which have units of their own, as a share of the state and of
+    /// the displacement.
+    fn state_error(&self, device: &Device, growth: f64) -> f64 {
         let states = self.z.len() / S;
         let size = self.xp.iter().fold(0.0f64, |a, x| a.max(x.abs()));
         let worst = (0..states).fold(0.0f64, |worst, i| {
             let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
-            let within = self.h.min(1.0 / self.rates[i].max(1e-300));
+            let lasts = 1.0 / self.rates[i].max(1e-300);
+            let within = self.h.min(lasts);
+            let top = dot(top_coefficient(), &input).abs() * within;
+            if top == 0.0 {
+                return worst;
+            }
+            if device.force_states[i] {
+                return worst.max(growth * top * (lasts / self.h).max(1.0));
+            }
             let scale = (0..S).fold(SMALL * self.largest[i], |a, k| {
                 a.max(self.z[k * states + i].abs())
                     .max(input[k].abs() * within)
             });
-            let top = dot(top_coefficient(), &input).abs() * within;
-            if top > 0.0 {
-                worst.max(top / scale)
-            } else {
-                worst
-            }
+            worst.max(size * top / scale)
         });
-        0.02 * worst * size
+        0.02 * worst
     }
 
     /// The same for the shaking of the base, whose acceleration acts like a force of that
@@ -373,7 +378,7 @@ impl Step {
         self.force = previous;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         self.error = 0.02 * growth * drive_top * device.drive_ratio;
-        self.error += self.state_error() + self.base_error(device, growth);
+        self.error += self.state_error(device, growth) + self.base_error(device, growth);
         if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
             Ok(())
         } else {
