@@ -59,6 +59,14 @@ impl Oscillator {
         }
     }
 
+    /// What a lag `y' = rate (x - y)` of free motion `x` goes over to, per displacement and per
+    /// velocity [s]; `None` if the motion does not go to and fro, and may decay as the lag does.
+    pub fn lagged(&self, rate: f64) -> Option<(f64, f64)> {
+        let swings = self.damping * self.damping < 4.0 * self.omega2;
+        let per_velocity = 1.0 / (self.damping - rate - self.omega2 / rate);
+        swings.then_some((per_velocity * (self.damping - rate), per_velocity))
+    }
+
     /// From displacement and velocity to those after `t` [s] of free motion:
     /// `[xx, xv, vx, vv]`.
     pub fn free_motion(&self, t: f64) -> [f64; 4] {
@@ -112,6 +120,14 @@ impl Swing {
         let slope = k * (p[1] - 2.0 * p[2] + 3.0 * p[3] - 4.0 * p[4]);
         swing.start = (x - value, v - slope);
         swing
+    }
+
+    /// Particular answer at fraction `s` of a step of `h` [s]: displacement and velocity.
+    pub fn answer_to_force(&self, s: f64, h: f64) -> (f64, f64) {
+        let (u, p) = (2.0 * s - 1.0, &self.particular);
+        let value = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * p[4])));
+        let slope = p[1] + u * (2.0 * p[2] + u * (3.0 * p[3] + u * 4.0 * p[4]));
+        (value, 2.0 / h * slope)
     }
 
     /// Free motion at `t` [s] after the step's start: displacement and velocity.

@@ -33,14 +33,16 @@ impl Step {
                 continue;
             }
             let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * count + i]);
+            let smooth = self.readings.smooth(i).copied();
+            let z = smooth.unwrap_or_else(|| std::array::from_fn(|k| self.z[k * count + i]));
             *value = if self.rates[i] * self.h > QUICK_DECAY {
-                decay_at(self.rates[i], self.h, self.z[i], &input, s)
+                decay_at(self.rates[i], self.h, z[0], &input, s)
             } else {
-                let z: [f64; S] = std::array::from_fn(|k| self.z[k * count + i]);
                 let slopes = std::array::from_fn(|k| input[k] - self.rates[i] * z[k]);
                 Dense::new(&z, &slopes, self.h).value(s)
             };
         }
+        self.add_answers(s, &mut values);
         StateValues { values, count }
     }
 

@@ -37,6 +37,7 @@ impl Step {
             self.flight_plain(device, table, segment, t, tolerance / growth)?;
         }
         self.settle(table);
+        self.follow_readings(device, table, [&device.phi_p, &device.phi_c]);
         let top = dot(top_coefficient(), &self.force).abs();
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         // A residual Legendre part of degree 4 moves the end by a small share of its

@@ -9,15 +9,18 @@
 mod dense;
 mod elimination;
 mod flight;
+mod readings;
 mod tables;
 
 pub(super) use self::tables::{LEVELS, Tables};
 
 use self::elimination::eliminate;
+use self::readings::Readings;
 use self::tables::Table;
 use super::device::{Device, dot};
 use super::linear::{Oscillator, Swing};
 use super::nodes::{NODES, S, top_coefficient};
+use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 
 /// The film is singular on the way or the iteration does not settle: a shorter step
@@ -67,6 +70,7 @@ pub(super) struct Step {
     largest: Vec<f64>,
     rates: Vec<f64>,
     v_before: Vec<f64>,
+    readings: Readings,
     /// Force on each mode at the points, per unit modal mass.
     mode_force: Vec<[f64; S]>,
     /// Each mode's motion between the points.
@@ -114,13 +118,16 @@ impl Step {
 
     /// What the inputs of the extra states leave beyond the polynomial: of a force on the proof
     /// mass what it moves that by, while it lasts, where a force over the step moves it by that
-    /// over `growth`; of others, which have units of their own, as a share of the state and of
-    /// the displacement.
+    /// over `growth`; of a reading that itself; of others, which have units of their own, as a
+    /// share of the state and of the displacement.
     fn state_error(&self, device: &Device, growth: f64) -> f64 {
         let states = self.z.len() / S;
         let size = self.xp.iter().fold(0.0f64, |a, x| a.max(x.abs()));
         let worst = (0..states).fold(0.0f64, |worst, i| {
             let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
+            if let Some(error) = self.reading_error(i, &input) {
+                return worst.max(error);
+            }
             let lasts = 1.0 / self.rates[i].max(1e-300);
             let within = self.h.min(lasts);
             let top = dot(top_coefficient(), &input).abs() * within;
@@ -375,6 +382,10 @@ impl Step {
             }
         }
         self.settle(table);
+        if effects {
+            let none = [0.0; MAX_MODES];
+            self.follow_readings(device, table, [&none[..m], &held.cantilever]);
+        }
         self.force = previous;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         self.error = 0.02 * growth * drive_top * device.drive_ratio;
