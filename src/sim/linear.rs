@@ -165,12 +165,18 @@ impl Propagator {
         for k in 0..S - 1 {
             let end = NODES[k + 1] * h;
             result.state[k] = oscillator.free_motion(end);
-            for &(point, weight) in gauss() {
-                let (s, ds) = oscillator.impulse_response(end * (1.0 - point));
-                let basis = lagrange(NODES[k + 1] * point);
-                for j in 0..S {
-                    result.displacement[k][j] += end * weight * s * basis[j];
-                    result.velocity[k][j] += end * weight * ds * basis[j];
+            // As many panels as there are periods.
+            let panels = (end / oscillator.longest_step()).ceil().max(1.0);
+            for panel in 0..panels as usize {
+                for &(point, weight) in gauss() {
+                    let point = (panel as f64 + point) / panels;
+                    let weight = end * weight / panels;
+                    let (s, ds) = oscillator.impulse_response(end * (1.0 - point));
+                    let basis = lagrange(NODES[k + 1] * point);
+                    for j in 0..S {
+                        result.displacement[k][j] += weight * s * basis[j];
+                        result.velocity[k][j] += weight * ds * basis[j];
+                    }
                 }
             }
         }
@@ -272,6 +278,7 @@ mod tests {
         for (omega2, damping) in [
             (1.0, 0.0),
             (9.0, 0.3),
+            (3600.0, 0.3),
             (4.0, 4.0),
             (4.0, 4.0 + 1e-9),
             (0.1, 3.0),

@@ -237,6 +237,26 @@ impl Device {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// The same in flight and held where nothing but readings is looked for on the way: free
+    /// motion is exact however long the step, and what it does to a force of flight the step's
+    /// error tells. Steps are no longer than for the structure of two modes, and as long for it.
+    pub fn longest_steps_to_read(&self) -> [f64; 2] {
+        let whole = self.longest_step();
+        if self.friction > 0.0 {
+            // Where the mass turns is looked for, too.
+            return [whole; 2];
+        }
+        let swings = |o: &&Oscillator| o.damping * o.damping < 4.0 * o.omega2;
+        let mut all: Vec<f64> = self.flight.iter().map(Oscillator::longest_step).collect();
+        all.sort_by(|a, b| b.total_cmp(a));
+        let creeping = self.flight.iter().filter(|o| !swings(o));
+        let creeping = creeping.map(Oscillator::longest_step);
+        let slow = all.get(1).or(all.first()).copied();
+        let flight = creeping.fold(slow.unwrap_or(f64::INFINITY), f64::min);
+        let held = self.held_modes.iter().map(Oscillator::longest_step);
+        [flight, held.fold(flight, f64::min)]
+    }
+
     /// What effects see in flight, from modal coordinates.
     pub fn flight_kinematics(&self, t: f64, voltage: f64, q: &[f64], v: &[f64]) -> Kinematics {
         let (xp, vp) = (dot(&self.phi_p, q), dot(&self.phi_p, v));

@@ -41,7 +41,8 @@ impl Runner {
         let m = device.held_modes.len();
         self.r.resize(m, 0.0);
         self.dr.resize(m, 0.0);
-        [self.flight_tables, self.held_tables] = tables(&device, &self.options);
+        [self.flight_tables, self.held_tables] =
+            tables(&device, &self.options, [device.longest_step(); 2]);
         self.flight_sampling = sampling(&device.flight, &self.options);
         self.held_sampling = sampling(&device.held_modes, &self.options);
         self.flight = Step::new(self.q.len(), &device.rates);
@@ -79,7 +80,8 @@ impl Runner {
     /// Takes no step longer than `longest` [s] from now on.
     pub fn limit_step(&mut self, longest: f64) {
         self.options.longest_step = Some(longest.max(LEAST_LIMIT));
-        [self.flight_tables, self.held_tables] = tables(&self.device, &self.options);
+        [self.flight_tables, self.held_tables] =
+            tables(&self.device, &self.options, [self.device.longest_step(); 2]);
         self.level = 0;
     }
 

@@ -83,7 +83,7 @@ impl Runner {
         let still = vec![0.0; v.len()];
         let z = device.settled_states(&device.flight_kinematics(0.0, 0.0, &q, &still));
         let m = device.held_modes.len();
-        let [flight_tables, held_tables] = tables(&device, options);
+        let [flight_tables, held_tables] = tables(&device, options, [device.longest_step(); 2]);
         let mut runner = Self {
             options: *options,
             drive: drive.clone(),
@@ -281,25 +281,26 @@ fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
     (q, v)
 }
 
-/// Tables of both phases; levels have the same length in both.
-pub(super) fn tables(device: &Device, options: &Options) -> [Tables; 2] {
-    let structure = device.longest_step();
-    let by_itself = if structure.is_finite() {
-        structure
-    } else {
-        64.0 / options.rate
-    };
-    let limit = options.longest_step.unwrap_or(f64::INFINITY);
-    let longest = options.fixed_step.unwrap_or(by_itself.min(limit));
+/// Tables of flight and of the held phase, whose steps the structure bounds like that \[s\].
+pub(super) fn tables(device: &Device, options: &Options, structure: [f64; 2]) -> [Tables; 2] {
+    let [flight, held] = structure.map(|structure| {
+        let by_itself = if structure.is_finite() {
+            structure
+        } else {
+            64.0 / options.rate
+        };
+        let limit = options.longest_step.unwrap_or(f64::INFINITY);
+        options.fixed_step.unwrap_or(by_itself.min(limit))
+    });
     let none = vec![0.0; device.held_modes.len()];
     [
         Tables::new(
-            longest,
+            flight,
             &device.flight,
             &device.rates,
             &device.phi_p,
             &device.phi_d,
         ),
-        Tables::new(longest, &device.held_modes, &device.rates, &none, &none),
+        Tables::new(held, &device.held_modes, &device.rates, &none, &none),
     ]
 }

@@ -304,7 +304,12 @@ impl<'a> Stretcher<'a> {
         (steps, most): (&mut u64, u64),
     ) -> Result<f64, SimError> {
         let sim = self.simulator;
-        let mut level = self.level.max(sim.flight.covering(end - t));
+        let tables = if held.is_some() {
+            &sim.held
+        } else {
+            &sim.flight
+        };
+        let mut level = self.level.max(tables.covering(end - t));
         let mut rejected = false;
         loop {
             *steps += 1;

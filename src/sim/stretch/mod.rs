@@ -68,7 +68,7 @@ impl StretchSimulator {
         options.check()?;
         let mut device = Device::new(model)?;
         device.bound_film();
-        let [flight, held] = tables(&device, options);
+        let [flight, held] = tables(&device, options, device.longest_steps_to_read());
         Ok(Self {
             device,
             flight,
