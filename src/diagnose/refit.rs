@@ -26,6 +26,10 @@ const LARGE: f64 = 1e4;
 /// constant as well.
 const BY_PACE: f64 = 0.75;
 
+/// Steps of a fit with one more mode beside a further one: what it is moved by is hardly told, and
+/// is kept as it was first found.
+const BESIDE: usize = 6;
+
 /// Creep of two times begins with them so many times shorter and longer than one of them all.
 const APART_BY: f64 = 3.0;
 
@@ -81,7 +85,7 @@ pub fn shaped(
     let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.id == "extra_mode" {
         match further::one_more(&bench.train, whole, &trial.train)? {
-            Some(both) => likeliest(bench, stand, &both, &trial.train, control)?,
+            Some(both) => likeliest(bench, stand, &both, (&trial.train, BESIDE), control)?,
             None => None,
         }
     } else {

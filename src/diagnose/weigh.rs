@@ -137,7 +137,13 @@ fn attempt(
     let series = hypothesis.series.then(|| bench.in_series());
     let nearby = series.as_ref().unwrap_or(bench);
     let near = if further {
-        likeliest(nearby, stand, hypothesis, &stand.train, control)?
+        likeliest(
+            nearby,
+            stand,
+            hypothesis,
+            (&stand.train, ITERATIONS),
+            control,
+        )?
     } else {
         from_near(nearby, stand, hypothesis, control)?
     };
@@ -226,13 +232,13 @@ fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
 }
 
 /// A fit with that of a hypothesis and those which look like it that suits a part of the fitted
-/// recordings best, begun from the fit `near`: of a further mode, whose fits take long. `None` if
-/// it cannot be simulated.
+/// recordings best, begun from the fit `near`, in so many `steps` at most: of a further mode, whose
+/// fits take long. `None` if it cannot be simulated.
 pub fn likeliest(
     bench: &Bench,
     stand: &Stand,
     hypothesis: &Hypothesis,
-    near: &Fitted,
+    (near, steps): (&Fitted, usize),
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Trial>, DiagnoseError> {
     let mut best: Option<(Sketch, Hypothesis)> = None;
@@ -251,7 +257,7 @@ pub fn likeliest(
     let Some((sketch, own)) = best else {
         return Ok(None);
     };
-    let train = simulated(bench.complete(sketch, ITERATIONS, control))?;
+    let train = simulated(bench.complete(sketch, steps, control))?;
     let judged = train.map(|train| judged(bench, stand, &own, train, control));
     judged.transpose()
 }

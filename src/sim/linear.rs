@@ -321,6 +321,30 @@ mod tests {
     }
 
     #[test]
+    fn a_lag_of_free_motion_goes_over_to_its_answer() {
+        let oscillator = Oscillator {
+            omega2: 9.0,
+            damping: 0.4,
+        };
+        let (rate, start, h) = (2.5, (0.3, -0.7), 1e-3);
+        let (per_x, per_v) = oscillator.lagged(rate).unwrap();
+        let answer = |t: f64| {
+            let (x, v) = apply(&oscillator.free_motion(t), start);
+            (x, per_x * x + per_v * v)
+        };
+        for t in [0.0, 0.4, 2.0] {
+            let slope = (answer(t + h).1 - answer(t - h).1) / (2.0 * h);
+            let (x, y) = answer(t);
+            assert!((slope - rate * (x - y)).abs() < 1e-5, "{t}: {slope}");
+        }
+        let creeps = Oscillator {
+            omega2: 1.0,
+            damping: 3.0,
+        };
+        assert!(creeps.lagged(rate).is_none());
+    }
+
+    #[test]
     fn closed_forms() {
         let (x, _) = Oscillator {
             omega2: 0.0,

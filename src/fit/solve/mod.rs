@@ -212,8 +212,8 @@ fn descend(
                 })
                 .collect();
             let whole = (&point.segments[..], &point.used[..]);
-            let trial = at(problem, &there, whole, starts, huber, 1);
-            if let Ok(trial) = trial
+            let trial = at(problem, &there, whole, starts, (huber, 1), point.cost);
+            if let Ok(Some(trial)) = trial
                 && trial.cost < point.cost
             {
                 let gain = point.cost - trial.cost;

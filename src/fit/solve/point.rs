@@ -1,5 +1,7 @@
 //! Unknowns with their cost, each segment's own unknowns fitted.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use crate::fit::problem::{Problem, Reduced};
@@ -10,6 +12,9 @@ use crate::sim::{SimError, Stretcher};
 
 /// Threshold of the robust loss in units of the noise.
 const THRESHOLD: f64 = 3.0;
+
+/// What sums of costs differ by at most, as a share, where they are taken in another order.
+const ROUNDING: f64 = 1e-9;
 
 /// Unknowns with their cost.
 #[derive(Debug, Clone)]
@@ -44,14 +49,10 @@ pub fn settle(
     rounds: usize,
 ) -> Result<Point, SimError> {
     let starts = segments.iter().map(|s| Start::Here(s.locals.clone()));
-    at(
-        problem,
-        x,
-        (segments, used),
-        starts.collect(),
-        huber,
-        rounds,
-    )
+    let starts = starts.collect();
+    let any = f64::INFINITY;
+    let point = at(problem, x, (segments, used), starts, (huber, rounds), any)?;
+    Ok(point.expect("no cost is beyond infinity"))
 }
 
 /// Where the search for a segment's own unknowns starts.
@@ -62,23 +63,36 @@ pub(super) enum Start<'a> {
     Near([Vec<f64>; 2], Option<&'a Reduced>),
 }
 
+/// The same with the segments' own unknowns begun at `starts`; `None` if its cost is beyond
+/// `most`, and then as soon as that is seen: far off, motions take long to follow.
 pub(super) fn at(
     problem: &Problem,
     x: &[f64],
     (segments, used): (&[Segment], &[bool]),
     starts: Vec<Start<'_>>,
-    huber: Huber,
-    rounds: usize,
-) -> Result<Point, SimError> {
+    (huber, rounds): (Huber, usize),
+    most: f64,
+) -> Result<Option<Point>, SimError> {
     let simulator = problem.simulator(x)?;
     let states = problem.states(x, &simulator, segments);
-    let fitted: Vec<(Vec<f64>, f64, f64)> = segments
+    let priors: f64 = problem.priors(x).iter().map(|p| huber.cost(p.2)).sum();
+    // A segment that cannot be simulated counts as badly off: it must not pay.
+    let cost_of = |cost: f64, segment: &Segment| {
+        if cost.is_finite() {
+            cost
+        } else {
+            problem.rows(segment).len() as f64 * huber.cost(1e3)
+        }
+    };
+    // In which order segments come must not decide, be it by rounding.
+    let (so_far, beyond) = (Mutex::new(priors), most + ROUNDING * most.abs());
+    let fitted: Option<Vec<(Vec<f64>, f64, f64)>> = segments
         .par_iter()
         .zip(starts)
         .enumerate()
         .map(|(i, (segment, start))| {
             if !used[i] {
-                return (segment.locals.clone(), 0.0, f64::INFINITY);
+                return Some((segment.locals.clone(), 0.0, f64::INFINITY));
             }
             let (near, state) = (problem.nuisances_of(x, segment.recording), &states[i]);
             let told = match start {
@@ -90,17 +104,27 @@ pub(super) fn at(
                     problem.correct(segment, state, &simulator, &near, starts, by, loss)
                 }
             };
+            {
+                let mut sum = so_far.lock().unwrap_or_else(PoisonError::into_inner);
+                *sum += cost_of(told.cost, segment);
+                if *sum > beyond {
+                    return None;
+                }
+            }
             let scale = scale_of(told.residuals);
-            (told.locals, told.cost, scale)
+            Some((told.locals, told.cost, scale))
         })
         .collect();
+    let Some(fitted) = fitted else {
+        return Ok(None);
+    };
     let mut point = Point {
         x: x.to_vec(),
         segments: segments.to_vec(),
         alive: Vec::with_capacity(segments.len()),
         scales: fitted.iter().map(|f| f.2).collect(),
         used: used.to_vec(),
-        cost: problem.priors(x).iter().map(|p| huber.cost(p.2)).sum(),
+        cost: priors,
         rows: 0,
     };
     let own = point.segments.iter_mut().zip(fitted).zip(used);
@@ -110,16 +134,11 @@ pub(super) fn at(
         if !used {
             continue;
         }
-        let rows = problem.rows(segment).len();
-        point.rows += rows;
-        // A segment that cannot be simulated counts as badly off: it must not pay.
-        point.cost += if cost.is_finite() {
-            cost
-        } else {
-            rows as f64 * huber.cost(1e3)
-        };
+        point.rows += problem.rows(segment).len();
+        point.cost += cost_of(cost, segment);
     }
-    Ok(point)
+    let beyond = point.cost > most;
+    Ok((!beyond).then_some(point))
 }
 
 /// What 68 % of residuals stay below; infinite where there are none.

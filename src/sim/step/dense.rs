@@ -23,8 +23,30 @@ impl StateValues {
 }
 
 impl Step {
+    /// Free motion of the fast modes at fraction `s` of the step: displacement and velocity; none
+    /// of others.
+    pub fn free_at(&self, s: f64) -> [(f64, f64); MAX_MODES] {
+        let mut free = [(0.0, 0.0); MAX_MODES];
+        for (free, swing) in free.iter_mut().zip(&self.swings) {
+            if swing.fast {
+                *free = swing.free(s * self.h);
+            }
+        }
+        free
+    }
+
     /// Extra states at fraction `s` of the step.
     pub fn states_at(&self, s: f64) -> StateValues {
+        let free = if self.readings.first.is_some() {
+            self.free_at(s)
+        } else {
+            [(0.0, 0.0); MAX_MODES]
+        };
+        self.states_beside(s, &free)
+    }
+
+    /// The same where the free motion of fast modes there is known.
+    pub fn states_beside(&self, s: f64, free: &[(f64, f64); MAX_MODES]) -> StateValues {
         let count = self.rates.len();
         let mut values = [0.0; MAX_STATES];
         for (i, value) in values[..count].iter_mut().enumerate() {
@@ -42,7 +64,7 @@ impl Step {
                 Dense::new(&z, &slopes, self.h).value(s)
             };
         }
-        self.add_answers(s, &mut values);
+        self.readings.add_answers(free, &mut values);
         StateValues { values, count }
     }
 

@@ -25,6 +25,18 @@ impl Readings {
     pub fn smooth(&self, i: usize) -> Option<&[f64; S]> {
         self.smooth.get(i.checked_sub(self.first?)?)
     }
+
+    /// Adds the answer to the free motion of fast modes, `free`, to the extra states `values`.
+    pub fn add_answers(&self, free: &[(f64, f64)], values: &mut [f64]) {
+        let Some(first) = self.first else {
+            return;
+        };
+        for ((x, v), answer) in free.iter().zip(&self.answers) {
+            for (value, (per_x, per_v)) in values[first..].iter_mut().zip(answer) {
+                *value += per_x * x + per_v * v;
+            }
+        }
+    }
 }
 
 impl Step {
@@ -81,22 +93,5 @@ impl Step {
         self.readings.smooth(i)?;
         let within = self.h.min(1.0 / self.rates[i]);
         Some(dot(top_coefficient(), input).abs() * within)
-    }
-
-    /// Adds the readings' answer to the free motion of fast modes at fraction `s` to the extra
-    /// states `values`.
-    pub(super) fn add_answers(&self, s: f64, values: &mut [f64]) {
-        let Some(first) = self.readings.first else {
-            return;
-        };
-        for (swing, answer) in self.swings.iter().zip(&self.readings.answers) {
-            if *answer == [(0.0, 0.0); 2] {
-                continue;
-            }
-            let (x, v) = swing.free(s * self.h);
-            for (value, (per_x, per_v)) in values[first..].iter_mut().zip(answer) {
-                *value += per_x * x + per_v * v;
-            }
-        }
     }
 }

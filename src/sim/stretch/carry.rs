@@ -156,15 +156,13 @@ impl<'a> Stretcher<'a> {
                 while let Some(&at) = times.get(next).filter(|&&s| s <= reached) {
                     let s = ((at - t) / h).max(0.0);
                     let (mut xp, mut xc) = (level_p + p.value(s), level_c + c.value(s));
-                    for (i, swing) in step.swings.iter().enumerate() {
-                        if swing.fast {
-                            let (x, _) = swing.free(s * h);
-                            xp += phi_p[i] * x;
-                            xc += phi_c[i] * x;
-                        }
+                    let free = step.free_at(s);
+                    for ((x, _), (p, c)) in free.iter().zip(phi_p.iter().zip(phi_c)) {
+                        xp += p * x;
+                        xc += c * x;
                     }
                     if device.has_effects() {
-                        let z = step.states_at(s);
+                        let z = step.states_beside(s, &free);
                         xp = device.apparent(xp, Point::ProofMass, at, z.as_slice());
                         xc = device.apparent(xc, Point::Cantilever, at, z.as_slice());
                     }
