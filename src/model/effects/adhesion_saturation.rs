@@ -88,6 +88,10 @@ impl Action for AdhesionSaturation {
         self.growth == 0.0
     }
 
+    fn acts_on_motion(&self) -> bool {
+        false
+    }
+
     fn adhesion(&self, adhesion: f64, at_touch: f64, contact_time: f64) -> f64 {
         if self.growth == 0.0 {
             return adhesion;

@@ -183,6 +183,10 @@ impl Action for ExtraMode {
         self.modes.is_empty()
     }
 
+    fn acts_on_motion(&self) -> bool {
+        false
+    }
+
     fn alter_structure(&self, structure: &mut Structure) {
         structure.modes.extend_from_slice(&self.modes);
     }

@@ -59,6 +59,10 @@ impl Action for GapStep {
         self.height == 0.0
     }
 
+    fn acts_on_motion(&self) -> bool {
+        false
+    }
+
     fn piece(&self, segment: Segment, t: f64, _z: &[f64]) -> Segment {
         if self.height == 0.0 || t >= self.time {
             return segment;

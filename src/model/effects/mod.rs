@@ -194,6 +194,12 @@ pub trait Action: Send + Sync + fmt::Debug {
         false
     }
 
+    /// Whether it changes forces or drive while the mass flies or is held, or has states that
+    /// are no readings. What it makes of structure, ground and sensor is none of that.
+    fn acts_on_motion(&self) -> bool {
+        true
+    }
+
     /// Structure: adds or changes modes before the simulation starts.
     fn alter_structure(&self, _structure: &mut Structure) {}
 

@@ -64,6 +64,10 @@ impl Action for SensorLag {
         self.rates.is_empty() && self.delay == 0.0
     }
 
+    fn acts_on_motion(&self) -> bool {
+        false
+    }
+
     fn state_rates(&self) -> &[f64] {
         &self.rates
     }

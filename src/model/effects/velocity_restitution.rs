@@ -58,6 +58,10 @@ impl Action for VelocityRestitution {
         self.exponent == 0.0
     }
 
+    fn acts_on_motion(&self) -> bool {
+        false
+    }
+
     fn restitution(&self, alpha: f64, speed: f64) -> f64 {
         if self.exponent == 0.0 || speed <= 0.0 {
             return alpha;

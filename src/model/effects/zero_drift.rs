@@ -74,6 +74,10 @@ impl Action for ZeroDrift {
         self.size == 0.0 && self.rate == 0.0
     }
 
+    fn acts_on_motion(&self) -> bool {
+        false
+    }
+
     fn reading(&self, reading: f64, _point: Point, t: f64, _z: &[f64]) -> f64 {
         reading - self.size * (-t / self.tau).exp_m1() + self.rate * t
     }

@@ -223,9 +223,14 @@ impl Device {
         Ok(device)
     }
 
-    /// Whether forces beyond film and drive act.
+    /// Whether there are effects of any kind.
     pub fn has_effects(&self) -> bool {
         !self.effects.is_empty()
+    }
+
+    /// Whether anything but film, drive and structure acts between events.
+    pub fn is_moved_by_effects(&self) -> bool {
+        self.effects.iter().any(|e| e.action.acts_on_motion())
     }
 
     /// Longest step that follows the structure's motion, in flight and held [s].

@@ -31,13 +31,13 @@ impl Step {
         let (q0, v0, z0) = state;
         self.start(q0, v0, z0);
         let growth = device.mobility * table.h * device.time_scale.max(table.h);
-        if device.has_effects() {
+        if device.is_moved_by_effects() {
             self.flight_with_effects(device, table, segment, t, tolerance / growth)?;
         } else {
             self.flight_plain(device, table, segment, t, tolerance / growth)?;
         }
         self.settle(table);
-        self.follow_readings(device, table, [&device.phi_p, &device.phi_c]);
+        self.follow_readings(device, table, [&device.phi_p, &device.phi_c], [0.0; 2]);
         let top = dot(top_coefficient(), &self.force).abs();
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         // A residual Legendre part of degree 4 moves the end by a small share of its

@@ -323,7 +323,7 @@ impl Step {
         let m = self.modes;
         let states = self.z.len() / S;
         let held = &device.held;
-        let effects = device.has_effects();
+        let effects = device.is_moved_by_effects();
         if effects {
             self.shake(device, t);
         } else {
@@ -382,10 +382,9 @@ impl Step {
             }
         }
         self.settle(table);
-        if effects {
-            let none = [0.0; MAX_MODES];
-            self.follow_readings(device, table, [&none[..m], &held.cantilever]);
-        }
+        let none = [0.0; MAX_MODES];
+        let levels = [ground, ground * device.anchor_c];
+        self.follow_readings(device, table, [&none[..m], &held.cantilever], levels);
         self.force = previous;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         self.error = 0.02 * growth * drive_top * device.drive_ratio;

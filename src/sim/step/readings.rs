@@ -41,8 +41,14 @@ impl Readings {
 
 impl Step {
     /// Brings readings that lag along once the motion has settled; `shapes` are those of the
-    /// structure at proof mass and cantilever.
-    pub(super) fn follow_readings(&mut self, device: &Device, table: &Table, shapes: [&[f64]; 2]) {
+    /// structure at proof mass and cantilever, `levels` \[m\] where they are without its motion.
+    pub(super) fn follow_readings(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        shapes: [&[f64]; 2],
+        levels: [f64; 2],
+    ) {
         self.readings.first = device.reading_states();
         let Some(first) = self.readings.first else {
             return;
@@ -50,38 +56,36 @@ impl Step {
         let (m, states) = (self.modes, self.rates.len());
         let rate = self.rates[first];
         self.readings.answers.clear();
-        let mut free = [[0.0; S]; 2];
-        let mut answered = [[0.0; S]; 2];
+        let (mut smooth, mut answered) = (levels.map(|level| [level; S]), [[0.0; S]; 2]);
         for (i, swing) in self.swings.iter().enumerate() {
             let answer = swing.oscillator.lagged(rate).filter(|_| swing.fast);
             let (per_x, per_v) = answer.unwrap_or_default();
             let own = shapes.map(|shape| (shape[i] * per_x, shape[i] * per_v));
             self.readings.answers.push(own);
-            if answer.is_none() {
-                continue;
-            }
             for (k, node) in NODES.iter().enumerate() {
-                let (x, v) = swing.answer_to_force(*node, self.h);
-                let (x, v) = (self.q[k * m + i] - x, self.v[k * m + i] - v);
+                let (q, v) = (self.q[k * m + i], self.v[k * m + i]);
+                let (x, dx) = match answer {
+                    Some(_) => swing.answer_to_force(*node, self.h),
+                    None => (q, v),
+                };
                 for r in 0..2 {
-                    free[r][k] += shapes[r][i] * x;
-                    answered[r][k] += own[r].0 * x + own[r].1 * v;
+                    smooth[r][k] += shapes[r][i] * x;
+                    answered[r][k] += own[r].0 * (q - x) + own[r].1 * (v - dx);
                 }
             }
         }
         for r in 0..2 {
             let at = first + r;
             let decay = &table.decays[at];
-            let input: [f64; S] = std::array::from_fn(|k| {
-                let input = &mut self.inputs[k * states + at];
-                *input -= rate * free[r][k];
-                *input
-            });
+            let input = smooth[r].map(|x| rate * x);
             let begun = self.z[at] - answered[r][0];
             self.readings.smooth[r] = std::array::from_fn(|k| match k.checked_sub(1) {
                 None => begun,
                 Some(k) => decay.state[k] * begun + dot(&decay.input[k], &input),
             });
+            for k in 0..S {
+                self.inputs[k * states + at] = input[k];
+            }
             for k in 1..S {
                 self.z[k * states + at] = self.readings.smooth[r][k] + answered[r][k];
             }
