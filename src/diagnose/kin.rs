@@ -265,6 +265,11 @@ impl Action for Kin {
         self.inner.lasting()
     }
 
+    fn acts_on_motion(&self) -> bool {
+        // Its states are no readings.
+        self.inner.acts_on_motion() || !self.inner.state_rates().is_empty()
+    }
+
     fn states_are_forces(&self) -> bool {
         self.inner.states_are_forces()
     }

@@ -26,8 +26,8 @@ const LARGE: f64 = 1e4;
 /// constant as well.
 const BY_PACE: f64 = 0.75;
 
-/// Steps of a fit with one more mode beside a further one: what it is moved by is hardly told, and
-/// is kept as it was first found.
+/// Steps of a fit with one more mode beside a further one, which takes long: after these, what is
+/// left goes along what hardly tells, how much moves it and how much of it is seen.
 const BESIDE: usize = 6;
 
 /// Creep of two times begins with them so many times shorter and longer than one of them all.

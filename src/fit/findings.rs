@@ -273,11 +273,18 @@ fn level_of_impacts(
         let sudden = |i: &&Impact| i.v_after - i.v_before > 2.0 * i.v_error;
         impacts.iter().filter(sudden).count()
     };
-    let low = |x: &f64| *x < bottom + at(bottom).tolerance();
-    let stays = xp.chunk_by(|a, b| low(a) && low(b));
-    let stays = stays.filter(|run| run.len() > 1).count();
-    let own = (bottom, turns(bottom));
-    let near = stays < LEAST_STAYS && (bottom - common).abs() < SAME_LEVEL;
+    // Twice as far up as noise puts the lowest reading of many below the ground.
+    let low = |x: &f64| *x < bottom + 2.0 * at(bottom).tolerance();
+    let runs = xp.chunk_by(|a, b| low(a) && low(b));
+    let stays: Vec<&[f64]> = runs.filter(|run| run.len() > 1).collect();
+    let stayed = stays.len() >= LEAST_STAYS;
+    let own = if stayed {
+        quantile_in_place(&mut stays.concat(), 0.5)
+    } else {
+        bottom
+    };
+    let own = (own, turns(own));
+    let near = !stayed && (bottom - common).abs() < SAME_LEVEL;
     let known = near.then(|| (common, turns(common)));
     let (level, count) = known.filter(|known| known.1 >= own.1).unwrap_or(own);
     (count >= 2).then_some((level, count))

@@ -59,12 +59,17 @@ impl Oscillator {
         }
     }
 
+    /// Whether it goes to and fro.
+    pub fn swings(&self) -> bool {
+        self.damping * self.damping < 4.0 * self.omega2
+    }
+
     /// What a lag `y' = rate (x - y)` of free motion `x` goes over to, per displacement and per
     /// velocity [s]; `None` if the motion does not go to and fro, and may decay as the lag does.
     pub fn lagged(&self, rate: f64) -> Option<(f64, f64)> {
-        let swings = self.damping * self.damping < 4.0 * self.omega2;
         let per_velocity = 1.0 / (self.damping - rate - self.omega2 / rate);
-        swings.then_some((per_velocity * (self.damping - rate), per_velocity))
+        self.swings()
+            .then_some((per_velocity * (self.damping - rate), per_velocity))
     }
 
     /// From displacement and velocity to those after `t` [s] of free motion:
@@ -163,20 +168,30 @@ impl Propagator {
             ..Self::default()
         };
         for k in 0..S - 1 {
+            result.state[k] = oscillator.free_motion(NODES[k + 1] * h);
+        }
+        if oscillator.swings() && h > oscillator.longest_step() {
+            // No quadrature follows many periods; the answer to a polynomial is one.
+            for j in 0..S {
+                let force = std::array::from_fn(|i| f64::from(u8::from(i == j)));
+                let swing = Swing::new(oscillator, h, 0.0, 0.0, &force);
+                for k in 0..S - 1 {
+                    let (x, v) = swing.answer_to_force(NODES[k + 1], h);
+                    let (free_x, free_v) = swing.free(NODES[k + 1] * h);
+                    result.displacement[k][j] = x + free_x;
+                    result.velocity[k][j] = v + free_v;
+                }
+            }
+            return result;
+        }
+        for k in 0..S - 1 {
             let end = NODES[k + 1] * h;
-            result.state[k] = oscillator.free_motion(end);
-            // As many panels as there are periods.
-            let panels = (end / oscillator.longest_step()).ceil().max(1.0);
-            for panel in 0..panels as usize {
-                for &(point, weight) in gauss() {
-                    let point = (panel as f64 + point) / panels;
-                    let weight = end * weight / panels;
-                    let (s, ds) = oscillator.impulse_response(end * (1.0 - point));
-                    let basis = lagrange(NODES[k + 1] * point);
-                    for j in 0..S {
-                        result.displacement[k][j] += weight * s * basis[j];
-                        result.velocity[k][j] += weight * ds * basis[j];
-                    }
+            for &(point, weight) in gauss() {
+                let (s, ds) = oscillator.impulse_response(end * (1.0 - point));
+                let basis = lagrange(NODES[k + 1] * point);
+                for j in 0..S {
+                    result.displacement[k][j] += end * weight * s * basis[j];
+                    result.velocity[k][j] += end * weight * ds * basis[j];
                 }
             }
         }

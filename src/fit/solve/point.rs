@@ -63,7 +63,7 @@ pub(super) enum Start<'a> {
     Near([Vec<f64>; 2], Option<&'a Reduced>),
 }
 
-/// The same with the segments' own unknowns begun at `starts`; `None` if its cost is beyond
+/// What [`settle`] gives, with the segments' own unknowns begun at `starts`; `None` if its cost is beyond
 /// `most`, and then as soon as that is seen: far off, motions take long to follow.
 pub(super) fn at(
     problem: &Problem,

@@ -17,6 +17,9 @@ use crate::model::sensor::Sensor;
 use crate::model::structure::{Held, Mode};
 use crate::model::{MAX_MODES, Model, ModelError};
 
+/// Modes of a structure, its first ones, that steps follow through forces.
+const OWN_MODES: usize = 2;
+
 /// An effect's action and which of the extra states are its own.
 #[derive(Debug, Clone)]
 struct Attached {
@@ -242,24 +245,25 @@ impl Device {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The same in flight and held where nothing but readings is looked for on the way: free
-    /// motion is exact however long the step, and what it does to a force of flight the step's
-    /// error tells. Steps are no longer than for the structure of two modes, and as long for it.
+    /// The same in flight and held where nothing but readings is looked for on the way: that of
+    /// the structure's own first two modes. The free motion of others is exact however long the
+    /// step, and for what it does to forces of flight a step's error allows.
     pub fn longest_steps_to_read(&self) -> [f64; 2] {
-        let whole = self.longest_step();
-        if self.friction > 0.0 {
-            // Where the mass turns is looked for, too.
-            return [whole; 2];
-        }
-        let swings = |o: &&Oscillator| o.damping * o.damping < 4.0 * o.omega2;
-        let mut all: Vec<f64> = self.flight.iter().map(Oscillator::longest_step).collect();
-        all.sort_by(|a, b| b.total_cmp(a));
-        let creeping = self.flight.iter().filter(|o| !swings(o));
-        let creeping = creeping.map(Oscillator::longest_step);
-        let slow = all.get(1).or(all.first()).copied();
-        let flight = creeping.fold(slow.unwrap_or(f64::INFINITY), f64::min);
+        let own = self.flight.iter().take(OWN_MODES);
+        let others = self.flight.iter().skip(OWN_MODES);
+        let flight = own
+            .chain(others.filter(|o| !o.swings()))
+            .map(Oscillator::longest_step)
+            .fold(f64::INFINITY, f64::min);
         let held = self.held_modes.iter().map(Oscillator::longest_step);
         [flight, held.fold(flight, f64::min)]
+    }
+
+    /// Whether a mode that moves the mass swings through more than a period in a step of flight
+    /// of `h` \[s\].
+    pub fn outswings(&self, h: f64) -> bool {
+        let mut all = self.flight.iter().zip(&self.phi_p);
+        all.any(|(o, phi)| *phi != 0.0 && h > o.longest_step())
     }
 
     /// What effects see in flight, from modal coordinates.

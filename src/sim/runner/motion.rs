@@ -18,6 +18,14 @@ impl Runner {
         tables.covering(self.segment.end - self.t)
     }
 
+    fn tables_of(&self, held: bool) -> &Tables {
+        if held {
+            &self.held_tables
+        } else {
+            &self.flight_tables
+        }
+    }
+
     /// Takes one step of the present phase into its scratch; returns the step's length.
     pub(super) fn step(&mut self, trace: &mut Trace) -> Result<f64, SimError> {
         let held = match self.phase {
@@ -25,8 +33,8 @@ impl Runner {
             Phase::Flight => None,
         };
         (self.flight.sliding, self.flight.touch) = (self.sliding, self.touch);
-        let covering = self.covering_level(&self.flight_tables);
-        let mut level = self.level.max(covering);
+        let tables = self.tables_of(held.is_some());
+        let mut level = self.level.max(self.covering_level(tables));
         let mut rejected = false;
         loop {
             self.count_step(trace)?;
@@ -66,7 +74,7 @@ impl Runner {
                 } else if error < tolerance / 64.0 && level == self.level && level > 0 {
                     self.level -= 1;
                 }
-                return Ok(self.flight_tables.length(level));
+                return Ok(self.tables_of(held.is_some()).length(level));
             }
             rejected = true;
             level += 1;

@@ -5,7 +5,7 @@
 
 use super::elimination::eliminate;
 use super::tables::{Table, Tables};
-use super::{Reject, Step};
+use super::{FOLLOWED, OUTSWUNG, Reject, Step};
 use crate::model::drive::Segment;
 use crate::sim::device::{Device, dot};
 use crate::sim::nodes::{S, top_coefficient};
@@ -40,10 +40,13 @@ impl Step {
         self.follow_readings(device, table, [&device.phi_p, &device.phi_c], [0.0; 2]);
         let top = dot(top_coefficient(), &self.force).abs();
         let drive_top = dot(top_coefficient(), &self.drive).abs();
-        // A residual Legendre part of degree 4 moves the end by a small share of its
-        // size: its mean over the step is zero.
-        self.error = 0.02 * growth * (top + drive_top * device.drive_ratio);
-        self.error += self.state_error(device, growth) + self.base_error(device, growth);
+        let mean = if device.outswings(table.h) {
+            OUTSWUNG
+        } else {
+            FOLLOWED
+        };
+        self.error = growth * (mean * top + FOLLOWED * drive_top * device.drive_ratio);
+        self.error += self.state_error(device, growth, mean) + self.base_error(device, growth);
         if self.error.is_finite() && self.xp.iter().all(|x| device.is_inside_film(*x)) {
             Ok(())
         } else {

@@ -28,6 +28,12 @@ use crate::model::drive::Segment;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Reject;
 
+/// Share of a force's highest polynomial by which its mean over a step may be off, where the
+/// points follow it: its own mean is zero.
+const FOLLOWED: f64 = 0.02;
+/// The same where a mode swings through periods between them: five points of a vibration of any
+/// phase give a highest part of 0.63 and a mean of 0.37 times its amplitude, rms.
+const OUTSWUNG: f64 = 0.6;
 /// Share of the largest that it was below which an extra state is as good as gone: how it
 /// decays from there does not matter.
 const SMALL: f64 = 1e-3;
@@ -118,38 +124,41 @@ impl Step {
 
     /// What the inputs of the extra states leave beyond the polynomial: of a force on the proof
     /// mass what it moves that by, while it lasts, where a force over the step moves it by that
-    /// over `growth`; of a reading that itself; of others, which have units of their own, as a
-    /// share of the state and of the displacement.
-    fn state_error(&self, device: &Device, growth: f64) -> f64 {
+    /// over `growth`, by the share `mean`; of a reading that itself; of others, which have units
+    /// of their own, as a share of the state and of the displacement.
+    fn state_error(&self, device: &Device, growth: f64, mean: f64) -> f64 {
         let states = self.z.len() / S;
         let size = self.xp.iter().fold(0.0f64, |a, x| a.max(x.abs()));
-        let worst = (0..states).fold(0.0f64, |worst, i| {
+        (0..states).fold(0.0f64, |worst, i| {
             let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
             if let Some(error) = self.reading_error(i, &input) {
-                return worst.max(error);
+                return worst.max(FOLLOWED * error);
             }
-            let lasts = 1.0 / self.rates[i].max(1e-300);
+            // Where it goes slower than its rate, it lasts longer.
+            let back = (0..S).fold(0.0f64, |a, k| a.max(self.back[k * states + i]));
+            let lasts = 1.0 / (self.rates[i] - back).max(1e-300);
             let within = self.h.min(lasts);
             let top = dot(top_coefficient(), &input).abs() * within;
             if top == 0.0 {
                 return worst;
             }
             if device.force_states[i] {
-                return worst.max(growth * top * (lasts / self.h).max(1.0));
+                // A rate that changes leaves the error of a force a mean, too.
+                let mean = if back > 0.0 { OUTSWUNG } else { mean };
+                return worst.max(mean * growth * top * (lasts / self.h).max(1.0));
             }
             let scale = (0..S).fold(SMALL * self.largest[i], |a, k| {
                 a.max(self.z[k * states + i].abs())
                     .max(input[k].abs() * within)
             });
-            worst.max(size * top / scale)
-        });
-        0.02 * worst
+            worst.max(FOLLOWED * size * top / scale)
+        })
     }
 
     /// The same for the shaking of the base, whose acceleration acts like a force of that
     /// over the mobility.
     fn base_error(&self, device: &Device, growth: f64) -> f64 {
-        0.02 * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
+        FOLLOWED * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
     }
 
     /// Acceleration of the base at the points of a step from `t`.
@@ -387,8 +396,8 @@ impl Step {
         self.follow_readings(device, table, [&none[..m], &held.cantilever], levels);
         self.force = previous;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
-        self.error = 0.02 * growth * drive_top * device.drive_ratio;
-        self.error += self.state_error(device, growth) + self.base_error(device, growth);
+        self.error = FOLLOWED * growth * drive_top * device.drive_ratio;
+        self.error += self.state_error(device, growth, FOLLOWED) + self.base_error(device, growth);
         if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
             Ok(())
         } else {

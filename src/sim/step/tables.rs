@@ -71,6 +71,12 @@ impl Tables {
         halvings.clamp(0.0, (LEVELS - 1) as f64) as usize
     }
 
+    /// First level whose step is no longer than `most` \[s\].
+    pub fn within(&self, most: f64) -> usize {
+        let within = self.lengths.iter().position(|length| *length <= most);
+        within.unwrap_or(LEVELS - 1)
+    }
+
     pub(super) fn get(&self, level: usize) -> &Table {
         let h = self.length(level);
         let (oscillators, rates) = (&self.oscillators, &self.rates);

@@ -307,7 +307,7 @@ impl<'a> Stretcher<'a> {
         } else {
             &sim.flight
         };
-        let mut level = self.level.max(tables.covering(end - t));
+        let mut level = self.level.max(sim.coarsest).max(tables.covering(end - t));
         let mut rejected = false;
         loop {
             *steps += 1;

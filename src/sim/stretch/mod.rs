@@ -54,6 +54,8 @@ pub struct StretchSimulator {
     device: Device,
     flight: Tables,
     held: Tables,
+    /// Level of the longest step that is chosen.
+    coarsest: usize,
     tolerance: f64,
 }
 
@@ -69,10 +71,17 @@ impl StretchSimulator {
         let mut device = Device::new(model)?;
         device.bound_film();
         let [flight, held] = tables(&device, options, device.longest_steps_to_read());
+        // Where friction lets the mass stop, that is looked for, too.
+        let coarsest = if device.friction > 0.0 {
+            flight.within(device.longest_step())
+        } else {
+            0
+        };
         Ok(Self {
             device,
             flight,
             held,
+            coarsest,
             tolerance: options.tolerance,
         })
     }

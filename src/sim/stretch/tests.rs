@@ -12,8 +12,14 @@ fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
         .collect()
 }
 
-/// Carries the state of a full run from event to event and compares all samples.
+/// Carries the state of a full run from event to event and compares all samples, which are to
+/// agree as they do where both take the same steps.
 fn compare(model: &Model, drive: &str, duration: f64) {
+    compare_within(model, drive, duration, 1e-11);
+}
+
+/// The same within so much \[m\], and pull-off forces within a thousandth of it [N].
+fn compare_within(model: &Model, drive: &str, duration: f64, within: f64) {
     let drive = Waveform::parse(drive, duration).unwrap();
     let options = Options {
         tolerance: 1e-13,
@@ -25,8 +31,8 @@ fn compare(model: &Model, drive: &str, duration: f64) {
     let drive = segments(&drive, duration);
     let level = simulator.ground_level(0.0);
     let mut state = StretchState {
-        q: vec![0.0; 2],
-        v: vec![0.0; 2],
+        q: vec![0.0; simulator.modes()],
+        v: vec![0.0; simulator.modes()],
         z: vec![0.0; simulator.state_rates().len()],
     };
     let (mut t, mut held) = (0.0, None);
@@ -65,7 +71,8 @@ fn compare(model: &Model, drive: &str, duration: f64) {
             }
             EventKind::Release => {
                 let pull = simulator.pull_off(&drive, t, level, &state);
-                assert!((pull - event.pull_off_force).abs() < 1e-14, "{pull}");
+                let off = (pull - event.pull_off_force).abs();
+                assert!(off < 1e-3 * within, "{off:e}");
                 simulator.lift(level, &mut state);
                 held = None;
             }
@@ -73,7 +80,7 @@ fn compare(model: &Model, drive: &str, duration: f64) {
         }
     }
     assert!(sample + 1 >= trace.len());
-    assert!(worst < 1e-11, "{worst:e}");
+    assert!(worst < within, "{worst:e}");
 }
 
 #[test]
@@ -106,6 +113,91 @@ fn agrees_with_the_simulator_with_effects() {
         println!("{id}");
         compare(&model, "sine:50Hz:8V", 0.06);
         compare(&model, "square:50Hz:8V", 0.06);
+    }
+}
+
+#[test]
+fn agrees_with_the_simulator_where_more_modes_ring_and_readings_lag() {
+    let effect = |id: &str, values: &[f64]| ActiveEffect {
+        spec: find(id).unwrap(),
+        values: values.to_vec(),
+    };
+    let mode = |f: f64| {
+        let values = vec![f, 0.01, 4e3, 3e3, 5e3, f, 0.01, 0.0, 0.0, 0.0];
+        effect("extra_mode", &values)
+    };
+    let lag = || effect("sensor_lag", &[1.5e-5, 0.0]);
+    let film = || effect("film_spring", &[5e-5, 2.0]);
+    for effects in [
+        vec![lag()],
+        vec![effect("sensor_lag", &[2e-6, 0.0])],
+        vec![mode(19e3)],
+        vec![mode(2e3)],
+        vec![mode(70e3), lag()],
+        vec![mode(19e3), lag(), film()],
+    ] {
+        let mut model = Preset::embedded("paper").unwrap().model;
+        model.effects = effects;
+        println!("{:?}", model.effects);
+        // Steps differ, and each bounce makes more of that.
+        compare_within(&model, "sine:50Hz:8V", 0.03, 1e-9);
+        compare_within(&model, "square:50Hz:8V", 0.03, 1e-9);
+    }
+}
+
+#[test]
+fn steps_err_by_little_more_than_they_may() {
+    let effect = |id: &str, values: &[f64]| ActiveEffect {
+        spec: find(id).unwrap(),
+        values: values.to_vec(),
+    };
+    let mode = |f: f64| {
+        let values = [f, 0.01, 4e3, 3e3, 5e3, f, 0.01, 0.0, 0.0, 0.0];
+        effect("extra_mode", &values)
+    };
+    let film = |p: f64| effect("film_spring", &[5e-5, p]);
+    for effects in [
+        vec![],
+        vec![film(0.0)],
+        vec![film(2.0)],
+        vec![mode(2e3)],
+        vec![mode(19e3)],
+        vec![mode(70e3)],
+        vec![mode(19e3), film(0.0)],
+        vec![mode(19e3), film(2.0)],
+    ] {
+        let mut model = Preset::embedded("paper").unwrap().model;
+        model.effects = effects;
+        let drive = segments(&Waveform::parse("square:50Hz:8V", 0.02).unwrap(), 0.02);
+        // Flight that begins near the ground, with a kick that sets all modes ringing.
+        let run = |tolerance: f64| {
+            let options = Options {
+                tolerance,
+                ..Options::default()
+            };
+            let simulator = StretchSimulator::new(&model, &options).unwrap();
+            let mut state = StretchState {
+                q: vec![0.0; simulator.modes()],
+                v: vec![0.0; simulator.modes()],
+                z: vec![0.0; simulator.state_rates().len()],
+            };
+            let height = 0.98 * simulator.ground_level(0.0);
+            state.q[0] = height / simulator.flight_shapes().0[0];
+            simulator.kick(height, 0.05, &mut state);
+            let times: Vec<f64> = (0..300).map(|i| 1e-3 + f64::from(i) * 1e-5).collect();
+            let mut all = Vec::new();
+            let (from, to) = (times[0], times[299]);
+            Stretcher::new(&simulator)
+                .carry(&drive, None, from, to, &mut state, &times, |_, xp, xc| {
+                    all.extend([xp, xc]);
+                })
+                .unwrap();
+            all
+        };
+        let (rough, fine) = (run(1e-11), run(1e-15));
+        let apart = rough.iter().zip(&fine).map(|(a, b)| (a - b).abs());
+        let worst = apart.fold(0.0, f64::max);
+        assert!(worst < 2e-11, "{worst:e} with {:?}", model.effects);
     }
 }
 
