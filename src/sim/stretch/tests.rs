@@ -12,6 +12,20 @@ fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
         .collect()
 }
 
+/// An effect with those values.
+fn with_values(id: &str, values: &[f64]) -> ActiveEffect {
+    ActiveEffect {
+        spec: find(id).unwrap(),
+        values: values.to_vec(),
+    }
+}
+
+/// A further mode at `f` \[Hz\].
+fn mode(f: f64) -> ActiveEffect {
+    let values = [f, 0.01, 4e3, 3e3, 5e3, f, 0.01, 0.0, 0.0, 0.0];
+    with_values("extra_mode", &values)
+}
+
 /// Carries the state of a full run from event to event and compares all samples, which are to
 /// agree as they do where both take the same steps.
 fn compare(model: &Model, drive: &str, duration: f64) {
@@ -118,19 +132,11 @@ fn agrees_with_the_simulator_with_effects() {
 
 #[test]
 fn agrees_with_the_simulator_where_more_modes_ring_and_readings_lag() {
-    let effect = |id: &str, values: &[f64]| ActiveEffect {
-        spec: find(id).unwrap(),
-        values: values.to_vec(),
-    };
-    let mode = |f: f64| {
-        let values = vec![f, 0.01, 4e3, 3e3, 5e3, f, 0.01, 0.0, 0.0, 0.0];
-        effect("extra_mode", &values)
-    };
-    let lag = || effect("sensor_lag", &[1.5e-5, 0.0]);
-    let film = || effect("film_spring", &[5e-5, 2.0]);
+    let lag = || with_values("sensor_lag", &[1.5e-5, 0.0]);
+    let film = || with_values("film_spring", &[5e-5, 2.0]);
     for effects in [
         vec![lag()],
-        vec![effect("sensor_lag", &[2e-6, 0.0])],
+        vec![with_values("sensor_lag", &[2e-6, 0.0])],
         vec![mode(19e3)],
         vec![mode(2e3)],
         vec![mode(70e3), lag()],
@@ -147,15 +153,7 @@ fn agrees_with_the_simulator_where_more_modes_ring_and_readings_lag() {
 
 #[test]
 fn steps_err_by_little_more_than_they_may() {
-    let effect = |id: &str, values: &[f64]| ActiveEffect {
-        spec: find(id).unwrap(),
-        values: values.to_vec(),
-    };
-    let mode = |f: f64| {
-        let values = [f, 0.01, 4e3, 3e3, 5e3, f, 0.01, 0.0, 0.0, 0.0];
-        effect("extra_mode", &values)
-    };
-    let film = |p: f64| effect("film_spring", &[5e-5, p]);
+    let film = |p: f64| with_values("film_spring", &[5e-5, p]);
     for effects in [
         vec![],
         vec![film(0.0)],
