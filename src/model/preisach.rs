@@ -36,16 +36,20 @@ static NODES: [(f64, f64); 4] = [
     (0.8611363115940526, 0.34785484513745374),
 ];
 
+/// An end of a sweep \[V\], and `G` around it as a polynomial.
+type End = (f64, [f64; MOMENTS]);
+
 /// The relays, with what their cycle between plus and minus the reference comes to.
 #[derive(Debug, Clone)]
 pub struct Relays {
-    reference: f64,
     narrow: f64,
     wider: f64,
     /// Coefficients of `g`, of `c`, its square and its fourth power.
     uneven: [f64; 3],
     /// Half the height of that cycle at 0 V.
     half_height: f64,
+    /// Its ends, minus and plus the reference.
+    ends: [End; 2],
     /// Distance of the half widths at which the moments are known \[V\].
     step: f64,
     /// `int_0^h f(h') h'^n dh'` at every `step` of `h`; empty where all widths count alike.
@@ -59,11 +63,11 @@ impl Relays {
     /// `b4`.
     pub fn new([reference, narrow, wider]: [f64; 3], [slant, b2, b4]: [f64; 3]) -> Self {
         let mut relays = Self {
-            reference,
             narrow,
             wider: wider / reference,
             uneven: [slant, b2 / reference.powi(2), b4 / reference.powi(4)],
             half_height: 1.0,
+            ends: [(0.0, [0.0; MOMENTS]); 2],
             step: (STEP * reference).min(NARROW_STEP / narrow),
             moments: Vec::new(),
             densities: Vec::new(),
@@ -73,6 +77,7 @@ impl Relays {
             let at = |cell: usize| relays.step * relays.density(relays.step * cell as f64);
             relays.densities = (0..=CELLS).map(at).collect();
         }
+        relays.ends = [-reference, reference].map(|v| relays.end(v));
         let e = |a: f64, b: f64| relays.everett(a, b);
         let half = 0.5 * (e(reference, -reference) - e(reference, 0.0) - e(0.0, -reference));
         // Weights that cancel have no loop.
@@ -154,17 +159,31 @@ impl Relays {
 
     /// What a sweep from `b` to `a` \[V\] gains.
     fn everett(&self, a: f64, b: f64) -> f64 {
-        let u = a - b;
+        self.between(&self.end(a), &self.end(b))
+    }
+
+    /// An end of a sweep at `c` \[V\].
+    fn end(&self, c: f64) -> End {
+        let around = if self.moments.is_empty() {
+            [0.0; MOMENTS]
+        } else {
+            self.around(c)
+        };
+        (c, around)
+    }
+
+    /// What a sweep from the second to the first gains.
+    fn between(&self, a: &End, b: &End) -> f64 {
+        let u = a.0 - b.0;
         if self.moments.is_empty() {
-            return 0.25 * u * u.abs() * (1.0 + 0.5 * self.uneven[0] * (a + b));
+            return 0.25 * u * u.abs() * (1.0 + 0.5 * self.uneven[0] * (a.0 + b.0));
         }
         let (sign, a, b) = if u < 0.0 { (-1.0, b, a) } else { (1.0, a, b) };
-        let (from, to) = (self.around(b), self.around(a));
-        let moments = self.moments(0.5 * (a - b));
+        let moments = self.moments(0.5 * u.abs());
         let mut sum = 0.0;
         let mut odd = 1.0;
-        for n in 0..MOMENTS {
-            sum += (odd * to[n] - from[n]) * moments[n];
+        for (moment, (to, from)) in moments.iter().zip(a.1.iter().zip(&b.1)) {
+            sum += (odd * to - from) * moment;
             odd = -odd;
         }
         sign * sum
@@ -175,15 +194,22 @@ impl Relays {
     /// cycle at 0 V; its sign is that of the falling branch.
     pub fn loops(&self, past: &[f64], voltage: f64) -> f64 {
         let past = standing(past, voltage, 0.0);
-        let mut all = past.iter().copied().chain([voltage]);
-        let mut from = all.next().unwrap_or(voltage);
-        let mut moved = 0.5 * self.everett(from, -from);
-        for to in all {
-            moved += self.everett(to, from);
-            from = to;
-        }
-        let (up, down) = (-self.reference, self.reference);
-        let middle = 0.5 * (self.everett(voltage, up) + self.everett(voltage, down));
+        let last = self.end(voltage);
+        let moved = match past.split_first() {
+            None => 0.5 * self.between(&last, &self.end(-voltage)),
+            Some((first, rest)) => {
+                let mut from = self.end(*first);
+                let mut moved = 0.5 * self.between(&from, &self.end(-first));
+                for to in rest {
+                    let to = self.end(*to);
+                    moved += self.between(&to, &from);
+                    from = to;
+                }
+                moved + self.between(&last, &from)
+            }
+        };
+        let [up, down] = &self.ends;
+        let middle = 0.5 * (self.between(&last, up) + self.between(&last, down));
         (middle - moved) / self.half_height
     }
 }

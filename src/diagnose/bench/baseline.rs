@@ -48,6 +48,8 @@ const BELIED: f64 = 1.5;
 const GUESS: usize = 3;
 /// Steps without a drift that was fitted.
 const WITHOUT: usize = 10;
+/// Of a fit that may be as far off as it will.
+const ANY: &str = "no cost is beyond infinity";
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 
@@ -104,9 +106,25 @@ impl Bench {
         bounds: &[Bound],
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
+        let fitted = self.near_from_afar(model, (free, bounds), f64::INFINITY, control)?;
+        Ok(fitted.expect(ANY))
+    }
+
+    /// The same, or `None` where a part of the stretches, on which it begins, stays farther off
+    /// than `most` per value.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub(super) fn near_from_afar(
+        &self,
+        model: &Model,
+        own: (&[String], &[Bound]),
+        most: f64,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
         // With an effect the drive's share is known from the model without it.
-        let share_open = free.is_empty() || self.train.drift.is_some();
-        self.from(model, (free, bounds), share_open, control)
+        let share_open = own.0.is_empty() || self.train.drift.is_some();
+        self.near_from(model, own, (share_open, most), control)
     }
 
     /// The baseline, re-tuned from `known`, a fit of `model` to the same recordings that were cut
@@ -135,6 +153,18 @@ impl Bench {
         share_open: bool,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
+        let fitted = self.near_from(model, own, (share_open, f64::INFINITY), control)?;
+        Ok(fitted.expect(ANY))
+    }
+
+    /// The same, or `None` as in [`Self::near_from_afar`].
+    fn near_from(
+        &self,
+        model: &Model,
+        own: (&[String], &[Bound]),
+        (share_open, most): (bool, f64),
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
         let mut start = model.clone();
         if model.has_ground {
             let known = self
@@ -195,6 +225,11 @@ impl Bench {
         }
         let mut before = point.clone();
         point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+        let reached = of_all(&problem, &point, &few);
+        if reached > most {
+            log::debug!("{reached:.2} per value of a part, {most:.2} at most");
+            return Ok(None);
+        }
         let mut rough = off(&point);
         let mut best = self.whole(problem, point, &few, control)?;
         // What both tell of the few, all stretches may hold against one.
@@ -246,7 +281,7 @@ impl Bench {
                 break;
             }
         }
-        Ok(best)
+        Ok(Some(best))
     }
 
     /// The first step of a fit of `start` to the `few` stretches: sizes, and what damps

@@ -23,6 +23,8 @@ const SENSOR: (&str, usize) = ("sensor_lag", 0);
 const FAR: f64 = 2.0;
 /// Share of that up to which such a lag suits better.
 const BETTER: f64 = 0.95;
+/// Times what is to be beaten up to which a fit to a part of the stretches leaves hope.
+const HOPEFUL: f64 = 1.4;
 /// Steps of the fit with readings that lag.
 const STEPS: usize = 5;
 
@@ -118,7 +120,10 @@ impl Bench {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
-            let Some(fitted) = simulated(self.from_afar(&with, &free, &bounds, control))? else {
+            // Of what a part of the stretches leaves far off, the whole comes no nearer by so much.
+            let least = best.as_ref().map_or(rival, |best| best.0.min(rival));
+            let fitted = self.near_from_afar(&with, (&free, &bounds), HOPEFUL * least, control);
+            let Some(fitted) = simulated(fitted)?.flatten() else {
                 continue;
             };
             let own = fitted.whole_per_value(self)?;

@@ -4,7 +4,7 @@
 use super::{block_size, quiet};
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
-use crate::recording::{Recording, TimeAxis, quantile_in_place};
+use crate::recording::{Recording, TimeAxis, extremes, quantile_in_place};
 
 /// Rests are looked for within this height of the lowest samples \[m\].
 const NEAR: f64 = 15e-6;
@@ -21,6 +21,11 @@ const AGREE: f64 = 0.1;
 const SCATTER: f64 = 1.5;
 /// Share of the blocks that may be farther off.
 const STRAY: f64 = 0.05;
+/// Within so many times the noise of a sample of the two levels a mass that goes along with the
+/// ground stays.
+const ALONG: f64 = 6.0;
+/// Share of its range by which the voltage may have moved meanwhile.
+const AT_ONE_VOLTAGE: f64 = 0.02;
 /// Share of what a straight line leaves of the levels' variance that two levels may leave.
 const NO_LINE: f64 = 0.5;
 
@@ -78,7 +83,7 @@ fn left_by_line(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// The change of the ground's level in `recording`, if there is one: on either side of it the
-/// ground must be told by all its signs.
+/// ground must be told by all its signs, on one if the mass lies on through it.
 #[must_use]
 pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> Option<LevelStep> {
     let sigma = noise.filter(|n| n.sigma > 0.0)?.sigma;
@@ -138,7 +143,21 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
         estimate_contact_level(axis, v, &xp[range], noise)
             .is_ok_and(|found| (found - level).abs() < near.max(3.0 * sigma).min(0.5 * rise.abs()))
     };
-    let both = told(0..cut, before) && told(cut..xp.len(), after);
+    let (first, second) = (told(0..cut, before), told(cut..xp.len(), after));
+    let along = || {
+        let (low, high) = (before.min(after), before.max(after));
+        let within =
+            |x: &f64| x.is_nan() || (low - ALONG * sigma..=high + ALONG * sigma).contains(x);
+        to - from <= 2 * block_size(recording.interval())
+            && xp[from..=to].iter().all(within)
+            && voltage.is_some_and(|v| {
+                let (low, high) = extremes(v);
+                (v[to] - v[from]).abs() <= AT_ONE_VOLTAGE * (high - low)
+            })
+    };
+    // A single stay may show no sign of its own, but where the mass lies on through the step,
+    // what it lies on is one and the same.
+    let both = first && second || (first || second) && along();
     both.then_some(LevelStep {
         time: time[cut],
         rise,
@@ -160,15 +179,8 @@ mod tests {
             let x = (i as f64 * 12.9898).sin() * 43758.5453;
             width * (x - x.floor() - 0.5)
         };
-        let xp = time.iter().enumerate().map(|(i, t)| {
-            let phase = (t / 0.01).fract();
-            let up = if phase < 0.5 {
-                0.0
-            } else {
-                20e-6 * 16.0 * (phase - 0.5) * (1.0 - phase) / 4.0
-            };
-            level(*t) + up * 4.0 + noise(i)
-        });
+        let readings = time.iter().enumerate();
+        let xp = readings.map(|(i, t)| level(*t) + height(*t) + noise(i));
         let voltage = time.iter().map(|t| 8.0 * (t / 0.01).fract()).collect();
         Recording::new("jumps", time.clone(), Some(voltage), xp.collect(), None).unwrap()
     }
@@ -200,6 +212,47 @@ mod tests {
         for width in [4e-8, 5e-7] {
             assert_eq!(found(&jumps(width, |_| 0.0)), None);
         }
+    }
+
+    /// A mass that sinks so gently that its landing is no sign of the ground and lies there until
+    /// it jumps as in [`jumps`]; at 0.03 s the level changes by -0.9 um and the voltage by `volts`.
+    fn lands_gently(volts: f64) -> Recording {
+        let level = |t: f64| if t < 0.03 { 0.0 } else { -0.9e-6 };
+        let mut recording = jumps(5e-7, level);
+        let noise = jumps(5e-7, |_| 0.0);
+        let voltage = recording.voltage.as_mut().unwrap();
+        for (i, t) in recording
+            .time
+            .iter()
+            .enumerate()
+            .take_while(|(_, t)| **t < 0.05)
+        {
+            // The same noise, without the jumps.
+            let still = noise.proof_mass[i] - height(*t);
+            let up = 20e-6 * (1.0 - t / 0.007).max(0.0);
+            recording.proof_mass[i] = level(*t) + up + still;
+            voltage[i] = if *t < 0.03 { 8.0 } else { 8.0 - volts };
+        }
+        recording
+    }
+
+    /// Height over the ground in [`jumps`] \[m\].
+    fn height(t: f64) -> f64 {
+        let phase = (t / 0.01).fract();
+        if phase < 0.5 {
+            0.0
+        } else {
+            20e-6 * 16.0 * (phase - 0.5) * (1.0 - phase)
+        }
+    }
+
+    #[test]
+    fn a_step_under_a_mass_that_lies_on_is_found_though_its_landing_is_no_sign() {
+        let step = found(&lands_gently(0.0)).expect("a step");
+        assert!((step.rise / -0.9e-6 - 1.0).abs() < 0.05, "{step:?}");
+        assert!((step.time - 0.03).abs() < 2e-3, "{step:?}");
+        // It may as well have hung over the ground until the voltage changed.
+        assert_eq!(found(&lands_gently(2.0)), None);
     }
 
     #[test]
