@@ -36,7 +36,7 @@ static NODES: [(f64, f64); 4] = [
     (0.8611363115940526, 0.34785484513745374),
 ];
 
-/// An end of a sweep \[V\], and `G` around it as a polynomial.
+/// An end of a sweep \[V\], and `G` around it as a polynomial; zeros where all widths count alike.
 type End = (f64, [f64; MOMENTS]);
 
 /// The relays, with what their cycle between plus and minus the reference comes to.
@@ -278,27 +278,34 @@ pub fn standing(mut past: &[f64], voltage: f64, slack: f64) -> &[f64] {
 mod tests {
     use super::*;
 
+    /// Weight of relays of half width `h` around `c`.
+    fn weight(q: f64, h: f64, c: f64) -> f64 {
+        let r: f64 = c / 8.0;
+        let g = 1.0 + 0.05 * c - 0.8 * r * r + 0.5 * r.powi(4);
+        (-0.5 * (q * h).powi(2)).exp() * (1.0 + 3.0 * h / 8.0) * g
+    }
+
+    /// What a sweep from `b` to `a` gains: relays summed one by one, each switched up at c + h and
+    /// down at c - h.
+    fn by_relays(q: f64, a: f64, b: f64) -> f64 {
+        if a < b {
+            return -by_relays(q, b, a);
+        }
+        let n = 1000;
+        let mut sum = 0.0;
+        let dh = 0.5 * (a - b) / f64::from(n);
+        for i in 0..n {
+            let h = dh * (f64::from(i) + 0.5);
+            let dc = (a - b - 2.0 * h) / f64::from(n);
+            for j in 0..n {
+                sum += dh * dc * weight(q, h, b + h + dc * (f64::from(j) + 0.5));
+            }
+        }
+        sum
+    }
+
     #[test]
     fn everetts_function_is_the_integral_over_the_relays() {
-        // Relays summed one by one, each switched up at c + h and down at c - h.
-        let weight = |q: f64, h: f64, c: f64| {
-            let r: f64 = c / 8.0;
-            let g = 1.0 + 0.05 * c - 0.8 * r * r + 0.5 * r.powi(4);
-            (-0.5 * (q * h).powi(2)).exp() * (1.0 + 3.0 * h / 8.0) * g
-        };
-        let by_relays = |q: f64, a: f64, b: f64| {
-            let n = 1000;
-            let mut sum = 0.0;
-            let dh = 0.5 * (a - b) / f64::from(n);
-            for i in 0..n {
-                let h = dh * (f64::from(i) + 0.5);
-                let dc = (a - b - 2.0 * h) / f64::from(n);
-                for j in 0..n {
-                    sum += dh * dc * weight(q, h, b + h + dc * (f64::from(j) + 0.5));
-                }
-            }
-            sum
-        };
         // The last is beyond the half widths at which the moments are known.
         for (q, a, b) in [
             (0.4, 8.0, -8.0),
@@ -311,6 +318,29 @@ mod tests {
             let (own, other) = (relays.everett(a, b), by_relays(q, a, b));
             assert!((own / other - 1.0).abs() < 1e-5, "{a} {b}: {own} {other}");
             assert!((relays.everett(b, a) + own).abs() < 1e-12 * own);
+        }
+    }
+
+    #[test]
+    fn loops_of_uneven_relays_are_sums_over_the_relays_that_each_sweep_moves() {
+        const Q: f64 = 0.4;
+        let relays = Relays::new([8.0, Q, 3.0], [0.05, -0.8, 0.5]);
+        let e = |a: f64, b: f64| by_relays(Q, a, b);
+        let half = 0.5 * (e(8.0, -8.0) - e(8.0, 0.0) - e(0.0, -8.0));
+        let pasts: [&[f64]; 4] = [&[], &[-6.0], &[7.0, -4.0], &[8.0, -6.0, 3.0, -1.0]];
+        for (past, voltage) in pasts.into_iter().zip([2.5, 2.0, 1.0, 0.5]) {
+            let mut at = past.first().copied().unwrap_or(voltage);
+            let mut moved = 0.5 * e(at, -at);
+            for to in past.iter().skip(1).chain([&voltage]) {
+                moved += e(*to, at);
+                at = *to;
+            }
+            let other = (0.5 * (e(voltage, -8.0) + e(voltage, 8.0)) - moved) / half;
+            let own = relays.loops(past, voltage);
+            assert!(
+                (own - other).abs() < 1e-4,
+                "{past:?} {voltage}: {own} {other}"
+            );
         }
     }
 }

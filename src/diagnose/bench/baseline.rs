@@ -48,8 +48,6 @@ const BELIED: f64 = 1.5;
 const GUESS: usize = 3;
 /// Steps without a drift that was fitted.
 const WITHOUT: usize = 10;
-/// Of a fit that may be as far off as it will.
-const ANY: &str = "no cost is beyond infinity";
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 
@@ -106,25 +104,13 @@ impl Bench {
         bounds: &[Bound],
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        let fitted = self.near_from_afar(model, (free, bounds), f64::INFINITY, control)?;
-        Ok(fitted.expect(ANY))
+        self.from(model, (free, bounds), self.share_open(free), control)
     }
 
-    /// The same, or `None` where a part of the stretches, on which it begins, stays farther off
-    /// than `most` per value.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] if the model cannot be simulated.
-    pub(super) fn near_from_afar(
-        &self,
-        model: &Model,
-        own: (&[String], &[Bound]),
-        most: f64,
-        control: &DiagnoseControl<'_>,
-    ) -> Result<Option<Fitted>, DiagnoseError> {
-        // With an effect the drive's share is known from the model without it.
-        let share_open = own.0.is_empty() || self.train.drift.is_some();
-        self.near_from(model, own, (share_open, most), control)
+    /// Whether it is asked how the drive is shared among the modes in a fit of the parameters of
+    /// `free` besides: with an effect it is known from the model without it.
+    pub(super) fn share_open(&self, free: &[String]) -> bool {
+        free.is_empty() || self.train.drift.is_some()
     }
 
     /// The baseline, re-tuned from `known`, a fit of `model` to the same recordings that were cut
@@ -153,12 +139,16 @@ impl Bench {
         share_open: bool,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        let fitted = self.near_from(model, own, (share_open, f64::INFINITY), control)?;
-        Ok(fitted.expect(ANY))
+        let fitted = self.within(model, own, (share_open, f64::INFINITY), control)?;
+        Ok(fitted.expect("no cost is beyond infinity"))
     }
 
-    /// The same, or `None` as in [`Self::near_from_afar`].
-    fn near_from(
+    /// The same, or `None` where a part of the stretches, on which it begins, stays farther off
+    /// than `most` per value, each row set aside counted as [`FORSAKEN`].
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub(super) fn within(
         &self,
         model: &Model,
         own: (&[String], &[Bound]),

@@ -2,6 +2,7 @@
 //! at another.
 
 use super::{block_size, quiet};
+use crate::recording::features::Missing;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Recording, TimeAxis, extremes, quantile_in_place};
@@ -24,8 +25,10 @@ const STRAY: f64 = 0.05;
 /// Within so many times the noise of a sample of the two levels a mass that goes along with the
 /// ground stays.
 const ALONG: f64 = 6.0;
-/// Share of its range by which the voltage may have moved meanwhile.
+/// Share of its range by which the voltage may move meanwhile.
 const AT_ONE_VOLTAGE: f64 = 0.02;
+/// Samples by which a mass may be late in following the voltage.
+const LATE: usize = 20;
 /// Share of what a straight line leaves of the levels' variance that two levels may leave.
 const NO_LINE: f64 = 0.5;
 
@@ -137,28 +140,39 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
         .max_by(|&i, &j| xp[i].total_cmp(&xp[j]))
         .unwrap_or(to);
     let voltage = recording.voltage.as_deref();
+    // Whether a side tells its level by all signs of a ground, or another one; `None` where it
+    // shows no sign.
     let told = |range: std::ops::Range<usize>, level: f64| {
         let v = voltage.map(|v| &v[range.clone()]);
         let axis = TimeAxis::Samples(&time[range.clone()]);
-        estimate_contact_level(axis, v, &xp[range], noise)
-            .is_ok_and(|found| (found - level).abs() < near.max(3.0 * sigma).min(0.5 * rise.abs()))
+        match estimate_contact_level(axis, v, &xp[range], noise) {
+            Ok(found) => Some((found - level).abs() < near.max(3.0 * sigma).min(0.5 * rise.abs())),
+            Err(Missing::NotAFloor { .. }) => Some(false),
+            Err(_) => None,
+        }
     };
-    let (first, second) = (told(0..cut, before), told(cut..xp.len(), after));
-    let along = || {
+    let lies_on = || {
+        let size = block_size(recording.interval());
         let (low, high) = (before.min(after), before.max(after));
-        let within =
-            |x: &f64| x.is_nan() || (low - ALONG * sigma..=high + ALONG * sigma).contains(x);
-        to - from <= 2 * block_size(recording.interval())
-            && xp[from..=to].iter().all(within)
+        let within = low - ALONG * sigma..=high + ALONG * sigma;
+        // Blocks on either side may hold a part of the change.
+        let about = from.saturating_sub(size + LATE)..(to + size).min(xp.len());
+        to - from <= 2 * size
+            && xp[from..=to].iter().all(|x| within.contains(x))
             && voltage.is_some_and(|v| {
-                let (low, high) = extremes(v);
-                (v[to] - v[from]).abs() <= AT_ONE_VOLTAGE * (high - low)
+                let ((low, high), (least, most)) = (extremes(v), extremes(&v[about.clone()]));
+                most - least <= AT_ONE_VOLTAGE * (high - low)
+                    && v[about].iter().all(|v| v.is_finite())
             })
     };
-    // A single stay may show no sign of its own, but where the mass lies on through the step,
-    // what it lies on is one and the same.
-    let both = first && second || (first || second) && along();
-    both.then_some(LevelStep {
+    let is_step = match (told(0..cut, before), told(cut..xp.len(), after)) {
+        (Some(first), Some(second)) => first && second,
+        // A single stay may show no sign of its own, but where the mass lies on through the
+        // step, what it lies on is one and the same.
+        (Some(known), None) | (None, Some(known)) => known && lies_on(),
+        (None, None) => false,
+    };
+    is_step.then_some(LevelStep {
         time: time[cut],
         rise,
     })
@@ -214,24 +228,23 @@ mod tests {
         }
     }
 
+    /// When in [`lands_gently`] the mass begins to jump \[s\].
+    const JUMPS: f64 = 0.05;
+
     /// A mass that sinks so gently that its landing is no sign of the ground and lies there until
-    /// it jumps as in [`jumps`]; at 0.03 s the level changes by -0.9 um and the voltage by `volts`.
-    fn lands_gently(volts: f64) -> Recording {
-        let level = |t: f64| if t < 0.03 { 0.0 } else { -0.9e-6 };
+    /// it jumps as in [`jumps`]; at sample `at` the level changes by `rise` \[m\] and the voltage
+    /// by `volts`, `ahead` samples before.
+    fn lands_gently(rise: f64, at: usize, (volts, ahead): (f64, usize)) -> Recording {
+        let time = |i: usize| 2e-5 * i as f64;
+        let level = |t: f64| if t < time(at) - 1e-9 { 0.0 } else { rise };
         let mut recording = jumps(5e-7, level);
-        let noise = jumps(5e-7, |_| 0.0);
+        let begun = recording.time.iter().take_while(|t| **t < JUMPS).count();
         let voltage = recording.voltage.as_mut().unwrap();
-        for (i, t) in recording
-            .time
-            .iter()
-            .enumerate()
-            .take_while(|(_, t)| **t < 0.05)
-        {
-            // The same noise, without the jumps.
-            let still = noise.proof_mass[i] - height(*t);
-            let up = 20e-6 * (1.0 - t / 0.007).max(0.0);
-            recording.proof_mass[i] = level(*t) + up + still;
-            voltage[i] = if *t < 0.03 { 8.0 } else { 8.0 - volts };
+        for (i, v) in voltage.iter_mut().enumerate().take(begun) {
+            let t = time(i);
+            let sinking = 20e-6 * (1.0 - t / 0.007).max(0.0);
+            recording.proof_mass[i] += sinking - height(t);
+            *v = if i + ahead < at { 8.0 } else { 8.0 - volts };
         }
         recording
     }
@@ -248,11 +261,56 @@ mod tests {
 
     #[test]
     fn a_step_under_a_mass_that_lies_on_is_found_though_its_landing_is_no_sign() {
-        let step = found(&lands_gently(0.0)).expect("a step");
-        assert!((step.rise / -0.9e-6 - 1.0).abs() < 0.05, "{step:?}");
-        assert!((step.time - 0.03).abs() < 2e-3, "{step:?}");
-        // It may as well have hung over the ground until the voltage changed.
-        assert_eq!(found(&lands_gently(2.0)), None);
+        for rise in [-0.9e-6, 0.9e-6] {
+            let recording = lands_gently(rise, 1500, (0.0, 0));
+            let begun = 0..1400;
+            let axis = TimeAxis::Samples(&recording.time[begun.clone()]);
+            let volts = &recording.voltage.as_ref().unwrap()[begun.clone()];
+            let noise = noise_of(&recording, Channel::ProofMass).ok();
+            let landing = &recording.proof_mass[begun];
+            let sign = estimate_contact_level(axis, Some(volts), landing, noise);
+            assert!(matches!(sign, Err(Missing::NoArrival { .. })), "{sign:?}");
+            let step = found(&recording).expect("a step");
+            assert!((step.rise / rise - 1.0).abs() < 0.05, "{step:?}");
+            assert!((step.time - 0.03).abs() < 2e-3, "{step:?}");
+        }
+    }
+
+    #[test]
+    fn what_moves_as_the_voltage_does_or_flies_or_is_not_read_is_no_step_under_a_mass() {
+        // It may as well have hung over the ground until the voltage changed, be that wherever it
+        // is in a block of samples, and as long before as a mass is late.
+        for rise in [-0.6e-6, -0.9e-6] {
+            for at in 1500..1520 {
+                for ahead in [0, 12] {
+                    let recording = lands_gently(rise, at, (2.0, ahead));
+                    assert_eq!(found(&recording), None, "{rise} {at} {ahead}");
+                }
+            }
+        }
+        let gap = |of: fn(f64) -> f64| {
+            let mut recording = lands_gently(-0.9e-6, 1500, (0.0, 0));
+            let readings = &mut recording.proof_mass[1490..1510];
+            readings.iter_mut().for_each(|x| *x = of(*x));
+            found(&recording)
+        };
+        assert!(gap(|x| x).is_some());
+        assert_eq!(gap(|x| x + 2e-6), None);
+        assert_eq!(gap(|_| f64::NAN), None);
+    }
+
+    #[test]
+    fn a_side_that_shows_another_ground_is_none_without_a_sign() {
+        // It bounces at the level that it lies at later, and hangs over it in between.
+        let mut recording = jumps(5e-7, |_| 0.0);
+        for (i, x) in recording.proof_mass.iter_mut().enumerate().take(1500) {
+            let t = 2e-5 * i as f64;
+            let bounces = 20e-6 * (std::f64::consts::PI * t / 0.004).sin().abs();
+            *x += if t < 0.02 { bounces } else { 0.9e-6 } - height(t);
+        }
+        let voltage = recording.voltage.as_mut().unwrap();
+        voltage[900..1600].fill(8.0);
+        assert_eq!(found(&recording), None);
     }
 
     #[test]
