@@ -155,7 +155,8 @@ impl Problem {
         make: impl Fn(&Segment, Around<'_>) -> Option<T> + Sync,
     ) -> Result<Vec<Option<T>>, SimError> {
         let base = self.simulator(x)?;
-        let states = self.states(x, &base, segments);
+        let seen = self.unseen();
+        let states = self.states_seen(x, &base, segments, &seen);
         let model = self.space.model(x);
         let entries = self.space.entries.par_iter().enumerate();
         let free = entries.filter(|(j, _)| !locked.contains(j));
@@ -172,7 +173,7 @@ impl Problem {
             let states = if same_states(&self.space.model(&there), &model) {
                 states.clone()
             } else {
-                self.states(x, &simulator, segments)
+                self.states_seen(x, &simulator, segments, &seen)
             };
             Ok(Moved {
                 parameter: j,

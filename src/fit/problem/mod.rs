@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use self::motion::Motion;
+use self::motion::{Motion, Seen};
 use super::chain::{Nuisances, Row, Setting, Sigmas, residuals, rows};
 use super::segment::Segment;
 use super::space::Space;
@@ -117,6 +117,23 @@ impl Problem {
         simulator: &StretchSimulator,
         segments: &[Segment],
     ) -> Vec<Vec<f64>> {
+        self.states_seen(x, simulator, segments, &self.unseen())
+    }
+
+    /// Nothing seen yet of the motion in each recording.
+    fn unseen(&self) -> Vec<Seen> {
+        self.data.iter().map(|_| Seen::default()).collect()
+    }
+
+    /// The same for one of several simulators: what the first of them has `seen` of the motion by
+    /// this rig, the others need not read again.
+    fn states_seen(
+        &self,
+        x: &[f64],
+        simulator: &StretchSimulator,
+        segments: &[Segment],
+        seen: &[Seen],
+    ) -> Vec<Vec<f64>> {
         let count = simulator.state_rates().len();
         let mut out = vec![Vec::new(); segments.len()];
         if count == 0 {
@@ -136,7 +153,10 @@ impl Problem {
                 rig: self.nuisances_of(x, index),
                 noise: data.sigmas.xp,
             };
-            let states = simulator.states_from_drive(&data.track.pieces, &times, &|t| motion.at(t));
+            let reading = seen[index].reading(&motion);
+            let motion = |t| reading.at(t);
+            let states = simulator.states_from_drive(&data.track.pieces, &times, &motion);
+            seen[index].keep(reading);
             (own, states)
         };
         let all: Vec<_> = self.data.par_iter().enumerate().map(of_recording).collect();

@@ -1,5 +1,8 @@
 //! The motion as it was read, at any time: what it leaves in an effect's states goes by it.
 
+use std::cell::{Cell, RefCell};
+use std::sync::OnceLock;
+
 use crate::fit::chain::Nuisances;
 use crate::recording::{Channel, Recording};
 use crate::sim::Points;
@@ -21,6 +24,57 @@ pub struct Motion<'a> {
     pub rig: Nuisances,
     /// Noise of the proof mass \[m\].
     pub noise: f64,
+}
+
+/// The motion in a recording at the times, in order, at which the first one who asked has read
+/// it: devices that differ by little ask for the same ones.
+#[derive(Debug, Default)]
+pub struct Seen(OnceLock<Vec<(f64, Points)>>);
+
+/// A motion that is read in order of time, where it has not been seen.
+#[derive(Debug)]
+pub struct Reading<'a> {
+    motion: &'a Motion<'a>,
+    seen: Option<&'a [(f64, Points)]>,
+    next: Cell<usize>,
+    own: RefCell<Vec<(f64, Points)>>,
+}
+
+impl Seen {
+    /// A motion that is read from the beginning.
+    pub fn reading<'a>(&'a self, motion: &'a Motion<'a>) -> Reading<'a> {
+        Reading {
+            motion,
+            seen: self.0.get().map(Vec::as_slice),
+            next: Cell::new(0),
+            own: RefCell::default(),
+        }
+    }
+
+    /// Keeps what a first one has read.
+    pub fn keep(&self, reading: Reading<'_>) {
+        if reading.seen.is_none() {
+            self.0.get_or_init(|| reading.own.into_inner());
+        }
+    }
+}
+
+impl Reading<'_> {
+    /// See [`Motion::at`]; seldom before what was asked for last.
+    pub fn at(&self, t: f64) -> Points {
+        let Some(seen) = self.seen else {
+            let points = self.motion.at(t);
+            self.own.borrow_mut().push((t, points));
+            return points;
+        };
+        let mut next = self.next.get();
+        next += seen[next..].iter().take_while(|(at, _)| *at < t).count();
+        self.next.set(next);
+        match seen.get(next) {
+            Some((at, points)) if at.to_bits() == t.to_bits() => *points,
+            _ => self.motion.at(t),
+        }
+    }
 }
 
 impl Motion<'_> {
@@ -133,5 +187,34 @@ mod tests {
         // What is not known is at rest.
         assert_eq!(motion.at(-1.0).vp, 0.0);
         assert_eq!(motion.at(5e-4).vc, 0.0);
+    }
+
+    #[test]
+    fn a_motion_that_has_been_seen_is_the_same() {
+        let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
+        let xp: Vec<f64> = time.iter().map(|t| bounce(*t).0).collect();
+        let recording = Recording::new("blow", time, None, xp, None).unwrap();
+        let motion = Motion {
+            recording: &recording,
+            rig: Nuisances::default(),
+            noise: 1e-9,
+        };
+        let seen = Seen::default();
+        let first = seen.reading(&motion);
+        let times: Vec<f64> = (0..80).map(|k| 8e-4 + 5e-6 * f64::from(k)).collect();
+        for t in &times {
+            assert_eq!(first.at(*t), motion.at(*t));
+        }
+        seen.keep(first);
+        // The same times, others between them, before and after, and some left out.
+        let mut others: Vec<f64> = times.iter().step_by(3).copied().collect();
+        others.extend(times.iter().map(|t| t + 1e-6));
+        others.extend([2e-4, 1.7e-3]);
+        others.sort_by(f64::total_cmp);
+        let again = seen.reading(&motion);
+        for t in others {
+            assert_eq!(again.at(t), motion.at(t), "{t}");
+        }
+        assert!(again.own.borrow().is_empty(), "it kept what it need not");
     }
 }
