@@ -132,6 +132,13 @@ impl Dense {
         let odd = 2.0 * c[2] + u2 * (4.0 * c[4] + u2 * (6.0 * c[6] + u2 * 8.0 * c[8]));
         (self.value(s), (even + u * odd) * 2.0 / h)
     }
+
+    /// What the time derivative times `sign` is nowhere below, over a step of length `h` [s].
+    pub fn least_slope(&self, sign: f64, h: f64) -> f64 {
+        let rest = self.0.iter().enumerate().skip(2);
+        let rest: f64 = rest.map(|(power, c)| power as f64 * c.abs()).sum();
+        (sign * self.0[1] - rest) * 2.0 / h
+    }
 }
 
 /// Coefficients in `u` of the polynomial of degree 4 through values at the points.
@@ -198,6 +205,8 @@ mod tests {
             assert!((value - f(s * h)).abs() < 1e-14);
             assert!((dense.value(s) - value).abs() < 1e-15);
             assert!((slope - df(s * h)).abs() < 1e-12);
+            assert!(dense.least_slope(1.0, h) <= slope);
+            assert!(dense.least_slope(-1.0, h) <= -slope);
         }
         // A mode over the longest step, w h = 3.
         let sine = Dense::new(

@@ -143,6 +143,10 @@ impl AmplifierLag {
 }
 
 impl Action for AmplifierLag {
+    fn acts_on_drive(&self) -> bool {
+        true
+    }
+
     fn does_nothing(&self) -> bool {
         self.rates.is_empty()
     }

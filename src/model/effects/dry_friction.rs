@@ -41,6 +41,11 @@ impl Action for DryFriction {
         self.force == 0.0
     }
 
+    fn acts_on_motion(&self) -> bool {
+        // Other than by its force, which is the same as long as the mass slides one way.
+        false
+    }
+
     fn friction(&self) -> f64 {
         self.force
     }

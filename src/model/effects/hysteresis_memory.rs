@@ -206,6 +206,10 @@ fn slant(piezo: &Piezo) -> f64 {
 }
 
 impl Action for HysteresisMemory {
+    fn acts_on_drive(&self) -> bool {
+        true
+    }
+
     fn does_nothing(&self) -> bool {
         self.share == 0.0
     }

@@ -195,7 +195,8 @@ pub trait Action: Send + Sync + fmt::Debug {
     }
 
     /// Whether it changes forces or drive while the mass flies or is held, or has states that
-    /// are no readings. What it makes of structure, ground and sensor is none of that.
+    /// are no readings. What it makes of structure, ground and sensor is none of that, nor is
+    /// [`Action::friction`].
     fn acts_on_motion(&self) -> bool {
         true
     }
@@ -243,6 +244,12 @@ pub trait Action: Send + Sync + fmt::Debug {
     /// break; its end may be earlier, its hysteresis branch another.
     fn piece(&self, segment: Segment, _t: f64, _z: &[f64]) -> Segment {
         segment
+    }
+
+    /// Drive: whether all it does is to change the force of the drive, which goes by the voltage,
+    /// the time and the states of such effects, and those by nothing of the motion.
+    fn acts_on_drive(&self) -> bool {
+        false
     }
 
     /// Drive: the voltage that the piezo film sees, from the one it would see without.
@@ -315,6 +322,11 @@ pub trait Action: Send + Sync + fmt::Debug {
         alpha
     }
 
+    /// Sensor: whether it changes the readings.
+    fn acts_on_readings(&self) -> bool {
+        false
+    }
+
     /// Sensor: the reading of a point at `t` [m], from the one without.
     fn reading(&self, reading: f64, _point: Point, _t: f64, _z: &[f64]) -> f64 {
         reading
@@ -351,5 +363,75 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn what_an_effect_says_it_leaves_alone_it_leaves_alone() {
+        let model = crate::model::preset::Preset::embedded("paper")
+            .unwrap()
+            .model;
+        let around = Surroundings {
+            structure: &model.structure(),
+            parameters: &model.parameters,
+            piezo: model.piezo,
+        };
+        let one = Kinematics {
+            t: 0.1,
+            xp: -3e-6,
+            vp: 2e-3,
+            xc: 1e-6,
+            vc: -1e-3,
+            voltage: 3.0,
+            gain: 2.0,
+            film: 1e-9,
+        };
+        // The same instant of another motion.
+        let other = Kinematics {
+            xp: 5e-6,
+            vp: -7e-3,
+            xc: 2e-6,
+            vc: 4e-3,
+            film: -3e-9,
+            ..one
+        };
+        let (mut driving, mut reading) = (0, 0);
+        for spec in CATALOGUE {
+            let own = spec.parameters.iter();
+            let values: Vec<f64> = own.map(|p| 0.5 * (p.range.0 + p.range.1)).collect();
+            let action = (spec.build)(&values, &around);
+            let z = vec![0.3; action.state_rates().len()];
+            let drive = |at: &Kinematics| {
+                (
+                    action.drive_voltage(3.0, at, &z),
+                    action.hysteresis(2.0, 3.0, Branch::Rising, &z),
+                    action.drive_gain(2.0, at, &z),
+                )
+            };
+            let moves = action.force_on_proof_mass(&one, &z) != 0.0
+                || action.film_force(1e-9, &z) != 1e-9
+                || action.base_acceleration(0.1) != 0.0;
+            if action.acts_on_drive() {
+                driving += 1;
+                assert!(!moves && drive(&one) == drive(&other), "{}", spec.id);
+                let inputs = |at: &Kinematics| {
+                    let mut inputs = vec![0.0; z.len()];
+                    action.state_inputs(at, &z, &mut inputs);
+                    inputs
+                };
+                assert_eq!(inputs(&one), inputs(&other), "{}", spec.id);
+            } else {
+                assert_eq!(drive(&one), (3.0, 2.0, 2.0), "{}", spec.id);
+            }
+            if !action.acts_on_motion() {
+                assert!(!moves && !action.acts_on_drive(), "{}", spec.id);
+            }
+            if action.acts_on_readings() {
+                reading += 1;
+            } else {
+                let read = action.reading(1e-6, Point::ProofMass, 0.1, &z);
+                assert_eq!(read, 1e-6, "{}", spec.id);
+            }
+        }
+        assert_eq!((driving, reading), (3, 2));
     }
 }

@@ -91,6 +91,10 @@ impl PiezoCreep {
 }
 
 impl Action for PiezoCreep {
+    fn acts_on_drive(&self) -> bool {
+        true
+    }
+
     fn does_nothing(&self) -> bool {
         self.rates.is_empty()
     }

@@ -68,6 +68,10 @@ impl Action for SensorLag {
         false
     }
 
+    fn acts_on_readings(&self) -> bool {
+        true
+    }
+
     fn state_rates(&self) -> &[f64] {
         &self.rates
     }

@@ -78,6 +78,10 @@ impl Action for ZeroDrift {
         false
     }
 
+    fn acts_on_readings(&self) -> bool {
+        true
+    }
+
     fn reading(&self, reading: f64, _point: Point, t: f64, _z: &[f64]) -> f64 {
         reading - self.size * (-t / self.tau).exp_m1() + self.rate * t
     }

@@ -118,6 +118,13 @@ impl Device {
         self.eta * at.gain
     }
 
+    /// Whether the drive's force is the same with extra states `a` and `b`, at one voltage and one
+    /// time.
+    pub fn drives_alike(&self, a: &[f64], b: &[f64]) -> bool {
+        let mut own = self.drive_states.iter().cloned();
+        own.all(|own| a[own.clone()] == b[own])
+    }
+
     /// The piezo's force at a voltage [N], without effects.
     #[inline]
     pub fn piezo_force(&self, voltage: f64, branch: Branch) -> f64 {

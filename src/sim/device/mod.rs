@@ -4,6 +4,7 @@ mod forces;
 mod ground;
 mod states;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::MAX_STATES;
@@ -56,8 +57,16 @@ pub(super) struct Device {
     piezo: Option<Piezo>,
     eta: f64,
     effects: Vec<Attached>,
+    /// Extra states by which the drive's force goes.
+    drive_states: Vec<Range<usize>>,
     /// Coulomb friction of the mass [N].
     pub friction: f64,
+    /// See [`Self::is_moved_by_effects`].
+    moved: bool,
+    /// Whether effects change nothing of the motion but by the drive.
+    pub only_drive: bool,
+    /// Whether effects change the readings.
+    pub alters_readings: bool,
     /// Whether the film's force is that of eq (10), at the same instant.
     pub film_is_plain: bool,
     /// Which effect's law of contact stands in place of the rigid stop.
@@ -184,7 +193,15 @@ impl Device {
             / mobility;
         let film = model.has_ground.then(|| SqueezeFilm::new(parameters));
         let ground = model.has_ground.then(|| Ground::new(parameters));
+        let moving = || effects.iter().filter(|e| e.action.acts_on_motion());
         let mut device = Self {
+            drive_states: {
+                let drives = effects.iter().filter(|e| e.action.acts_on_drive());
+                drives.map(|e| e.first..e.first + e.count).collect()
+            },
+            moved: moving().next().is_some(),
+            only_drive: moving().all(|e| e.action.acts_on_drive()),
+            alters_readings: effects.iter().any(|e| e.action.acts_on_readings()),
             friction,
             film_is_plain,
             compliant,
@@ -231,9 +248,9 @@ impl Device {
         !self.effects.is_empty()
     }
 
-    /// Whether anything but film, drive and structure acts between events.
+    /// Whether anything but film, drive, structure and friction acts between events.
     pub fn is_moved_by_effects(&self) -> bool {
-        self.effects.iter().any(|e| e.action.acts_on_motion())
+        self.moved
     }
 
     /// Longest step that follows the structure's motion, in flight and held [s].

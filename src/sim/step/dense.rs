@@ -144,9 +144,49 @@ impl Step {
     /// `shape` is the structure's at the mass.
     pub fn first_turn(&self, shape: &[f64], end: f64) -> Option<f64> {
         let smooth = self.smooth(shape);
+        if self.slides_on(&smooth, shape) {
+            return None;
+        }
         let fastest = self.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
         let speed = |s: f64| self.sliding * self.velocity_at(&smooth, shape, s);
         first_below(speed, end, 1e-12 * fastest)
+    }
+
+    /// Most speed of a point of the structure in the free motion of `which` of the modes, over
+    /// the step: what is damped gets no faster.
+    fn most_speed(&self, shape: &[f64], which: impl Fn(&Swing) -> bool) -> f64 {
+        let own = shape.iter().zip(&self.swings).filter(|(_, s)| which(s));
+        own.map(|(weight, swing)| {
+            let (x, v) = swing.start;
+            weight.abs() * (v * v + swing.oscillator.omega2 * x * x).sqrt()
+        })
+        .sum()
+    }
+
+    /// Whether it is plain that the mass slides on all over the step; `smooth` is its motion but
+    /// for the free motion of fast modes.
+    fn slides_on(&self, smooth: &Dense, shape: &[f64]) -> bool {
+        smooth.least_slope(self.sliding, self.h) > self.most_speed(shape, |swing| swing.fast)
+    }
+
+    /// Whether the mass may stop sliding the way it does within the step, up to fraction `end`,
+    /// however the modes that swing through more than a period in it stand by then.
+    pub fn may_turn(&self, shape: &[f64], end: f64) -> bool {
+        let smooth = self.smooth(shape);
+        if self.slides_on(&smooth, shape) {
+            return false;
+        }
+        let swings = |swing: &Swing| swing.fast && self.h > swing.oscillator.longest_step();
+        let most = self.most_speed(shape, swings);
+        let speed = |s: f64| {
+            let own = shape.iter().zip(&self.swings);
+            let free: f64 = own
+                .filter(|(_, swing)| swing.fast && !swings(swing))
+                .map(|(weight, swing)| weight * swing.free(s * self.h).1)
+                .sum();
+            self.sliding * (smooth.value_and_slope(s, self.h).1 + free) - most
+        };
+        speed(0.0) < 0.0 || first_below(speed, end, 0.0).is_some()
     }
 
     /// Pull-off force at fraction `s` of a held step from `t`, with the mass at `level`.

@@ -31,10 +31,15 @@ impl Step {
         let (q0, v0, z0) = state;
         self.start(q0, v0, z0);
         let growth = device.mobility * table.h * device.time_scale.max(table.h);
-        if device.is_moved_by_effects() {
-            self.flight_with_effects(device, table, segment, t, tolerance / growth)?;
+        let force_tolerance = tolerance / growth;
+        if !device.is_moved_by_effects() {
+            let constant = self.plain_drive(device, segment, t);
+            self.flight_plain(device, table, constant, force_tolerance)?;
+        } else if device.only_drive {
+            self.settle_drive(device, table, segment, t, force_tolerance)?;
+            self.flight_plain(device, table, false, force_tolerance)?;
         } else {
-            self.flight_plain(device, table, segment, t, tolerance / growth)?;
+            self.flight_with_effects(device, table, segment, t, force_tolerance)?;
         }
         self.settle(table);
         self.follow_readings(device, table, [&device.phi_p, &device.phi_c], [0.0; 2]);
@@ -54,15 +59,15 @@ impl Step {
         }
     }
 
+    /// Of a motion that only the film's force depends on, the drive being known; it may be
+    /// `constant`.
     fn flight_plain(
         &mut self,
         device: &Device,
         table: &Table,
-        segment: &Segment,
-        t: f64,
+        constant: bool,
         force_tolerance: f64,
     ) -> Result<(), Reject> {
-        let constant = self.plain_drive(device, segment, t);
         let m = self.modes;
         self.xp[0] = dot(&device.phi_p, self.q_at(0));
         self.vp[0] = dot(&device.phi_p, self.v_at(0));
@@ -83,7 +88,10 @@ impl Step {
                 base_v[k] += dot(wv, &self.drive);
             }
         }
-        self.force = [device.film_force(self.xp[0], self.vp[0]); S];
+        // A mass that rubs slides the same way all along.
+        let friction = device.friction * self.sliding;
+        let on_mass = |xp: f64, vp: f64| device.film_force(xp, vp) - friction;
+        self.force = [on_mass(self.xp[0], self.vp[0]); S];
         let mut previous = f64::INFINITY;
         let mut settled = false;
         for sweep in 0..24 {
@@ -97,7 +105,7 @@ impl Step {
                 if !device.is_inside_film(self.xp[k + 1]) {
                     return Err(Reject);
                 }
-                residual[k] = device.film_force(self.xp[k + 1], self.vp[k + 1]) - self.force[k + 1];
+                residual[k] = on_mass(self.xp[k + 1], self.vp[k + 1]) - self.force[k + 1];
                 change = change.max(residual[k].abs());
             }
             if !change.is_finite() {
@@ -163,17 +171,17 @@ impl Step {
         force_tolerance: f64,
     ) -> Result<(), Reject> {
         let mut residual = [0.0; S];
-        self.shake(device, t);
-        self.evaluate(device, segment, t, 0..1, None, &mut residual);
+        self.begin_drive(device, segment, t);
+        self.feel(device, segment, t, 0..1, None);
+        self.act(device, segment, 0..1, false, &mut residual);
         self.force = [residual[0]; S];
-        self.drive = [self.drive[0]; S];
         let states = self.z.len() / S;
         for k in 1..S {
-            self.z.copy_within(0..states, k * states);
             self.inputs.copy_within(0..states, k * states);
             self.back.copy_within(0..states, k * states);
         }
-        // Forces and states settle in turn: every other change may be far smaller.
+        // Forces and states that feel each other settle in turn: every other change may be far
+        // smaller.
         let (mut previous, mut older) = (f64::INFINITY, f64::INFINITY);
         for sweep in 0..40 {
             let (force, drive, base) = (self.force, self.drive, self.base);
@@ -184,8 +192,9 @@ impl Step {
                         + device.flight_base[i] * base[j]
                 })
             });
+            self.feel(device, segment, t, 1..S, None);
             self.propagate_states(table);
-            self.evaluate(device, segment, t, 1..S, None, &mut residual);
+            self.act(device, segment, 1..S, false, &mut residual);
             let mut change = 0.0f64;
             for k in 1..S {
                 if !device.is_inside_film(self.xp[k]) {
@@ -208,8 +217,6 @@ impl Step {
             }
             let size = self.force[0].abs().max(self.drive[0].abs());
             if change <= 0.02 * force_tolerance || change <= 8.0 * f64::EPSILON * size {
-                // States that nothing feels are not judged by the forces.
-                self.propagate_states(table);
                 return Ok(());
             }
             if sweep > 1 && change > 10.0 * previous.max(older) {

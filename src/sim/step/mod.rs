@@ -14,6 +14,8 @@ mod tables;
 
 pub(super) use self::tables::{LEVELS, Tables};
 
+use std::ops::Range;
+
 use self::elimination::eliminate;
 use self::readings::Readings;
 use self::tables::Table;
@@ -22,6 +24,7 @@ use super::linear::{Oscillator, Swing};
 use super::nodes::{NODES, S, top_coefficient};
 use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
+use crate::model::effects::Kinematics;
 
 /// The film is singular on the way or the iteration does not settle: a shorter step
 /// may do.
@@ -64,6 +67,14 @@ pub(super) struct Step {
     pub drive: [f64; S],
     /// Acceleration of the base at the points [m/s^2].
     base: [f64; S],
+    /// Voltage of the drive at the points [V].
+    voltage: [f64; S],
+    /// What effects see at the points.
+    seen: [Kinematics; S],
+    /// Extra states with which the drive's force was told last, and its gain; `None` at points
+    /// where it is not told yet.
+    drive_states: Vec<f64>,
+    drive_gain: [Option<f64>; S],
     /// Direction in which the mass slides, which friction opposes: 1, -1, or 0.
     pub sliding: f64,
     /// Whether the mass of a step of flight is in a compliant ground.
@@ -95,6 +106,7 @@ impl Step {
             q: vec![0.0; S * modes],
             v: vec![0.0; S * modes],
             z: vec![0.0; S * states],
+            drive_states: vec![0.0; S * states],
             inputs: vec![0.0; S * states],
             back: vec![0.0; S * states],
             largest: vec![0.0; states],
@@ -161,10 +173,91 @@ impl Step {
         FOLLOWED * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
     }
 
-    /// Acceleration of the base at the points of a step from `t`.
-    fn shake(&mut self, device: &Device, t: f64) {
+    /// The drive at the points of a step from `t`, which feels nothing of the motion, and the
+    /// base's acceleration; the extra states as they are at the beginning.
+    fn begin_drive(&mut self, device: &Device, segment: &Segment, t: f64) {
+        let states = self.z.len() / S;
+        self.drive_gain = [None; S];
         for k in 0..S {
-            self.base[k] = device.base_acceleration(t + NODES[k] * self.h);
+            let t = t + NODES[k] * self.h;
+            self.base[k] = device.base_acceleration(t);
+            self.voltage[k] = segment.shape.voltage(t);
+            self.seen[k] = Kinematics {
+                t,
+                voltage: self.voltage[k],
+                ..Kinematics::default()
+            };
+            self.z.copy_within(0..states, k * states);
+            self.tell_drive(device, segment, k);
+        }
+    }
+
+    /// The drive at the points, and the extra states that it and nothing else has a bearing on,
+    /// to within `force_tolerance` \[N\] on the mass.
+    fn settle_drive(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        segment: &Segment,
+        t: f64,
+        force_tolerance: f64,
+    ) -> Result<(), Reject> {
+        self.begin_drive(device, segment, t);
+        if self.z.is_empty() {
+            return Ok(());
+        }
+        // States that feed on others settle one after the other.
+        for _ in 0..40 {
+            let before = self.drive;
+            for k in 0..S {
+                self.feed(device, k);
+            }
+            self.propagate_states(table);
+            for k in 1..S {
+                self.tell_drive(device, segment, k);
+            }
+            let own = self.drive.iter().zip(&before);
+            let change = own.fold(0.0f64, |a, (now, before)| a.max((now - before).abs()));
+            if !change.is_finite() {
+                return Err(Reject);
+            }
+            let change = change * device.drive_ratio;
+            if change <= 0.02 * force_tolerance
+                || change <= 8.0 * f64::EPSILON * self.drive[0].abs()
+            {
+                return Ok(());
+            }
+        }
+        Err(Reject)
+    }
+
+    /// Inputs that the extra states get from what is seen at a point.
+    fn feed(&mut self, device: &Device, k: usize) {
+        let states = self.z.len() / S;
+        let (at, z) = (&self.seen[k], &self.z[k * states..(k + 1) * states]);
+        let inputs = &mut self.inputs[k * states..(k + 1) * states];
+        device.state_inputs(at, z, inputs);
+        device.paces(at, |i, pace| {
+            let back = (1.0 - pace) * self.rates[i];
+            inputs[i] = pace * inputs[i] + back * z[i];
+            self.back[k * states + i] = back;
+        });
+    }
+
+    /// Tells the drive's force at a point, and its gain in what is seen there. That of a memory
+    /// takes long, and stays the same while the motion settles.
+    fn tell_drive(&mut self, device: &Device, segment: &Segment, k: usize) {
+        let states = self.z.len() / S;
+        let own = k * states..(k + 1) * states;
+        let (at, z) = (&mut self.seen[k], &self.z[own.clone()]);
+        let known = self.drive_gain[k];
+        match known.filter(|_| device.drives_alike(z, &self.drive_states[own.clone()])) {
+            Some(gain) => at.gain = gain,
+            None => {
+                self.drive[k] = device.drive_force(at, segment.branch, z);
+                self.drive_gain[k] = Some(at.gain);
+                self.drive_states[own.clone()].copy_from_slice(&self.z[own]);
+            }
         }
     }
 
@@ -270,45 +363,56 @@ impl Step {
         false
     }
 
-    /// Forces with effects at some of the points: on the mass into `force`, the drive's
-    /// and the inputs of the extra states in place. Held at `ground`, or in flight.
-    fn evaluate(
+    /// What effects see at some of the points, and the inputs that their extra states get from
+    /// it. Held at `ground`, or in flight.
+    fn feel(
         &mut self,
         device: &Device,
         segment: &Segment,
         t: f64,
-        points: std::ops::Range<usize>,
+        points: Range<usize>,
         ground: Option<f64>,
+    ) {
+        let states = self.z.len() / S;
+        for k in points {
+            let (q, v, voltage) = (self.q_at(k), self.v_at(k), self.voltage[k]);
+            let t = t + NODES[k] * self.h;
+            let at = match ground {
+                Some(ground) => device.held_kinematics(t, voltage, ground, q, v),
+                None => device.flight_kinematics(t, voltage, q, v),
+            };
+            (self.xp[k], self.vp[k]) = (at.xp, at.vp);
+            self.seen[k] = at;
+            if states > 0 {
+                self.tell_drive(device, segment, k);
+                self.feed(device, k);
+            }
+        }
+    }
+
+    /// Forces of what is seen at some of the points, with the extra states as they are: on the
+    /// mass into `force`, the drive's in place.
+    fn act(
+        &mut self,
+        device: &Device,
+        segment: &Segment,
+        points: Range<usize>,
+        held: bool,
         force: &mut [f64; S],
     ) {
         let states = self.z.len() / S;
         for k in points {
-            let (q, v) = (self.q_at(k), self.v_at(k));
-            let t = t + NODES[k] * self.h;
-            let voltage = segment.shape.voltage(t);
-            let mut at = match ground {
-                Some(ground) => device.held_kinematics(t, voltage, ground, q, v),
-                None => device.flight_kinematics(t, voltage, q, v),
-            };
-            let z = &self.z[k * states..(k + 1) * states];
-            force[k] = if ground.is_some() {
-                device.force_on_held(&at, z)
+            let (at, z) = (&self.seen[k], &self.z[k * states..(k + 1) * states]);
+            force[k] = if held {
+                device.force_on_held(at, z)
             } else {
-                let force = device.effect_force(&at, z) + device.altered_film_force(&at, z);
+                let force = device.effect_force(at, z) + device.altered_film_force(at, z);
                 force - device.friction * self.sliding
                     + self.touch.map_or(0.0, |touch| {
-                        device.contact_force(touch.level - at.xp, -at.vp, t - touch.since)
+                        device.contact_force(touch.level - at.xp, -at.vp, at.t - touch.since)
                     })
             };
-            self.drive[k] = device.drive_force(&mut at, segment.branch, z);
-            (self.xp[k], self.vp[k]) = (at.xp, at.vp);
-            let inputs = &mut self.inputs[k * states..(k + 1) * states];
-            device.state_inputs(&at, z, inputs);
-            device.paces(&at, |i, pace| {
-                let back = (1.0 - pace) * self.rates[i];
-                inputs[i] = pace * inputs[i] + back * z[i];
-                self.back[k * states + i] = back;
-            });
+            self.tell_drive(device, segment, k);
         }
     }
 
@@ -330,27 +434,28 @@ impl Step {
         let (q0, v0, z0) = state;
         self.start(q0, v0, z0);
         let m = self.modes;
-        let states = self.z.len() / S;
         let held = &device.held;
-        let effects = device.is_moved_by_effects();
+        let growth = device.mobility * table.h * device.time_scale.max(table.h);
+        let effects = device.is_moved_by_effects() && !device.only_drive;
         if effects {
-            self.shake(device, t);
+            self.begin_drive(device, segment, t);
+        } else if device.is_moved_by_effects() {
+            self.settle_drive(device, table, segment, t, tolerance / growth)?;
         } else {
             self.plain_drive(device, segment, t);
         }
         for k in 1..S {
             self.q.copy_within(0..m, k * m);
             self.v.copy_within(0..m, k * m);
-            self.z.copy_within(0..states, k * states);
         }
-        let growth = device.mobility * table.h * device.time_scale.max(table.h);
         // Without effects and damping between modes the first answer is exact.
         let sweeps = if effects || m > 1 { 40 } else { 1 };
         let mut on_mass = [0.0; S];
         let mut previous = [f64::INFINITY; S];
         for sweep in 0..=sweeps {
             if effects {
-                self.evaluate(device, segment, t, 0..S, Some(ground), &mut on_mass);
+                self.feel(device, segment, t, 0..S, Some(ground));
+                self.act(device, segment, 0..S, true, &mut on_mass);
             }
             let (drive, base) = (self.drive, self.base);
             self.v_before.copy_from_slice(&self.v);
@@ -368,7 +473,9 @@ impl Step {
                 })
             });
             self.v_before = v_before;
-            self.propagate_states(table);
+            if effects {
+                self.propagate_states(table);
+            }
             let pull: [f64; S] = std::array::from_fn(|k| {
                 device.pull_held(
                     self.q_at(k),

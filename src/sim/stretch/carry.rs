@@ -161,7 +161,7 @@ impl<'a> Stretcher<'a> {
                         xp += p * x;
                         xc += c * x;
                     }
-                    if device.has_effects() {
+                    if device.alters_readings {
                         let z = step.states_beside(s, &free);
                         xp = device.apparent(xp, Point::ProofMass, at, z.as_slice());
                         xc = device.apparent(xc, Point::Cantilever, at, z.as_slice());
@@ -307,7 +307,10 @@ impl<'a> Stretcher<'a> {
         } else {
             &sim.flight
         };
-        let mut level = self.level.max(sim.coarsest).max(tables.covering(end - t));
+        let mut level = self.level.max(tables.covering(end - t));
+        if held.is_some() {
+            level = level.max(sim.coarsest);
+        }
         let mut rejected = false;
         loop {
             *steps += 1;
@@ -317,6 +320,14 @@ impl<'a> Stretcher<'a> {
             if let Some((length, excess)) = self.step_at(level, segment, held, t, state)
                 && excess <= 1.0
             {
+                let turns = || {
+                    let share = ((end - t) / length).min(1.0);
+                    self.flight.may_turn(&sim.device.phi_p, share)
+                };
+                if held.is_none() && level < sim.coarsest && turns() {
+                    level = sim.coarsest;
+                    continue;
+                }
                 if rejected {
                     self.level = level;
                 } else if excess < 1.0 / 64.0 && level == self.level && level > 0 {
