@@ -7,14 +7,14 @@
 #![allow(clippy::needless_range_loop)]
 
 mod dense;
+mod effects;
 mod elimination;
 mod flight;
+mod held;
 mod readings;
 mod tables;
 
 pub(super) use self::tables::{LEVELS, Tables};
-
-use std::ops::Range;
 
 use self::elimination::eliminate;
 use self::readings::Readings;
@@ -22,7 +22,6 @@ use self::tables::Table;
 use super::device::{Device, dot};
 use super::linear::{Oscillator, Swing};
 use super::nodes::{NODES, S, top_coefficient};
-use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 
@@ -173,94 +172,6 @@ impl Step {
         FOLLOWED * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
     }
 
-    /// The drive at the points of a step from `t`, which feels nothing of the motion, and the
-    /// base's acceleration; the extra states as they are at the beginning.
-    fn begin_drive(&mut self, device: &Device, segment: &Segment, t: f64) {
-        let states = self.z.len() / S;
-        self.drive_gain = [None; S];
-        for k in 0..S {
-            let t = t + NODES[k] * self.h;
-            self.base[k] = device.base_acceleration(t);
-            self.voltage[k] = segment.shape.voltage(t);
-            self.seen[k] = Kinematics {
-                t,
-                voltage: self.voltage[k],
-                ..Kinematics::default()
-            };
-            self.z.copy_within(0..states, k * states);
-            self.tell_drive(device, segment, k);
-        }
-    }
-
-    /// The drive at the points, and the extra states that it and nothing else has a bearing on,
-    /// to within `force_tolerance` \[N\] on the mass.
-    fn settle_drive(
-        &mut self,
-        device: &Device,
-        table: &Table,
-        segment: &Segment,
-        t: f64,
-        force_tolerance: f64,
-    ) -> Result<(), Reject> {
-        self.begin_drive(device, segment, t);
-        if self.z.is_empty() {
-            return Ok(());
-        }
-        // States that feed on others settle one after the other.
-        for _ in 0..40 {
-            let before = self.drive;
-            for k in 0..S {
-                self.feed(device, k);
-            }
-            self.propagate_states(table);
-            for k in 1..S {
-                self.tell_drive(device, segment, k);
-            }
-            let own = self.drive.iter().zip(&before);
-            let change = own.fold(0.0f64, |a, (now, before)| a.max((now - before).abs()));
-            if !change.is_finite() {
-                return Err(Reject);
-            }
-            let change = change * device.drive_ratio;
-            if change <= 0.02 * force_tolerance
-                || change <= 8.0 * f64::EPSILON * self.drive[0].abs()
-            {
-                return Ok(());
-            }
-        }
-        Err(Reject)
-    }
-
-    /// Inputs that the extra states get from what is seen at a point.
-    fn feed(&mut self, device: &Device, k: usize) {
-        let states = self.z.len() / S;
-        let (at, z) = (&self.seen[k], &self.z[k * states..(k + 1) * states]);
-        let inputs = &mut self.inputs[k * states..(k + 1) * states];
-        device.state_inputs(at, z, inputs);
-        device.paces(at, |i, pace| {
-            let back = (1.0 - pace) * self.rates[i];
-            inputs[i] = pace * inputs[i] + back * z[i];
-            self.back[k * states + i] = back;
-        });
-    }
-
-    /// Tells the drive's force at a point, and its gain in what is seen there. That of a memory
-    /// takes long, and stays the same while the motion settles.
-    fn tell_drive(&mut self, device: &Device, segment: &Segment, k: usize) {
-        let states = self.z.len() / S;
-        let own = k * states..(k + 1) * states;
-        let (at, z) = (&mut self.seen[k], &self.z[own.clone()]);
-        let known = self.drive_gain[k];
-        match known.filter(|_| device.drives_alike(z, &self.drive_states[own.clone()])) {
-            Some(gain) => at.gain = gain,
-            None => {
-                self.drive[k] = device.drive_force(at, segment.branch, z);
-                self.drive_gain[k] = Some(at.gain);
-                self.drive_states[own.clone()].copy_from_slice(&self.z[own]);
-            }
-        }
-    }
-
     /// Makes ready what dense output needs, once the forces have settled.
     fn settle(&mut self, table: &Table) {
         for i in 0..self.modes {
@@ -361,154 +272,5 @@ impl Step {
             self.drive[k] = device.piezo_force(voltage, segment.branch);
         }
         false
-    }
-
-    /// What effects see at some of the points, and the inputs that their extra states get from
-    /// it. Held at `ground`, or in flight.
-    fn feel(
-        &mut self,
-        device: &Device,
-        segment: &Segment,
-        t: f64,
-        points: Range<usize>,
-        ground: Option<f64>,
-    ) {
-        let states = self.z.len() / S;
-        for k in points {
-            let (q, v, voltage) = (self.q_at(k), self.v_at(k), self.voltage[k]);
-            let t = t + NODES[k] * self.h;
-            let at = match ground {
-                Some(ground) => device.held_kinematics(t, voltage, ground, q, v),
-                None => device.flight_kinematics(t, voltage, q, v),
-            };
-            (self.xp[k], self.vp[k]) = (at.xp, at.vp);
-            self.seen[k] = at;
-            if states > 0 {
-                self.tell_drive(device, segment, k);
-                self.feed(device, k);
-            }
-        }
-    }
-
-    /// Forces of what is seen at some of the points, with the extra states as they are: on the
-    /// mass into `force`, the drive's in place.
-    fn act(
-        &mut self,
-        device: &Device,
-        segment: &Segment,
-        points: Range<usize>,
-        held: bool,
-        force: &mut [f64; S],
-    ) {
-        let states = self.z.len() / S;
-        for k in points {
-            let (at, z) = (&self.seen[k], &self.z[k * states..(k + 1) * states]);
-            force[k] = if held {
-                device.force_on_held(at, z)
-            } else {
-                let force = device.effect_force(at, z) + device.altered_film_force(at, z);
-                force - device.friction * self.sliding
-                    + self.touch.map_or(0.0, |touch| {
-                        device.contact_force(touch.level - at.xp, -at.vp, at.t - touch.since)
-                    })
-            };
-            self.tell_drive(device, segment, k);
-        }
-    }
-
-    /// A step with the proof mass held at `level` [m]. `q`, `v` are held coordinates.
-    #[allow(clippy::too_many_arguments)]
-    pub fn held(
-        &mut self,
-        device: &Device,
-        tables: &Tables,
-        level: usize,
-        segment: &Segment,
-        t: f64,
-        state: (&[f64], &[f64], &[f64]),
-        ground: f64,
-        tolerance: f64,
-    ) -> Result<(), Reject> {
-        let table = tables.get(level);
-        self.h = table.h;
-        let (q0, v0, z0) = state;
-        self.start(q0, v0, z0);
-        let m = self.modes;
-        let held = &device.held;
-        let growth = device.mobility * table.h * device.time_scale.max(table.h);
-        let effects = device.is_moved_by_effects() && !device.only_drive;
-        if effects {
-            self.begin_drive(device, segment, t);
-        } else if device.is_moved_by_effects() {
-            self.settle_drive(device, table, segment, t, tolerance / growth)?;
-        } else {
-            self.plain_drive(device, segment, t);
-        }
-        for k in 1..S {
-            self.q.copy_within(0..m, k * m);
-            self.v.copy_within(0..m, k * m);
-        }
-        // Without effects and damping between modes the first answer is exact.
-        let sweeps = if effects || m > 1 { 40 } else { 1 };
-        let mut on_mass = [0.0; S];
-        let mut previous = [f64::INFINITY; S];
-        for sweep in 0..=sweeps {
-            if effects {
-                self.feel(device, segment, t, 0..S, Some(ground));
-                self.act(device, segment, 0..S, true, &mut on_mass);
-            }
-            let (drive, base) = (self.drive, self.base);
-            self.v_before.copy_from_slice(&self.v);
-            let v_before = std::mem::take(&mut self.v_before);
-            self.propagate(table, |i| {
-                std::array::from_fn(|j| {
-                    let row = i * m..(i + 1) * m;
-                    let cross = dot(&held.cross_damping[row], &v_before[j * m..(j + 1) * m]);
-                    let shaken = if effects {
-                        device.held_base[i] * base[j]
-                    } else {
-                        0.0
-                    };
-                    held.drive[i] * drive[j] + held.level_force[i] * ground + shaken - cross
-                })
-            });
-            self.v_before = v_before;
-            if effects {
-                self.propagate_states(table);
-            }
-            let pull: [f64; S] = std::array::from_fn(|k| {
-                device.pull_held(
-                    self.q_at(k),
-                    self.v_at(k),
-                    ground,
-                    self.drive[k],
-                    on_mass[k],
-                )
-            });
-            let change = (0..S)
-                .map(|k| (pull[k] - previous[k]).abs())
-                .fold(0.0, f64::max);
-            previous = pull;
-            if sweeps == 1 || change * growth <= 0.02 * tolerance || change <= 1e-14 * pull[0].abs()
-            {
-                break;
-            }
-            if sweep == sweeps {
-                return Err(Reject);
-            }
-        }
-        self.settle(table);
-        let none = [0.0; MAX_MODES];
-        let levels = [ground, ground * device.anchor_c];
-        self.follow_readings(device, table, [&none[..m], &held.cantilever], levels);
-        self.force = previous;
-        let drive_top = dot(top_coefficient(), &self.drive).abs();
-        self.error = FOLLOWED * growth * drive_top * device.drive_ratio;
-        self.error += self.state_error(device, growth, FOLLOWED) + self.base_error(device, growth);
-        if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
-            Ok(())
-        } else {
-            Err(Reject)
-        }
     }
 }

@@ -6,6 +6,8 @@
 //! [`Stretcher`] of its own, which allocates nothing per stretch.
 
 mod carry;
+#[cfg(test)]
+mod friction_tests;
 mod memory;
 mod motion;
 #[cfg(test)]

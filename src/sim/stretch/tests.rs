@@ -5,7 +5,7 @@ use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::sim::{EventKind, simulate};
 
-fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
+pub(super) fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
     (0..)
         .map(|i| drive.segment(i))
         .take_while(|s| s.start < until)
@@ -13,7 +13,7 @@ fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
 }
 
 /// An effect with those values.
-fn with_values(id: &str, values: &[f64]) -> ActiveEffect {
+pub(super) fn with_values(id: &str, values: &[f64]) -> ActiveEffect {
     ActiveEffect {
         spec: find(id).unwrap(),
         values: values.to_vec(),
@@ -21,7 +21,7 @@ fn with_values(id: &str, values: &[f64]) -> ActiveEffect {
 }
 
 /// A further mode at `f` \[Hz\].
-fn mode(f: f64) -> ActiveEffect {
+pub(super) fn mode(f: f64) -> ActiveEffect {
     let values = [f, 0.01, 4e3, 3e3, 5e3, f, 0.01, 0.0, 0.0, 0.0];
     with_values("extra_mode", &values)
 }
@@ -477,56 +477,6 @@ fn a_film_that_is_quick_and_goes_slower_near_the_ground_takes_few_steps() {
         for tau in [2e-6, 8e-6, 3e-5] {
             let with = count(&[(tau, 2.0)], held);
             assert!(with < 4 * plain + 100, "{tau} {held:?}: {with} of {plain}");
-        }
-    }
-}
-
-/// 10 ms of flight with friction of `force` \[N\] and a further mode at `f` \[Hz\]: readings of the
-/// proof mass, the number of steps, and how many it takes if all are short enough to follow that
-/// mode.
-fn rubbed(force: f64, f: f64, tolerance: f64) -> (Vec<f64>, usize, f64) {
-    const SPAN: (f64, f64) = (1e-3, 1.1e-2);
-    let mut model = Preset::embedded("paper").unwrap().model;
-    model.effects.push(mode(f));
-    model.effects.push(with_values("dry_friction", &[force]));
-    let options = Options {
-        tolerance,
-        ..Options::default()
-    };
-    let simulator = StretchSimulator::new(&model, &options).unwrap();
-    let mut stretcher = Stretcher::new(&simulator);
-    stretcher.note_pace();
-    let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
-    let times: Vec<f64> = (0..500).map(|i| SPAN.0 + f64::from(i) * 2e-5).collect();
-    let mut state = StretchState {
-        q: vec![1e-10, 1e-12, 1e-12],
-        v: vec![1e-6, 1e-8, 1e-8],
-        z: Vec::new(),
-    };
-    let mut xp = Vec::new();
-    let read = |_, x: f64, _| xp.push(x);
-    stretcher
-        .carry(&drive, None, SPAN.0, SPAN.1, &mut state, &times, read)
-        .unwrap();
-    let steps = stretcher.noted_pace().0[0].len();
-    let short = (SPAN.1 - SPAN.0) / simulator.device.longest_step();
-    (xp, steps, short)
-}
-
-#[test]
-fn a_mass_that_rubs_turns_and_stops_in_long_steps_where_it_does_in_short_ones() {
-    for (force, f, stops) in [(4e-8, 21e3, 50), (1e-9, 21e3, 0), (1e-10, 40e3, 0)] {
-        let (long, steps, all_short) = rubbed(force, f, 1e-10);
-        let (short, ..) = rubbed(force, f, 1e-14);
-        for (i, (a, b)) in long.iter().zip(&short).enumerate() {
-            assert!((a - b).abs() < 1e-9, "{force} {f} {i}: {a} {b}");
-        }
-        let at_rest = short.windows(2).filter(|w| w[0] == w[1]).count();
-        assert!(at_rest >= stops, "{force} {f}: {at_rest}");
-        println!("{force} {f}: {steps} of {all_short}, {at_rest} at rest");
-        if force < 1e-9 {
-            let most = 0.6 * all_short;
-            assert!((steps as f64) < most, "{force} {f}: {steps} of {most}");
         }
     }
 }
