@@ -15,7 +15,7 @@ use crate::sim::nodes::{NODES, S};
 impl Step {
     /// The drive at the points of a step from `t`, which feels nothing of the motion, and the
     /// base's acceleration; the extra states as they are at the beginning.
-    pub(super) fn begin_drive(&mut self, device: &Device, segment: &Segment, t: f64) {
+    fn begin_drive(&mut self, device: &Device, segment: &Segment, t: f64) {
         let states = self.z.len() / S;
         self.drive_gain = [None; S];
         for k in 0..S {
@@ -32,17 +32,36 @@ impl Step {
         }
     }
 
-    /// The drive at the points, and the extra states that it and nothing else has a bearing on,
-    /// to within `force_tolerance` \[N\] on the mass.
-    pub(super) fn settle_drive(
+    /// The drive at the points where effects change nothing of the motion but by it, and whether
+    /// it is constant; `None` where forces and states must settle together, which begins.
+    pub(super) fn known_drive(
         &mut self,
         device: &Device,
         table: &Table,
         segment: &Segment,
         t: f64,
         force_tolerance: f64,
-    ) -> Result<(), Reject> {
+    ) -> Result<Option<bool>, Reject> {
+        if !device.is_moved_by_effects() {
+            return Ok(Some(self.plain_drive(device, segment, t)));
+        }
         self.begin_drive(device, segment, t);
+        if !device.only_drive {
+            return Ok(None);
+        }
+        self.settle_drive(device, table, segment, force_tolerance)?;
+        Ok(Some(false))
+    }
+
+    /// The drive at the points, and the extra states that it and nothing else has a bearing on,
+    /// to within `force_tolerance` \[N\] on the mass.
+    fn settle_drive(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        segment: &Segment,
+        force_tolerance: f64,
+    ) -> Result<(), Reject> {
         if self.z.is_empty() {
             return Ok(());
         }

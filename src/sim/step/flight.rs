@@ -32,14 +32,9 @@ impl Step {
         self.start(q0, v0, z0);
         let growth = device.mobility * table.h * device.time_scale.max(table.h);
         let force_tolerance = tolerance / growth;
-        if !device.is_moved_by_effects() {
-            let constant = self.plain_drive(device, segment, t);
-            self.flight_plain(device, table, constant, force_tolerance)?;
-        } else if device.only_drive {
-            self.settle_drive(device, table, segment, t, force_tolerance)?;
-            self.flight_plain(device, table, false, force_tolerance)?;
-        } else {
-            self.flight_with_effects(device, table, segment, t, force_tolerance)?;
+        match self.known_drive(device, table, segment, t, force_tolerance)? {
+            Some(constant) => self.flight_plain(device, table, constant, force_tolerance)?,
+            None => self.flight_with_effects(device, table, segment, t, force_tolerance)?,
         }
         self.settle(table);
         self.follow_readings(device, table, [&device.phi_p, &device.phi_c], [0.0; 2]);
@@ -171,7 +166,6 @@ impl Step {
         force_tolerance: f64,
     ) -> Result<(), Reject> {
         let mut residual = [0.0; S];
-        self.begin_drive(device, segment, t);
         self.feel(device, segment, t, 0..1, None);
         self.act(device, segment, 0..1, false, &mut residual);
         self.force = [residual[0]; S];

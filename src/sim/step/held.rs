@@ -28,14 +28,8 @@ impl Step {
         let m = self.modes;
         let held = &device.held;
         let growth = device.mobility * table.h * device.time_scale.max(table.h);
-        let effects = device.is_moved_by_effects() && !device.only_drive;
-        if effects {
-            self.begin_drive(device, segment, t);
-        } else if device.is_moved_by_effects() {
-            self.settle_drive(device, table, segment, t, tolerance / growth)?;
-        } else {
-            self.plain_drive(device, segment, t);
-        }
+        let drive = self.known_drive(device, table, segment, t, tolerance / growth)?;
+        let effects = drive.is_none();
         for k in 1..S {
             self.q.copy_within(0..m, k * m);
             self.v.copy_within(0..m, k * m);

@@ -6,10 +6,9 @@ use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::sim::Options;
 
-/// 10 ms of flight with friction of `force` \[N\] and a further mode at `f` \[Hz\], which begins with a
-/// velocity of `ring` \[kg^1/2 m/s\]: readings of the
-/// proof mass, the number of steps, and how many it takes if all are short enough to follow that
-/// mode.
+/// 10 ms of flight with friction of `force` \[N\] and a further mode at `f` \[Hz\], which begins with
+/// a velocity of `ring` \[kg^1/2 m/s\]: readings of the proof mass, the number of steps, and how many
+/// it takes if all are short enough to follow that mode.
 fn rubbed((force, f, ring): (f64, f64, f64), tolerance: f64) -> (Vec<f64>, usize, f64) {
     const SPAN: (f64, f64) = (1e-3, 1.1e-2);
     let mut model = Preset::embedded("paper").unwrap().model;
