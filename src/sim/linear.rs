@@ -25,12 +25,15 @@ impl Oscillator {
             let w = d.sqrt();
             let decay = (-a * t).exp();
             let x = w * t;
+            // That of the standard library calls the platform's, which on some takes longer to set
+            // its rounding than to compute.
+            let (sin, cos) = libm::sincos(x);
             let sinc = if x < 1e-4 {
                 t * (1.0 - x * x / 6.0)
             } else {
-                x.sin() / w
+                sin / w
             };
-            (decay * sinc, decay * (x.cos() - a * sinc))
+            (decay * sinc, decay * (cos - a * sinc))
         } else {
             let k = (-d).sqrt();
             // -a + k, written so that a weak spring is not lost in rounding.
@@ -120,11 +123,17 @@ impl Swing {
                 - k * k * (order + 1.0) * (order + 2.0) * above(n + 2))
                 / oscillator.omega2;
         }
+        swing.set_out(h, x, v);
+        swing
+    }
+
+    /// The free motion with which the whole starts at `x` and `v`.
+    fn set_out(&mut self, h: f64, x: f64, v: f64) {
+        let p = &self.particular;
         // At u = -1.
         let value = p[0] - p[1] + p[2] - p[3] + p[4];
-        let slope = k * (p[1] - 2.0 * p[2] + 3.0 * p[3] - 4.0 * p[4]);
-        swing.start = (x - value, v - slope);
-        swing
+        let slope = 2.0 / h * (p[1] - 2.0 * p[2] + 3.0 * p[3] - 4.0 * p[4]);
+        self.start = (x - value, v - slope);
     }
 
     /// Particular answer at fraction `s` of a step of `h` [s]: displacement and velocity.
@@ -133,6 +142,12 @@ impl Swing {
         let value = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * p[4])));
         let slope = p[1] + u * (2.0 * p[2] + u * (3.0 * p[3] + u * 4.0 * p[4]));
         (value, 2.0 / h * slope)
+    }
+
+    /// Most speed of the free motion over the step: what is damped gets no faster.
+    pub fn most_speed(&self) -> f64 {
+        let (x, v) = self.start;
+        (v * v + self.oscillator.omega2 * x * x).sqrt()
     }
 
     /// Free motion at `t` [s] after the step's start: displacement and velocity.
@@ -158,6 +173,13 @@ pub struct Propagator {
     pub displacement: [[f64; S]; S - 1],
     /// Likewise velocity.
     pub velocity: [[f64; S]; S - 1],
+    /// Length of the step [s].
+    h: f64,
+    /// The [`Swing`] of each force of 1 at a point and 0 at the others: what the particular answer
+    /// has per force, by point.
+    answers: [[f64; S]; S],
+    /// See [`Swing::fast`].
+    fast: bool,
 }
 
 impl Propagator {
@@ -165,16 +187,21 @@ impl Propagator {
     pub fn new(oscillator: Oscillator, h: f64) -> Self {
         let mut result = Self {
             oscillator,
+            h,
             ..Self::default()
         };
         for k in 0..S - 1 {
             result.state[k] = oscillator.free_motion(NODES[k + 1] * h);
         }
+        let swings: [Swing; S] = std::array::from_fn(|j| {
+            let force = std::array::from_fn(|i| f64::from(u8::from(i == j)));
+            Swing::new(oscillator, h, 0.0, 0.0, &force)
+        });
+        result.fast = swings[0].fast;
+        result.answers = swings.map(|swing| swing.particular);
         if oscillator.swings() && h > oscillator.longest_step() {
             // No quadrature follows many periods; the answer to a polynomial is one.
-            for j in 0..S {
-                let force = std::array::from_fn(|i| f64::from(u8::from(i == j)));
-                let swing = Swing::new(oscillator, h, 0.0, 0.0, &force);
+            for (j, swing) in swings.iter().enumerate() {
                 for k in 0..S - 1 {
                     let (x, v) = swing.answer_to_force(NODES[k + 1], h);
                     let (free_x, free_v) = swing.free(NODES[k + 1] * h);
@@ -196,6 +223,27 @@ impl Propagator {
             }
         }
         result
+    }
+}
+
+impl Propagator {
+    /// [`Swing::new`] over the step.
+    pub fn swing(&self, x: f64, v: f64, force: &[f64; S]) -> Swing {
+        let mut swing = Swing {
+            oscillator: self.oscillator,
+            fast: self.fast,
+            particular: [0.0; S],
+            start: (x, v),
+        };
+        if swing.fast {
+            for (answer, force) in self.answers.iter().zip(force) {
+                for (p, answer) in swing.particular.iter_mut().zip(answer) {
+                    *p += answer * force;
+                }
+            }
+            swing.set_out(self.h, x, v);
+        }
+        swing
     }
 }
 
@@ -235,21 +283,48 @@ impl DecayPropagator {
     }
 }
 
-/// Above this many time constants per step a decay is followed by [`decay_at`], below by
+/// Above this many time constants per step a decay is followed by [`QuickDecay`], below by
 /// a polynomial.
 pub(super) const QUICK_DECAY: f64 = 0.5;
 
-/// A quick decay `z' = -rate z + u` within a step of `h` [s], at fraction `s`: the
-/// particular answer to the polynomial through the inputs, and what decays from `start`.
-pub(super) fn decay_at(rate: f64, h: f64, start: f64, input: &[f64; S], s: f64) -> f64 {
-    let u = interpolant(input);
-    let mut p = [0.0; S];
-    for n in (0..S).rev() {
-        let above = p.get(n + 1).copied().unwrap_or(0.0);
-        p[n] = (u[n] - 2.0 / h * (n + 1) as f64 * above) / rate;
+/// A quick decay `z' = -rate z + u` within a step: the particular answer to the polynomial through
+/// the inputs, and what decays from the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct QuickDecay {
+    /// Particular answer, coefficients in `u`.
+    particular: [f64; S],
+    start: f64,
+    /// Over the step.
+    decay: f64,
+}
+
+impl QuickDecay {
+    /// Over a step of `h` \[s\] from `start`, with the inputs at its points.
+    pub fn new(rate: f64, h: f64, start: f64, input: &[f64; S]) -> Self {
+        let u = interpolant(input);
+        let mut p = [0.0; S];
+        for n in (0..S).rev() {
+            let above = p.get(n + 1).copied().unwrap_or(0.0);
+            p[n] = (u[n] - 2.0 / h * (n + 1) as f64 * above) / rate;
+        }
+        let mut decay = Self {
+            particular: p,
+            start: 0.0,
+            decay: rate * h,
+        };
+        decay.start = start - decay.answer(0.0);
+        decay
     }
-    let at = |u: f64| p.iter().rev().fold(0.0, |sum, c| sum * u + c);
-    at(2.0 * s - 1.0) + (start - at(-1.0)) * (-rate * s * h).exp()
+
+    fn answer(&self, s: f64) -> f64 {
+        let u = 2.0 * s - 1.0;
+        self.particular.iter().rev().fold(0.0, |sum, c| sum * u + c)
+    }
+
+    /// At fraction `s` of the step.
+    pub fn at(&self, s: f64) -> f64 {
+        self.answer(s) + self.start * (-self.decay * s).exp()
+    }
 }
 
 #[cfg(test)]
@@ -315,6 +390,12 @@ mod tests {
         let force = |t: f64| 1.0 - 2.0 * t + 4.0 * t.powi(4);
         let swing = Swing::new(oscillator, 1.0, 0.3, -0.2, &NODES.map(force));
         assert!(swing.fast);
+        let whole = Propagator::new(oscillator, 1.0).swing(0.3, -0.2, &NODES.map(force));
+        for (a, b) in whole.particular.iter().zip(swing.particular) {
+            assert!((a - b).abs() < 1e-13, "{a} {b}");
+        }
+        assert!((whole.start.0 - swing.start.0).abs() < 1e-13);
+        assert!((whole.start.1 - swing.start.1).abs() < 1e-13);
         let pieces = 64;
         let h = 1.0 / f64::from(pieces);
         let small = Propagator::new(oscillator, h);

@@ -133,6 +133,19 @@ impl Dense {
         (self.value(s), (even + u * odd) * 2.0 / h)
     }
 
+    /// Most that the time derivative changes per fraction of a step of length `h` \[s\], and most
+    /// that this changes per fraction.
+    pub fn most_bend(&self, h: f64) -> (f64, f64) {
+        let sum = |f: fn(f64) -> f64| -> f64 {
+            let own = self.0.iter().enumerate();
+            own.map(|(power, c)| f(power as f64) * c.abs()).sum()
+        };
+        (
+            4.0 / h * sum(|n| n * (n - 1.0)),
+            8.0 / h * sum(|n| n * (n - 1.0) * (n - 2.0)),
+        )
+    }
+
     /// What the time derivative times `sign` is nowhere below, over a step of length `h` [s].
     pub fn least_slope(&self, sign: f64, h: f64) -> f64 {
         let rest = self.0.iter().enumerate().skip(2);
@@ -207,6 +220,11 @@ mod tests {
             assert!((slope - df(s * h)).abs() < 1e-12);
             assert!(dense.least_slope(1.0, h) <= slope);
             assert!(dense.least_slope(-1.0, h) <= -slope);
+            let d2f = |t: f64| 72.0 * t.powi(7) - 36.0 * t * t;
+            let d3f = |t: f64| 504.0 * t.powi(6) - 72.0 * t;
+            let bend = dense.most_bend(h);
+            assert!(bend.0 >= h * d2f(s * h).abs());
+            assert!(bend.1 >= h * h * d3f(s * h).abs());
         }
         // A mode over the longest step, w h = 3.
         let sine = Dense::new(

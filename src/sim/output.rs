@@ -101,6 +101,11 @@ impl<'a> FastModes<'a> {
         self.started = false;
     }
 
+    /// Their displacements and velocities now; none for others.
+    pub fn now(&self) -> &[(f64, f64)] {
+        &self.now[..self.swings.len()]
+    }
+
     /// Adds their motion at a point of the structure to a displacement and velocity.
     #[inline]
     pub fn add(&self, (mut x, mut v): (f64, f64), shape: &[f64]) -> (f64, f64) {

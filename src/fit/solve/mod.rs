@@ -237,6 +237,10 @@ fn descend(
         if let Some(trial) = accepted {
             point = trial;
         }
+        log::trace!(
+            "cost {:.3} at damping {damping:.1e}, moved {moved}, converged {converged}",
+            point.cost
+        );
         clock.tell(plan.stage, problem, &point, control);
         let finer = fixed.unwrap_or_else(|| point.threshold());
         if finer.0 < 0.9 * huber.0 {

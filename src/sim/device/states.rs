@@ -103,6 +103,12 @@ impl Device {
         })
     }
 
+    /// Those of the extra states that [`Self::apparent`] goes by.
+    pub fn shown_states(&self) -> impl Iterator<Item = usize> {
+        let shown = self.effects.iter().filter(|e| e.action.acts_on_readings());
+        shown.flat_map(|e| e.first..e.first + e.count)
+    }
+
     /// Rate at which the slowest extra state forgets [1/s]; infinite if there is none.
     pub fn slowest_rate(&self) -> f64 {
         let all = self.effects.iter();

@@ -108,8 +108,9 @@ impl Runner {
             return contact;
         }
         let end = contact.map_or(end, |(s, _)| s);
+        let shape = &self.device.phi_p;
         self.flight
-            .first_turn(&self.device.phi_p, end)
+            .first_turn(&self.flight.smooth(shape), shape, end)
             .map(|s| (s, Stop::Turn))
             .or(contact)
     }

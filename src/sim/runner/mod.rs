@@ -301,6 +301,7 @@ pub(super) fn tables(device: &Device, options: &Options, structure: [f64; 2]) ->
             &device.phi_p,
             &device.phi_d,
         ),
-        Tables::new(held, &device.held_modes, &device.rates, &none, &none),
+        Tables::new(held, &device.held_modes, &device.rates, &none, &none)
+            .damped_by(&device.held.cross_damping),
     ]
 }

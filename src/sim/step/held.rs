@@ -1,6 +1,6 @@
 //! A step with the proof mass held: what its structure does while the mass stays where it is.
 
-use super::tables::Tables;
+use super::tables::{Table, Tables};
 use super::{FOLLOWED, Reject, Step};
 use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
@@ -29,65 +29,20 @@ impl Step {
         let held = &device.held;
         let growth = device.mobility * table.h * device.time_scale.max(table.h);
         let drive = self.known_drive(device, table, segment, t, tolerance / growth)?;
-        let effects = drive.is_none();
-        for k in 1..S {
-            self.q.copy_within(0..m, k * m);
-            self.v.copy_within(0..m, k * m);
-        }
-        // Without effects and damping between modes the first answer is exact.
-        let sweeps = if effects || m > 1 { 40 } else { 1 };
-        let mut on_mass = [0.0; S];
-        let mut previous = [f64::INFINITY; S];
-        for sweep in 0..=sweeps {
-            if effects {
-                self.feel(device, segment, t, 0..S, Some(ground));
-                self.act(device, segment, 0..S, true, &mut on_mass);
+        let pull = match drive {
+            Some(_) => {
+                self.held_plain(device, table, ground);
+                std::array::from_fn(|k| self.pull(device, k, ground, 0.0))
             }
-            let (drive, base) = (self.drive, self.base);
-            self.v_before.copy_from_slice(&self.v);
-            let v_before = std::mem::take(&mut self.v_before);
-            self.propagate(table, |i| {
-                std::array::from_fn(|j| {
-                    let row = i * m..(i + 1) * m;
-                    let cross = dot(&held.cross_damping[row], &v_before[j * m..(j + 1) * m]);
-                    let shaken = if effects {
-                        device.held_base[i] * base[j]
-                    } else {
-                        0.0
-                    };
-                    held.drive[i] * drive[j] + held.level_force[i] * ground + shaken - cross
-                })
-            });
-            self.v_before = v_before;
-            if effects {
-                self.propagate_states(table);
+            None => {
+                self.held_with_effects(device, table, segment, (t, ground), tolerance / growth)?
             }
-            let pull: [f64; S] = std::array::from_fn(|k| {
-                device.pull_held(
-                    self.q_at(k),
-                    self.v_at(k),
-                    ground,
-                    self.drive[k],
-                    on_mass[k],
-                )
-            });
-            let change = (0..S)
-                .map(|k| (pull[k] - previous[k]).abs())
-                .fold(0.0, f64::max);
-            previous = pull;
-            if sweeps == 1 || change * growth <= 0.02 * tolerance || change <= 1e-14 * pull[0].abs()
-            {
-                break;
-            }
-            if sweep == sweeps {
-                return Err(Reject);
-            }
-        }
+        };
         self.settle(table);
         let none = [0.0; MAX_MODES];
         let levels = [ground, ground * device.anchor_c];
         self.follow_readings(device, table, [&none[..m], &held.cantilever], levels);
-        self.force = previous;
+        self.force = pull;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         self.error = FOLLOWED * growth * drive_top * device.drive_ratio;
         self.error += self.state_error(device, growth, FOLLOWED) + self.base_error(device, growth);
@@ -96,5 +51,90 @@ impl Step {
         } else {
             Err(Reject)
         }
+    }
+    /// Where no effect acts but by the drive, which is known: the modes are linear.
+    fn held_plain(&mut self, device: &Device, table: &Table, ground: f64) {
+        let (m, held) = (self.modes, &device.held);
+        let drive = self.drive;
+        let own = |i: usize| held.level_force[i] * ground;
+        if table.damped.is_empty() {
+            self.propagate(table, |i| drive.map(|drive| held.drive[i] * drive + own(i)));
+            return;
+        }
+        let row = |i: usize| &held.cross_damping[i * m..(i + 1) * m];
+        // Velocities without damping between modes but for that at the start.
+        let undamped = &mut self.v_before;
+        for i in 0..m {
+            let (q0, v0) = (self.q[i], self.v[i]);
+            let mut force = drive.map(|drive| held.drive[i] * drive + own(i));
+            force[0] -= dot(row(i), &self.v[..m]);
+            let mode = &table.modes[i];
+            for k in 0..S - 1 {
+                let e = &mode.state[k];
+                undamped[k * m + i] = e[2] * q0 + e[3] * v0 + dot(&mode.velocity[k], &force);
+            }
+        }
+        let n = (S - 1) * m;
+        for (v, row) in self.v[m..].iter_mut().zip(table.damped.chunks_exact(n)) {
+            *v = dot(row, &undamped[..n]);
+        }
+        self.v_before.copy_from_slice(&self.v);
+        let v_before = std::mem::take(&mut self.v_before);
+        self.propagate(table, |i| {
+            let damped = |j: usize| dot(row(i), &v_before[j * m..(j + 1) * m]);
+            std::array::from_fn(|j| held.drive[i] * drive[j] + own(i) - damped(j))
+        });
+        self.v_before = v_before;
+    }
+
+    /// Where effects feel the motion that they make: forces and motion settle together, to within
+    /// `force_tolerance` \[N\] of the pull-off force, which is told.
+    fn held_with_effects(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        segment: &Segment,
+        (t, ground): (f64, f64),
+        force_tolerance: f64,
+    ) -> Result<[f64; S], Reject> {
+        let (m, held) = (self.modes, &device.held);
+        for k in 1..S {
+            self.q.copy_within(0..m, k * m);
+            self.v.copy_within(0..m, k * m);
+        }
+        let mut on_mass = [0.0; S];
+        let mut previous = [f64::INFINITY; S];
+        for _ in 0..=40 {
+            self.feel(device, segment, t, 0..S, Some(ground));
+            self.act(device, segment, 0..S, true, &mut on_mass);
+            let (drive, base) = (self.drive, self.base);
+            self.v_before.copy_from_slice(&self.v);
+            let v_before = std::mem::take(&mut self.v_before);
+            self.propagate(table, |i| {
+                let row = held.cross_damping.get(i * m..(i + 1) * m).unwrap_or(&[]);
+                std::array::from_fn(|j| {
+                    let cross = dot(row, &v_before[j * m..(j + 1) * m]);
+                    let shaken = device.held_base[i] * base[j];
+                    held.drive[i] * drive[j] + held.level_force[i] * ground + shaken - cross
+                })
+            });
+            self.v_before = v_before;
+            self.propagate_states(table);
+            let pull = std::array::from_fn(|k| self.pull(device, k, ground, on_mass[k]));
+            let change = (0..S)
+                .map(|k: usize| (pull[k] - previous[k]).abs())
+                .fold(0.0f64, f64::max);
+            if change <= 0.02 * force_tolerance || change <= 1e-14 * pull[0].abs() {
+                return Ok(pull);
+            }
+            previous = pull;
+        }
+        Err(Reject)
+    }
+
+    /// Pull-off force at a point, the mass held at `ground` \[m\], with `on_mass` \[N\] on it.
+    fn pull(&self, device: &Device, k: usize, ground: f64, on_mass: f64) -> f64 {
+        let drive = self.drive[k];
+        device.pull_held(self.q_at(k), self.v_at(k), ground, drive, on_mass)
     }
 }

@@ -13,6 +13,7 @@ mod flight;
 mod held;
 mod readings;
 mod tables;
+mod turn;
 
 pub(super) use self::tables::{LEVELS, Tables};
 
@@ -175,14 +176,7 @@ impl Step {
     /// Makes ready what dense output needs, once the forces have settled.
     fn settle(&mut self, table: &Table) {
         for i in 0..self.modes {
-            let oscillator = table.modes[i].oscillator;
-            self.swings[i] = Swing::new(
-                oscillator,
-                self.h,
-                self.q[i],
-                self.v[i],
-                &self.mode_force[i],
-            );
+            self.swings[i] = table.modes[i].swing(self.q[i], self.v[i], &self.mode_force[i]);
         }
     }
 

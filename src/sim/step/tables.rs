@@ -5,6 +5,8 @@
 
 use std::sync::OnceLock;
 
+use nalgebra::DMatrix;
+
 use crate::sim::linear::{DecayPropagator, Oscillator, Propagator};
 use crate::sim::nodes::S;
 
@@ -24,6 +26,9 @@ pub(in crate::sim) struct Table {
     /// Proof mass per force on it and per drive force: `[displacement, velocity]`.
     pub(super) p_from_p: [[[f64; S]; S - 1]; 2],
     pub(super) p_from_d: [[[f64; S]; S - 1]; 2],
+    /// From what the velocities at the points but the first would be without damping between
+    /// modes to what they are, row-major by `[point][mode]`; empty if there is none.
+    pub(super) damped: Vec<f64>,
 }
 
 /// Tables for halved and halved again step lengths, made when first needed, and shared
@@ -34,6 +39,8 @@ pub(in crate::sim) struct Tables {
     rates: Vec<f64>,
     phi_p: Vec<f64>,
     phi_d: Vec<f64>,
+    /// Damping between modes, row-major; empty if there is none.
+    cross_damping: Vec<f64>,
     lengths: [f64; LEVELS],
     levels: Vec<OnceLock<Box<Table>>>,
 }
@@ -52,8 +59,18 @@ impl Tables {
             rates: rates.to_vec(),
             phi_p: phi_p.to_vec(),
             phi_d: phi_d.to_vec(),
+            cross_damping: Vec::new(),
             levels: vec![OnceLock::new(); LEVELS],
         }
+    }
+
+    /// The same of modes that are damped by each other's velocities, so much by row and column
+    /// \[1/s\].
+    pub fn damped_by(mut self, cross_damping: &[f64]) -> Self {
+        if cross_damping.iter().any(|c| *c != 0.0) {
+            self.cross_damping = cross_damping.to_vec();
+        }
+        self
     }
 
     /// Step length of a level [s].
@@ -101,9 +118,28 @@ impl Tables {
                 h,
                 p_from_p: both(phi_p),
                 p_from_d: both(phi_d),
+                damped: damped(&modes, &self.cross_damping),
                 decays: rates.iter().map(|&r| DecayPropagator::new(r, h)).collect(),
                 modes,
             })
         })
     }
+}
+
+/// See [`Table::damped`].
+fn damped(modes: &[Propagator], cross_damping: &[f64]) -> Vec<f64> {
+    let m = modes.len();
+    if cross_damping.is_empty() {
+        return Vec::new();
+    }
+    let n = (S - 1) * m;
+    let per_velocity = DMatrix::from_fn(n, n, |to, from| {
+        let ((k, i), (j, l)) = ((to / m, to % m), (from / m, from % m));
+        f64::from(u8::from(to == from)) + modes[i].velocity[k][j + 1] * cross_damping[i * m + l]
+    });
+    // Over so long a step that damping between modes outweighs all there is none.
+    let inverse = per_velocity
+        .try_inverse()
+        .unwrap_or_else(|| DMatrix::from_element(n, n, f64::NAN));
+    inverse.transpose().as_slice().to_vec()
 }

@@ -5,8 +5,11 @@ use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::model::sensor::Point;
 use crate::sim::crossing::first_below;
+use crate::sim::device::Device;
 use crate::sim::error::{Burden, SimError};
+use crate::sim::linear::Oscillator;
 use crate::sim::nodes::S;
+use crate::sim::output::FastModes;
 use crate::sim::step::{LEVELS, Step};
 
 /// Steps after which a stretch is given up, to begin with: where the film is thought to be
@@ -23,6 +26,43 @@ const LENIENT: f64 = 100.0;
 /// which a difference would divide by its step (Bock 1981, internal differentiation).
 #[derive(Debug, Clone, Default)]
 pub struct Pace(pub(super) Vec<Vec<usize>>);
+
+/// The interval at which readings come, and what modes do over it.
+struct Beat {
+    interval: f64,
+    flight: Vec<[f64; 4]>,
+    held: Vec<[f64; 4]>,
+}
+
+impl Beat {
+    /// Share of the interval that is rounding.
+    const EVEN: f64 = 1e-9;
+
+    fn new(device: &Device, times: &[f64]) -> Self {
+        let interval = match times {
+            [first, second, ..] => second - first,
+            _ => f64::INFINITY,
+        };
+        let over = |modes: &[Oscillator]| -> Vec<[f64; 4]> {
+            let even = if interval.is_finite() { modes } else { &[] };
+            even.iter().map(|mode| mode.free_motion(interval)).collect()
+        };
+        Self {
+            interval,
+            flight: over(&device.flight),
+            held: over(&device.held_modes),
+        }
+    }
+
+    fn motions(&self, held: bool) -> &[[f64; 4]] {
+        if held { &self.held } else { &self.flight }
+    }
+
+    /// Whether readings so far apart are one interval apart.
+    fn is_one(&self, apart: f64) -> bool {
+        (apart - self.interval).abs() < Self::EVEN * self.interval
+    }
+}
 
 /// Steps through stretches of one simulator with scratch of its own.
 #[derive(Debug)]
@@ -108,6 +148,7 @@ impl<'a> Stretcher<'a> {
             *carry += 1;
         }
         let (on_ground, mut held) = (held.is_some(), held);
+        let beat = Beat::new(device, times);
         while t < to {
             let mut segment = segment_at(drive, t);
             if device.has_effects() {
@@ -128,10 +169,14 @@ impl<'a> Stretcher<'a> {
             } else {
                 &self.flight
             };
-            let mut turned = false;
+            let (mut turned, mut smooth) = (false, None);
             if device.friction > 0.0 && !on_ground {
                 let turn = match held {
-                    None => step.first_turn(&device.phi_p, share),
+                    None => step.first_turn(
+                        smooth.insert(step.smooth(&device.phi_p)),
+                        &device.phi_p,
+                        share,
+                    ),
                     Some(x) => {
                         let pull = |s: f64| step.held_pull(device, &segment, t, s, x);
                         first_below(|s| device.friction - pull(s).abs(), share, 0.0)
@@ -152,17 +197,25 @@ impl<'a> Stretcher<'a> {
                         level * device.anchor_c,
                     ),
                 };
-                let (p, c) = (step.smooth(phi_p), step.smooth(phi_c));
+                let p = smooth.unwrap_or_else(|| step.smooth(phi_p));
+                let c = step.smooth(phi_c);
+                let courses = step.courses(device);
+                let mut fast = FastModes::new(&step.swings, beat.motions(held.is_some()));
+                let mut before = t;
                 while let Some(&at) = times.get(next).filter(|&&s| s <= reached) {
                     let s = ((at - t) / h).max(0.0);
                     let (mut xp, mut xc) = (level_p + p.value(s), level_c + c.value(s));
-                    let free = step.free_at(s);
-                    for ((x, _), (p, c)) in free.iter().zip(phi_p.iter().zip(phi_c)) {
+                    if !beat.is_one(at - before) {
+                        fast.restart();
+                    }
+                    fast.advance(s * h);
+                    before = at;
+                    for ((x, _), (p, c)) in fast.now().iter().zip(phi_p.iter().zip(phi_c)) {
                         xp += p * x;
                         xc += c * x;
                     }
                     if device.alters_readings {
-                        let z = step.states_beside(s, &free);
+                        let z = step.states_beside(&courses, s, fast.now());
                         xp = device.apparent(xp, Point::ProofMass, at, z.as_slice());
                         xc = device.apparent(xc, Point::Cantilever, at, z.as_slice());
                     }
