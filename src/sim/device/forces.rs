@@ -142,6 +142,11 @@ impl Device {
         pull
     }
 
+    /// Pull-off force per displacement \[N/(kg^1/2 m)\] and per velocity of a held coordinate.
+    pub fn pull_per_motion(&self, mode: usize) -> (f64, f64) {
+        (self.pull_position[mode], self.pull_velocity[mode])
+    }
+
     /// Pull-off force, eq (13), as if the mass were held, from modal coordinates in flight.
     pub fn pull_flight(&self, q: &[f64], dq: &[f64], drive: f64, on_mass: f64) -> f64 {
         let structure: f64 = (0..q.len())

@@ -2,8 +2,12 @@
 
 use super::Step;
 use crate::sim::crossing::{first_below_seen, looks};
+use crate::sim::device::Device;
 use crate::sim::linear::{Swing, apply};
-use crate::sim::nodes::Dense;
+use crate::sim::nodes::{Dense, NODES, interpolant};
+
+/// Most that what goes smoothly over a step is beyond the sum of its polynomial's coefficients.
+const SMOOTH: f64 = 1.02;
 
 /// How fast the mass slides the way it did, over a step.
 struct Sliding<'a, W> {
@@ -106,6 +110,25 @@ impl Step {
     /// for the free motion of fast modes.
     fn slides_on(&self, smooth: &Dense, shape: &[f64]) -> bool {
         smooth.least_slope(self.sliding, self.h) > self.most_speed(shape, |swing| swing.fast)
+    }
+
+    /// Whether it is plain that a held mass is nowhere in the step pulled by as much as `force`
+    /// \[N\].
+    pub fn stays_below(&self, device: &Device, force: f64) -> bool {
+        let m = self.modes;
+        // The pull at the points, but for the free motion of fast modes, which is at most `reach`.
+        let (mut smooth, mut reach) = (self.force, 0.0);
+        for (i, swing) in self.swings.iter().enumerate().filter(|(_, s)| s.fast) {
+            let (per_x, per_v) = device.pull_per_motion(i);
+            for (k, node) in NODES.iter().enumerate() {
+                let (x, v) = swing.answer_to_force(*node, self.h);
+                smooth[k] -= per_x * (self.q[k * m + i] - x) + per_v * (self.v[k * m + i] - v);
+            }
+            let omega = swing.oscillator.omega2.sqrt();
+            reach += (per_x.abs() / omega + per_v.abs()) * swing.most_speed();
+        }
+        let most: f64 = interpolant(&smooth).iter().map(|c| c.abs()).sum();
+        SMOOTH * most + reach < force
     }
 
     /// Whether the mass may stop sliding the way it does within the step, up to fraction `end`,

@@ -1,13 +1,12 @@
 //! A state carried through a stretch, step by step, and read on the way.
 
+use super::beat::Beat;
 use super::{StretchSimulator, StretchState, segment_at};
 use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::model::sensor::Point;
 use crate::sim::crossing::first_below;
-use crate::sim::device::Device;
 use crate::sim::error::{Burden, SimError};
-use crate::sim::linear::Oscillator;
 use crate::sim::nodes::S;
 use crate::sim::output::FastModes;
 use crate::sim::step::{LEVELS, Step};
@@ -26,43 +25,6 @@ const LENIENT: f64 = 100.0;
 /// which a difference would divide by its step (Bock 1981, internal differentiation).
 #[derive(Debug, Clone, Default)]
 pub struct Pace(pub(super) Vec<Vec<usize>>);
-
-/// The interval at which readings come, and what modes do over it.
-struct Beat {
-    interval: f64,
-    flight: Vec<[f64; 4]>,
-    held: Vec<[f64; 4]>,
-}
-
-impl Beat {
-    /// Share of the interval that is rounding.
-    const EVEN: f64 = 1e-9;
-
-    fn new(device: &Device, times: &[f64]) -> Self {
-        let interval = match times {
-            [first, second, ..] => second - first,
-            _ => f64::INFINITY,
-        };
-        let over = |modes: &[Oscillator]| -> Vec<[f64; 4]> {
-            let even = if interval.is_finite() { modes } else { &[] };
-            even.iter().map(|mode| mode.free_motion(interval)).collect()
-        };
-        Self {
-            interval,
-            flight: over(&device.flight),
-            held: over(&device.held_modes),
-        }
-    }
-
-    fn motions(&self, held: bool) -> &[[f64; 4]] {
-        if held { &self.held } else { &self.flight }
-    }
-
-    /// Whether readings so far apart are one interval apart.
-    fn is_one(&self, apart: f64) -> bool {
-        (apart - self.interval).abs() < Self::EVEN * self.interval
-    }
-}
 
 /// Steps through stretches of one simulator with scratch of its own.
 #[derive(Debug)]
@@ -177,6 +139,7 @@ impl<'a> Stretcher<'a> {
                         &device.phi_p,
                         share,
                     ),
+                    Some(_) if step.stays_below(device, device.friction) => None,
                     Some(x) => {
                         let pull = |s: f64| step.held_pull(device, &segment, t, s, x);
                         first_below(|s| device.friction - pull(s).abs(), share, 0.0)

@@ -5,6 +5,7 @@ use super::*;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::sim::Options;
+use crate::sim::step::Step;
 
 /// 10 ms of flight with friction of `force` \[N\] and a further mode at `f` \[Hz\], which begins with
 /// a velocity of `ring` \[kg^1/2 m/s\]: readings of the proof mass, the number of steps, and how many
@@ -69,4 +70,52 @@ fn a_mass_that_rubs_turns_and_stops_in_long_steps_where_it_does_in_short_ones() 
             assert!(share < 0.6, "{case:?}: {share}");
         }
     }
+}
+
+#[test]
+fn what_is_said_to_hold_all_over_a_step_does() {
+    let mut model = Preset::embedded("paper").unwrap().model;
+    model.effects.push(mode(9e3));
+    model.effects.push(mode(2.1e4));
+    model.effects.push(with_values("dry_friction", &[1e-9]));
+    let simulator = StretchSimulator::new(&model, &Options::default()).unwrap();
+    let device = &simulator.device;
+    let m = device.held_modes.len();
+    let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
+    let segment = segment_at(&drive, 0.0);
+    let mut step = Step::new(m, &device.rates);
+    let (mut held, mut said) = (0, 0);
+    for i in 0..400 {
+        let level = i % 4 + simulator.coarsest.saturating_sub(2);
+        let swing = 3e-11 * f64::from(i as u32 % 7);
+        let phase = |k: usize| (1.7 * k as f64 + 0.9 * i as f64).sin();
+        let omega = |k: usize| device.held_modes[k].omega2.sqrt();
+        let r: Vec<f64> = (0..m).map(|k| swing * phase(k) / omega(k)).collect();
+        let dr: Vec<f64> = (0..m).map(|k| swing * phase(k + 5)).collect();
+        let t = 4e-5 * i as f64;
+        let from = (&r[..], &dr[..], &[][..]);
+        step.held(
+            device,
+            &simulator.held,
+            level,
+            &segment,
+            t,
+            from,
+            0.0,
+            1e-11,
+        )
+        .unwrap();
+        let pull = |s: f64| step.held_pull(device, &segment, t, s, 0.0).abs();
+        let most = (0..=500)
+            .map(|s| pull(f64::from(s) / 500.0))
+            .fold(0.0, f64::max);
+        for share in [0.7, 1.0, 1.3, 2.0, 4.0] {
+            let holds = most < share * 1e-7;
+            let plain = step.stays_below(device, share * 1e-7);
+            assert!(holds || !plain, "{i}: {most} of {}", share * 1e-7);
+            held += usize::from(holds);
+            said += usize::from(plain);
+        }
+    }
+    assert!(held > 100 && said > held / 3, "{said} of {held}");
 }

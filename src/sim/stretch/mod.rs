@@ -5,6 +5,7 @@
 //! its propagators are made once for all stretches. Each thread steps with a
 //! [`Stretcher`] of its own, which allocates nothing per stretch.
 
+mod beat;
 mod carry;
 #[cfg(test)]
 mod friction_tests;
