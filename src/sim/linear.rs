@@ -224,9 +224,7 @@ impl Propagator {
         }
         result
     }
-}
 
-impl Propagator {
     /// [`Swing::new`] over the step.
     pub fn swing(&self, x: f64, v: f64, force: &[f64; S]) -> Swing {
         let mut swing = Swing {

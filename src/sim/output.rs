@@ -7,7 +7,7 @@ use crate::model::sensor::Point;
 
 use super::device::Device;
 use super::error::Options;
-use super::linear::{Swing, apply};
+use super::linear::{Oscillator, Swing, apply};
 use super::trace::Trace;
 
 /// Sample times that fall into a part of a step.
@@ -71,6 +71,11 @@ pub(super) struct FastModes<'a> {
 }
 
 impl<'a> FastModes<'a> {
+    /// Each mode's free motion over an `interval` \[s\] between samples.
+    pub fn sampling(modes: &[Oscillator], interval: f64) -> Vec<[f64; 4]> {
+        modes.iter().map(|o| o.free_motion(interval)).collect()
+    }
+
     /// `interval`: each mode's free motion over a sample interval.
     pub fn new(swings: &'a [Swing], interval: &'a [[f64; 4]]) -> Self {
         Self {

@@ -1,10 +1,11 @@
 //! Changes made on the way: of the model, of the drive, of the longest step.
 
-use super::{Phase, Runner, sampling, tables};
+use super::{Phase, Runner, tables};
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::sim::device::Device;
 use crate::sim::error::SimError;
+use crate::sim::output::FastModes;
 use crate::sim::step::{Step, Touch};
 
 /// No limit of the steps is shorter than this [s]: a run must get on.
@@ -43,8 +44,9 @@ impl Runner {
         self.dr.resize(m, 0.0);
         [self.flight_tables, self.held_tables] =
             tables(&device, &self.options, [device.longest_step(); 2]);
-        self.flight_sampling = sampling(&device.flight, &self.options);
-        self.held_sampling = sampling(&device.held_modes, &self.options);
+        let interval = 1.0 / self.options.rate;
+        self.flight_sampling = FastModes::sampling(&device.flight, interval);
+        self.held_sampling = FastModes::sampling(&device.held_modes, interval);
         self.flight = Step::new(self.q.len(), &device.rates);
         self.held = Step::new(m, &device.rates);
         self.level = 0;

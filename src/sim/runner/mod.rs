@@ -9,7 +9,7 @@ mod motion;
 
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
-use super::linear::Oscillator;
+use super::output::FastModes;
 use super::step::{Step, Tables, Touch};
 use super::stretch::StretchState;
 use super::trace::{Event, EventKind, Trace};
@@ -94,8 +94,8 @@ impl Runner {
             phase: Phase::Flight,
             sliding: 0.0,
             touch: None,
-            flight_sampling: sampling(&device.flight, options),
-            held_sampling: sampling(&device.held_modes, options),
+            flight_sampling: FastModes::sampling(&device.flight, 1.0 / options.rate),
+            held_sampling: FastModes::sampling(&device.held_modes, 1.0 / options.rate),
             flight: Step::new(q.len(), &device.rates),
             held: Step::new(m, &device.rates),
             q,
@@ -249,14 +249,6 @@ impl Runner {
         }
         Ok(())
     }
-}
-
-/// Free motion of each oscillator over one sample interval.
-fn sampling(oscillators: &[Oscillator], options: &Options) -> Vec<[f64; 4]> {
-    oscillators
-        .iter()
-        .map(|o| o.free_motion(1.0 / options.rate))
-        .collect()
 }
 
 /// Modal state for the initial displacement (bent as by a static force on the mass)

@@ -63,12 +63,17 @@ impl Step {
         } else {
             [(0.0, 0.0); MAX_MODES]
         };
+        let all = (0..self.rates.len()).map(|i| (i, self.course(i).at(s)));
+        self.values(all, &free)
+    }
+
+    /// Extra states of those values, but for what they make of the free motion of fast modes; zero
+    /// for others.
+    fn values(&self, own: impl Iterator<Item = (usize, f64)>, free: &[(f64, f64)]) -> StateValues {
         let mut values = [0.0; MAX_STATES];
+        own.for_each(|(i, value)| values[i] = value);
+        self.readings.add_answers(free, &mut values);
         let count = self.rates.len();
-        for (i, value) in values[..count].iter_mut().enumerate() {
-            *value = self.course(i).at(s);
-        }
-        self.readings.add_answers(&free, &mut values);
         StateValues { values, count }
     }
 
@@ -86,13 +91,7 @@ impl Step {
         s: f64,
         free: &[(f64, f64)],
     ) -> StateValues {
-        let mut values = [0.0; MAX_STATES];
-        for (i, course) in courses {
-            values[*i] = course.at(s);
-        }
-        self.readings.add_answers(free, &mut values);
-        let count = self.rates.len();
-        StateValues { values, count }
+        self.values(courses.iter().map(|(i, course)| (*i, course.at(s))), free)
     }
 
     /// How an extra state goes between the points, but for what it makes of the free motion of

@@ -27,10 +27,7 @@ impl Step {
         tolerance: f64,
     ) -> Result<(), Reject> {
         let table = tables.get(level);
-        self.h = table.h;
-        let (q0, v0, z0) = state;
-        self.start(q0, v0, z0);
-        let growth = device.mobility * table.h * device.time_scale.max(table.h);
+        let growth = self.start(device, table, state);
         let force_tolerance = tolerance / growth;
         match self.known_drive(device, table, segment, t, force_tolerance)? {
             Some(constant) => self.flight_plain(device, table, constant, force_tolerance)?,

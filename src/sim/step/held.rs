@@ -22,12 +22,8 @@ impl Step {
         tolerance: f64,
     ) -> Result<(), Reject> {
         let table = tables.get(level);
-        self.h = table.h;
-        let (q0, v0, z0) = state;
-        self.start(q0, v0, z0);
-        let m = self.modes;
-        let held = &device.held;
-        let growth = device.mobility * table.h * device.time_scale.max(table.h);
+        let growth = self.start(device, table, state);
+        let (m, held) = (self.modes, &device.held);
         let drive = self.known_drive(device, table, segment, t, tolerance / growth)?;
         let pull = match drive {
             Some(_) => {
@@ -52,37 +48,52 @@ impl Step {
             Err(Reject)
         }
     }
+
     /// Where no effect acts but by the drive, which is known: the modes are linear.
     fn held_plain(&mut self, device: &Device, table: &Table, ground: f64) {
         let (m, held) = (self.modes, &device.held);
         let drive = self.drive;
-        let own = |i: usize| held.level_force[i] * ground;
-        if table.damped.is_empty() {
-            self.propagate(table, |i| drive.map(|drive| held.drive[i] * drive + own(i)));
-            return;
-        }
-        let row = |i: usize| &held.cross_damping[i * m..(i + 1) * m];
-        // Velocities without damping between modes but for that at the start.
-        let undamped = &mut self.v_before;
-        for i in 0..m {
-            let (q0, v0) = (self.q[i], self.v[i]);
-            let mut force = drive.map(|drive| held.drive[i] * drive + own(i));
-            force[0] -= dot(row(i), &self.v[..m]);
-            let mode = &table.modes[i];
-            for k in 0..S - 1 {
-                let e = &mode.state[k];
-                undamped[k * m + i] = e[2] * q0 + e[3] * v0 + dot(&mode.velocity[k], &force);
+        let own = |i: usize| drive.map(|d| held.drive[i] * d + held.level_force[i] * ground);
+        if !table.damped.is_empty() {
+            // Velocities without damping between modes but for that at the start.
+            let undamped = &mut self.v_before;
+            for i in 0..m {
+                let (q0, v0) = (self.q[i], self.v[i]);
+                let mut force = own(i);
+                force[0] -= dot(&held.cross_damping[i * m..(i + 1) * m], &self.v[..m]);
+                let mode = &table.modes[i];
+                for k in 0..S - 1 {
+                    let e = &mode.state[k];
+                    undamped[k * m + i] = e[2] * q0 + e[3] * v0 + dot(&mode.velocity[k], &force);
+                }
+            }
+            let n = (S - 1) * m;
+            for (v, row) in self.v[m..].iter_mut().zip(table.damped.chunks_exact(n)) {
+                *v = dot(row, &undamped[..n]);
             }
         }
-        let n = (S - 1) * m;
-        for (v, row) in self.v[m..].iter_mut().zip(table.damped.chunks_exact(n)) {
-            *v = dot(row, &undamped[..n]);
-        }
+        self.propagate_held(device, table, own);
+    }
+
+    /// [`Self::propagate`] of held modes that are damped by each other's velocities as these are.
+    fn propagate_held(
+        &mut self,
+        device: &Device,
+        table: &Table,
+        per_mode: impl Fn(usize) -> [f64; S],
+    ) {
+        let m = self.modes;
         self.v_before.copy_from_slice(&self.v);
         let v_before = std::mem::take(&mut self.v_before);
         self.propagate(table, |i| {
-            let damped = |j: usize| dot(row(i), &v_before[j * m..(j + 1) * m]);
-            std::array::from_fn(|j| held.drive[i] * drive[j] + own(i) - damped(j))
+            let mut force = per_mode(i);
+            if !table.damped.is_empty() {
+                let row = &device.held.cross_damping[i * m..(i + 1) * m];
+                for (force, v) in force.iter_mut().zip(v_before.chunks_exact(m)) {
+                    *force -= dot(row, v);
+                }
+            }
+            force
         });
         self.v_before = v_before;
     }
@@ -108,17 +119,12 @@ impl Step {
             self.feel(device, segment, t, 0..S, Some(ground));
             self.act(device, segment, 0..S, true, &mut on_mass);
             let (drive, base) = (self.drive, self.base);
-            self.v_before.copy_from_slice(&self.v);
-            let v_before = std::mem::take(&mut self.v_before);
-            self.propagate(table, |i| {
-                let row = held.cross_damping.get(i * m..(i + 1) * m).unwrap_or(&[]);
+            self.propagate_held(device, table, |i| {
                 std::array::from_fn(|j| {
-                    let cross = dot(row, &v_before[j * m..(j + 1) * m]);
                     let shaken = device.held_base[i] * base[j];
-                    held.drive[i] * drive[j] + held.level_force[i] * ground + shaken - cross
+                    held.drive[i] * drive[j] + held.level_force[i] * ground + shaken
                 })
             });
-            self.v_before = v_before;
             self.propagate_states(table);
             let pull = std::array::from_fn(|k| self.pull(device, k, ground, on_mass[k]));
             let change = (0..S)

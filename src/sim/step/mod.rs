@@ -180,13 +180,18 @@ impl Step {
         }
     }
 
-    fn start(&mut self, q: &[f64], v: &[f64], z: &[f64]) {
+    /// Sets out from `(q, v, z)`; returns by how much a force over the step moves the mass
+    /// \[m/N\].
+    fn start(&mut self, device: &Device, table: &Table, state: (&[f64], &[f64], &[f64])) -> f64 {
+        let (q, v, z) = state;
+        self.h = table.h;
         self.q[..q.len()].copy_from_slice(q);
         self.v[..v.len()].copy_from_slice(v);
         self.z[..z.len()].copy_from_slice(z);
         for (largest, z) in self.largest.iter_mut().zip(z) {
             *largest = largest.max(z.abs());
         }
+        device.mobility * table.h * device.time_scale.max(table.h)
     }
 
     /// Forgets how large the extra states were: what follows is another motion.

@@ -1,7 +1,7 @@
 //! Readings that come at even intervals.
 
 use crate::sim::device::Device;
-use crate::sim::linear::Oscillator;
+use crate::sim::output::FastModes;
 
 /// The interval at which readings come, and what modes do over it.
 pub(super) struct Beat {
@@ -18,16 +18,13 @@ impl Beat {
     pub fn new(device: &Device, times: &[f64]) -> Self {
         let interval = match times {
             [first, second, ..] => second - first,
-            _ => f64::INFINITY,
-        };
-        let over = |modes: &[Oscillator]| -> Vec<[f64; 4]> {
-            let even = if interval.is_finite() { modes } else { &[] };
-            even.iter().map(|mode| mode.free_motion(interval)).collect()
+            // Nothing is an interval apart.
+            _ => f64::NAN,
         };
         Self {
             interval,
-            flight: over(&device.flight),
-            held: over(&device.held_modes),
+            flight: FastModes::sampling(&device.flight, interval),
+            held: FastModes::sampling(&device.held_modes, interval),
         }
     }
 
