@@ -3,7 +3,7 @@
 //!
 //! A [`StretchSimulator`] is a model made ready once; it is shared by all threads, and
 //! its propagators are made once for all stretches. Each thread steps with a
-//! [`Stretcher`] of its own, which allocates nothing per stretch.
+//! [`Stretcher`] of its own, which allocates nothing per step but what readings that lag need.
 
 mod beat;
 mod carry;
