@@ -36,8 +36,9 @@ const FORM: f64 = 0.8;
 /// How recordings were read.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading {
-    /// Whether the mass might hover in one of them.
-    pub doubted: bool,
+    /// Where the mass might hover in some of them: chi2 per value of the others at the end of the
+    /// search, not a number if there are none.
+    pub beside_doubted: Option<f64>,
     /// Share of the rows that were set aside, of both sides together.
     pub aside: f64,
 }
@@ -119,6 +120,8 @@ pub fn read(
     let report = |detail: &str, share: f64| say("naming", detail, 0.35 + 0.4 * share);
     let first_cost = baseline.train.cost;
     let mut found = explain::explain(&bench, baseline, &chosen, control, &report)?;
+
+    let beside_doubted = beside(&found.stand, &tuned.doubted)?;
 
     // A name that turned out needless may have led the re-tuning on.
     if found.baseline.train.cost < first_cost {
@@ -328,10 +331,24 @@ pub fn read(
         clocks.undo(&mut diagnosis);
     }
     let reading = Reading {
-        doubted: tuned.doubted,
+        beside_doubted,
         aside,
     };
     Ok((diagnosis, reading))
+}
+
+/// Chi2 per value of all but the `doubted` recordings of either side; `None` if there are no such
+/// ones.
+fn beside(stand: &Stand, doubted: &(Vec<usize>, Vec<usize>)) -> Result<Option<f64>, DiagnoseError> {
+    if doubted.0.is_empty() && doubted.1.is_empty() {
+        return Ok(None);
+    }
+    let (mut cost, mut rows) = stand.train.cost_beside(&doubted.0)?;
+    if let Some(held_out) = &stand.held_out {
+        let own = held_out.cost_beside(&doubted.1)?;
+        (cost, rows) = (cost + own.0, rows + own.1);
+    }
+    Ok(Some(cost / rows as f64))
 }
 
 /// Both with the same stretches in their fits: see [`Bench::alike`].

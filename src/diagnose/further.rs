@@ -36,9 +36,6 @@ const LEAST_SHARE: f64 = 0.05;
 const LEAST_MOTION: f64 = 0.02;
 /// How far off that frequency may be, as a share.
 const NEAR: f64 = 0.03;
-/// Times chi2 per value by which a part of the stretches is worse off with modes that nothing moves
-/// from which they are moved.
-const LOST: f64 = 3.0;
 /// Share of what a mode that rings by itself brings from which a vibration of the base is as good,
 /// which has no beginnings of its own.
 const STEADY: f64 = 0.6;
@@ -127,9 +124,8 @@ pub fn rings_by_itself(
     let sketch = bench.sketch(&still, &free, &bounds, fitted, control);
     // What rings by itself goes on as it did: where it does not, all stretches need not be asked.
     if let Ok(sketch) = &sketch
-        && sketch.per_value() > LOST * fitted.per_value()
+        && sketch.is_lost_beside(fitted)
     {
-        log::debug!("unmoved {:.1} per value on a part", sketch.per_value());
         return Ok(None);
     }
     let unmoved = sketch.and_then(|sketch| bench.complete(sketch, STEPS, control));

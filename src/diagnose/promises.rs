@@ -69,8 +69,17 @@ fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
     own.fold(0.0, |most, h| most.max(h.promise))
 }
 
-/// The best form of each law of each effect, with what the linearised problem promises.
-pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, DiagnoseError> {
+/// The best form of each law of each effect that is asked, with what the linearised problem
+/// promises.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn promises(
+    bench: &Bench,
+    stand: &Stand,
+    is_asked: &dyn Fn(&EffectSpec) -> bool,
+) -> Result<Vec<Hypothesis>, DiagnoseError> {
+    let asked = |id: &str| find(id).filter(|spec| is_asked(spec));
     let model = &stand.train.model;
     let linear = Linear::new(&stand.train.problem, &stand.train.point, super::bench::LOSS)?;
     let data = &stand.train.problem.data;
@@ -80,7 +89,8 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         .fold(0.0f64, |a, x| a.max(x.abs()));
     let interval = data.iter().map(|d| d.recording.interval());
     let interval = interval.fold(f64::INFINITY, f64::min);
-    let all = forms(model, &Scale::new(model, length.max(1e-12), interval));
+    let mut all = forms(model, &Scale::new(model, length.max(1e-12), interval));
+    all.retain(|form| is_asked(form.spec));
     let scan = Scan::new(&linear, model, &all)?;
     let mut out: Vec<Hypothesis> = Vec::new();
     for (k, form) in all.iter().enumerate() {
@@ -104,7 +114,8 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
     }
     let every = out.clone();
     out.retain(|h| h.promise >= CLOSE * most_of(&every, h.start.spec));
-    if let Some((start, free)) = bench.drift_beyond(model).cloned() {
+    let beyond = bench.drift_beyond(model).cloned();
+    if let Some((start, free)) = beyond.filter(|(start, _)| is_asked(start.spec)) {
         let spec = start.spec;
         let shape = drifts::shape_beside(spec, &free);
         let near = |tau: f64| (tau / NEAR, tau * NEAR);
@@ -123,7 +134,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         // Before those that promise as much.
         out.insert(0, read);
     }
-    if let Some(spec) = find("base_vibration")
+    if let Some(spec) = asked("base_vibration")
         && let Some(line) = find_line(&linear, model, spec)?
     {
         let start = ActiveEffect {
@@ -143,7 +154,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
             told_by: None,
         });
     }
-    if let Some(spec) = find("gap_step").filter(|_| model.has_ground) {
+    if let Some(spec) = asked("gap_step").filter(|_| model.has_ground) {
         let always = ActiveEffect {
             spec,
             values: vec![RISE, -1e9],
@@ -175,7 +186,7 @@ pub fn promises(bench: &Bench, stand: &Stand) -> Result<Vec<Hypothesis>, Diagnos
         }
         out.extend(after_all(bench, stand, &always)?);
     }
-    if let Some(spec) = find("extra_mode") {
+    if let Some(spec) = asked("extra_mode") {
         out.extend(modes::further(bench, stand, spec)?);
     }
     Ok(out)

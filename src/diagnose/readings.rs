@@ -10,6 +10,8 @@ use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
 use crate::sim::SimError;
 
+/// Chi2 per value from which recordings are far off.
+const FAR: f64 = 2.0;
 /// Share of the rows by which another reading may set aside more.
 const MORE_ASIDE: f64 = 0.01;
 
@@ -44,7 +46,15 @@ pub fn diagnose(
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
     let sides = (train, held_out);
     let (mut first, told) = read(model, sides, (options, Hovering::AsTold), control)?;
-    let again = told.doubted && first.verdict == Verdict::Unexplained;
+    log::debug!(
+        "chi2 per value beside those in which the mass may hover: {:?}",
+        told.beside_doubted
+    );
+    // What leaves the others far off as well is no matter of how these are read.
+    let again = told
+        .beside_doubted
+        .is_some_and(|beside| beside < FAR || beside.is_nan())
+        && first.verdict == Verdict::Unexplained;
     if !again || options.by_hand.is_some() || control.cancelled() {
         return Ok(first);
     }

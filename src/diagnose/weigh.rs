@@ -2,7 +2,7 @@
 //! where that has lost its way, from where the re-tuning began, and judged on the recordings
 //! kept out.
 
-use super::bench::{Bench, Bound, Fitted, Sketch, with_effect};
+use super::bench::{Bench, Bound, Fitted, Sketch, modes, with_effect};
 use super::explain::{Stand, Trial, Weighed};
 use super::judged::{judged, judged_anew};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
@@ -34,8 +34,8 @@ pub fn weigh(
     about: &dyn Fn(&str, f64),
 ) -> Result<Vec<Weighed>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
-    let mut hypotheses = promises(bench, stand)?;
-    hypotheses.retain(|h| is_asked(stand, options, only, h.start.spec));
+    let asked = |spec: &EffectSpec| is_asked(stand, options, only, spec);
+    let mut hypotheses = promises(bench, stand, &asked)?;
     hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
     for h in &hypotheses {
         let start = &h.start;
@@ -297,7 +297,8 @@ pub fn begun_from(
 }
 
 /// `start` with what the effects named in `stand` leave free, fitted from the fit of `near` and
-/// judged; `None` if it cannot be simulated.
+/// judged; `None` if it cannot be simulated, or a part of the stretches shows that it is lost
+/// without a mode that `near` has.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the recordings cannot be used.
@@ -309,7 +310,17 @@ pub fn refitted(
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<(Fitted, Option<Fitted>)>, DiagnoseError> {
     let (free, bounds) = freedoms(stand);
-    let train = bench.fit(start, &free, &bounds, &near.train, ITERATIONS, control);
+    let train = if modes(start) == modes(&near.train.model) {
+        bench.fit(start, &free, &bounds, &near.train, ITERATIONS, control)
+    } else {
+        let sketch = bench.sketch(start, &free, &bounds, &near.train, control);
+        if let Ok(sketch) = &sketch
+            && sketch.is_lost_beside(&near.train)
+        {
+            return Ok(None);
+        }
+        sketch.and_then(|sketch| bench.complete(sketch, ITERATIONS, control))
+    };
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };

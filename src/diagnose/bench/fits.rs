@@ -173,6 +173,6 @@ pub(super) fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
 }
 
 /// Modes of a model with its effects.
-pub(super) fn modes(model: &Model) -> usize {
+pub fn modes(model: &Model) -> usize {
     model.structure_with_effects().modes.len()
 }

@@ -19,6 +19,7 @@ mod values;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use self::fits::modes;
 pub use self::found::Found;
 use self::freedoms::{freedoms, structure_bounds};
 pub use self::side::Side;
@@ -30,7 +31,7 @@ use self::values::Values;
 use super::calm::prepare_calm;
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::chain::{MEMORY, Sigmas};
+use crate::fit::chain::{Sigmas, begins_from_reading};
 use crate::fit::findings::look_behind;
 use crate::fit::prepare::{Prepared, default_length, prepare};
 use crate::fit::problem::Problem;
@@ -353,18 +354,17 @@ impl Bench {
 /// the readings begins there, so that they are met exactly, and their noise fades in the ones
 /// that follow.
 pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Segment) -> f64 {
-    let Some(at) = simulator.reading_states() else {
+    let Some(at) = simulator
+        .reading_states()
+        .filter(|_| begins_from_reading(segment, simulator))
+    else {
         return 0.0;
     };
     let rate = simulator.state_rates()[at];
     let data = &problem.data[segment.recording].recording;
     let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
     let fades = (-2.0 * rate * segment.interval).exp();
-    if rate * segment.interval < MEMORY {
-        channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN))
-    } else {
-        0.0
-    }
+    channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN))
 }
 
 /// `model` with one more effect, in place of one of the same kind.

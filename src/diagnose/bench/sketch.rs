@@ -13,6 +13,10 @@ use crate::fit::solve::{Point, settle};
 use crate::model::Model;
 use crate::sim::StretchSimulator;
 
+/// Times chi2 per value of a fit by which a part of the stretches is worse off from which the model
+/// is none for them.
+const LOST: f64 = 3.0;
+
 /// A fit on a part of the stretches.
 #[derive(Debug)]
 pub struct Sketch {
@@ -33,6 +37,15 @@ impl Sketch {
     /// Chi2 per value on that part.
     pub fn per_value(&self) -> f64 {
         self.near.cost / self.near.rows.max(1) as f64
+    }
+
+    /// Whether that part is so far off beside `fitted` that all stretches need not be asked.
+    pub fn is_lost_beside(&self, fitted: &Fitted) -> bool {
+        let lost = self.per_value() > LOST * fitted.per_value();
+        if lost {
+            log::debug!("{:.1} per value on a part", self.per_value());
+        }
+        lost
     }
 }
 

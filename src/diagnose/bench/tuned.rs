@@ -65,8 +65,8 @@ pub struct Tuned {
     pub held_out: Option<Fitted>,
     /// What was found out, in sentences.
     pub remarks: Vec<String>,
-    /// Whether the mass might hover in a recording.
-    pub doubted: bool,
+    /// Recordings of either side in which the mass might hover.
+    pub doubted: (Vec<usize>, Vec<usize>),
 }
 
 impl Fitted {
@@ -97,6 +97,18 @@ impl Fitted {
             costs[s.recording] += s.mean * s.rows as f64;
         }
         Ok(costs)
+    }
+
+    /// Cost and number of the values of all recordings but `these`, residuals clipped.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    pub fn cost_beside(&self, these: &[usize]) -> Result<(f64, usize), SimError> {
+        let others = self.distances()?.into_iter();
+        let others = others.filter(|s| !these.contains(&s.recording));
+        Ok(others.fold((0.0, 0), |(cost, rows), s| {
+            (cost + s.mean * s.rows as f64, rows + s.rows)
+        }))
     }
 
     /// Recordings in whose stays on the ground the mass may be elsewhere: most of them were set
@@ -179,8 +191,9 @@ impl Bench {
         judging: &dyn Fn(),
     ) -> Result<Tuned, DiagnoseError> {
         let mut known = Known::default();
-        let mut doubted = false;
-        let as_told = |doubted: bool| doubted || hovering == Hovering::AsTold;
+        let mut doubted = (Vec::new(), Vec::new());
+        // The other way only where it is in doubt first.
+        let as_told = |first: bool| !first || hovering == Hovering::AsTold;
         let mut bench = self;
         let again = |bench: &Self, known: &Known| {
             let held_out = bench.held_out.as_ref().map_or(&[][..], |s| &s.parts);
@@ -233,13 +246,14 @@ impl Bench {
         let hovers = bench.may_hover(&bench.train, told.doubtful()?);
         // Where the drive lags the baseline is far off for that.
         if !hovers.is_empty() && !lags && !control.cancelled() {
+            doubted.0.clone_from(&hovers);
             let mut flown = known.clone();
             flown.hovers.0 = hovers;
             let other = again(&bench, &flown)?;
             let (fit, own) = other.baseline_again(model, &train, control)?;
             let own = own.filter(|_| lost(&fit));
             let with = own.as_ref().map_or(&fit, |own| &own.fitted);
-            if told.yields_to(with, &flown.hovers.0)? == as_told(replace(&mut doubted, true)) {
+            if told.yields_to(with, &flown.hovers.0)? == as_told(true) {
                 remarks.extend(said(&other.train, &flown.hovers.0));
                 (bench, train, known, drift) = (other, fit, flown, own);
             }
@@ -254,6 +268,7 @@ impl Bench {
             _ => Vec::new(),
         };
         if !hovers.is_empty() && !control.cancelled() {
+            doubted.1.clone_from(&hovers);
             let mut flown = known;
             flown.hovers.1 = hovers;
             let mut other = again(&bench, &flown)?;
@@ -263,7 +278,7 @@ impl Bench {
                 (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
                 _ => false,
             };
-            if better == as_told(replace(&mut doubted, true)) {
+            if better == as_told(doubted.0.is_empty()) {
                 let side = other.held_out.as_ref();
                 remarks.extend(side.into_iter().flat_map(|s| said(s, &flown.hovers.1)));
                 (bench, held_out) = (other, judged);

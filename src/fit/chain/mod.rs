@@ -9,7 +9,7 @@ mod residuals;
 mod run;
 
 pub use self::residuals::residuals;
-pub use self::run::{MEMORY, run};
+pub use self::run::{begins_from_reading, run};
 
 use super::colour::Colour;
 use super::segment::{Joint, JointKind, Segment};

@@ -10,13 +10,19 @@ use crate::recording::Recording;
 use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A sensor whose memory fades by more than this exponent from sample to sample has none.
-pub const MEMORY: f64 = 3.0;
+const MEMORY: f64 = 3.0;
 /// Share of a lag over which accelerations are taken.
 const MOMENT: f64 = 0.1;
 /// An edge of the drive this many samples from a release may be what releases.
 const EDGE: f64 = 3.0;
 /// Readings that show where the mass lies.
 const SHOWN: usize = 16;
+
+/// Whether the readings lag by so much that a stretch goes on from what was read where it begins.
+pub fn begins_from_reading(segment: &Segment, sim: &StretchSimulator) -> bool {
+    sim.reading_states()
+        .is_some_and(|at| sim.state_rates()[at] * segment.interval < MEMORY)
+}
 
 fn points_of(sim: &StretchSimulator, held: Option<f64>, state: &StretchState) -> Points {
     match held {
@@ -142,13 +148,13 @@ pub fn run(
     if let Some(at) = sim.reading_states() {
         // A lag longer than a sample goes on from what was read; a shorter one is where the
         // motion has brought it, and must not take over the noise.
-        let rate = sim.state_rates()[at];
-        let lasting = rate * segment.interval < MEMORY;
+        let lasting = begins_from_reading(segment, sim);
         let on = segment.starts_held.then_some(level);
         let points = if lasting {
             points_of(sim, on, &state)
         } else {
-            points_behind(stretcher, &pieces, (on, start), &state, 1.0 / rate)?
+            let tau = 1.0 / sim.state_rates()[at];
+            points_behind(stretcher, &pieces, (on, start), &state, tau)?
         };
         let n = nuisances;
         let i = samples.start;

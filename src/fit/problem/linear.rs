@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{FreeNuisance, Nuisance, Problem};
-use crate::fit::chain::Row;
+use crate::fit::chain::{Nuisances, Row, begins_from_reading};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::model::Model;
@@ -287,7 +287,13 @@ impl Problem {
         for (k, &i) in own.iter().enumerate() {
             let column = l + around.moved.len() + k;
             let step = 0.5;
-            if self.shifted_by_offset(&self.nuisances[i], segment, base, step, &r0, &mut r) {
+            if self.shown_otherwise(
+                &self.nuisances[i],
+                segment,
+                (base, &nuisances),
+                step,
+                (&r0, &mut r),
+            ) {
                 fill(column, &r, step);
                 continue;
             }
@@ -312,40 +318,60 @@ impl Problem {
         })
     }
 
-    /// Writes to `r` what residuals `r0` become where an offset is a `step` larger, without
-    /// simulating; false for other nuisances, and where the motion begins from a reading.
-    fn shifted_by_offset(
+    /// Writes to `r` what residuals `r0` become where an offset or a scale is a `step` larger,
+    /// without simulating: by the `rig` as it is the motion is known from them. False for other
+    /// nuisances, and where the motion begins from a reading.
+    fn shown_otherwise(
         &self,
         nuisance: &FreeNuisance,
         segment: &Segment,
-        simulator: &StretchSimulator,
+        (simulator, rig): (&StretchSimulator, &Nuisances),
         step: f64,
-        r0: &[f64],
-        r: &mut Vec<f64>,
+        (r0, r): (&[f64], &mut Vec<f64>),
     ) -> bool {
-        let reading = match nuisance.what {
-            Nuisance::OffsetP => Row::ProofMass,
-            Nuisance::OffsetC => Row::Cantilever,
-            _ => return false,
-        };
-        if simulator.reading_states().is_some() {
+        if begins_from_reading(segment, simulator) {
             return false;
         }
-        let sigmas = &self.data[segment.recording].sigmas;
-        let sigma = match reading {
-            Row::ProofMass => sigmas.xp,
-            _ => sigmas.xc,
+        let data = &self.data[segment.recording];
+        let (recording, sigmas) = (&data.recording, &data.sigmas);
+        let (xp, xc) = (Some(&recording.proof_mass), recording.cantilever.as_ref());
+        let (row, readings, sigma, (offset, scale)) = match nuisance.what {
+            Nuisance::OffsetP => (Row::ProofMass, xp, sigmas.xp, (1.0, None)),
+            Nuisance::OffsetC => (Row::Cantilever, xc, sigmas.xc, (1.0, None)),
+            Nuisance::ScaleP => (
+                Row::ProofMass,
+                xp,
+                sigmas.xp,
+                (rig.offset_p, Some(rig.scale_p)),
+            ),
+            Nuisance::ScaleC => (
+                Row::Cantilever,
+                xc,
+                sigmas.xc,
+                (rig.offset_c, Some(rig.scale_c)),
+            ),
+            Nuisance::Skew => return false,
         };
+        let change = step * nuisance.unit;
         let rows = self.rows(segment);
-        let first = rows.iter().position(|row| *row == reading);
-        let count = rows.iter().filter(|row| **row == reading).count();
-        let mut change = vec![-step * nuisance.unit / sigma; count];
-        sigmas.colour.whiten(&mut change);
+        let first = rows.iter().position(|own| *own == row).unwrap_or(0);
+        let finite = readings
+            .into_iter()
+            .flat_map(|all| &all[segment.samples.clone()]);
+        let finite = finite.filter(|x| x.is_finite());
+        // What is shown of the motion is the reading without the offset and what is left.
+        let mut moved: Vec<f64> = match scale {
+            None => finite.map(|_| -change / sigma).collect(),
+            Some(scale) => finite
+                .map(|x| -change / scale * (x - offset) / sigma)
+                .collect(),
+        };
+        sigmas.colour.whiten(&mut moved);
         r.clear();
         r.extend_from_slice(r0);
-        let own = first.map_or(0..0, |first| first..first + count);
-        for (r, change) in r[own].iter_mut().zip(change) {
-            *r += change;
+        let left = scale.map_or(0.0, |scale| change / scale);
+        for (r, moved) in r[first..].iter_mut().zip(moved) {
+            *r += moved + left * *r;
         }
         true
     }

@@ -149,7 +149,9 @@ impl Problem {
         let mut r = Vec::new();
         let mut damping = 1e-6;
         let l = locals.len();
-        for _ in 0..rounds {
+        let mut left = rounds;
+        while left > 0 {
+            left -= 1;
             let m = r0.len();
             let mut a = DMatrix::zeros(m, l);
             let weights: Vec<f64> = r0.iter().map(|r| huber.root_weight(*r)).collect();
@@ -168,19 +170,20 @@ impl Problem {
                     a[(i, j)] = weights[i] * (r[i] - r0[i]) / step;
                 }
             }
-            let right = DVector::from_fn(m, |i, _| weights[i] * r0[i]);
-            let (normal, gradient) = (a.tr_mul(&a), a.tr_mul(&right));
-            let mut improved = false;
+            let slope = |r: &[f64]| a.tr_mul(&DVector::from_fn(m, |i, _| weights[i] * r[i]));
+            let (normal, gradient) = (a.tr_mul(&a), slope(&r0));
+            let mut improved = None;
             let before = cost;
             for _ in 0..6 {
                 let mut damped = normal.clone();
                 for j in 0..l {
                     damped[(j, j)] += damping * normal[(j, j)].max(1e-9);
                 }
-                let Some(step) = damped.cholesky().map(|c| c.solve(&-&gradient)) else {
+                let Some(solver) = damped.cholesky() else {
                     damping *= 10.0;
                     continue;
                 };
+                let step = solver.solve(&-&gradient);
                 let mut there: Vec<f64> =
                     locals.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
                 segment.keep_within(&mut there);
@@ -191,14 +194,43 @@ impl Problem {
                         cost = now;
                         std::mem::swap(&mut r0, &mut r);
                         damping = (0.1 * damping).max(1e-9);
-                        improved = true;
+                        improved = Some(solver);
                         break;
                     }
                 }
                 damping = (10.0 * damping).max(1e-4);
             }
-            if !improved || before - cost < ENOUGH * cost.max(1.0) {
+            let Some(solver) = improved.filter(|_| before - cost >= ENOUGH * cost.max(1.0)) else {
                 break;
+            };
+            // As long as the linearisation keeps what it promises it need not be made anew: one
+            // simulation in place of one for each unknown.
+            while left > 0 {
+                let gradient = slope(&r0);
+                let step = solver.solve(&-&gradient);
+                let foreseen = -gradient.dot(&step);
+                let mut there: Vec<f64> =
+                    locals.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
+                segment.keep_within(&mut there);
+                if foreseen < NEGLIGIBLE
+                    || !self.evaluate(segment, states, stretcher, nuisances, &there, &mut r)
+                {
+                    left = 0;
+                    break;
+                }
+                let fall = cost - huber.total(&r);
+                if fall > 0.0 {
+                    locals = there;
+                    cost -= fall;
+                    std::mem::swap(&mut r0, &mut r);
+                }
+                if foreseen < ENOUGH * cost.max(1.0) {
+                    left = 0;
+                } else if fall > KEPT * foreseen {
+                    left -= 1;
+                } else {
+                    break;
+                }
             }
         }
         Refined {

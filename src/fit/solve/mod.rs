@@ -170,7 +170,7 @@ fn descend(
     // Damping after Nielsen (1999): it follows how well the step was foreseen.
     let (mut damping, mut growth) = (1e-4, 2.0);
     let mut huber = fixed.map_or_else(|| threshold(problem, &point), Ok)?;
-    point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
+    point = point.under(problem, huber)?;
     for _ in 0..plan.iterations {
         if control.cancelled() {
             break;
@@ -182,7 +182,9 @@ fn descend(
         let near = point.cost < NEAR * point.rows as f64;
         let mut accepted = None;
         let mut converged = false;
+        let (mut tries, mut promised) = (0, 0.0);
         for _ in 0..7 {
+            tries += 1;
             let Some(step) =
                 bounded_step(problem, &point.x, &normal, &gradient, damping, plan.locked)
             else {
@@ -220,6 +222,7 @@ fn descend(
                 converged = size < SETTLED || gain < SETTLED.max(plan.enough * point.cost);
                 accepted = Some(trial);
                 let foreseen = -2.0 * gradient.dot(&change) - size;
+                promised = foreseen;
                 let ratio = (gain / foreseen.max(1e-12)).min(1.0);
                 damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1)).max(1e-9);
                 growth = 2.0;
@@ -238,14 +241,14 @@ fn descend(
             point = trial;
         }
         log::trace!(
-            "cost {:.3} at damping {damping:.1e}, moved {moved}, converged {converged}",
+            "cost {:.3} at damping {damping:.1e}, promised {promised:.3} in {tries}, moved {moved}, converged {converged}",
             point.cost
         );
         clock.tell(plan.stage, problem, &point, control);
         let finer = fixed.unwrap_or_else(|| point.threshold());
         if finer.0 < 0.9 * huber.0 {
             huber = finer;
-            point = settle(problem, &point.x, &point.segments, &point.used, huber, 1)?;
+            point = point.under(problem, huber)?;
         } else if converged || !moved {
             break;
         }

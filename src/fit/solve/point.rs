@@ -30,6 +30,8 @@ pub struct Point {
     /// Scale of each segment's residuals in units of the noise where they were last fitted:
     /// what 68 % of them stay below. Infinite where there are none.
     scales: Vec<f64>,
+    /// Whether the segments' own unknowns were fitted, under any loss.
+    settled: bool,
     /// Robust cost.
     pub cost: f64,
     /// Rows in all.
@@ -124,6 +126,7 @@ pub(super) fn at(
         alive: Vec::with_capacity(segments.len()),
         scales: fitted.iter().map(|f| f.2).collect(),
         used: used.to_vec(),
+        settled: true,
         cost: priors,
         rows: 0,
     };
@@ -216,9 +219,20 @@ impl Point {
             alive: vec![true; segments.len()],
             used: vec![true; segments.len()],
             scales: vec![f64::INFINITY; segments.len()],
+            settled: false,
             cost: f64::INFINITY,
             rows: 0,
         }
+    }
+
+    /// The same point under another loss. Segments that were fitted before are near their best
+    /// under any, and every step brings them along.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense there.
+    pub(super) fn under(&self, problem: &Problem, huber: Huber) -> Result<Self, SimError> {
+        let rounds = usize::from(!self.settled);
+        settle(problem, &self.x, &self.segments, &self.used, huber, rounds)
     }
 
     /// Threshold of the loss that suits the residuals as they were when the point was made.
