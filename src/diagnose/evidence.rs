@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::bench::{Fitted, LOSS};
+use super::bench::Fitted;
 use super::generic::{Against, side_by_side, window};
 use super::locate::calm_since;
 use super::result::ForceCurve;
@@ -46,7 +46,7 @@ pub struct Evidence {
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
-    let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
+    let linear = Linear::new(fitted)?;
     let spans = spans(fitted);
     let mut probes: Vec<ActiveEffect> = Vec::new();
     let mut groups: Vec<(Against, std::ops::Range<usize>, Vec<f64>, f64)> = Vec::new();

@@ -6,7 +6,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::bench::{Fitted, LOSS};
+use super::bench::Fitted;
 use super::evidence::spans;
 use super::generic::{self, Against, hat, side_by_side, window};
 use super::scan::{Linear, Scan};
@@ -219,7 +219,7 @@ pub fn gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimEr
     if probes.is_empty() {
         return Ok(0.0);
     }
-    let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
+    let linear = Linear::new(fitted)?;
     // All stand side by side, of which a model has one each by kind: one after the other.
     let scan = Scan::of(&linear, &fitted.model, &probes)?;
     Ok(scan.within(1.0).map_or(0.0, |joint| joint.gain))

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::bench::{Fitted, LOSS};
+use super::bench::Fitted;
 use super::lines::{Comb, SHAKE, Turned, probes};
 use super::result::Diagnosis;
 use super::scan::{Linear, Products, Scan};
@@ -64,7 +64,7 @@ impl Clocks {
         if count < 2 || little || train.model.effects.iter().any(|e| e.spec == spec) {
             return Ok(None);
         }
-        let linear = Linear::new(&train.problem, &train.point, LOSS)?;
+        let linear = Linear::new(train)?;
         let Some(frequency) = frequency(&linear, train, spec)? else {
             return Ok(None);
         };
@@ -78,7 +78,7 @@ impl Clocks {
         }
         let kept_out = match held_out {
             Some(held) => {
-                let linear = Linear::new(&held.problem, &held.point, LOSS)?;
+                let linear = Linear::new(held)?;
                 let locked = held.problem.space.len();
                 match shaken(&linear, held, (spec, frequency), locked)? {
                     Some(kept_out) => Some(kept_out),

@@ -1,7 +1,7 @@
 //! Whether what passes for a force over the displacement of the mass is one: a force that goes with
 //! both displacements follows the cantilever's own motion as well.
 
-use super::bench::{Fitted, LOSS};
+use super::bench::Fitted;
 use super::evidence::spans;
 use super::generic::number;
 use super::scan::{Linear, Scan};
@@ -56,7 +56,7 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
         spec: &SPEC,
         values: vec![FORCE / (reach * reach)],
     };
-    let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
+    let linear = Linear::new(fitted)?;
     let scan = Scan::of(&linear, &fitted.model, &[probe])?;
     Ok(scan.joint(&[0]).map_or(0.0, |joint| joint.gain))
 }

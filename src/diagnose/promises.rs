@@ -81,7 +81,7 @@ pub fn promises(
 ) -> Result<Vec<Hypothesis>, DiagnoseError> {
     let asked = |id: &str| find(id).filter(|spec| is_asked(spec));
     let model = &stand.train.model;
-    let linear = Linear::new(&stand.train.problem, &stand.train.point, super::bench::LOSS)?;
+    let linear = Linear::new(&stand.train)?;
     let data = &stand.train.problem.data;
     let heights = data.iter().flat_map(|d| &d.recording.proof_mass);
     let length = heights
@@ -202,7 +202,7 @@ fn after_all(
     let Some(held) = &stand.held_out else {
         return Ok(None);
     };
-    let linear = Linear::new(&held.problem, &held.point, super::bench::LOSS)?;
+    let linear = Linear::new(held)?;
     let Some((first, promise)) = first_level(&linear, &held.model, always)? else {
         return Ok(None);
     };

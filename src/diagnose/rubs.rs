@@ -1,7 +1,7 @@
 //! Whether what passes for dry friction is one: friction that grows with the load rubs at some
 //! heights more than at others.
 
-use super::bench::{Fitted, LOSS};
+use super::bench::Fitted;
 use super::evidence::spans;
 use super::generic::{hat, number, side_by_side};
 use super::scan::{Linear, Scan};
@@ -84,7 +84,7 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
     let of_speed = OF_SPEED.iter().map(|turns| probe(0.0, EVERYWHERE, *turns));
     let at_heights = middles.into_iter().map(|m| probe(m, width, TURNS));
     let probes: Vec<ActiveEffect> = of_speed.chain(at_heights).collect();
-    let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
+    let linear = Linear::new(fitted)?;
     let scan = Scan::of(&linear, model, &probes)?;
     let all: Vec<usize> = (0..probes.len()).collect();
     let gain = |which: &[usize]| {

@@ -4,10 +4,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::bench::Fitted;
 use super::candidates::Form;
 use super::evidence::{self, Joint};
 use crate::fit::problem::{Jacobian, Problem};
-use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::solve::Point;
 use crate::model::Model;
@@ -75,20 +75,19 @@ impl Products {
 pub struct Linear<'a> {
     problem: &'a Problem,
     point: &'a Point,
-    jacobians: Vec<Option<Jacobian>>,
+    jacobians: &'a [Option<Jacobian>],
 }
 
 impl<'a> Linear<'a> {
-    /// Linearises `problem` at `point`.
+    /// Linearises the problem of `fitted` where it is.
     ///
     /// # Errors
-    /// [`SimError`] if the model makes no sense at the point.
-    pub fn new(problem: &'a Problem, point: &'a Point, huber: Huber) -> Result<Self, SimError> {
-        let (segments, used) = (&point.segments, &point.used);
+    /// [`SimError`] if the model makes no sense.
+    pub fn new(fitted: &'a Fitted) -> Result<Self, SimError> {
         Ok(Self {
-            problem,
-            point,
-            jacobians: problem.jacobians(&point.x, segments, used, huber)?,
+            problem: &fitted.problem,
+            point: &fitted.point,
+            jacobians: fitted.jacobians()?,
         })
     }
 

@@ -185,7 +185,7 @@ mod tests {
         }
         let without = fit(&stepping(0.0, 0.0));
         assert!(without.per_value() > 2.0, "{}", without.per_value());
-        let linear = Linear::new(&without.problem, &without.point, LOSS).unwrap();
+        let linear = Linear::new(&without).unwrap();
         let always = ActiveEffect {
             spec: find("gap_step").unwrap(),
             values: vec![1e-7, -1e9],

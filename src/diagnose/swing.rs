@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use super::bench::{Fitted, LOSS};
+use super::bench::Fitted;
 use super::evidence::spans;
 use super::generic::number;
 use super::scan::{Linear, Scan};
@@ -67,7 +67,7 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
         spec: &SPEC,
         values: vec![SMALL * force / reach, vibration.values[1], phase],
     };
-    let linear = Linear::new(&fitted.problem, &fitted.point, LOSS)?;
+    let linear = Linear::new(fitted)?;
     let scan = Scan::of(&linear, model, &[probe(0.0), probe(FRAC_PI_2)])?;
     Ok(scan.joint(&[0, 1]).map_or(0.0, |joint| joint.gain))
 }

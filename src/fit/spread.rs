@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::problem::{Problem, Reduced};
 use super::result::inverse;
 use super::robust::Huber;
-use super::solve::{Point, normal_equations, settle};
+use super::solve::{Point, normal_equations, settle, settle_near};
 use super::space::Space;
 use crate::model::Model;
 use crate::sim::SimError;
@@ -133,14 +133,14 @@ fn second_derivatives(
         short.extend_from_slice(&x[parameters..]);
         short
     };
-    let slope = |x: &[f64]| -> Result<(DMatrix<f64>, DVector<f64>), SimError> {
-        let there = settle(&part, x, &point.segments, &point.used, huber, ROUNDS)?;
-        let reduced = part.linearise(x, &there.segments, &there.used, huber, &[])?;
-        Ok(normal_equations(&part, x, &reduced, huber))
-    };
     let x = from(&point.x);
     let k = own.len();
-    let (linear, _) = slope(&x)?;
+    let others: Vec<usize> = (k..x.len()).collect();
+    let linearised =
+        |there: &Point| part.linearise(&there.x, &there.segments, &there.used, huber, &others);
+    let middle = settle(&part, &x, &point.segments, &point.used, huber, ROUNDS)?;
+    let reduced = linearised(&middle)?;
+    let (linear, _) = normal_equations(&part, &x, &reduced, huber);
     let mut out = DMatrix::zeros(k, k);
     let mut at_bounds = Vec::new();
     for j in 0..k {
@@ -156,7 +156,9 @@ fn second_derivatives(
         let at = |step: f64| -> Result<DVector<f64>, SimError> {
             let mut there = x.clone();
             there[j] += step;
-            Ok(slope(&there)?.1)
+            let there = settle_near(&part, &there, (&middle, &reduced), huber, ROUNDS)?;
+            let reduced = linearised(&there)?;
+            Ok(normal_equations(&part, &there.x, &reduced, huber).1)
         };
         let column = (at(step)? - at(-step)?) / (2.0 * step);
         for i in 0..k {

@@ -1,5 +1,7 @@
 //! Stretches that were set aside as misread: what they cost, and their way back.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::found::LOST;
@@ -125,6 +127,7 @@ impl Bench {
             let own = fitted.point.used.iter().zip(&shown);
             let more: Vec<bool> = own.map(|(own, shown)| *shown && !own).collect();
             let mut fewer = fitted.clone();
+            fewer.jacobians = Arc::default();
             for (used, shown) in fewer.point.used.iter_mut().zip(&shown) {
                 *used &= shown;
             }

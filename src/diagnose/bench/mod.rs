@@ -16,7 +16,7 @@ mod sketch;
 mod tuned;
 mod values;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 pub use self::fits::modes;
@@ -34,7 +34,7 @@ use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::chain::{Sigmas, begins_from_reading};
 use crate::fit::findings::look_behind;
 use crate::fit::prepare::{Prepared, default_length, prepare};
-use crate::fit::problem::Problem;
+use crate::fit::problem::{Jacobian, Problem};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::solve::{Clock, Plan, Point, improve, settle};
@@ -42,7 +42,7 @@ use crate::fit::space::Space;
 use crate::fit::{FitError, FitOptions, FreeNuisances, Part};
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
-use crate::sim::StretchSimulator;
+use crate::sim::{SimError, StretchSimulator};
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
@@ -99,12 +99,30 @@ pub struct Fitted {
     pub point: Point,
     /// Robust cost by [`LOSS`], corrected for the stretches' own unknowns.
     pub cost: f64,
+    /// The stretches' Jacobians there, once they were asked for.
+    jacobians: Arc<OnceLock<Vec<Option<Jacobian>>>>,
 }
 
 impl Fitted {
     /// Cost per row: 1 where nothing is missing.
     pub fn per_value(&self) -> f64 {
         self.cost / self.point.rows.max(1) as f64
+    }
+
+    /// The stretches' Jacobians under [`LOSS`]; `None` for those that are set aside or cannot be
+    /// simulated.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    pub fn jacobians(&self) -> Result<&[Option<Jacobian>], SimError> {
+        if let Some(known) = self.jacobians.get() {
+            return Ok(known);
+        }
+        let Point {
+            x, segments, used, ..
+        } = &self.point;
+        let fresh = self.problem.jacobians(x, segments, used, LOSS)?;
+        Ok(self.jacobians.get_or_init(|| fresh))
     }
 
     /// Number of the stretches' own unknowns.
@@ -346,6 +364,7 @@ impl Bench {
             cost: point.cost + own as f64 + taken_over,
             problem,
             point,
+            jacobians: Arc::default(),
         })
     }
 }

@@ -4,7 +4,7 @@
 mod point;
 mod step;
 
-pub use self::point::{Point, residuals_at, settle, threshold};
+pub use self::point::{Point, residuals_at, settle, settle_near, threshold};
 pub use self::step::normal_equations;
 
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::DVector;
 
-use self::point::{Start, at};
+use self::point::{at, starts_near};
 use self::step::bounded_step;
 use super::problem::Problem;
 use super::robust::Huber;
@@ -195,24 +195,7 @@ fn descend(
             let there: Vec<f64> = (0..n).map(|i| point.x[i] + step[i]).collect();
             let change = DVector::from_column_slice(&step);
             let size = (&change.transpose() * &normal * &change)[(0, 0)];
-            let starts = point
-                .segments
-                .iter()
-                .zip(&reduced)
-                .map(|(segment, reduced)| {
-                    let changes = reduced
-                        .as_ref()
-                        .and_then(|r| Some((r, r.local_changes(&step)?)));
-                    let Some((reduced, changes)) = changes else {
-                        return Start::Here(segment.locals.clone());
-                    };
-                    let moved = |change: DVector<f64>| {
-                        let all = segment.locals.iter().zip(change.iter());
-                        all.map(|(x, d)| x + d).collect()
-                    };
-                    Start::Near(changes.map(moved), Some(reduced).filter(|_| near))
-                })
-                .collect();
+            let starts = starts_near(&point.segments, &reduced, &step, near);
             let whole = (&point.segments[..], &point.used[..]);
             let trial = at(problem, &there, whole, starts, (huber, 1), point.cost);
             if let Ok(Some(trial)) = trial

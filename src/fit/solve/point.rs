@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::fit::problem::{Problem, Reduced};
@@ -55,6 +56,49 @@ pub fn settle(
     let any = f64::INFINITY;
     let point = at(problem, x, (segments, used), starts, (huber, rounds), any)?;
     Ok(point.expect("no cost is beyond infinity"))
+}
+
+/// The same at unknowns `x` near `point`, at which the segments are `reduced`.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at `x`.
+pub fn settle_near(
+    problem: &Problem,
+    x: &[f64],
+    (point, reduced): (&Point, &[Option<Reduced>]),
+    huber: Huber,
+    rounds: usize,
+) -> Result<Point, SimError> {
+    let step: Vec<f64> = x.iter().zip(&point.x).map(|(x, from)| x - from).collect();
+    let starts = starts_near(&point.segments, reduced, &step, true);
+    let whole = (&point.segments[..], &point.used[..]);
+    let any = f64::INFINITY;
+    let point = at(problem, x, whole, starts, (huber, rounds), any)?;
+    Ok(point.expect("no cost is beyond infinity"))
+}
+
+/// Where the own unknowns of `segments`, `reduced` where they are, start for a `step` of all
+/// others; they may be corrected by that if it is `near`.
+pub(super) fn starts_near<'a>(
+    segments: &[Segment],
+    reduced: &'a [Option<Reduced>],
+    step: &[f64],
+    near: bool,
+) -> Vec<Start<'a>> {
+    let start = |(segment, reduced): (&Segment, &'a Option<Reduced>)| {
+        let changes = reduced
+            .as_ref()
+            .and_then(|r| Some((r, r.local_changes(step)?)));
+        let Some((reduced, changes)) = changes else {
+            return Start::Here(segment.locals.clone());
+        };
+        let moved = |change: DVector<f64>| {
+            let all = segment.locals.iter().zip(change.iter());
+            all.map(|(x, d)| x + d).collect()
+        };
+        Start::Near(changes.map(moved), Some(reduced).filter(|_| near))
+    };
+    segments.iter().zip(reduced).map(start).collect()
 }
 
 /// Where the search for a segment's own unknowns starts.
