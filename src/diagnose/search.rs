@@ -157,7 +157,6 @@ pub fn first_level(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::bench::LOSS;
     use crate::diagnose::made::{QUIET, bench_of, stepping};
     use crate::model::effects::find;
 

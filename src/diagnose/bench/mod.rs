@@ -8,6 +8,7 @@ mod baseline;
 mod clocks;
 mod delays;
 mod fits;
+mod fitted;
 mod found;
 mod freedoms;
 mod lagging;
@@ -16,10 +17,11 @@ mod sketch;
 mod tuned;
 mod values;
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use std::time::Duration;
 
 pub use self::fits::modes;
+pub use self::fitted::{Fitted, taken_over};
 pub use self::found::Found;
 use self::freedoms::{freedoms, structure_bounds};
 pub use self::side::Side;
@@ -31,25 +33,21 @@ use self::values::Values;
 use super::calm::prepare_calm;
 use super::noise::{self, Noise, Stays};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::chain::{Sigmas, begins_from_reading};
+use crate::fit::chain::Sigmas;
 use crate::fit::findings::look_behind;
 use crate::fit::prepare::{Prepared, default_length, prepare};
-use crate::fit::problem::{Jacobian, Problem};
+use crate::fit::problem::Problem;
 use crate::fit::robust::Huber;
-use crate::fit::segment::Segment;
 use crate::fit::solve::{Clock, Plan, Point, improve, settle};
 use crate::fit::space::Space;
 use crate::fit::{FitError, FitOptions, FreeNuisances, Part};
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
-use crate::sim::{SimError, StretchSimulator};
+use crate::sim::StretchSimulator;
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
 const SKEW: f64 = 5e-6;
-/// Noise of a first reading that is taken over, by those that follow, counts for no more than
-/// so many values.
-const MOST_TAKEN: f64 = 20.0;
 /// A loss that forgives nothing.
 pub const WIDE: Huber = Huber(1e4);
 /// Loss by which fits are compared, in units of the noise.
@@ -86,55 +84,6 @@ pub struct Bench {
     pub found: Option<Arc<Found>>,
     bounds: Vec<Bound>,
     options: FitOptions,
-}
-
-/// A model fitted to one side.
-#[derive(Debug, Clone)]
-pub struct Fitted {
-    /// The model at the fit.
-    pub model: Model,
-    /// The problem with its parameters.
-    pub problem: Problem,
-    /// Where it ended.
-    pub point: Point,
-    /// Robust cost by [`LOSS`], corrected for the stretches' own unknowns.
-    pub cost: f64,
-    /// The stretches' Jacobians there, once they were asked for.
-    jacobians: Arc<OnceLock<Vec<Option<Jacobian>>>>,
-}
-
-impl Fitted {
-    /// Cost per row: 1 where nothing is missing.
-    pub fn per_value(&self) -> f64 {
-        self.cost / self.point.rows.max(1) as f64
-    }
-
-    /// The stretches' Jacobians under [`LOSS`]; `None` for those that are set aside or cannot be
-    /// simulated.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    pub fn jacobians(&self) -> Result<&[Option<Jacobian>], SimError> {
-        if let Some(known) = self.jacobians.get() {
-            return Ok(known);
-        }
-        let Point {
-            x, segments, used, ..
-        } = &self.point;
-        let fresh = self.problem.jacobians(x, segments, used, LOSS)?;
-        Ok(self.jacobians.get_or_init(|| fresh))
-    }
-
-    /// Number of the stretches' own unknowns.
-    pub fn beginnings(&self) -> usize {
-        unknowns_of(&self.point.segments)
-    }
-
-    /// Rows minus the stretches' own unknowns.
-    pub fn freedom(&self) -> f64 {
-        let rows = self.point.rows.saturating_sub(self.beginnings());
-        rows.max(1) as f64
-    }
 }
 
 impl Bench {
@@ -354,36 +303,8 @@ impl Bench {
 
     fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
         let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
-        let own = unknowns_of(&point.segments);
-        let model = problem.space.model(&point.x);
-        let simulator = problem.simulator(&point.x)?;
-        let segments = point.segments.iter();
-        let taken_over: f64 = segments.map(|s| taken_over(&problem, &simulator, s)).sum();
-        Ok(Fitted {
-            model,
-            cost: point.cost + own as f64 + taken_over,
-            problem,
-            point,
-            jacobians: Arc::default(),
-        })
+        Ok(Fitted::at(problem, point)?)
     }
-}
-
-/// By how much taking the first readings of `segment` over lowers its cost: a lasting lag of
-/// the readings begins there, so that they are met exactly, and their noise fades in the ones
-/// that follow.
-pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Segment) -> f64 {
-    let Some(at) = simulator
-        .reading_states()
-        .filter(|_| begins_from_reading(segment, simulator))
-    else {
-        return 0.0;
-    };
-    let rate = simulator.state_rates()[at];
-    let data = &problem.data[segment.recording].recording;
-    let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
-    let fades = (-2.0 * rate * segment.interval).exp();
-    channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN))
 }
 
 /// `model` with one more effect, in place of one of the same kind.
@@ -392,11 +313,6 @@ pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     with.effects.retain(|e| e.spec != effect.spec);
     with.effects.push(effect);
     with
-}
-
-/// Number of the segments' own unknowns.
-fn unknowns_of(segments: &[Segment]) -> usize {
-    segments.iter().map(|s| s.locals.len()).sum()
 }
 
 fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
