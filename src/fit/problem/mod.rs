@@ -6,6 +6,7 @@ mod motion;
 mod own;
 
 pub use self::linear::{Jacobian, Reduced, STEP};
+pub use self::own::CLOSE;
 
 use std::sync::Arc;
 

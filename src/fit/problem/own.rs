@@ -12,6 +12,8 @@ use crate::sim::{StretchSimulator, Stretcher};
 const ENOUGH: f64 = 1e-3;
 /// Fall that is not worth a simulation.
 const NEGLIGIBLE: f64 = 1e-4;
+/// Cost per row up to which a linearisation is good for more than one step.
+pub const CLOSE: f64 = 1.5;
 /// Share of the fall foreseen from which a correction has kept its promise.
 const KEPT: f64 = 0.25;
 
@@ -203,6 +205,9 @@ impl Problem {
             let Some(solver) = improved.filter(|_| before - cost >= ENOUGH * cost.max(1.0)) else {
                 break;
             };
+            if cost > CLOSE * m as f64 {
+                continue;
+            }
             // As long as the linearisation keeps what it promises it need not be made anew: one
             // simulation in place of one for each unknown.
             while left > 0 {

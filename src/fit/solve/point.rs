@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::fit::problem::{Problem, Reduced};
+use crate::fit::problem::{CLOSE, Problem, Reduced};
 use crate::fit::robust::Huber;
 use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
@@ -31,8 +31,6 @@ pub struct Point {
     /// Scale of each segment's residuals in units of the noise where they were last fitted:
     /// what 68 % of them stay below. Infinite where there are none.
     scales: Vec<f64>,
-    /// Whether the segments' own unknowns were fitted, under any loss.
-    settled: bool,
     /// Robust cost.
     pub cost: f64,
     /// Rows in all.
@@ -170,7 +168,6 @@ pub(super) fn at(
         alive: Vec::with_capacity(segments.len()),
         scales: fitted.iter().map(|f| f.2).collect(),
         used: used.to_vec(),
-        settled: true,
         cost: priors,
         rows: 0,
     };
@@ -263,19 +260,19 @@ impl Point {
             alive: vec![true; segments.len()],
             used: vec![true; segments.len()],
             scales: vec![f64::INFINITY; segments.len()],
-            settled: false,
             cost: f64::INFINITY,
             rows: 0,
         }
     }
 
-    /// The same point under another loss. Segments that were fitted before are near their best
-    /// under any, and every step brings them along.
+    /// The same point under another loss. Close to the data segments are near their best under any,
+    /// and every step brings them along; far off, a step must not pay by what they lacked.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense there.
     pub(super) fn under(&self, problem: &Problem, huber: Huber) -> Result<Self, SimError> {
-        let rounds = usize::from(!self.settled);
+        let close = self.cost < CLOSE * self.rows as f64;
+        let rounds = usize::from(!close);
         settle(problem, &self.x, &self.segments, &self.used, huber, rounds)
     }
 
