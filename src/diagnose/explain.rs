@@ -3,6 +3,7 @@
 
 use super::bench::{Bench, Fitted, Side};
 use super::chance::{self, HELD_GAIN, by_chance};
+use super::left::is_beyond;
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::promises::Hypothesis;
 use super::refit::{plainer, shaped};
@@ -291,8 +292,9 @@ fn search(
             report(detail, (round as f64 + share) / rounds as f64);
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
-        // Nothing could bring enough to be named: it need not be looked for.
-        if only.is_none() && stand.most_left() < SHARE * stand.explained() {
+        // Nothing could bring enough to be named, or all that could would not do.
+        let little = stand.most_left() < SHARE * stand.explained();
+        if only.is_none() && (little || is_beyond(&stand, rounds - round)?) {
             break;
         }
         let mut round_weighed = weigh(&bench, &stand, options, only, control, &about)?;

@@ -5,14 +5,17 @@ use super::bench::Fitted;
 use super::continuity::{Breaks, joins};
 use super::evidence::Evidence;
 use super::explain::{Stand, Trial, Weighed};
-use super::locate;
 use super::options::DiagnoseError;
+use super::refusal::CARRIED;
 use super::result::Left;
+use super::{kin, locate};
 
 /// Fall of chi2 by forces without a name from which something is left.
 const NAMELESS: f64 = 60.0;
 /// A single stretch this far above the others, in units of what chance leaves.
 const LOCAL: f64 = 8.0;
+/// Chi2 per value from which recordings are far off.
+const FAR: f64 = 3.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
 pub const BROKEN: f64 = 6.5;
@@ -21,6 +24,29 @@ pub const BROKEN: f64 = 6.5;
 pub fn excess(fitted: &Fitted) -> f64 {
     let rows = fitted.point.rows as f64;
     (fitted.cost - 1.03 * rows).max(0.0)
+}
+
+/// Whether the effects named leave the fitted recordings so far off that so many `more`, each as
+/// good as the best of them, would not carry what is missing, nor would laws of other form.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model makes no sense.
+pub fn is_beyond(stand: &Stand, more: usize) -> Result<bool, DiagnoseError> {
+    let gains = stand.named.iter().map(|n| n.gain.0);
+    let best = gains.clone().fold(0.0, f64::max);
+    let rest = excess(&stand.train);
+    let whole = gains.clone().sum::<f64>() + rest;
+    let carried = gains.sum::<f64>() + more as f64 * best;
+    let far = !stand.misread && stand.train.per_value() > FAR;
+    if stand.named.is_empty() || !far || carried > CARRIED * whole {
+        return Ok(false);
+    }
+    let formal = kin::gain(&stand.train, &stand.specs())?;
+    log::debug!(
+        "named so far carry {:.0} of {whole:.0}, their kin {formal:.0}",
+        whole - rest
+    );
+    Ok(carried + formal < CARRIED * whole)
 }
 
 /// What is not explained yet, if there is anything.

@@ -24,7 +24,7 @@ const PRODUCT: (f64, f64) = (30.0, 0.01);
 /// one over the whole stroke \[m\].
 const FAR: f64 = 8.5e-6;
 /// Share of what is missing that named effects must carry.
-const CARRIED: f64 = 0.8;
+pub const CARRIED: f64 = 0.8;
 
 /// Whether the force of a law hangs on the displacement more than on anything else.
 pub fn of_displacement(spec: &&'static EffectSpec) -> bool {
