@@ -32,21 +32,24 @@ pub fn excess(fitted: &Fitted) -> f64 {
 /// # Errors
 /// [`DiagnoseError`] if the model makes no sense.
 pub fn is_beyond(stand: &Stand, more: usize) -> Result<bool, DiagnoseError> {
-    let gains = stand.named.iter().map(|n| n.gain.0);
-    let best = gains.clone().fold(0.0, f64::max);
+    let gains: Vec<f64> = stand.named.iter().map(|n| n.gain.0).collect();
     let rest = excess(&stand.train);
-    let whole = gains.clone().sum::<f64>() + rest;
-    let carried = gains.sum::<f64>() + more as f64 * best;
     let far = !stand.misread && stand.train.per_value() > FAR;
-    if stand.named.is_empty() || !far || carried > CARRIED * whole {
+    if !far || !fall_short(&gains, more, rest, 0.0) {
         return Ok(false);
     }
     let formal = kin::gain(&stand.train, &stand.specs())?;
-    log::debug!(
-        "named so far carry {:.0} of {whole:.0}, their kin {formal:.0}",
-        whole - rest
-    );
-    Ok(carried + formal < CARRIED * whole)
+    log::debug!("those named carry {gains:.0?}, their kin {formal:.0}, and leave {rest:.0}");
+    Ok(fall_short(&gains, more, rest, formal))
+}
+
+/// Whether those that bring `gains`, and so many `more` like the best of them, carry too little
+/// where `rest` is left, of which `formal` goes by laws of other form.
+fn fall_short(gains: &[f64], more: usize, rest: f64, formal: f64) -> bool {
+    let best = gains.iter().copied().fold(0.0, f64::max);
+    let carried: f64 = gains.iter().sum();
+    let most = carried + more as f64 * best + formal;
+    best > 0.0 && most < CARRIED * (carried + rest)
 }
 
 /// What is not explained yet, if there is anything.
@@ -98,4 +101,21 @@ pub fn breaks(stand: &Stand) -> Result<Breaks, DiagnoseError> {
         sigmas: (train.sigmas + held.sigmas) / std::f64::consts::SQRT_2,
         rise: train.rise + held.rise,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_two_more_like_the_best_may_carry_is_looked_for() {
+        assert!(!fall_short(&[100.0], 2, 200.0, 0.0));
+        assert!(fall_short(&[50.0], 2, 250.0, 0.0));
+        assert!(!fall_short(&[50.0], 2, 250.0, 100.0));
+        // Fewer are left to be looked for, and less is left.
+        assert!(fall_short(&[60.0, 30.0], 1, 150.0, 0.0));
+        assert!(!fall_short(&[60.0, 30.0], 1, 80.0, 0.0));
+        // Nothing has been found yet.
+        assert!(!fall_short(&[], 3, 1e6, 0.0));
+    }
 }
