@@ -1,5 +1,5 @@
 //! A diagnosis; where nothing explains the recordings and the mass may hover in some, with those
-//! read the other way as well.
+//! read the other way as well, unless the others are far off by themselves.
 
 use super::bench::Hovering;
 use super::engine::read;
@@ -17,7 +17,8 @@ const MORE_ASIDE: f64 = 0.01;
 
 /// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first. Where nothing
 /// explains them and the mass may hover over the ground in some, all is done once more with those
-/// read the other way. Deterministic. Cancelled, it says what it has found so far.
+/// read the other way, unless the others are far off by themselves. Deterministic. Cancelled, it
+/// says what it has found so far.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a recording or the model cannot be used.
