@@ -1,14 +1,14 @@
 //! Hypotheses with what each promises: the catalogue in the linearised problem, a
 //! vibration by frequency, a step of the ground by time, a further mode by its hump.
 
-use super::bench::{Bench, Bound};
+use super::bench::{Bench, Bound, DELAY, taken};
 use super::candidates::{Form, Scale, forms, own_ids};
 use super::drifts;
 use super::explain::Stand;
 use super::lines::find_line;
 use super::modes;
 use super::options::DiagnoseError;
-use super::scan::{Linear, Scan};
+use super::scan::{Linear, Promise, Scan};
 use super::search::{find_step, first_level};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
@@ -92,17 +92,30 @@ pub fn promises(
     let mut all = forms(model, &Scale::new(model, length.max(1e-12), interval));
     all.retain(|form| is_asked(form.spec));
     let scan = Scan::new(&linear, model, &all)?;
+    let (delay, fall) = taken(linear.problem(), &linear.point().x);
     let mut out: Vec<Hypothesis> = Vec::new();
     for (k, form) in all.iter().enumerate() {
-        let Some(promise) = scan.promise(k) else {
+        let worth = |promise: Promise| {
+            let strength = promise.theta * form.values[form.strength];
+            let too_short = form.is_lag() && strength < form.least();
+            let gain = if too_short || promise.theta < 0.0 && !form.signed {
+                0.0
+            } else {
+                promise.gain
+            };
+            Promise { gain, ..promise }
+        };
+        // Where a jump of the voltage meets a sample, a clock has a kink that no linearisation
+        // sees past: what the clocks would give up is known without one.
+        let by_clocks = (form.strength_id() == DELAY).then(|| Promise {
+            gain: fall,
+            theta: delay / form.values[form.strength],
+        });
+        let told = scan.promise(k).into_iter().chain(by_clocks).map(worth);
+        let Some(promise) = told.max_by(|a, b| a.gain.total_cmp(&b.gain)) else {
             continue;
         };
-        let too_short = form.is_lag() && promise.theta * form.values[form.strength] < form.least();
-        let gain = if too_short || promise.theta < 0.0 && !form.signed {
-            0.0
-        } else {
-            promise.gain
-        };
+        let gain = promise.gain;
         let hypothesis = from_form(form, &all, promise.theta, gain);
         // Laws of one effect that differ in what is their strength are asked each.
         let same = |h: &&mut Hypothesis| h.start.spec == form.spec && h.free == hypothesis.free;
@@ -245,7 +258,7 @@ fn held_out_stays(stand: &Stand) -> Vec<f64> {
 
 fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
     let most = match form.strength_id().as_str() {
-        "sensor_lag.delay" => MOST_DELAY,
+        DELAY => MOST_DELAY,
         _ => MOST,
     };
     let theta = if form.signed {

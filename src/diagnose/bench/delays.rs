@@ -19,7 +19,7 @@ const APART: f64 = 15e-6;
 /// Chi2 per value from which something is missing.
 const MISSING: f64 = 1.1;
 /// A delay of the readings.
-const DELAY: &str = "sensor_lag.delay";
+pub const DELAY: &str = "sensor_lag.delay";
 /// Steps in which it takes its share of the clocks.
 const SHARED: usize = 30;
 /// Standard deviations by which a clock is off from which a delay is asked for anew.
@@ -55,13 +55,10 @@ pub fn disagreement(fitted: &Fitted) -> Option<f64> {
     (apart > APART && fitted.per_value() > MISSING).then_some(apart)
 }
 
-/// Gives a delay of the readings that is free what the clocks have taken of it: the two fit
-/// alike, only what is known of the clocks tells them apart, and steps of a fit that foresee
-/// how the readings change hardly lead that way.
-pub fn share_delay(problem: &Problem, x: &mut [f64]) {
-    let Some(at) = problem.space.position(DELAY) else {
-        return;
-    };
+/// A delay of the readings that the clocks may have taken \[s\]: by how much it grows where all of
+/// them give up alike what they lack to be as known, and by how much less they cost then. The two
+/// fit alike, only what is known of the clocks tells them apart.
+pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
     let first = problem.space.len();
     // What each clock lacks to be as known, and how well it is known.
     let lacks: Vec<(f64, f64)> = skews(problem)
@@ -82,6 +79,21 @@ pub fn share_delay(problem: &Problem, x: &mut [f64]) {
             shift = sum / weight;
         }
     }
+    let cost = |by: f64| -> f64 {
+        let all = lacks.iter();
+        all.map(|(lack, sigma)| LOSS.cost((lack - by) / sigma))
+            .sum()
+    };
+    (shift, cost(0.0) - cost(shift))
+}
+
+/// Gives a delay of the readings that is free what the clocks have [`taken`] of it: steps of a
+/// fit that foresee how the readings change hardly lead that way.
+pub fn share_delay(problem: &Problem, x: &mut [f64]) {
+    let Some(at) = problem.space.position(DELAY) else {
+        return;
+    };
+    let (shift, _) = taken(problem, x);
     let mut model = problem.space.model(x);
     let Some(delay) = model.get(DELAY) else {
         return;
@@ -246,4 +258,51 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
 pub fn delay(model: &Model) -> Result<f64, SimError> {
     let options = crate::sim::Options::default();
     Ok(StretchSimulator::new(model, &options)?.reading_delay())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::made::{self, QUIET};
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn clocks_give_up_what_they_have_alike() {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let drives = [
+            ("square:40Hz:8V", 0.05),
+            ("sine:50Hz:8V", 0.06),
+            ("square:300Hz:8V", 0.02),
+        ];
+        let fit = made::bench_of(&paper, &drives, 25e3, 50e-9);
+        let fit = fit.baseline(&paper, &QUIET).unwrap();
+        let problem = &fit.problem;
+        let clocks = skews(problem);
+        let set = |all: [f64; 3]| {
+            let mut x = fit.point.x.clone();
+            for (&i, skew) in clocks.iter().zip(all) {
+                let nuisance = &problem.nuisances[i - problem.space.len()];
+                x[i] = (nuisance.mean + skew) / nuisance.unit;
+            }
+            taken(problem, &x)
+        };
+        let sigma = problem.nuisances[clocks[0] - problem.space.len()].sigma;
+        let cost = |away: f64| LOSS.cost(away / sigma);
+        let (none, nothing) = set([0.0; 3]);
+        assert!(
+            none.abs() < 1e-12 && nothing.abs() < 1e-9,
+            "{none} {nothing}"
+        );
+        // All alike: all of it, and all that it costs.
+        let (shift, fall) = set([-100e-6; 3]);
+        assert!((shift - 100e-6).abs() < 1e-9, "{shift}");
+        assert!((fall - 3.0 * cost(100e-6)).abs() < 1e-6, "{fall}");
+        // One that is elsewhere draws by the loss's bound at most: what two agree about stays.
+        let (shift, fall) = set([-100e-6, 40e-6, -100e-6]);
+        let pull = 6.0 * sigma / 2.0;
+        assert!((shift - (100e-6 - pull)).abs() < 1e-8, "{shift}");
+        let left = 2.0 * cost(pull) + cost(140e-6 - pull);
+        let before = 2.0 * cost(100e-6) + cost(40e-6);
+        assert!((fall - (before - left)).abs() < 1e-2, "{fall}");
+    }
 }

@@ -20,6 +20,7 @@ mod values;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use self::delays::{DELAY, taken};
 pub use self::fits::modes;
 pub use self::fitted::{Fitted, taken_over};
 pub use self::found::Found;
