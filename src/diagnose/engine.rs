@@ -11,6 +11,7 @@ use super::explain::{self, Stand};
 use super::ground::Rules;
 use super::laws::{self, LawTest};
 use super::left::{BROKEN, breaks, excess, unproved, whats_left};
+use super::lifted::lifted;
 use super::locate::{self, Sample};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 use super::phases::Clocks;
@@ -34,11 +35,13 @@ const MISREAD: f64 = 3.0;
 const FORM: f64 = 0.8;
 
 /// How recordings were read.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Reading {
     /// Where the mass might hover in some of them: chi2 per value of the others at the end of the
     /// search, not a number if there are none.
     pub beside_doubted: Option<f64>,
+    /// How they are to be read where nothing explains them and that is in doubt.
+    pub otherwise: Hovering,
     /// Share of the rows that were set aside, of both sides together.
     pub aside: f64,
 }
@@ -51,7 +54,7 @@ pub struct Reading {
 pub fn read(
     model: &Model,
     (train, held_out): (&[Part], &[Part]),
-    (options, hovering): (&DiagnoseOptions, Hovering),
+    (options, hovering): (&DiagnoseOptions, &Hovering),
     control: &DiagnoseControl<'_>,
 ) -> Result<(Diagnosis, Reading), DiagnoseError> {
     let begun = Instant::now();
@@ -65,7 +68,7 @@ pub fn read(
     };
     let again = match hovering {
         Hovering::AsTold => "",
-        Hovering::Otherwise => "once more, where the mass may hover",
+        Hovering::Otherwise | Hovering::Over(..) => "once more, where the mass may hover",
     };
     say("recordings", again, 0.0);
     let ready = condition(model, train, held_out)?;
@@ -330,10 +333,16 @@ pub fn read(
     if let Some(clocks) = clocks {
         clocks.undo(&mut diagnosis);
     }
-    let reading = Reading {
+    let mut reading = Reading {
         beside_doubted,
+        otherwise: Hovering::Otherwise,
         aside,
     };
+    if verdict == Verdict::Unexplained && beside_doubted.is_none() {
+        let higher = lifted(&found.baseline)?;
+        reading.beside_doubted = beside(&found.baseline, &higher)?;
+        reading.otherwise = Hovering::Over(higher.0, higher.1);
+    }
     Ok((diagnosis, reading))
 }
 

@@ -35,6 +35,7 @@ pub mod kin;
 mod late;
 pub mod laws;
 mod left;
+mod lifted;
 mod lines;
 pub mod locate;
 #[cfg(test)]

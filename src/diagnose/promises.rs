@@ -9,12 +9,10 @@ use super::lines::find_line;
 use super::modes;
 use super::options::DiagnoseError;
 use super::scan::{Linear, Promise, Scan};
-use super::search::{find_step, first_level};
+use super::search::{RISE, always, find_step, first_level};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
-/// Height with which a step of the ground is looked for \[m\].
-const RISE: f64 = 1e-7;
 /// Stays that begin so close to each other may begin with the step \[s\].
 const WHILE: f64 = 1e-3;
 /// Most times a form's strength that a refit begins with: the linearised problem knows
@@ -168,10 +166,7 @@ pub fn promises(
         });
     }
     if let Some(spec) = asked("gap_step").filter(|_| model.has_ground) {
-        let always = ActiveEffect {
-            spec,
-            values: vec![RISE, -1e9],
-        };
+        let always = always();
         let stays = held_out_stays(stand);
         for step in find_step(&linear, model, &always, &bench.epochs())? {
             let at = |time: f64| ActiveEffect {

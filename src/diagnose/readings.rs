@@ -46,7 +46,7 @@ pub fn diagnose(
         .check()
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
     let sides = (train, held_out);
-    let (mut first, told) = read(model, sides, (options, Hovering::AsTold), control)?;
+    let (mut first, told) = read(model, sides, (options, &Hovering::AsTold), control)?;
     log::debug!(
         "chi2 per value beside those in which the mass may hover: {:?}",
         told.beside_doubted
@@ -59,8 +59,11 @@ pub fn diagnose(
     if !again || options.by_hand.is_some() || control.cancelled() {
         return Ok(first);
     }
-    log::debug!("whether the mass hovers is read otherwise");
-    let (mut other, otherwise) = match read(model, sides, (options, Hovering::Otherwise), control) {
+    log::debug!(
+        "whether the mass hovers is read otherwise: {:?}",
+        told.otherwise
+    );
+    let (mut other, otherwise) = match read(model, sides, (options, &told.otherwise), control) {
         Ok(other) => other,
         // The first reading is an answer.
         Err(error) => {
@@ -69,9 +72,10 @@ pub fn diagnose(
         }
     };
     // Nothing else tells the two ways apart than that one of them is explained, and not by setting
-    // aside what speaks against it.
+    // aside what speaks against it. A ground that is a little higher in one recording may be so for
+    // what is missing: it hovers there only if nothing else is.
     let explained = match other.verdict {
-        Verdict::MissingPhysics => true,
+        Verdict::MissingPhysics => told.otherwise == Hovering::Otherwise,
         Verdict::Adequate => otherwise.aside < told.aside + MORE_ASIDE,
         Verdict::Unexplained => false,
     };

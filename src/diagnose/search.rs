@@ -5,11 +5,26 @@ use nalgebra::DVector;
 
 use super::scan::{Base, Linear, Products, Promise, Scan};
 use crate::model::Model;
-use crate::model::effects::ActiveEffect;
+use crate::model::effects::{ActiveEffect, find};
 use crate::sim::SimError;
 
-/// Fewest stays on the ground before a step of it.
-const BEFORE: usize = 3;
+/// Fewest stays on the ground that tell its level, such as before a step of it.
+pub const BEFORE: usize = 3;
+/// Height with which a step of the ground is looked for \[m\].
+pub const RISE: f64 = 1e-7;
+
+/// A ground that is higher by [`RISE`] all the time.
+///
+/// # Panics
+/// If the catalogue has no step of the ground.
+pub fn always() -> ActiveEffect {
+    let spec = find("gap_step").expect("the catalogue has it");
+    ActiveEffect {
+        spec,
+        values: vec![RISE, -1e9],
+    }
+}
+
 /// A step of the ground's level, and what it would bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
@@ -106,7 +121,7 @@ pub fn find_step(
 }
 
 /// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
-fn promise_of<'a>(
+pub fn promise_of<'a>(
     base: &Base,
     n: usize,
     some: impl Iterator<Item = &'a Products>,
@@ -158,7 +173,6 @@ pub fn first_level(
 mod tests {
     use super::*;
     use crate::diagnose::made::{QUIET, bench_of, stepping};
-    use crate::model::effects::find;
 
     #[test]
     fn a_step_while_the_mass_lies_is_told_by_the_next_stay() {
@@ -185,16 +199,12 @@ mod tests {
         let without = fit(&stepping(0.0, 0.0));
         assert!(without.per_value() > 2.0, "{}", without.per_value());
         let linear = Linear::new(&without).unwrap();
-        let always = ActiveEffect {
-            spec: find("gap_step").unwrap(),
-            values: vec![1e-7, -1e9],
-        };
-        let found = find_step(&linear, &without.model, &always, &bench.epochs()).unwrap();
+        let found = find_step(&linear, &without.model, &always(), &bench.epochs()).unwrap();
         let best = found
             .iter()
             .max_by(|a, b| a.gain.total_cmp(&b.gain))
             .unwrap();
         assert!(best.since < flies && flies < best.time, "{best:?}");
-        assert!((1e-7 * best.height / HEIGHT - 1.0).abs() < 0.3, "{best:?}");
+        assert!((RISE * best.height / HEIGHT - 1.0).abs() < 0.3, "{best:?}");
     }
 }

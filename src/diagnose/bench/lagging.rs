@@ -228,7 +228,7 @@ mod tests {
         let paper = Preset::embedded("paper").unwrap().model;
         let options = DiagnoseOptions::default();
         let tuned = bench
-            .tuned(&paper, (&options, Hovering::AsTold), &QUIET, &|| ())
+            .tuned(&paper, (&options, &Hovering::AsTold), &QUIET, &|| ())
             .unwrap();
         let known = tuned.bench.found?;
         known.fitted.model.get(&known.free[0])

@@ -36,12 +36,14 @@ pub(super) struct Known {
 }
 
 /// How recordings are read of which it is in doubt whether the mass hovers in them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Hovering {
     /// As suits the baseline better.
     AsTold,
     /// The other way, on the side where it is in doubt first.
     Otherwise,
+    /// In these of either side it does.
+    Over(Vec<usize>, Vec<usize>),
 }
 
 /// How far a stretch is from the model.
@@ -178,7 +180,8 @@ fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
 impl Bench {
     /// The baseline re-tuned from `model`, with the recordings cut for it again where their
     /// readings turn out to be late by more than stretches bear, and without stays in those
-    /// in which flight through suits better, or suits less where `hovering` asks for that.
+    /// in which flight through suits better, or suits less or which `hovering` names where that
+    /// asks for it.
     /// `judging` is called before those kept out are looked at.
     ///
     /// # Errors
@@ -186,14 +189,14 @@ impl Bench {
     pub fn tuned(
         self,
         model: &Model,
-        (options, hovering): (&DiagnoseOptions, Hovering),
+        (options, hovering): (&DiagnoseOptions, &Hovering),
         control: &DiagnoseControl<'_>,
         judging: &dyn Fn(),
     ) -> Result<Tuned, DiagnoseError> {
         let mut known = Known::default();
         let mut doubted = (Vec::new(), Vec::new());
         // The other way only where it is in doubt first.
-        let as_told = |first: bool| !first || hovering == Hovering::AsTold;
+        let as_told = |first: bool| !first || *hovering == Hovering::AsTold;
         let mut bench = self;
         let again = |bench: &Self, known: &Known| {
             let held_out = bench.held_out.as_ref().map_or(&[][..], |s| &s.parts);
@@ -243,7 +246,11 @@ impl Bench {
         let mut remarks = Vec::new();
         // With a drift without which the baseline is lost.
         let told = drift.as_ref().map_or(&train, |drift| &drift.fitted);
-        let hovers = bench.may_hover(&bench.train, told.doubtful()?);
+        let (doubtful, over) = match hovering {
+            Hovering::Over(these, _) => (these.clone(), true),
+            _ => (told.doubtful()?, false),
+        };
+        let hovers = bench.may_hover(&bench.train, doubtful);
         // Where the drive lags the baseline is far off for that.
         if !hovers.is_empty() && !lags && !control.cancelled() {
             doubted.0.clone_from(&hovers);
@@ -253,7 +260,7 @@ impl Bench {
             let (fit, own) = other.baseline_again(model, &train, control)?;
             let own = own.filter(|_| lost(&fit));
             let with = own.as_ref().map_or(&fit, |own| &own.fitted);
-            if told.yields_to(with, &flown.hovers.0)? == as_told(true) {
+            if over || told.yields_to(with, &flown.hovers.0)? == as_told(true) {
                 remarks.extend(said(&other.train, &flown.hovers.0));
                 (bench, train, known, drift) = (other, fit, flown, own);
             }
@@ -264,7 +271,13 @@ impl Bench {
         judging();
         let mut held_out = bench.judge(&train.model, (&train, None), control)?;
         let hovers = match (&held_out, &bench.held_out) {
-            (Some(judged), Some(side)) => bench.may_hover(side, judged.doubtful()?),
+            (Some(judged), Some(side)) => {
+                let doubtful = match hovering {
+                    Hovering::Over(_, these) => these.clone(),
+                    _ => judged.doubtful()?,
+                };
+                bench.may_hover(side, doubtful)
+            }
             _ => Vec::new(),
         };
         if !hovers.is_empty() && !control.cancelled() {
@@ -278,7 +291,7 @@ impl Bench {
                 (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
                 _ => false,
             };
-            if better == as_told(doubted.0.is_empty()) {
+            if over || better == as_told(doubted.0.is_empty()) {
                 let side = other.held_out.as_ref();
                 remarks.extend(side.into_iter().flat_map(|s| said(s, &flown.hovers.1)));
                 (bench, held_out) = (other, judged);
