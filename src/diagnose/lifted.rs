@@ -5,10 +5,11 @@
 use super::bench::Fitted;
 use super::explain::Stand;
 use super::scan::{Linear, Scan};
-use super::search::{BEFORE, always, promise_of};
+use super::search::{BEFORE, always, find_step, promise_of};
 use crate::sim::SimError;
 
-/// Fall of chi2 by a higher ground in one recording from which it lies higher.
+/// Fall of chi2 by a higher ground in one recording from which it lies higher, if a ground that
+/// steps does not bring as much more.
 const HIGHER: f64 = 40.0;
 
 /// Those of either side of `stand`.
@@ -43,6 +44,8 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
     let Some(base) = Scan::gather(&linear, &products, 1).base_without(locked) else {
         return Ok(Vec::new());
     };
+    let steps = find_step(&linear, &fitted.model, &always(), &[])?;
+    let step = steps.iter().fold(0.0f64, |most, s| most.max(s.gain));
     let n = linear.problem().unknowns();
     asked.retain(|&k| {
         let own = products.iter().filter(|p| {
@@ -50,7 +53,7 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
             segment.starts_held && segment.recording == k
         });
         let promise = promise_of(&base, n, own);
-        promise.is_some_and(|p| p.theta > 0.0 && p.gain > HIGHER)
+        promise.is_some_and(|p| p.theta > 0.0 && p.gain > HIGHER.max(step - HIGHER))
     });
     Ok(asked)
 }
@@ -60,19 +63,30 @@ mod tests {
     use super::*;
     use crate::diagnose::made::{QUIET, bench, parts_of, stepping};
 
+    /// Which of three recordings lie higher where the ground of the second and the third is as
+    /// given: by how much, and since when.
+    fn higher(second: (f64, f64), third: (f64, f64)) -> Vec<usize> {
+        let on = |(by, since): (f64, f64), drive: &str, duration: f64| {
+            let drives = [(drive, duration)];
+            parts_of(&stepping(by, since), &drives, 25e3, 150e-9)
+        };
+        let plain = (0.0, -1e9);
+        let parts = [
+            on(plain, "square:40Hz:8V", 0.1),
+            on(second, "square:15Hz:8V", 0.3),
+            on(third, "sine:50Hz:8V", 0.1),
+        ];
+        let fit = bench(&parts.concat()).baseline(&stepping(plain.0, plain.1), &QUIET);
+        of(&fit.unwrap(), 0).unwrap()
+    }
+
     #[test]
     fn the_recording_with_a_higher_ground_is_found() {
-        let drives = [("square:40Hz:8V", 0.1), ("square:15Hz:8V", 0.2)];
-        let last = [("sine:50Hz:8V", 0.1)];
-        let higher = |by: f64| {
-            let parts_on = |by: f64, drives: &[(&str, f64)]| {
-                parts_of(&stepping(by, -1e9), drives, 25e3, 150e-9)
-            };
-            let parts = [parts_on(0.0, &drives), parts_on(by, &last)].concat();
-            let plain = stepping(0.0, -1e9);
-            of(&bench(&parts).baseline(&plain, &QUIET).unwrap(), 0).unwrap()
-        };
-        assert!(higher(0.0).is_empty());
-        assert_eq!(higher(0.25e-6), [2]);
+        const ALWAYS: f64 = -1e9;
+        let by = 0.25e-6;
+        assert!(higher((0.0, ALWAYS), (0.0, ALWAYS)).is_empty());
+        assert_eq!(higher((0.0, ALWAYS), (by, ALWAYS)), [2]);
+        // It lies higher in part of one: it steps.
+        assert!(higher((by, 0.15), (0.0, ALWAYS)).is_empty());
     }
 }
