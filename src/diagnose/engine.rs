@@ -38,7 +38,7 @@ const FORM: f64 = 0.8;
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// Where the mass might hover in some of them: chi2 per value of the others at the end of the
-    /// search, not a number if there are none.
+    /// search, or by the baseline where only that tells; not a number if there are none.
     pub beside_doubted: Option<f64>,
     /// How they are to be read where nothing explains them and that is in doubt.
     pub otherwise: Hovering,
@@ -338,8 +338,10 @@ pub fn read(
         otherwise: Hovering::Otherwise,
         aside,
     };
-    if verdict == Verdict::Unexplained && beside_doubted.is_none() {
-        let higher = lifted(&found.baseline)?;
+    // Asked by hand, nothing is doubted.
+    let asks = *hovering == Hovering::AsTold && options.by_hand.is_none() && !control.cancelled();
+    if asks && verdict == Verdict::Unexplained && beside_doubted.is_none() {
+        let higher = lifted(&bench, &found.baseline)?;
         reading.beside_doubted = beside(&found.baseline, &higher)?;
         reading.otherwise = Hovering::Over(higher.0, higher.1);
     }

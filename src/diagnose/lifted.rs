@@ -2,28 +2,38 @@
 //! come to rest over it without touching it. Each recording has a zero of its own, so that a wrong
 //! level hides in that, and only the flights before and after tell.
 
-use super::bench::Fitted;
+use super::bench::{Bench, Fitted};
 use super::explain::Stand;
+use super::late::twin;
 use super::scan::{Linear, Scan};
 use super::search::{BEFORE, always, find_step, promise_of};
 use crate::sim::SimError;
 
-/// Fall of chi2 by a higher ground in one recording from which it lies higher, if a ground that
-/// steps does not bring as much more.
+/// Fall of chi2 by a higher ground in one recording from which it lies higher, unless a step of the
+/// ground brings that much more.
 const HIGHER: f64 = 40.0;
 
-/// Those of either side of `stand`.
+/// Those of either side of `stand` that may hover; none where its ground steps already, or where
+/// readings or drive lag and all is far off for that.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn lifted(stand: &Stand) -> Result<(Vec<usize>, Vec<usize>), SimError> {
-    let held_out = stand.held_out.as_ref();
-    Ok((
-        of(&stand.train, 0)?,
-        held_out.map_or(Ok(Vec::new()), |fitted| {
-            of(fitted, fitted.problem.space.len())
-        })?,
-    ))
+pub fn lifted(bench: &Bench, stand: &Stand) -> Result<(Vec<usize>, Vec<usize>), SimError> {
+    let step = always().spec;
+    let steps = stand.train.model.effects.iter().any(|e| e.spec == step);
+    let known = bench.found.as_ref();
+    if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let train = bench.may_hover(&bench.train, of(&stand.train, 0)?);
+    let held_out = match (&bench.held_out, &stand.held_out) {
+        (Some(side), Some(fitted)) => {
+            let locked = fitted.problem.space.len();
+            bench.may_hover(side, of(fitted, locked)?)
+        }
+        _ => Vec::new(),
+    };
+    Ok((train, held_out))
 }
 
 /// Those of a fit, of which the first `locked` unknowns stay as they are.
@@ -44,18 +54,24 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
     let Some(base) = Scan::gather(&linear, &products, 1).base_without(locked) else {
         return Ok(Vec::new());
     };
-    let steps = find_step(&linear, &fitted.model, &always(), &[])?;
-    let step = steps.iter().fold(0.0f64, |most, s| most.max(s.gain));
     let n = linear.problem().unknowns();
-    asked.retain(|&k| {
+    let gain = |k: usize| {
         let own = products.iter().filter(|p| {
             let segment = &segments[p.segment];
             segment.starts_held && segment.recording == k
         });
-        let promise = promise_of(&base, n, own);
-        promise.is_some_and(|p| p.theta > 0.0 && p.gain > HIGHER.max(step - HIGHER))
-    });
-    Ok(asked)
+        let promise = promise_of(&base, n, own).filter(|p| p.theta > 0.0);
+        promise.map_or(0.0, |p| p.gain)
+    };
+    let mut higher: Vec<(usize, f64)> = asked.into_iter().map(|k| (k, gain(k))).collect();
+    higher.retain(|(_, gain)| *gain > HIGHER);
+    if higher.is_empty() {
+        return Ok(Vec::new());
+    }
+    let steps = find_step(&linear, &fitted.model, locked, &[])?;
+    let step = steps.iter().fold(0.0f64, |most, s| most.max(s.gain));
+    higher.retain(|(_, gain)| *gain > step - HIGHER);
+    Ok(higher.into_iter().map(|(k, _)| k).collect())
 }
 
 #[cfg(test)]

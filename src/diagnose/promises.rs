@@ -9,7 +9,7 @@ use super::lines::find_line;
 use super::modes;
 use super::options::DiagnoseError;
 use super::scan::{Linear, Promise, Scan};
-use super::search::{RISE, always, find_step, first_level};
+use super::search::{RISE, find_step, first_level};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 
@@ -105,7 +105,7 @@ pub fn promises(
         };
         // Where a jump of the voltage meets a sample, a clock has a kink that no linearisation
         // sees past: what the clocks would give up is known without one.
-        let by_clocks = (form.strength_id() == DELAY).then(|| Promise {
+        let by_clocks = (fall > 0.0 && form.strength_id() == DELAY).then(|| Promise {
             gain: fall,
             theta: delay / form.values[form.strength],
         });
@@ -166,9 +166,8 @@ pub fn promises(
         });
     }
     if let Some(spec) = asked("gap_step").filter(|_| model.has_ground) {
-        let always = always();
         let stays = held_out_stays(stand);
-        for step in find_step(&linear, model, &always, &bench.epochs())? {
+        for step in find_step(&linear, model, 0, &bench.epochs())? {
             let at = |time: f64| ActiveEffect {
                 spec,
                 values: vec![RISE * step.height, time],
@@ -192,7 +191,7 @@ pub fn promises(
                 told_by: None,
             });
         }
-        out.extend(after_all(bench, stand, &always)?);
+        out.extend(after_all(bench, stand, spec)?);
     }
     if let Some(spec) = asked("extra_mode") {
         out.extend(modes::further(bench, stand, spec)?);
@@ -200,21 +199,20 @@ pub fn promises(
     Ok(out)
 }
 
-/// A step of the ground between the fitted recordings and those kept out: `always` is one that
-/// was always there. The first of those kept out tells its height.
+/// A step of the ground between the fitted recordings and those kept out. The first of those kept
+/// out tells its height.
 fn after_all(
     bench: &Bench,
     stand: &Stand,
-    always: &ActiveEffect,
+    spec: &'static EffectSpec,
 ) -> Result<Option<Hypothesis>, DiagnoseError> {
     let Some(held) = &stand.held_out else {
         return Ok(None);
     };
     let linear = Linear::new(held)?;
-    let Some((first, promise)) = first_level(&linear, &held.model, always)? else {
+    let Some((first, promise)) = first_level(&linear, &held.model)? else {
         return Ok(None);
     };
-    let spec = always.spec;
     Ok(Some(Hypothesis {
         start: ActiveEffect {
             spec,

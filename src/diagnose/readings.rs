@@ -17,7 +17,8 @@ const MORE_ASIDE: f64 = 0.01;
 
 /// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first. Where nothing
 /// explains them and the mass may hover over the ground in some, all is done once more with those
-/// read the other way, unless the others are far off by themselves. Deterministic. Cancelled, it
+/// read the other way, unless the others are far off by themselves; where only the level of the
+/// ground makes it doubtful, that counts if nothing is missing then. Deterministic. Cancelled, it
 /// says what it has found so far.
 ///
 /// # Errors

@@ -17,7 +17,7 @@ pub const RISE: f64 = 1e-7;
 ///
 /// # Panics
 /// If the catalogue has no step of the ground.
-pub fn always() -> ActiveEffect {
+pub(super) fn always() -> ActiveEffect {
     let spec = find("gap_step").expect("the catalogue has it");
     ActiveEffect {
         spec,
@@ -28,7 +28,7 @@ pub fn always() -> ActiveEffect {
 /// A step of the ground's level, and what it would bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// By how much \[m\].
+    /// By how much, in units of [`RISE`].
     pub height: f64,
     /// When \[s\]: in each recording, or through the series.
     pub time: f64,
@@ -42,20 +42,20 @@ pub struct Step {
 }
 
 /// Looks for a step of the ground's level, at the same time in each recording and once in
-/// the series, where `epochs` are the recordings' beginnings in it; the best of either.
-/// `step` is a step that was always there, of 1 in the unit of its height.
+/// the series, where `epochs` are the recordings' beginnings in it; the best of either. The first
+/// `locked` unknowns stay as they are.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
 pub fn find_step(
     linear: &Linear<'_>,
     model: &Model,
-    step: &ActiveEffect,
+    locked: usize,
     epochs: &[f64],
 ) -> Result<Vec<Step>, SimError> {
-    let products = linear.products(model, std::slice::from_ref(step))?;
+    let products = linear.products(model, &[always()])?;
     let whole = Scan::gather(linear, &products, 1);
-    let Some(base) = whole.base() else {
+    let Some(base) = whole.base_without(locked) else {
         return Ok(Vec::new());
     };
     let n = linear.problem().unknowns();
@@ -139,16 +139,15 @@ pub fn promise_of<'a>(
 
 /// Another level of the ground in the first of the recordings of `linear` in which the mass
 /// stays on it, the model's parameters as they are: that recording and what it would bring
-/// there, in units of `step`.
+/// there, in units of [`RISE`].
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
 pub fn first_level(
     linear: &Linear<'_>,
     model: &Model,
-    step: &ActiveEffect,
 ) -> Result<Option<(usize, Promise)>, SimError> {
-    let products = linear.products(model, std::slice::from_ref(step))?;
+    let products = linear.products(model, &[always()])?;
     let segments = &linear.point().segments;
     let count = |k: usize| {
         let own = products.iter().map(|p| &segments[p.segment]);
@@ -199,7 +198,7 @@ mod tests {
         let without = fit(&stepping(0.0, 0.0));
         assert!(without.per_value() > 2.0, "{}", without.per_value());
         let linear = Linear::new(&without).unwrap();
-        let found = find_step(&linear, &without.model, &always(), &bench.epochs()).unwrap();
+        let found = find_step(&linear, &without.model, 0, &bench.epochs()).unwrap();
         let best = found
             .iter()
             .max_by(|a, b| a.gain.total_cmp(&b.gain))

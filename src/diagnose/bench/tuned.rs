@@ -180,8 +180,7 @@ fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
 impl Bench {
     /// The baseline re-tuned from `model`, with the recordings cut for it again where their
     /// readings turn out to be late by more than stretches bear, and without stays in those
-    /// in which flight through suits better, or suits less or which `hovering` names where that
-    /// asks for it.
+    /// in which flight through suits better (or less, or in those it names, as `hovering` asks).
     /// `judging` is called before those kept out are looked at.
     ///
     /// # Errors
