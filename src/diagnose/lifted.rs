@@ -6,7 +6,7 @@ use super::bench::{Bench, Fitted};
 use super::explain::Stand;
 use super::late::twin;
 use super::scan::{Linear, Scan};
-use super::search::{BEFORE, always, find_step, promise_of};
+use super::search::{BEFORE, always, find_step, level};
 use crate::sim::SimError;
 
 /// Fall of chi2 by a higher ground in one recording from which it lies higher, unless a step of the
@@ -54,13 +54,8 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
     let Some(base) = Scan::gather(&linear, &products, 1).base_without(locked) else {
         return Ok(Vec::new());
     };
-    let n = linear.problem().unknowns();
     let gain = |k: usize| {
-        let own = products.iter().filter(|p| {
-            let segment = &segments[p.segment];
-            segment.starts_held && segment.recording == k
-        });
-        let promise = promise_of(&base, n, own).filter(|p| p.theta > 0.0);
+        let promise = level(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
         promise.map_or(0.0, |p| p.gain)
     };
     let mut higher: Vec<(usize, f64)> = asked.into_iter().map(|k| (k, gain(k))).collect();

@@ -121,7 +121,7 @@ pub fn find_step(
 }
 
 /// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
-pub fn promise_of<'a>(
+fn promise_of<'a>(
     base: &Base,
     n: usize,
     some: impl Iterator<Item = &'a Products>,
@@ -135,6 +135,21 @@ pub fn promise_of<'a>(
         slope += p.slope[0];
     }
     base.promise(&cross, own, slope)
+}
+
+/// What another level of the ground in one `recording` would bring, in units of [`RISE`], of
+/// `products` with [`always`].
+pub fn level(
+    linear: &Linear<'_>,
+    base: &Base,
+    products: &[Products],
+    recording: usize,
+) -> Option<Promise> {
+    let stays = products.iter().filter(|p| {
+        let segment = &linear.point().segments[p.segment];
+        segment.starts_held && segment.recording == recording
+    });
+    promise_of(base, linear.problem().unknowns(), stays)
 }
 
 /// Another level of the ground in the first of the recordings of `linear` in which the mass
@@ -158,13 +173,8 @@ pub fn first_level(
         return Ok(None);
     };
     let whole = Scan::gather(linear, &products, 1);
-    let stays = products.iter().filter(|p| {
-        let s = &segments[p.segment];
-        s.starts_held && s.recording == first
-    });
-    let n = linear.problem().unknowns();
     let base = whole.base_without(linear.problem().space.len());
-    let promise = base.and_then(|base| promise_of(&base, n, stays));
+    let promise = base.and_then(|base| level(linear, &base, &products, first));
     Ok(promise.map(|promise| (first, promise)))
 }
 
