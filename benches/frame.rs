@@ -16,7 +16,8 @@ use eframe::egui::{
     ViewportId, pos2, vec2,
 };
 use impactscope::app::WindowOptions;
-use impactscope::app::shell::{PictureOutcome, Shell};
+use impactscope::app::shell::picture::PictureOutcome;
+use impactscope::app::shell::window::Shell;
 use impactscope::model::preset::Preset;
 
 type Failed = Box<dyn std::error::Error>;

@@ -5,9 +5,9 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use impactscope::app::first_start;
-use impactscope::app::setup::{Mode, Overlay};
-use impactscope::app::worker::{News, Wish, Worker};
+use impactscope::app::files::built_in;
+use impactscope::app::setup::setup::{Mode, Overlay};
+use impactscope::app::simulation::worker::{News, Wish, Worker};
 use impactscope::model::drive::Waveform;
 use impactscope::model::parameter::ParameterId;
 use impactscope::recording::Recording;
@@ -16,7 +16,7 @@ use impactscope::recording::Recording;
 const MOVES: usize = 60;
 
 fn wish(overlays: &[Overlay], cs: f64) -> Result<Wish, Box<dyn std::error::Error>> {
-    let mut model = first_start::setup().preset.model;
+    let mut model = built_in::setup().preset.model;
     model.parameters.set(ParameterId::Cs, cs);
     Ok(Wish {
         model: Arc::new(model),
@@ -37,7 +37,7 @@ fn wish(overlays: &[Overlay], cs: f64) -> Result<Wish, Box<dyn std::error::Error
 fn recording(samples: usize, rate: f64) -> Result<Overlay, Box<dyn std::error::Error>> {
     let time: Vec<f64> = (0..samples).map(|i| i as f64 / rate).collect();
     let values = time.iter().map(|t| 5e-5 * (6000.0 * t).sin()).collect();
-    let made_up = first_start::made_up(7).ok_or("the shipped recording")?;
+    let made_up = built_in::made_up(7).ok_or("the shipped recording")?;
     Ok(Overlay {
         recording: Arc::new(Recording::new("wave", time, None, values, None)?),
         ..made_up
@@ -47,10 +47,7 @@ fn recording(samples: usize, rate: f64) -> Result<Overlay, Box<dyn std::error::E
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cases = [
         ("no recording", vec![]),
-        (
-            "the shipped one, 5e3 samples",
-            first_start::setup().overlays,
-        ),
+        ("the shipped one, 5e3 samples", built_in::setup().overlays),
         ("1e6 samples in 20 s", vec![recording(1_000_000, 5e4)?]),
         ("1e7 samples in 200 s", vec![recording(10_000_000, 5e4)?]),
         ("1e6 samples in 0.4 s", vec![recording(1_000_000, 2.5e6)?]),

@@ -11,3 +11,4 @@ pub mod fit;
 pub mod model;
 pub mod recording;
 pub mod sim;
+pub mod trial;

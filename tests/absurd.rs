@@ -5,7 +5,9 @@ use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
 use impactscope::model::effects::{self, ActiveEffect};
 use impactscope::model::preset::Preset;
-use impactscope::sim::{Options, SimError, Trace, simulate};
+use impactscope::sim::error::{Options, SimError};
+use impactscope::sim::simulate;
+use impactscope::sim::trace::Trace;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

@@ -7,7 +7,9 @@ use impactscope::model::drive::Waveform;
 use impactscope::model::effects::{self, ActiveEffect};
 use impactscope::model::preset::Preset;
 use impactscope::model::structure::Mode;
-use impactscope::sim::{Options, Trace, simulate};
+use impactscope::sim::error::Options;
+use impactscope::sim::simulate;
+use impactscope::sim::trace::Trace;
 
 fn preset(name: &str) -> Model {
     Preset::embedded(name).unwrap().model

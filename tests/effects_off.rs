@@ -11,10 +11,13 @@ use std::sync::Arc;
 use device::with;
 use difference::largest_difference;
 use impactscope::model::Model;
-use impactscope::model::drive::{VoltageTable, Waveform};
+use impactscope::model::drive::Waveform;
+use impactscope::model::drive::table::VoltageTable;
 use impactscope::model::effects::{ActiveEffect, CATALOGUE, find};
 use impactscope::model::preset::Preset;
-use impactscope::sim::{Options, Trace, simulate};
+use impactscope::sim::error::Options;
+use impactscope::sim::simulate;
+use impactscope::sim::trace::Trace;
 
 /// Parameters whose zero switches an effect off.
 const STRENGTHS: [(&str, &[&str]); 17] = [

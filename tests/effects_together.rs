@@ -11,7 +11,10 @@ use impactscope::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
 use impactscope::model::unit::parse_quantity;
-use impactscope::sim::{EventKind, Options, Runner, SimError, Trace, simulate};
+use impactscope::sim::error::{Options, SimError};
+use impactscope::sim::runner::Runner;
+use impactscope::sim::simulate;
+use impactscope::sim::trace::{EventKind, Trace};
 
 fn bounded(name: &str, model: &Model, drive: &Waveform, duration: f64) -> Trace {
     let trace = simulate(model, drive, duration, &Options::default())

@@ -5,7 +5,9 @@ mod oracle;
 
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
-use impactscope::sim::{EventKind, Options, simulate};
+use impactscope::sim::error::Options;
+use impactscope::sim::simulate;
+use impactscope::sim::trace::EventKind;
 use oracle::{Device, Drive, Kind, Tolerance, run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

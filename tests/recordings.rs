@@ -1,6 +1,7 @@
 //! The real recordings of the shared folder, if it is there.
 
-use impactscope::recording::csv::{import_auto, preview};
+use impactscope::recording::csv::import_auto;
+use impactscope::recording::csv::sniff::preview;
 use impactscope::recording::features::{FeatureOptions, recording_features};
 use impactscope::recording::noise::recording_noise;
 use impactscope::recording::{Channel, Recording};

@@ -1,33 +1,18 @@
 //! The window. Nothing below this floor knows egui.
 
 pub mod actions;
-pub mod command;
-pub mod diagnosing;
+pub mod analysis;
 pub mod dialogs;
-mod drive_entry;
 pub mod export;
-mod file_jobs;
 pub mod files;
-pub mod first_start;
-pub mod fitting;
-pub mod history;
-pub mod identification;
-pub mod job;
-mod kept;
-mod layout;
-mod live;
-mod memory;
-mod noise;
+pub mod flows;
 pub mod plots;
-pub mod session;
-mod session_file;
 pub mod setup;
 pub mod shell;
-pub mod snapshot;
+pub mod simulation;
 pub mod state;
-mod summary;
 pub mod theme;
-pub mod worker;
+pub mod widgets;
 pub mod workspaces;
 
 use std::path::PathBuf;
@@ -100,7 +85,7 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
         "impactscope",
         native,
         Box::new(move |context| {
-            Ok(Box::new(shell::Shell::new(
+            Ok(Box::new(shell::window::Shell::new(
                 &context.egui_ctx,
                 options,
                 preset,

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use super::command::Command;
-use super::diagnosing::Diagnosing;
-use super::fitting::Fitting;
-use super::identification::Identification;
-use super::setup::{OverlayId, Picture, Setup, View};
-use super::snapshot::Snapshot;
+use super::analysis::diagnosis::Diagnosing;
+use super::analysis::fit::Fitting;
+use super::analysis::identification::Identification;
+use super::setup::command::Command;
+use super::setup::setup::{OverlayId, Picture, Setup, View};
+use super::simulation::snapshot::Snapshot;
 
 /// The two time cursors, shared by all plots. Times in seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

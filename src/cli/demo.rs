@@ -7,9 +7,10 @@ use clap::Args;
 
 use super::watch::watched;
 use super::{Failure, interrupt, output};
-use crate::diagnose::{example, report};
-use crate::fit::Part;
+use crate::diagnose::report;
+use crate::fit::inspect::recording_summary::Part;
 use crate::model::preset::Preset;
+use crate::trial::demo;
 
 /// Arguments of the command.
 #[derive(Debug, Args)]
@@ -32,7 +33,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         )
     })?;
     let say = |text: &str| output::to_stdout(|out| Ok(out.write_all(text.as_bytes())?));
-    let recordings = example::recordings()?;
+    let recordings = demo::recordings()?;
     let (train, held_out) = (recordings.train.len(), recordings.held_out.len());
     say(&format!(
         "{} made-up recordings of a device that is not quite the paper's, {} of them kept out.\n\
@@ -45,7 +46,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         .map(|side| side.into_iter().map(Part::whole).collect::<Vec<_>>());
     let answer = watched(&model, &train, &held_out)?;
     say(&report::text(&answer))?;
-    let put_in = example::put_in().context("the demo's truth cannot be read")?;
+    let put_in = demo::put_in().context("the demo's truth cannot be read")?;
     say(&format!("\nWhat had been put in: {put_in}\n"))?;
     let page = args.out.join("report.html");
     output::text(&page, &report::html(&answer))?;

@@ -6,7 +6,8 @@ use anyhow::{Context, bail};
 
 use super::{Failure, wrong_command};
 use crate::model::Model;
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::Waveform;
+use crate::model::drive::table::VoltageTable;
 use crate::model::effects::{self, ActiveEffect};
 use crate::model::preset::Preset;
 use crate::model::unit::{format_quantity, parse_quantity};

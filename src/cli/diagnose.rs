@@ -45,7 +45,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
     let mut answer = watched(&preset.model, &train, &held_out)?;
     if split {
-        answer.remarks.insert(0, report::words::SPLIT.to_owned());
+        answer
+            .remarks
+            .insert(0, crate::diagnose::report::words::SPLIT.to_owned());
     }
     if let Some(path) = &args.report {
         output::text(path, &report::html(&answer))?;
@@ -64,7 +66,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::diagnose::*;
     use clap::Parser;
 
     #[derive(Debug, Parser)]

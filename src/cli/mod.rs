@@ -7,12 +7,8 @@ mod diagnose;
 mod fit;
 mod interrupt;
 mod output;
-mod profile;
 mod read;
-mod result;
 mod simulate;
-mod steps;
-mod suspects;
 mod trial;
 mod validate;
 mod watch;
@@ -42,7 +38,7 @@ struct WindowArgs {
     #[arg(long)]
     preset: Option<String>,
     /// Workspace to open
-    #[arg(long, value_parser = app::workspaces::NAMES)]
+    #[arg(long, value_parser = crate::app::workspaces::NAMES)]
     workspace: Option<String>,
     /// Save a picture of the settled window (PNG) and exit
     #[arg(long, value_name = "OUT.png")]

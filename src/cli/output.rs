@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::{Failure, wrong_command};
-use crate::app::session::write_atomically;
+use crate::app::files::session::write_atomically;
 
 /// Writes to standard output, through a buffer. A reader that has had enough is no error.
 ///
@@ -123,7 +123,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::output::*;
 
     #[test]
     fn what_is_read_is_not_written_over() {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::anyhow;
 
 use super::{Failure, wrong_command};
-use crate::fit::Part;
+use crate::fit::inspect::recording_summary::Part;
 use crate::recording::Recording;
 use crate::recording::csv::import_auto;
 
@@ -82,7 +82,7 @@ fn described(recording: &Recording) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::read::*;
 
     #[test]
     fn a_recording_counts_once() {

@@ -14,9 +14,10 @@ use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::model::unit::parse_quantity;
-use crate::recording::TimeAxis;
-use crate::recording::csv::write_csv;
-use crate::sim::{self, Options, SimError};
+use crate::recording::csv::write::write_csv;
+use crate::recording::grid::TimeAxis;
+use crate::sim;
+use crate::sim::error::{Options, SimError};
 
 /// Parameters, effects and waveforms, for `--help`.
 fn lists() -> String {
@@ -135,7 +136,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         None => output::to_stdout(write)?,
     }
     if let Some(path) = &args.events {
-        crate::recording::events_file::write(path, &trace.events)
+        crate::recording::events::events_csv::write(path, &trace.events)
             .with_context(|| format!("writing {}", path.display()))?;
     }
     Ok(())

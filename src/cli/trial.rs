@@ -11,15 +11,18 @@ use serde_json::{Value, json};
 use super::watch::watched;
 use super::{Failure, interrupt, output, wrong_command};
 use crate::diagnose::report;
-use crate::diagnose::trial::score::{Diagnosis, Outcome, aggregate, score, score_shuffled};
-use crate::diagnose::trial::{
-    Case, Class, Mix, Settings, StructureKind, TrialError, write_case, write_truth,
-};
-use crate::fit::Part;
+use crate::fit::inspect::recording_summary::Part;
 use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::parse_quantity;
 use crate::recording::Recording;
+use crate::trial::draw::{Case, Mix, Settings, TrialError};
+use crate::trial::files::{write_case, write_truth};
+use crate::trial::instrument::StructureKind;
+use crate::trial::score::reported::Diagnosis;
+use crate::trial::score::table::aggregate;
+use crate::trial::score::{Outcome, score, score_shuffled};
+use crate::trial::truth::Class;
 
 /// Arguments of the command.
 #[derive(Debug, Args)]
@@ -266,7 +269,7 @@ fn settings(args: &Arguments) -> anyhow::Result<Settings> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::trial::*;
     use clap::Parser;
 
     #[derive(Debug, Parser)]

@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::fit::{Control, FitError};
-use crate::sim::SimError;
+use crate::fit::error::FitError;
+use crate::fit::solve::levenberg_marquardt::Control;
+use crate::sim::error::SimError;
 
 /// What a diagnosis is asked to do.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-use crate::sim::SimError;
+use crate::sim::error::SimError;
 
 /// Why there is no fit.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -9,49 +9,27 @@
 //! nuisances are found by bounded, robust Levenberg-Marquardt ([`solve`]) from several
 //! starts ([`global`]).
 
-mod agree;
-pub mod chain;
-pub(crate) mod check;
-pub mod cma;
-pub mod colour;
-pub mod combinations;
-pub(crate) mod concerns;
-mod engine;
+pub mod contact_readings;
 pub mod error;
-pub mod findings;
-pub mod global;
-pub mod interval;
-mod noise;
-pub mod options;
-mod plausible;
-pub mod prepare;
-pub mod problem;
-pub mod profile;
-pub mod readings;
-pub(crate) mod result;
-pub mod revise;
-pub mod robust;
-pub mod segment;
-pub mod solve;
-pub mod space;
-mod spread;
-pub mod steps;
-pub mod suspects;
-pub mod table_a1;
-pub mod table_fit;
-pub mod timeline;
-pub mod track;
-pub mod validate;
-
-pub use engine::{fit, free_run, judge};
-pub use error::FitError;
-pub use findings::Part;
-pub use options::{FitOptions, FreeNuisances, default_free};
-pub use profile::{ProfilePoint, profile_of};
-pub use result::{FitResult, FittedParameter, Misfit};
-pub use solve::{Control, Progress};
-
 #[cfg(test)]
 mod free_tests;
+pub mod inspect;
+pub mod options;
+pub mod paper_steps;
+mod pipeline;
+pub mod problem;
+pub mod residual;
+pub mod segment;
+pub mod solve;
+pub mod table_a1;
 #[cfg(test)]
 mod tests;
+pub mod uncertainty;
+
+pub use self::error::FitError;
+pub use self::inspect::recording_summary::Part;
+pub use self::options::{FitOptions, FreeNuisances, default_free};
+pub use self::pipeline::{fit, free_run, judge};
+pub use self::solve::levenberg_marquardt::{Control, Progress};
+pub use self::uncertainty::fit_result::{FitResult, FittedParameter, Misfit};
+pub use self::uncertainty::profile_likelihood::{ProfilePoint, profile_of};

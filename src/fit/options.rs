@@ -66,7 +66,7 @@ impl FitOptions {
 /// What is fitted if nothing is said: all that people tune where there is a drive or a
 /// ground; frequency and damping of a bare oscillator; what its effects leave free.
 pub fn default_free(model: &Model) -> Vec<String> {
-    use ParameterId as P;
+    use crate::model::parameter::ParameterId as P;
     let device = [
         P::Eta,
         P::Dp,

@@ -1,10 +1,11 @@
-use super::*;
+use crate::fit::*;
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
-use crate::sim::{Options, simulate};
+use crate::sim::error::Options;
+use crate::sim::simulate;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 

@@ -1,25 +1,25 @@
 //! What the device is; no time stepping.
 
+pub mod bisection;
 pub mod drive;
 pub mod effects;
 pub mod film;
 pub mod ground;
-pub mod halving;
 pub mod parameter;
 pub mod piezo;
 pub mod preisach;
 pub mod preset;
 pub mod sensor;
-pub mod slew;
+pub mod slew_rate_limiter;
 pub mod structure;
 pub mod unit;
 
 use thiserror::Error;
 
-use effects::{ActiveEffect, EffectSpec, Need, Surroundings};
-use parameter::{ParameterId, Parameters};
-use piezo::Piezo;
-use structure::Structure;
+use self::effects::{ActiveEffect, EffectSpec, Need, Surroundings};
+use self::parameter::{ParameterId, Parameters};
+use self::piezo::Piezo;
+use self::structure::Structure;
 
 /// A model that makes no sense, with the parameter to change.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -81,7 +81,7 @@ impl Default for Model {
 impl Model {
     /// Whether a parameter has any bearing on this device.
     pub fn uses(&self, id: ParameterId) -> bool {
-        use ParameterId as P;
+        use self::parameter::ParameterId as P;
         match id {
             P::Cs | P::Gp | P::Ca | P::Ca0 | P::Alpha | P::Dp => self.has_ground,
             P::Eta => self.piezo.is_some(),
@@ -107,7 +107,7 @@ impl Model {
     /// The structure with frequencies and dampings from the parameters, without what the
     /// effects add.
     pub fn structure(&self) -> Structure {
-        use ParameterId as P;
+        use self::parameter::ParameterId as P;
         let mut modes = self.modes.clone();
         for (mode, (frequency, zeta)) in modes.iter_mut().zip(MODE_PARAMETERS) {
             mode.frequency = self.parameters[frequency];
@@ -225,7 +225,7 @@ impl Model {
     }
 
     fn check_ground(&self) -> Result<(), ModelError> {
-        use ParameterId as P;
+        use self::parameter::ParameterId as P;
         let (gp, dp, x0) = (
             self.parameters[P::Gp],
             self.parameters[P::Dp],

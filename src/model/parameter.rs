@@ -242,7 +242,7 @@ impl std::ops::Index<ParameterId> for Parameters {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::parameter::*;
 
     #[test]
     fn table_is_sound() {

@@ -47,7 +47,7 @@ impl Piezo {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::piezo::*;
 
     #[test]
     fn branches_meet_at_eight_volts() {

@@ -276,7 +276,7 @@ pub fn standing(mut past: &[f64], voltage: f64, slack: f64) -> &[f64] {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::preisach::*;
 
     /// Weight of relays of half width `h` around `c`.
     fn weight(q: f64, h: f64, c: f64) -> f64 {

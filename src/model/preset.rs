@@ -2,6 +2,8 @@
 
 mod keys;
 mod read;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,10 +11,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use self::read::{read_effects, read_modes, read_parameters, read_ranges};
 use super::parameter::ParameterId;
 use super::piezo::Piezo;
 use super::{Model, drive::Waveform};
-use read::{read_effects, read_modes, read_parameters, read_ranges};
 
 /// Version of the preset format that is written.
 const FORMAT: u32 = 1;
@@ -353,6 +355,3 @@ impl Preset {
         self.ranges.get(&id).copied().unwrap_or(id.spec().range)
     }
 }
-
-#[cfg(test)]
-mod tests;

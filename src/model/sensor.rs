@@ -54,7 +54,7 @@ fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::sensor::*;
 
     #[test]
     fn noise_has_its_size_and_repeats() {

@@ -206,7 +206,7 @@ impl Held {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::structure::*;
 
     fn paper() -> Structure {
         let mode = |frequency, zeta, phi_c, phi_p| Mode {

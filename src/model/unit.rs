@@ -171,7 +171,7 @@ pub fn format_number(value: f64, digits: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::unit::*;
 
     #[test]
     fn reads_what_people_type() {

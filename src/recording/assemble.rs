@@ -2,7 +2,8 @@
 //! samples, the same for every format.
 
 use super::error::counted;
-use super::{Channel, ImportError, ImportWarning, Recording, WarningKind, median_interval};
+use super::error::{ImportError, ImportWarning, WarningKind};
+use super::{Channel, Recording, median_interval};
 use crate::model::unit::format_quantity;
 
 /// A step of more than this many median intervals is a gap.

@@ -1,7 +1,8 @@
 //! What is left of a recording when a simulation is taken away.
 
 use super::align::Alignment;
-use super::{Channel, Grid, Recording};
+use super::grid::Grid;
+use super::{Channel, Recording};
 use thiserror::Error;
 
 /// Why there is nothing to compare.
@@ -127,7 +128,7 @@ pub fn compare(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::compare::*;
 
     #[test]
     fn residual_at_the_recordings_samples() {

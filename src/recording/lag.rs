@@ -4,7 +4,7 @@
 //! the ground: above it, they fall no faster than by the share `exp(-t / tau)` in a time `t`,
 //! and as fast where the mass lies there already. The quickest falls tell `tau`.
 
-use super::level_change::rests;
+use super::level_change::step::rests;
 use super::{Recording, quantile_in_place};
 
 /// Heights above the ground that tell, in units of the noise: a few percent of noise in a share.
@@ -122,9 +122,9 @@ pub fn noise_before_lag(sigma: f64, interval: f64, tau: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::recording::TimeAxis;
-    use crate::recording::events::{EventOptions, find_events};
+    use super::super::events::{EventOptions, find_events};
+    use super::super::grid::TimeAxis;
+    use super::super::lag::*;
 
     const INTERVAL: f64 = 2e-5;
 
@@ -207,7 +207,7 @@ mod tests {
             &before_lag(&recording.time, &recording.proof_mass, tau),
             noise,
         );
-        let fast = |all: &[crate::recording::events::Impact]| {
+        let fast = |all: &[super::super::events::Impact]| {
             all.iter()
                 .filter(|i| i.v_before < -0.03 && i.v_after > 0.01)
                 .count()

@@ -7,9 +7,10 @@
 //! does at a turning point, and it is met suddenly or held while the voltage moves.
 
 use super::events::{EventOptions, HOP, find_events};
-use super::features::Missing;
+use super::features::missing::Missing;
+use super::grid::TimeAxis;
 use super::noise::NoiseEstimate;
-use super::{TimeAxis, extremes, median_in_place, quantile_in_place};
+use super::{extremes, median_in_place, quantile_in_place};
 
 /// A stay shorter than this shows no rest \[s\] (the sustained contact of Table A.1).
 const REST: f64 = 2e-4;

@@ -13,22 +13,21 @@ pub mod compare;
 pub mod csv;
 mod error;
 pub mod events;
-pub mod events_file;
 pub mod features;
 mod grid;
-mod impact;
 pub mod lag;
 pub mod level;
 pub mod level_change;
 pub mod noise;
-pub mod period;
-pub mod rest;
+pub mod rest_positions;
 pub mod ring;
-pub mod slope;
+#[cfg(test)]
+mod tests;
+pub mod velocity;
 
-pub use assemble::GAP_FACTOR;
-pub use error::{ImportError, ImportWarning, WarningKind};
-pub use grid::{Grid, TimeAxis};
+pub use self::assemble::GAP_FACTOR;
+pub use self::error::{ImportError, ImportWarning, WarningKind};
+pub use self::grid::{Grid, TimeAxis};
 
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -366,6 +365,3 @@ pub(crate) fn quantile_in_place(values: &mut [f64], q: f64) -> f64 {
     let k = k.min(values.len() - 1);
     *values.select_nth_unstable_by(k, f64::total_cmp).1
 }
-
-#[cfg(test)]
-mod tests;

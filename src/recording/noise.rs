@@ -9,7 +9,8 @@
 //! The noise is taken to be white up to half the sampling rate. Behind a low-pass
 //! filter the estimate is too small; [`NoiseEstimate::white`] says so.
 
-use super::{Channel, Recording, TimeAxis, median_in_place, quantile_in_place};
+use super::grid::TimeAxis;
+use super::{Channel, Recording, median_in_place, quantile_in_place};
 use thiserror::Error;
 
 /// Orders tried, highest first; a short record cannot afford a high one.
@@ -208,7 +209,7 @@ fn lattice_step(values: &[f64], runs: &[std::ops::Range<usize>]) -> Option<f64> 
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::noise::*;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 

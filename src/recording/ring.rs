@@ -248,7 +248,7 @@ fn scaled(values: &[f64]) -> Option<Vec<f64>> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::ring::*;
 
     const BAND: (f64, f64) = (250.0, 1500.0);
 

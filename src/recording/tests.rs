@@ -1,4 +1,4 @@
-use super::*;
+use crate::recording::*;
 
 fn recording() -> Recording {
     Recording::new(

@@ -121,7 +121,7 @@ fn minimum(gap: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::crossing::*;
 
     #[test]
     fn finds_the_first_crossing_only() {

@@ -327,7 +327,7 @@ impl QuickDecay {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::linear::*;
 
     fn check(oscillator: Oscillator, h: f64) {
         // A force t^3 has the exact answer of a fine composition of small steps.

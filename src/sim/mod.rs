@@ -14,10 +14,11 @@ mod step;
 mod stretch;
 mod trace;
 
-pub use error::{Options, SimError};
-pub use runner::Runner;
-pub use stretch::{Pace, Points, StretchSimulator, StretchState, Stretcher};
-pub use trace::{Event, EventKind, ForceTraces, Trace};
+pub use self::error::{Options, SimError};
+pub use self::runner::Runner;
+pub use self::stretch::propagate::{Pace, Stretcher};
+pub use self::stretch::{Points, StretchSimulator, StretchState};
+pub use self::trace::{Event, EventKind, ForceTraces, Trace};
 
 use crate::model::Model;
 use crate::model::drive::Waveform;

@@ -196,7 +196,7 @@ fn hermite() -> &'static [[f64; DENSE]; DENSE] {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::nodes::*;
 
     #[test]
     fn quadrature_is_exact_for_polynomials() {

@@ -2,16 +2,16 @@
 
 use eframe::egui::Context;
 
-use crate::app::command::Command;
-use crate::app::diagnosing::example;
-use crate::app::shell::Shell;
+use crate::app::flows::load_example;
+use crate::app::setup::command::Command;
+use crate::app::shell::window::Shell;
 use crate::app::workspaces;
 
 /// Runs one of them, and shows the workspace where its outcome is seen.
 pub fn run(shell: &mut Shell, context: &Context, command: Command) {
     let state = &mut shell.state;
     if command != Command::AcceptDiagnosis {
-        state.view.workspace = workspaces::diagnose::NAME.to_owned();
+        state.view.workspace = crate::app::workspaces::diagnose::NAME.to_owned();
     }
     match command {
         Command::Diagnose => state.diagnosing.start(&state.setup, None, context),
@@ -26,7 +26,7 @@ pub fn run(shell: &mut Shell, context: &Context, command: Command) {
         }
         Command::AcceptDiagnosis => accept(shell),
         Command::Example => {
-            if let Err(error) = example::load(state, &mut shell.next_overlay) {
+            if let Err(error) = load_example::load(state, &mut shell.next_overlay) {
                 shell.fail(format!("The example cannot be read: {error}"));
             }
         }

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::save::save;
-use crate::app::diagnosing::Diagnosing;
-use crate::app::files::{FileEvent, Purpose};
-use crate::app::session::{Loaded, RecordingEntry};
-use crate::app::setup::{DriveChoice, Overlay, OverlayId};
-use crate::app::shell::{Return, Shell, import_entry};
+use crate::app::analysis::diagnosis::Diagnosing;
+use crate::app::files::open::{FileEvent, Purpose};
+use crate::app::files::session::Loaded;
+use crate::app::files::session_text::RecordingEntry;
+use crate::app::setup::setup::{DriveChoice, Overlay, OverlayId};
+use crate::app::shell::reference_curve::Return;
+use crate::app::shell::window::{Shell, import_entry};
 use crate::app::state::{About, Cursors};
 use crate::app::workspaces::tune;
 use crate::model::unit::format_quantity;
@@ -45,7 +47,12 @@ pub fn take(shell: &mut Shell) -> bool {
                     .map(|o| o.import.clone());
                 shell.dialogs.ask_import(path, preview, known);
             }
-            FileEvent::Preset { preset } => tune::choose_preset(&mut shell.state.setup, &preset),
+            FileEvent::Preset { preset } => {
+                crate::app::workspaces::tune::parameters::choose_preset(
+                    &mut shell.state.setup,
+                    &preset,
+                )
+            }
             FileEvent::Session { path, loaded } => adopt_session(shell, path, *loaded),
             FileEvent::Saved { purpose, path } => {
                 shell.notice(false, format!("Saved {}", path.display()));

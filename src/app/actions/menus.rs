@@ -2,17 +2,17 @@
 
 use eframe::egui::{Button, Ui};
 
-use super::is_possible;
-use crate::app::command::Command;
-use crate::app::session;
-use crate::app::setup::{Mode, Picture};
-use crate::app::shell::Shell;
+use super::run::is_possible;
+use crate::app::files::session;
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{Mode, Picture};
+use crate::app::shell::window::Shell;
 use crate::app::workspaces::{self, tune};
 use crate::model::preset::{EMBEDDED, Preset};
 
 /// The menus, all made of commands.
 pub fn menus(shell: &mut Shell, ui: &mut Ui) {
-    use Command as C;
+    use crate::app::setup::command::Command as C;
     ui.menu_button("File", |ui| {
         items(shell, ui, &[C::Open, C::OpenPath]);
         ui.menu_button("Open recent", |ui| {
@@ -33,7 +33,10 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
                 if ui.button(name).clicked()
                     && let Some(preset) = Preset::embedded(name)
                 {
-                    tune::choose_preset(&mut shell.state.setup, &preset);
+                    crate::app::workspaces::tune::parameters::choose_preset(
+                        &mut shell.state.setup,
+                        &preset,
+                    );
                 }
             }
         });

@@ -3,17 +3,21 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::app::diagnosing::sealed::own_setup;
+use crate::app::analysis::sealed_trial::own_setup;
 use crate::app::export;
-use crate::app::files::{FileEvent, Purpose};
-use crate::app::session::{self, RecordingEntry, write_atomically};
-use crate::app::setup::DriveChoice;
-use crate::app::shell::Shell;
+use crate::app::files::open::{FileEvent, Purpose};
+use crate::app::files::session;
+use crate::app::files::session::write_atomically;
+use crate::app::files::session_text::RecordingEntry;
+use crate::app::setup::setup::DriveChoice;
+use crate::app::shell::window::Shell;
 use crate::app::state::State;
 use crate::diagnose::report;
 use crate::model::preset::Preset;
-use crate::recording::{TimeAxis, csv, events_file};
-use crate::sim::Trace;
+use crate::recording::csv;
+use crate::recording::events::events_csv;
+use crate::recording::grid::TimeAxis;
+use crate::sim::trace::Trace;
 
 /// Saves what is asked for to a path, as it is now.
 pub fn save(shell: &Shell, purpose: Purpose, path: PathBuf) {
@@ -68,7 +72,7 @@ fn write(
         Purpose::Svg => trace().and_then(|_| export::svg(path, state).map_err(|e| text(&e))),
         Purpose::Png => trace().and_then(|_| export::png(path, state).map_err(|e| text(&e))),
         Purpose::Trace => write_atomically(path, &table(trace()?)?).map_err(|e| text(&e)),
-        Purpose::Events => events_file::write(path, &trace()?.events)
+        Purpose::Events => events_csv::write(path, &trace()?.events)
             .map_err(|error| format!("{}: {error}", path.display())),
     }
 }
@@ -91,7 +95,7 @@ fn preset(state: &State) -> Preset {
 fn table(trace: &Trace) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let cantilever = (!trace.cantilever.is_empty()).then_some(trace.cantilever.as_slice());
-    csv::write_csv(
+    crate::recording::csv::write::write_csv(
         &mut bytes,
         TimeAxis::Samples(&trace.times()),
         Some(&trace.voltage),

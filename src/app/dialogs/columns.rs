@@ -149,7 +149,7 @@ fn unit_of(name: &str, units: &[&'static str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::columns::*;
 
     #[test]
     fn a_unit_in_the_name_is_taken_if_it_fits() {

@@ -3,7 +3,7 @@
 use eframe::egui::{Grid, ScrollArea, Ui, Window};
 
 use super::escape;
-use crate::app::command::Command;
+use crate::app::setup::command::Command;
 
 /// What the mouse does.
 const GESTURES: [(&str, &str); 11] = [

@@ -10,7 +10,8 @@ use super::table::{self, Roles};
 use super::{Answer, enter, escape};
 use crate::app::theme;
 use crate::model::unit::{format_quantity, parse_quantity};
-use crate::recording::csv::{Decimal, Delimiter, ImportSettings, Preview};
+use crate::recording::csv::sniff::Preview;
+use crate::recording::csv::{Decimal, Delimiter, ImportSettings};
 
 /// Units offered for each quantity.
 const TIME_UNITS: [&str; 3] = ["s", "ms", "us"];

@@ -8,20 +8,23 @@ mod palette;
 mod path;
 mod sample;
 mod table;
+#[cfg(test)]
+mod tests;
 
 use std::path::PathBuf;
 
 use eframe::egui::{Id, Key, Popup, Ui};
 
-use crate::recording::csv::{ImportSettings, Preview};
+use crate::recording::csv::ImportSettings;
+use crate::recording::csv::sniff::Preview;
 
-use super::command::Command;
-use super::files::Purpose;
-use super::setup::OverlayId;
+use super::files::open::Purpose;
+use super::setup::command::Command;
+use super::setup::setup::OverlayId;
 
-pub use import::ImportDialog;
-pub use palette::Palette;
-pub use path::PathDialog;
+pub use self::import::ImportDialog;
+pub use self::palette::Palette;
+pub use self::path::PathDialog;
 
 /// Whether Escape was pressed for a dialog: an open menu takes it first.
 fn escape(ui: &Ui) -> bool {
@@ -142,6 +145,3 @@ impl Dialogs {
         answer
     }
 }
-
-#[cfg(test)]
-mod tests;

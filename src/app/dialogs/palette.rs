@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align2, Key, ScrollArea, TextEdit, Ui, Window};
 
-use crate::app::command::Command;
+use crate::app::setup::command::Command;
 
 /// The open palette.
 #[derive(Debug, Default)]
@@ -107,7 +107,7 @@ impl Palette {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::palette::*;
 
     #[test]
     fn finds_commands_by_words_in_any_order() {

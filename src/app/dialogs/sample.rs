@@ -137,7 +137,7 @@ pub fn is_number(cell: &str, decimal: Decimal) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::sample::*;
 
     #[test]
     fn lines_are_split_as_told() {

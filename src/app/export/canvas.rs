@@ -235,7 +235,7 @@ fn dashes(points: &[Place]) -> Vec<Vec<Place>> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::canvas::*;
 
     #[test]
     fn lines_are_cut_at_the_frame() {

@@ -3,8 +3,8 @@
 use eframe::egui::Color32;
 use plotters::prelude::DrawingBackend;
 
-use crate::app::plots::layer::Mark;
-use crate::app::plots::sheet::{Line, Panel, Sheet};
+use super::sheet::{Line, Panel, Sheet};
+use crate::app::plots::frame::layer::Mark;
 
 use super::ExportError;
 use super::canvas::{Anchor, Canvas, Frame, Place, text_width};

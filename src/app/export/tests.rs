@@ -3,14 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::*;
-use crate::app::first_start;
-use crate::app::setup::{DriveChoice, Overlay, Picture, Setup, View};
-use crate::app::snapshot::Snapshot;
+use crate::app::export::*;
+use crate::app::files::built_in;
+use crate::app::setup::setup::{DriveChoice, Overlay, Picture, Setup, View};
+use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
-use crate::sim::{Options, Trace, simulate};
+use crate::sim::error::Options;
+use crate::sim::simulate;
+use crate::sim::trace::Trace;
 
 /// The `paper` device run for 0.15 s, with a recording over it that lies 2 um higher.
 fn state() -> State {
@@ -59,7 +61,7 @@ fn with_overlays(preset: Preset, drive: Waveform, overlays: Vec<Overlay>) -> Sta
         dark: false,
         ..View::default()
     };
-    first_start::state(setup, view)
+    built_in::state(setup, view)
 }
 
 /// Checks that every element is closed in its turn and nothing is left unescaped.

@@ -3,13 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::super::file_jobs::Context;
-use super::super::session::{self, RecordingEntry};
-use super::{FileEvent, failed};
-use crate::model::drive::{VoltageTable, Waveform};
+use super::jobs::Context;
+use super::open::{FileEvent, failed};
+use super::session;
+use super::session_text::RecordingEntry;
+use crate::model::drive::Waveform;
+use crate::model::drive::table::VoltageTable;
 use crate::model::preset::Preset;
-use crate::recording::csv::{ImportSettings, import, import_voltage, preview};
-use crate::recording::{ImportError, ImportWarning};
+use crate::recording::csv::sniff::preview;
+use crate::recording::csv::{ImportSettings, import, import_voltage};
+use crate::recording::error::{ImportError, ImportWarning};
 
 pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
     let name = path.to_string_lossy().to_lowercase();

@@ -14,13 +14,13 @@ mod tests;
 
 use eframe::egui::{Id, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
-use crate::app::snapshot::Snapshot;
+use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
-use moment::{Extremes, Moment};
-use paint::{Colors, text};
+use self::moment::{Extremes, Moment};
+use self::paint::{Colors, text};
 
 /// Least and greatest height of the picture [points].
 const HEIGHT: (f32, f32) = (110.0, 420.0);

@@ -3,18 +3,20 @@
 
 use eframe::egui::{Stroke, Ui};
 
-use crate::app::setup::{Overlay, Picture};
+use crate::app::setup::setup::{Overlay, Picture};
 use crate::app::state::State;
 use crate::recording::Channel;
 
-use super::cache::{self, Source};
-use super::curve::{Curve, Placed};
-use super::{axes, readout, style, trajectory, window, xy};
+use super::frame::cache;
+use super::frame::cache::Source;
+use super::frame::curve::{Curve, Placed};
+use super::frame::{axes, readout, style, time_window, xy};
+use super::trajectory;
 
 /// The picture, `size` points big.
 pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
     let palette = style::palette(ui);
-    let view = window::in_view(state);
+    let view = time_window::in_view(state);
     let overlays: Vec<&Overlay> = state
         .setup
         .overlays

@@ -5,16 +5,17 @@ use std::sync::Arc;
 
 use eframe::egui::{Id, Ui};
 
-use crate::app::setup::Picture;
+use crate::app::setup::setup::Picture;
 use crate::app::state::State;
 use crate::model::Model;
-use crate::sim::{Event, EventKind, ForceTraces, Trace};
+use crate::sim::trace::{Event, EventKind, ForceTraces, Trace};
 
-use super::cache::{self, Source};
-use super::curve::Curve;
-use super::pyramid::Pyramid;
-use super::style;
-use super::time_plot::TimePlot;
+use super::frame::cache;
+use super::frame::cache::Source;
+use super::frame::curve::Curve;
+use super::frame::style;
+use super::frame::time_plot::TimePlot;
+use crate::app::simulation::min_max_pyramid::Pyramid;
 
 /// The largest force, and a picture of the voltage: beside it the others are flat lines.
 const DRIVE: &str = "drive";
@@ -152,10 +153,11 @@ fn to_the_end(trace: &Trace, values: &[f64], part: Part) -> Pyramid {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::forces::*;
     use crate::model::parameter::ParameterId;
     use crate::model::preset::Preset;
-    use crate::sim::{Options, simulate};
+    use crate::sim::error::Options;
+    use crate::sim::simulate;
 
     #[test]
     fn the_pull_off_force_reaches_the_adhesion_at_each_release() {

@@ -1,34 +1,23 @@
 //! The pictures of the Tune workspace, stacked: one file for each.
 
-pub(super) mod axes;
-pub(super) mod cache;
-mod curve;
 pub mod device;
 mod drive_loop;
 mod forces;
-pub(super) mod layer;
+pub mod frame;
 mod phase_portrait;
-pub mod pyramid;
-mod readout;
 mod residual;
-pub mod sheet;
-mod split;
-pub mod style;
 #[cfg(test)]
 mod tests;
-mod time_plot;
 mod trajectory;
 mod voltage;
-mod window;
-mod xy;
 
 use eframe::egui::{Id, Key, Popup, RichText, ScrollArea, Ui, vec2};
 
-use super::layout;
-use super::setup::Picture;
+use self::frame::readout::Readout;
+use self::frame::time_plot::{Common, TimePlot};
+use super::setup::setup::Picture;
+use super::shell::layout_dump;
 use super::state::{Cursors, State};
-use readout::Readout;
-use time_plot::{Common, TimePlot};
 
 /// Space between two pictures [points].
 const SPACING: f32 = 6.0;
@@ -84,7 +73,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let mut heights: Vec<(Picture, f32)> = own
         .iter()
         .map(|&(picture, _)| picture)
-        .zip(split::heights(ui, &own))
+        .zip(frame::split::heights(ui, &own))
         .collect();
     ScrollArea::vertical()
         .id_salt("plots")
@@ -100,7 +89,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     device::show(ui, state, device_time(state));
                 });
                 match heights.first() {
-                    Some(&below) => split::handle(ui, this, below, SPACING),
+                    Some(&below) => frame::split::handle(ui, this, below, SPACING),
                     None => ui.add_space(SPACING),
                 }
             }
@@ -191,18 +180,24 @@ fn heights(plots: &[TimePlot], space: f32) -> Vec<(Picture, f32)> {
 
 /// Time at which the device is drawn [s].
 fn device_time(state: &State) -> Option<f64> {
-    readout::time(state).or_else(|| {
+    frame::readout::time(state).or_else(|| {
         let snapshot = state.snapshot.as_ref()?;
         snapshot
             .live
             .map(|live| state.scrub.unwrap_or(live.time))
-            .or_else(|| Some(window::in_view(state).1.min(snapshot.trace.end())))
+            .or_else(|| {
+                Some(
+                    frame::time_window::in_view(state)
+                        .1
+                        .min(snapshot.trace.end()),
+                )
+            })
     })
 }
 
 fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(Picture, f32)]) {
     let common = Common {
-        window: window::in_view(state),
+        window: frame::time_window::in_view(state),
         cursors: state.cursors,
     };
     let last = plots.len().saturating_sub(1);
@@ -218,10 +213,10 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(
             rect.max.y += TIME_AXIS;
             ui.scroll_to_rect(rect, None);
         }
-        layout::note(ui.ctx(), &name, reply.response.rect);
-        window::react(ui, state, &reply);
+        layout_dump::note(ui.ctx(), &name, reply.response.rect);
+        frame::time_window::react(ui, state, &reply);
         if !lowest {
-            split::handle(ui, heights[i], heights[i + 1], SPACING);
+            frame::split::handle(ui, heights[i], heights[i + 1], SPACING);
         }
     }
 }
@@ -238,7 +233,7 @@ fn side_by_side(ui: &mut Ui, state: &State, planes: &[Picture], height: f32) {
 }
 
 /// One of them, `size` points big.
-fn plane(ui: &Ui, state: &State, picture: Picture, size: [f32; 2]) -> xy::XyPlot {
+fn plane(ui: &Ui, state: &State, picture: Picture, size: [f32; 2]) -> frame::xy::XyPlot {
     match picture {
         Picture::PhasePortrait => phase_portrait::describe(ui, state, size),
         _ => drive_loop::describe(ui, state, size),

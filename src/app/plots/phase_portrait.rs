@@ -5,19 +5,21 @@ use std::sync::Arc;
 
 use eframe::egui::{Stroke, Ui};
 
-use crate::app::setup::{Overlay, Picture};
-use crate::app::snapshot::Snapshot;
+use crate::app::setup::setup::{Overlay, Picture};
+use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::recording::Channel;
 
-use super::cache::{self, Source};
-use super::curve::Placed;
-use super::{axes, readout, style, trajectory, window, xy};
+use super::frame::cache;
+use super::frame::cache::Source;
+use super::frame::curve::Placed;
+use super::frame::{axes, readout, style, time_window, xy};
+use super::trajectory;
 
 /// The picture, `size` points big.
 pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
     let palette = style::palette(ui);
-    let view = window::in_view(state);
+    let view = time_window::in_view(state);
     let runs: Vec<(&'static str, &Arc<Snapshot>)> = [
         ("velocity A", state.ghost.as_ref()),
         ("velocity", state.snapshot.as_ref()),

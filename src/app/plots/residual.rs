@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use eframe::egui::Ui;
 
-use crate::app::noise;
-use crate::app::setup::{Overlay, Picture};
-use crate::app::snapshot::OverlayComparison;
+use crate::app::analysis::recording_noise;
+use crate::app::setup::setup::{Overlay, Picture};
+use crate::app::simulation::snapshot::OverlayComparison;
 use crate::app::state::State;
 
-use super::curve::Curve;
-use super::style;
-use super::time_plot::TimePlot;
+use super::frame::curve::Curve;
+use super::frame::style;
+use super::frame::time_plot::TimePlot;
 
 /// The picture, or a line that says why there is none.
 pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
@@ -38,7 +38,7 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
         let name = format!("res {}", overlay.recording.name);
         plot.curves
             .push(Curve::new(name, Arc::clone(pyramid), color).owned(overlay.id));
-        if let Some(sigma) = noise::sigma(ui, overlay) {
+        if let Some(sigma) = recording_noise::sigma(ui, overlay) {
             let half = sigma * overlay.alignment.xp_scale.abs();
             plot.bands.push((half, color.gamma_multiply(0.18)));
         }

@@ -4,14 +4,15 @@ use std::sync::Arc;
 
 use eframe::egui::Ui;
 
-use crate::app::setup::{Overlay, Picture};
+use crate::app::setup::setup::{Overlay, Picture};
 use crate::app::state::State;
 use crate::recording::Channel;
 
-use super::cache;
-use super::curve::{Curve, Placed};
-use super::style::{self, THICK, THIN};
-use super::time_plot::{Level, TimePlot};
+use super::frame::cache;
+use super::frame::curve::{Curve, Placed};
+use super::frame::style;
+use super::frame::style::{THICK, THIN};
+use super::frame::time_plot::{Level, TimePlot};
 
 /// The picture.
 pub fn describe(ui: &Ui, state: &State) -> TimePlot {

@@ -2,14 +2,14 @@
 
 use eframe::egui::Ui;
 
-use crate::app::setup::Picture;
+use crate::app::setup::setup::Picture;
 use crate::app::state::State;
 use crate::recording::Channel;
 
-use super::cache;
-use super::curve::Curve;
-use super::style;
-use super::time_plot::TimePlot;
+use super::frame::cache;
+use super::frame::curve::Curve;
+use super::frame::style;
+use super::frame::time_plot::TimePlot;
 use super::trajectory::recorded;
 
 /// The picture.

@@ -4,11 +4,14 @@ use std::path::PathBuf;
 
 use eframe::egui::{self, Panel, Ui};
 
-use super::Shell;
-use crate::app::command::Command;
-use crate::app::files::absolute;
-use crate::app::snapshot::LiveState;
-use crate::app::{actions, first_start, layout, theme, workspaces};
+use super::layout_dump;
+use super::window::Shell;
+use crate::app::actions::run;
+use crate::app::files::built_in;
+use crate::app::files::open::absolute;
+use crate::app::setup::command::Command;
+use crate::app::simulation::snapshot::LiveState;
+use crate::app::{theme, workspaces};
 use crate::model::unit::format_quantity;
 
 impl Shell {
@@ -16,12 +19,12 @@ impl Shell {
     pub(super) fn top(&mut self, ui: &mut Ui) {
         Panel::top("menu").show(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
-                actions::menus(self, ui);
+                run::menus(self, ui);
                 ui.separator();
                 for workspace in &workspaces::ALL {
                     let here = self.state.view.workspace == workspace.name;
                     let tab = ui.selectable_label(here, workspace.title);
-                    layout::note(ui.ctx(), &format!("tab {}", workspace.name), tab.rect);
+                    layout_dump::note(ui.ctx(), &format!("tab {}", workspace.name), tab.rect);
                     if tab.on_hover_text(workspace.help).clicked() {
                         self.state.ask(Command::Workspace(workspace.name));
                     }
@@ -37,7 +40,7 @@ impl Shell {
     fn hint(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             ui.vertical(|ui| {
-                for line in first_start::HINT {
+                for line in built_in::HINT {
                     ui.label(line);
                 }
             });

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::Shell;
-use crate::app::setup::{DriveChoice, Overlay};
-use crate::model::drive::{VoltageTable, Waveform};
+use super::window::Shell;
+use crate::app::setup::setup::{DriveChoice, Overlay};
+use crate::model::drive::Waveform;
+use crate::model::drive::table::VoltageTable;
 
 impl Shell {
     /// The drive with a recording's voltage resolved; made once per recording.

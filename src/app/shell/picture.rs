@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui::{self, Ui, ViewportCommand};
 
-use super::Shell;
+use super::window::Shell;
 use crate::app::AppError;
-use crate::app::setup::Mode;
+use crate::app::setup::setup::Mode;
 
 /// Quiet frames before the picture is taken.
 const SETTLED_FRAMES: u32 = 12;

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use eframe::egui::{Align, Align2, Area, Frame, Id, Layout, Order, RichText, Ui, vec2};
 
-use super::Shell;
-use crate::app::command::Command;
+use super::window::Shell;
 use crate::app::dialogs::Target;
-use crate::app::setup::OverlayId;
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::OverlayId;
 use crate::app::state::{About, Notice};
 use crate::app::theme;
 

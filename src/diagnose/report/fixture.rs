@@ -1,6 +1,6 @@
 //! Diagnoses made by hand, as an engine would give them.
 
-use crate::diagnose::result::*;
+use crate::diagnose::diagnosis::*;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 

@@ -1,7 +1,7 @@
 //! Events at the ground and missing forces as the report and the window draw them:
 //! measured points that tell something, and the laws that they should follow.
 
-use crate::diagnose::result::ForceCurve;
+use crate::diagnose::diagnosis::ForceCurve;
 use crate::model::Model;
 use crate::model::effects::{Action, ActiveEffect, Surroundings};
 use crate::model::ground::Ground;
@@ -130,7 +130,7 @@ pub fn law_through(curve: &ForceCurve) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::ground::*;
 
     #[test]
     fn a_law_is_drawn_through_what_re_tuning_leaves_open() {

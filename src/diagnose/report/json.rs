@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::diagnose::result::{BeforeAfter, Diagnosis, Distance, NamedEffect};
+use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis, Distance, NamedEffect};
 
 /// The diagnosis in the form that `diagnose --json` writes: times in seconds, forces in
 /// nN, distances in um, parameters in SI; numbers that are not finite become `null`.

@@ -4,20 +4,19 @@
 //! All three say what [`Diagnosis`](super::result::Diagnosis) holds and judge nothing
 //! themselves.
 
+#[cfg(test)]
+pub(crate) mod fixture;
 pub mod ground;
 mod html;
 mod json;
 pub mod rest;
 mod svg;
+#[cfg(test)]
+mod tests;
 mod text;
 pub mod words;
 
+pub use self::words::{headline, probability, verdict_sentence};
 pub use html::html;
 pub use json::json;
 pub use text::text;
-pub use words::{headline, probability, verdict_sentence};
-
-#[cfg(test)]
-pub(crate) mod fixture;
-#[cfg(test)]
-mod tests;

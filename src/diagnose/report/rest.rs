@@ -1,7 +1,7 @@
 //! What the named effects leave unexplained.
 
 use super::words::{self, listed};
-use crate::diagnose::result::{Diagnosis, Distance, Left, Regime};
+use crate::diagnose::diagnosis::{Diagnosis, Distance, Left, Regime};
 
 /// A mean square this close to the noise alone is not worth words: the noise itself is
 /// known no better.

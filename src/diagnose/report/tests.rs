@@ -1,7 +1,7 @@
 //! The three forms of a diagnosis.
 
 use super::fixture::{adequate, drag, unexplained};
-use super::*;
+use crate::diagnose::report::*;
 
 /// Whether every element of a page is closed in its turn; text between is not looked at.
 fn well_formed(page: &str) -> Result<(), String> {

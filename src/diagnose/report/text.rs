@@ -5,7 +5,7 @@ use super::words::{
     alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, stretch,
     verdict_sentence, with_error,
 };
-use crate::diagnose::result::{BeforeAfter, Diagnosis, Verdict};
+use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis, Verdict};
 
 /// Places of mismatch that are listed.
 const PLACES: usize = 6;

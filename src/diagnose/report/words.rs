@@ -1,6 +1,6 @@
 //! Sentences and numbers that the summary and the page share.
 
-use crate::diagnose::result::{Candidate, Diagnosis, Estimate, Mismatch, Verdict};
+use crate::diagnose::diagnosis::{Candidate, Diagnosis, Estimate, Mismatch, Verdict};
 use crate::model::unit::{format_number, format_quantity, prefix_for};
 
 /// The verdict in one sentence.
@@ -244,7 +244,7 @@ pub fn alike(ids: &[String]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::words::*;
 
     fn estimate(value: f64, std_error: f64, unit: &'static str) -> String {
         with_error(&Estimate {

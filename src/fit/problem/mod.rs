@@ -1,24 +1,30 @@
 //! The least-squares problem: recordings cut into segments, parameters and nuisances as
 //! one vector, and each segment's residuals linearised with its own unknowns eliminated.
 
-mod linear;
-mod motion;
-mod own;
+pub mod huber;
+mod linearize;
+mod measured_motion;
+pub mod parameter_space;
+pub mod prepare;
+mod segment_fit;
 
-pub use self::linear::{Jacobian, Reduced, STEP};
-pub use self::own::CLOSE;
+pub use self::linearize::{Jacobian, Reduced, STEP};
+pub use self::segment_fit::CLOSE;
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use self::motion::{Motion, Seen};
-use super::chain::{Nuisances, Row, Setting, Sigmas, residuals, rows};
+use self::measured_motion::{Motion, Seen};
+use self::parameter_space::Space;
+use super::chain::residuals;
+use super::residual::residual_rows::{Nuisances, Row, Setting, Sigmas, rows};
 use super::segment::Segment;
-use super::space::Space;
-use super::track::Track;
+use super::segment::voltage_track::Track;
 use crate::recording::Recording;
-use crate::sim::{Options, SimError, StretchSimulator, Stretcher};
+use crate::sim::error::{Options, SimError};
+use crate::sim::stretch::StretchSimulator;
+use crate::sim::stretch::propagate::Stretcher;
 
 /// One of a recording's nuisances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::guess::guess;
+use super::event_sequence::{Kind, Mark, Timeline};
+use super::initial_guess::guess;
+use super::voltage_track::{Edge, Track};
 use super::{Joint, JointKind, Segment};
-use crate::fit::timeline::{Kind, Mark, Timeline};
-use crate::fit::track::{Edge, Track};
 use crate::recording::Recording;
-use crate::sim::StretchSimulator;
+use crate::sim::stretch::StretchSimulator;
 
 /// A stretch is not cut closer than this many samples to an event.
 const GUARD: usize = 4;

@@ -2,14 +2,16 @@
 //! through the events that the data show, at free instants.
 
 mod cut;
-mod guess;
+pub mod event_sequence;
+mod initial_guess;
+pub mod voltage_track;
 
 pub use self::cut::{Cut, cut};
-pub use self::guess::state_units;
+pub use self::initial_guess::state_units;
 
 use std::ops::Range;
 
-use super::timeline::Kind;
+use self::event_sequence::Kind;
 use crate::model::drive::Segment as Piece;
 
 /// Change of the drive that is a jump rather than a turn, as a share of its voltage.

@@ -1,6 +1,7 @@
 //! A voltage given by samples: a file, an editor, a recording.
 
-use super::{Branch, DriveError, Segment, Shape};
+use super::{DriveError, Segment, Shape};
+use crate::model::piezo::Branch;
 
 /// Voltage samples joined by straight lines; held before the first and after the last.
 #[derive(Debug, Clone)]

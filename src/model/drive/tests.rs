@@ -1,5 +1,5 @@
 use super::segments::direction;
-use super::*;
+use crate::model::drive::*;
 
 fn all() -> Vec<Waveform> {
     [
@@ -88,7 +88,7 @@ fn table_holds_its_branch_on_plateaus_and_against_noise() {
     let time: Vec<f64> = (0..9).map(f64::from).collect();
     let voltage = vec![0.0, 4.0, 8.0, 8.0, 8.0, 4.0, 0.0, 0.0, 1.0];
     let table = VoltageTable::new("test", time.clone(), voltage, 0.0).unwrap();
-    use Branch::{Falling as F, Rising as R};
+    use crate::model::piezo::Branch::{Falling as F, Rising as R};
     assert_eq!(table.branch, vec![R, R, R, R, F, F, F, R, R]);
 
     let noisy = vec![-8.0, 7.99, 8.01, 7.98, 8.0, -8.01, -7.99, -8.0, 8.0];

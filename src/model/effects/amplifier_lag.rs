@@ -3,11 +3,11 @@
 //! both it slews first and settles exponentially in the end.
 
 use super::{Action, EffectSpec, Kinematics, Need};
+use crate::model::bisection::halved;
 use crate::model::drive::{Segment, Shape};
-use crate::model::halving::halved;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::Branch;
-use crate::model::slew::{MEMORY, Slew};
+use crate::model::slew_rate_limiter::{MEMORY, Slew};
 
 /// Step of the search for instants of the lagged voltage [time constants].
 const SEARCH_STEP: f64 = 0.25;

@@ -194,8 +194,8 @@ impl Action for ExtraMode {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::model::effects::{ActiveEffect, Surroundings};
+    use super::super::extra_mode::*;
+    use super::super::{ActiveEffect, Surroundings};
     use crate::model::preset::Preset;
 
     fn count(set: &[(&str, f64)]) -> usize {

@@ -18,8 +18,8 @@
 //! past begins with an extreme `v_past`.
 
 use super::{Action, EffectSpec, Kinematics, Need};
+use crate::model::bisection::halved;
 use crate::model::drive::Segment;
-use crate::model::halving::halved;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::{Branch, Piezo};
 use crate::model::preisach::{EQUAL, MEMORY, Past, Relays, standing};
@@ -283,7 +283,7 @@ impl Action for HysteresisMemory {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::hysteresis_memory::*;
     use crate::model::drive::Shape;
 
     fn end(law: &HysteresisMemory, extreme: f64, z: &mut [f64]) {

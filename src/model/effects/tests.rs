@@ -1,4 +1,4 @@
-use super::*;
+use crate::model::effects::*;
 
 #[test]
 fn catalogue_is_sound() {

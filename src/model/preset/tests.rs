@@ -1,4 +1,4 @@
-use super::*;
+use crate::model::preset::*;
 use proptest::prelude::*;
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::names::{Role, key, split_unit};
 use super::{ColumnChoice, ImportSettings, unit_shift};
-use crate::recording::{ImportError, ImportWarning, WarningKind};
+use crate::recording::error::{ImportError, ImportWarning, WarningKind};
 
 /// What was made of a header.
 #[derive(Debug, Default)]

@@ -6,27 +6,30 @@
 //! says clearly needs no dialog ([`import_auto`]); otherwise [`preview`] shows what
 //! was understood and [`import`] does what the user settled.
 
-mod cut;
 mod header;
-mod heading;
+mod header_line;
 mod names;
 mod number;
 mod rows;
 mod sniff;
+#[cfg(test)]
+mod tests;
 mod text;
+mod truncated_line;
 mod write;
 
-pub use sniff::{Preview, preview, preview_bytes};
-pub use write::{WriteError, write_csv, write_recording};
+pub use self::sniff::{Preview, preview, preview_bytes};
+pub use self::write::{WriteError, write_csv, write_recording};
 
+use self::rows::{Layout, Table};
+use self::text::Text;
 use super::assemble::{Columns, Place, assemble};
-use super::{Channel, ImportError, ImportWarning, Recording, WarningKind};
+use super::error::{ImportError, ImportWarning, WarningKind};
+use super::{Channel, Recording};
 use crate::model::unit::unit_factor;
-use rows::{Layout, Table};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::Path;
-use text::Text;
 
 /// Told the share done (0 to 1); returns whether to go on.
 pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;
@@ -281,7 +284,7 @@ fn read(
     let text = Text::new(file, bytes)?;
     let layout = Layout::new(file, settings)?;
     let (start, first_line) = text.skip_lines(settings.skip_lines);
-    let cut = cut::cut_last_line(&text.bytes[start..], &text, &layout);
+    let cut = truncated_line::cut_last_line(&text.bytes[start..], &text, &layout);
     let end = cut.map_or(text.bytes.len(), |at| start + at);
 
     // The hash is of the same bytes but needs nothing of the parse: its own thread.
@@ -346,8 +349,3 @@ fn hex(bytes: &[u8]) -> String {
         text
     })
 }
-
-#[cfg(test)]
-mod properties;
-#[cfg(test)]
-mod tests;

@@ -229,7 +229,7 @@ pub(super) fn looks_numeric(text: &[u8], comma: bool) -> Option<bool> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::number::*;
     use proptest::prelude::*;
 
     fn read(text: &str, shift: i32) -> f64 {

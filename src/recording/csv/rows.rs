@@ -2,7 +2,7 @@
 
 use super::text::{READ_SHARE, Text};
 use super::{Decimal, ImportSettings, Progress, number, sniff, unit_shift};
-use crate::recording::ImportError;
+use crate::recording::error::ImportError;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -1,9 +1,9 @@
 //! What a file seems to be: delimiter, decimal mark, comments, header, columns.
 
-use super::heading::find_heading;
+use super::header_line::find_heading;
 use super::text::{self, Text};
 use super::{Decimal, Delimiter, ImportSettings, header, number, rows};
-use crate::recording::{ImportError, ImportWarning};
+use crate::recording::error::{ImportError, ImportWarning};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 //! being UTF-8 text.
 
 use super::Progress;
-use crate::recording::ImportError;
+use crate::recording::error::ImportError;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;

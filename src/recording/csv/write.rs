@@ -1,6 +1,7 @@
 //! Writing `t [s],V [V],xp [um],xc [um]` so that it reads back bit for bit.
 
-use crate::recording::{Channel, Recording, TimeAxis};
+use crate::recording::grid::TimeAxis;
+use crate::recording::{Channel, Recording};
 use rayon::prelude::*;
 use std::io::Write;
 use thiserror::Error;
@@ -173,7 +174,7 @@ fn put(text: &mut Vec<u8>, value: f64, shift: i32) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::write::*;
 
     fn text(value: f64, shift: i32) -> String {
         let mut out = Vec::new();

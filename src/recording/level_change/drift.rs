@@ -280,7 +280,7 @@ fn through(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::drift::*;
     use crate::recording::Channel;
     use crate::recording::noise::recording_noise as noise_of;
 

@@ -3,9 +3,9 @@
 mod drift;
 mod step;
 
-pub use drift::{LevelDrift, find_level_drift};
-pub(super) use step::rests;
-pub use step::{LevelStep, find_level_step};
+pub use self::drift::{LevelDrift, find_level_drift};
+pub(super) use self::step::rests;
+pub use self::step::{LevelStep, find_level_step};
 
 /// A rest shows in a block of this length \[s\].
 const BLOCK: f64 = 4e-4;

@@ -2,10 +2,11 @@
 //! at another.
 
 use super::{block_size, quiet};
-use crate::recording::features::Missing;
+use crate::recording::features::missing::Missing;
+use crate::recording::grid::TimeAxis;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
-use crate::recording::{Recording, TimeAxis, extremes, quantile_in_place};
+use crate::recording::{Recording, extremes, quantile_in_place};
 
 /// Rests are looked for within this height of the lowest samples \[m\].
 const NEAR: f64 = 15e-6;
@@ -180,7 +181,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::step::*;
     use crate::recording::Channel;
     use crate::recording::noise::recording_noise as noise_of;
 

@@ -1,8 +1,8 @@
 //! Bounds on the work of a run, and what it went into.
 
-use super::super::error::{Burden, SimError};
-use super::super::trace::{EventKind, Trace};
 use super::Runner;
+use crate::sim::error::{Burden, SimError};
+use crate::sim::trace::{EventKind, Trace};
 
 impl Runner {
     /// What most of the work went into.

@@ -1,12 +1,12 @@
 //! Contact and friction: what ends a stretch of motion, and what follows.
 
-use super::super::crossing::first_below;
-use super::super::error::SimError;
-use super::super::nodes;
-use super::super::output::Sink;
-use super::super::step::Touch;
-use super::super::trace::{EventKind, Trace};
 use super::{Phase, Runner};
+use crate::sim::crossing::first_below;
+use crate::sim::error::SimError;
+use crate::sim::nodes;
+use crate::sim::output::Sink;
+use crate::sim::step::Touch;
+use crate::sim::trace::{EventKind, Trace};
 
 /// What ends a step of flight early.
 #[derive(Debug, Clone, Copy, PartialEq)]

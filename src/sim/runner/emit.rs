@@ -1,9 +1,9 @@
 //! Samples cut out of the steps of either phase.
 
-use super::super::device::dot;
-use super::super::output::{FastModes, Sample, Sink};
-use super::super::trace::Trace;
 use super::Runner;
+use crate::sim::device::dot;
+use crate::sim::output::{FastModes, Sample, Sink};
+use crate::sim::trace::Trace;
 
 impl Runner {
     /// Voltage when a sample is taken that shows the device at `t`.

@@ -6,7 +6,7 @@ use super::{Phase, Runner};
 use crate::sim::error::SimError;
 use crate::sim::nodes;
 use crate::sim::output::Sink;
-use crate::sim::step::{LEVELS, Tables};
+use crate::sim::step::tables::{LEVELS, Tables};
 use crate::sim::trace::Trace;
 
 impl Runner {

@@ -30,7 +30,7 @@ pub(super) fn eliminate<const N: usize>(a: &mut [[f64; N]; N], b: &mut [f64; N])
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::elimination::*;
 
     #[test]
     fn it_answers_what_it_is_asked() {

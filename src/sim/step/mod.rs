@@ -6,14 +6,14 @@
 // The indices are those of the method's matrices; iterators would hide them.
 #![allow(clippy::needless_range_loop)]
 
+mod contact_step;
 mod dense;
 mod effects;
 mod elimination;
 mod flight;
-mod held;
 mod readings;
+mod stick_slip;
 mod tables;
-mod turn;
 
 pub(super) use self::tables::{LEVELS, Tables};
 

@@ -1,11 +1,11 @@
 //! Stretches with friction away from the ground.
 
 use super::tests::{mode, segments, with_values};
-use super::*;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
-use crate::sim::Options;
+use crate::sim::error::Options;
 use crate::sim::step::Step;
+use crate::sim::stretch::*;
 
 /// 10 ms of flight with friction of `force` \[N\] and a further mode at `f` \[Hz\], which begins with
 /// a velocity of `ring` \[kg^1/2 m/s\]: readings of the proof mass, the number of steps, and how many

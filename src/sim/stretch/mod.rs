@@ -5,21 +5,21 @@
 //! its propagators are made once for all stretches. Each thread steps with a
 //! [`Stretcher`] of its own, which allocates nothing per step but what readings that lag need.
 
-mod beat;
-mod carry;
 #[cfg(test)]
 mod friction_tests;
 mod memory;
 mod motion;
+mod propagate;
+mod sample_clock;
 #[cfg(test)]
 mod tests;
 
-pub use self::carry::{Pace, Stretcher};
+pub use self::propagate::{Pace, Stretcher};
 
 use super::device::Device;
 use super::error::{Options, SimError};
 use super::runner::tables;
-use super::step::Tables;
+use super::step::tables::Tables;
 use crate::model::Model;
 use crate::model::drive::{Segment, Shape};
 use crate::model::piezo::Branch;

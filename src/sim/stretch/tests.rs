@@ -1,9 +1,10 @@
-use super::*;
 use crate::model::drive::Waveform;
 use crate::model::effects::{self, ActiveEffect, find};
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
-use crate::sim::{EventKind, simulate};
+use crate::sim::simulate;
+use crate::sim::stretch::*;
+use crate::sim::trace::EventKind;
 
 pub(super) fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
     (0..)

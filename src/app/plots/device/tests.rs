@@ -9,23 +9,25 @@ use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::moment::{Extremes, Moment};
 use super::paint::nice_below;
-use crate::app::first_start;
-use crate::app::setup::{DriveChoice, View};
-use crate::app::snapshot::Snapshot;
+use crate::app::files::built_in;
+use crate::app::setup::setup::{DriveChoice, View};
+use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
-use crate::sim::{Event, EventKind, ForceTraces, Options, Trace, simulate};
+use crate::sim::error::Options;
+use crate::sim::simulate;
+use crate::sim::trace::{Event, EventKind, ForceTraces, Trace};
 
 /// A state of an embedded preset, without a run.
 fn state(preset: &str) -> State {
-    let mut setup = first_start::setup();
+    let mut setup = built_in::setup();
     setup.preset = Preset::embedded(preset).unwrap();
     let drive = Waveform::parse(&setup.preset.drive, setup.preset.duration).unwrap();
     setup.drive = DriveChoice::Waveform(drive);
     setup.overlays.clear();
-    first_start::state(setup, View::default())
+    built_in::state(setup, View::default())
 }
 
 fn with(mut state: State, trace: Trace) -> State {

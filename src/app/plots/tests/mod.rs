@@ -13,15 +13,15 @@ use eframe::egui::{
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
-use super::window;
-use crate::app::first_start;
-use crate::app::setup::{DriveChoice, Overlay, Picture, Setup, View};
-use crate::app::snapshot::{LiveState, Snapshot};
+use super::frame::time_window;
+use crate::app::files::built_in;
+use crate::app::setup::setup::{DriveChoice, Overlay, Picture, Setup, View};
+use crate::app::simulation::snapshot::{LiveState, Snapshot};
 use crate::app::state::State;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
-use crate::sim::{Event as SimEvent, EventKind, ForceTraces, Trace};
+use crate::sim::trace::{Event as SimEvent, EventKind, ForceTraces, Trace};
 
 /// All pictures on, nothing loaded, no result.
 fn empty() -> State {
@@ -33,7 +33,7 @@ fn empty() -> State {
         pictures: Picture::ALL.into(),
         ..View::default()
     };
-    first_start::state(setup, view)
+    built_in::state(setup, view)
 }
 
 /// A made-up run of `samples` at 50 kHz.
@@ -218,7 +218,7 @@ fn click(harness: &mut Harness<'_, State>, at: Pos2, modifiers: Modifiers) {
 fn clicks_set_cursors_and_escape_clears_them() {
     let mut harness = harness(with(empty(), trace(20_000)));
     let rect = plot(&harness, "Trajectory");
-    let (from, to) = window::in_view(harness.state());
+    let (from, to) = time_window::in_view(harness.state());
     click(&mut harness, rect.center(), Modifiers::NONE);
     let first = harness.state().cursors.first.unwrap();
     assert!((first - 0.5 * (from + to)).abs() < 0.01 * (to - from));
@@ -231,7 +231,7 @@ fn clicks_set_cursors_and_escape_clears_them() {
 fn the_wheel_zooms_around_the_pointer_and_dragging_pans() {
     let mut harness = harness(with(empty(), trace(20_000)));
     let rect = plot(&harness, "Trajectory");
-    let (from, to) = window::in_view(harness.state());
+    let (from, to) = time_window::in_view(harness.state());
     harness.event(Event::PointerMoved(rect.center()));
     harness.step();
     harness.event(Event::MouseWheel {
@@ -242,7 +242,7 @@ fn the_wheel_zooms_around_the_pointer_and_dragging_pans() {
         source: MouseWheelSource::Unknown,
     });
     harness.run_steps(20);
-    let (near_from, near_to) = window::in_view(harness.state());
+    let (near_from, near_to) = time_window::in_view(harness.state());
     assert!(near_to - near_from < 0.95 * (to - from));
     let middle = 0.5 * (near_from + near_to);
     assert!((middle - 0.5 * (from + to)).abs() < 0.01 * (to - from));
@@ -257,7 +257,7 @@ fn the_wheel_zooms_around_the_pointer_and_dragging_pans() {
         harness.event(Event::PointerMoved(rect.center() + vec2(x, 0.0)));
         harness.step();
     }
-    assert!(window::in_view(harness.state()).0 < near_from);
+    assert!(time_window::in_view(harness.state()).0 < near_from);
 }
 
 #[test]
@@ -276,7 +276,7 @@ fn zoomed_out_all_the_way_nothing_moves() {
             source: MouseWheelSource::Unknown,
         });
         harness.run_steps(12);
-        seen.push(window::in_view(harness.state()));
+        seen.push(time_window::in_view(harness.state()));
     }
     let (from, to) = seen[11];
     assert!((to - from - 1.2 * 0.4).abs() < 1e-3, "{seen:?}");
@@ -296,10 +296,10 @@ fn a_live_run_ends_at_the_right_edge() {
     });
     state.snapshot = Some(Arc::new(snapshot));
     state.view.time_range = Some((0.0, 0.1));
-    let (from, to) = window::in_view(&state);
+    let (from, to) = time_window::in_view(&state);
     assert!((from - 0.29).abs() < 1e-12 && (to - 0.39).abs() < 1e-12);
     state.scrub = Some(0.2);
-    assert_eq!(window::in_view(&state).1, 0.2);
+    assert_eq!(time_window::in_view(&state).1, 0.2);
     drop(harness(state));
 }
 

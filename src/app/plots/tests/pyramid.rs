@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::app::plots::pyramid::Pyramid;
+use crate::app::simulation::min_max_pyramid::Pyramid;
 
 /// Every sample in view lies between least and greatest point of its stretch.
 fn envelopes(pyramid: &Pyramid, times: &[f64], values: &[f64], view: (f64, f64), pixels: usize) {

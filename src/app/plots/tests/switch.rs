@@ -4,7 +4,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, PointerButton};
 use egui_kittest::kittest::{NodeT, Queryable};
 
-use super::*;
+use crate::app::plots::tests::*;
 
 fn forces() -> Harness<'static, State> {
     let mut state = with(empty(), trace(20_000));
@@ -72,7 +72,7 @@ fn many_recordings_have_one_name_each_that_switches_all_their_curves() {
             let mut color = None;
             let context = eframe::egui::Context::default();
             let mut output = context.run_ui(Default::default(), |ui| {
-                color = Some(crate::app::plots::style::overlay_color(ui, i).to_array());
+                color = Some(crate::app::plots::frame::style::overlay_color(ui, i).to_array());
             });
             output.textures_delta.clear();
             color

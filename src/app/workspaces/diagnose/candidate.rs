@@ -5,13 +5,14 @@ use eframe::egui::{
     Align2, Button, Color32, FontId, Grid, Rect, RichText, Role, Sense, Ui, WidgetInfo, vec2,
 };
 
-use super::{colors, error_color, small};
-use crate::app::diagnosing::Diagnosing;
-use crate::app::diagnosing::look::support;
+use super::colors;
+use crate::app::analysis::diagnosis::Diagnosing;
+use crate::app::analysis::diagnosis_view::support;
+use crate::app::workspaces::tune::{error_color, small};
+use crate::diagnose::diagnosis::{Candidate, Diagnosis, NamedEffect};
 use crate::diagnose::report::words::{
     alike, capitalised, chi2, gain, gain_where_fitted, probability, size, with_error,
 };
-use crate::diagnose::result::{Candidate, Diagnosis, NamedEffect};
 use crate::model::effects::{EffectSpec, find};
 
 /// Width of the bar of a probability [points].
@@ -199,7 +200,7 @@ fn bullet(ui: &mut Ui, sign: &str, text: &str) {
     ui.horizontal_top(|ui| {
         ui.spacing_mut().item_spacing.x = 5.0;
         let color = match sign {
-            "+" => crate::app::plots::style::palette(ui).release,
+            "+" => crate::app::plots::frame::style::palette(ui).release,
             "-" => error_color(ui),
             _ => ui.visuals().warn_fg_color,
         };

@@ -2,8 +2,8 @@
 
 use eframe::egui::{Color32, Ui};
 
-use crate::app::plots::style;
-use crate::diagnose::result::{Regime, Verdict};
+use crate::app::plots::frame::style;
+use crate::diagnose::diagnosis::{Regime, Verdict};
 
 const fn rgb(hex: u32) -> Color32 {
     Color32::from_rgb((hex >> 16) as u8, (hex >> 8) as u8, hex as u8)

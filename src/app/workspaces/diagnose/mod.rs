@@ -3,32 +3,24 @@
 
 mod candidate;
 mod colors;
-mod events;
-mod evidence;
-mod figure;
-mod force;
-mod head;
-mod marginal;
-mod place;
-mod preview;
-mod proof;
-mod proof_bars;
-mod recordings;
-mod strip;
+pub mod figures;
+mod sealed_trial;
+mod sealed_truth;
+mod step1_recordings;
+mod step2_where;
+mod step3_what;
+mod step4_proof;
 #[cfg(test)]
 mod tests;
-mod trial;
-mod truth;
-mod what;
-mod zoom;
+mod verdict_bar;
 
 use eframe::egui::{
     Align, Align2, CentralPanel, FontId, Layout, Panel, Rect, RichText, ScrollArea, Sense, Ui,
     UiBuilder, pos2, vec2,
 };
 
+use super::tune::{error_color, small, time_left};
 use crate::app::state::State;
-use crate::app::workspaces::tune::{error_color, small, time_left};
 
 /// Its name, as on the command line.
 pub const NAME: &str = "diagnose";
@@ -44,22 +36,22 @@ const STEPS: [Step; 4] = [
     Step {
         title: "Recordings",
         share: 0.175,
-        show: recordings::show,
+        show: step1_recordings::show,
     },
     Step {
         title: "Where",
         share: 0.325,
-        show: place::show,
+        show: step2_where::show,
     },
     Step {
         title: "What",
         share: 0.26,
-        show: what::show,
+        show: step3_what::show,
     },
     Step {
         title: "Proof",
         share: 0.24,
-        show: proof::show,
+        show: step4_proof::show,
     },
 ];
 
@@ -68,9 +60,9 @@ const GAP: f32 = 17.0;
 
 /// Draws the workspace.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    Panel::top("diagnose head").show(ui, |ui| head::show(ui, state));
+    Panel::top("diagnose head").show(ui, |ui| verdict_bar::show(ui, state));
     CentralPanel::default().show(ui, |ui| steps(ui, state));
-    trial::show(ui, state);
+    sealed_trial::show(ui, state);
 }
 
 fn steps(ui: &mut Ui, state: &mut State) {

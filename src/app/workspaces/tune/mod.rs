@@ -1,32 +1,21 @@
 //! The Tune workspace: sliders on the left, pictures in the middle, recordings and
 //! readouts on the right, time at the top.
 
-mod callout;
-pub mod drive_editor;
-mod drive_preview;
-mod drive_table;
-mod figures;
+pub mod drive;
 mod fit;
-pub(super) mod icon;
-mod original;
 mod parameters;
-mod quantity;
-mod rail;
 mod readouts;
 mod recordings;
-mod reference;
-mod slider;
 mod start;
+pub mod table_a1;
 #[cfg(test)]
 mod tests;
 mod transport;
-mod validation;
-mod validation_fit;
 
-pub use parameters::choose_preset;
-pub use recordings::remove as remove_recording;
-pub use start::start_from_recording;
-pub use transport::usual_speed;
+pub use self::parameters::choose_preset;
+pub use self::recordings::remove as remove_recording;
+pub use self::start::start_from_recording;
+pub use self::transport::usual_speed;
 
 use eframe::egui::{CentralPanel, Panel, RichText, ScrollArea, Ui, Window};
 
@@ -56,11 +45,11 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             .default_width(420.0)
             .default_pos([380.0, 90.0])
             .show(ui, |ui| {
-                drive_editor::show(ui, state, drive_editor::Place::Window);
+                drive::editor::show(ui, state, drive::editor::Place::Window);
             });
         state.drive_editor_open = open && state.drive_editor_open;
     }
-    validation::show(ui, state);
+    table_a1::panel::show(ui, state);
     fit::show(ui, state);
 }
 
@@ -73,7 +62,7 @@ fn side_panel(ui: &mut Ui, state: &mut State) {
             readouts::section(ui, "Recordings", |ui| recordings::show(ui, state));
             readouts::show(ui, state);
             if state.setup.preset.model.has_ground {
-                readouts::section(ui, "Table A.1", |ui| reference::show(ui, state));
+                readouts::section(ui, "Table A.1", |ui| table_a1::case_picker::show(ui, state));
             }
             ui.add_space(12.0);
         });

@@ -6,12 +6,13 @@ use eframe::egui::{
     CollapsingHeader, ComboBox, Label, RichText, ScrollArea, Sense, Ui, UiBuilder, vec2,
 };
 
-use super::slider::{ParameterSlider, Size, SliderOutput};
+use super::drive::editor;
 use super::small;
-use super::{drive_editor, original};
-use crate::app::command::Command;
-use crate::app::setup::{DriveChoice, Setup};
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{DriveChoice, Setup};
 use crate::app::state::State;
+use crate::app::widgets::default_value;
+use crate::app::widgets::parameter_slider::{ParameterSlider, Size, SliderOutput};
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
@@ -45,7 +46,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 CollapsingHeader::new("Drive")
                     .default_open(true)
                     .show_unindented(ui, |ui| {
-                        drive_editor::show(ui, state, drive_editor::Place::Panel);
+                        editor::show(ui, state, editor::Place::Panel);
                     });
             }
             // A device without ground has little else to tune.
@@ -103,7 +104,7 @@ fn preset_picker(ui: &mut Ui, state: &mut State) {
             .truncate()
             .selected_text(&name)
             .show_ui(ui, |ui| {
-                for preset in original::embedded() {
+                for preset in default_value::embedded() {
                     let chosen = preset.model.name == name;
                     let button = ui.selectable_label(chosen, &preset.model.name);
                     if button.on_hover_text(&preset.about).clicked() && !chosen {
@@ -153,7 +154,7 @@ fn is_changed(setup: &Setup) -> bool {
     let values = model
         .parameters
         .iter()
-        .any(|(id, value)| original::differs(value, original::value(setup, id)));
+        .any(|(id, value)| default_value::differs(value, default_value::value(setup, id)));
     values || model.effects != setup.original.model.effects
 }
 
@@ -200,7 +201,7 @@ fn group(ui: &mut Ui, setup: &mut Setup, rank: Rank, problem: Option<&Problem>) 
                 ..*spec
             },
             value: setup.preset.model.parameters[id],
-            original: original::value(setup, id),
+            original: default_value::value(setup, id),
             locked: Some(setup.locked.contains(spec.id)),
             size: if rank == Rank::Primary {
                 Size::Large
@@ -257,7 +258,7 @@ fn effect_entry(
             None => {
                 let mut active = ActiveEffect::new(effect);
                 for (i, value) in active.values.iter_mut().enumerate() {
-                    *value = original::effect_value(setup, effect, i);
+                    *value = default_value::effect_value(setup, effect, i);
                 }
                 setup.preset.model.effects.push(active);
             }
@@ -282,7 +283,7 @@ fn effect_entry(
                 id: &id,
                 spec: *spec,
                 value: setup.preset.model.effects[index].values[i],
-                original: original::effect_value(setup, effect, i),
+                original: default_value::effect_value(setup, effect, i),
                 locked: Some(setup.locked.contains(&id)),
                 size: Size::Small,
                 problem: message_for(problem, &id),

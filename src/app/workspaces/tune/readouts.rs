@@ -3,16 +3,18 @@
 
 use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::{figures, original, small};
-use crate::app::command::Command;
-use crate::app::noise;
-use crate::app::setup::{OverlayId, Setup};
-use crate::app::snapshot::{OverlayComparison, Snapshot};
+use super::small;
+use super::table_a1::features;
+use crate::app::analysis::recording_noise;
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{OverlayId, Setup};
+use crate::app::simulation::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
+use crate::app::widgets::default_value;
 use crate::model::Model;
 use crate::model::parameter::ParameterSpec;
 use crate::model::unit::{format_number, format_quantity};
-use crate::sim::EventKind;
+use crate::sim::trace::EventKind;
 
 /// Draws the readouts.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -25,7 +27,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if let Some(snapshot) = state.snapshot.clone() {
         if snapshot.model.has_ground {
             section(ui, "Features per period", |ui| {
-                figures::show(ui, state, &snapshot)
+                features::show(ui, state, &snapshot)
             });
         }
         if snapshot.model.has_ground {
@@ -63,7 +65,7 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
         .map(|o| o.color);
     let mut text = RichText::new(short(&name, 22));
     if let Some(color) = color {
-        text = text.color(crate::app::plots::style::overlay_color(ui, color));
+        text = text.color(crate::app::plots::frame::style::overlay_color(ui, color));
     }
     ui.label(text).on_hover_text(name);
 }
@@ -137,8 +139,8 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
 
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
-    noise::sigma(ui, overlay)
-        .filter(|noise| *noise > noise::NOTHING)
+    recording_noise::sigma(ui, overlay)
+        .filter(|noise| *noise > recording_noise::NOTHING)
         .map(|noise| noise * overlay.alignment.xp_scale.abs())
 }
 
@@ -201,7 +203,7 @@ pub fn differences(before: &Model, after: &Model) -> Vec<Difference> {
     let write = |spec: &ParameterSpec, value: f64| format_quantity(value, spec.unit, 4);
     for (id, value) in after.parameters.iter() {
         let (spec, old) = (id.spec(), before.parameters[id]);
-        if after.uses(id) && original::differs(value, old) {
+        if after.uses(id) && default_value::differs(value, old) {
             rows.push([spec.symbol.to_owned(), write(spec, old), write(spec, value)]);
         }
     }

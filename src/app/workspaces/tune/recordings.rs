@@ -4,18 +4,18 @@ use eframe::egui::{
     Align, Button, CollapsingHeader, CursorIcon, Frame, Grid, Id, Label, Layout, Sense, Ui, vec2,
 };
 
-use super::icon::{Icon, icon_button};
+use crate::app::widgets::icon::{Icon, icon_button};
 
-use super::callout;
-use super::drive_editor;
-use super::quantity::QuantityField;
+use super::drive::editor;
 use super::small;
 use super::start::start_from_recording;
-use crate::app::command::Command;
-use crate::app::noise;
-use crate::app::plots::style::overlay_color;
-use crate::app::setup::{DriveChoice, Overlay, OverlayId, Setup};
+use crate::app::analysis::recording_noise;
+use crate::app::plots::frame::style::overlay_color;
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{DriveChoice, Overlay, OverlayId, Setup};
 use crate::app::state::State;
+use crate::app::widgets::callout;
+use crate::app::widgets::quantity_field::QuantityField;
 use crate::model::unit::format_quantity;
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
@@ -44,7 +44,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         DriveChoice::Recorded(id) => Some(id),
         DriveChoice::Waveform(_) => None,
     };
-    let quietest = noise::quietest(ui, &state.setup.overlays);
+    let quietest = recording_noise::quietest(ui, &state.setup.overlays);
     for overlay in &mut state.setup.overlays {
         let is_selected = selected == Some(overlay.id);
         let mut frame = Frame::group(ui.style()).inner_margin(6);
@@ -118,7 +118,7 @@ fn usual_drive(setup: &mut Setup) {
         crate::model::drive::Waveform::parse(&setup.preset.drive, setup.preset.duration)
     {
         setup.drive = DriveChoice::Waveform(drive);
-    } else if let Some(drive) = drive_editor::of_kind(setup, &name) {
+    } else if let Some(drive) = editor::of_kind(setup, &name) {
         setup.drive = drive;
     }
 }
@@ -175,7 +175,7 @@ fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
         "{} at {}, noise {}",
         format_quantity(recording.duration(), "s", 3),
         format_quantity(recording.sampling_rate(), "Hz", 3),
-        noise::text(ui, overlay, quietest),
+        recording_noise::text(ui, overlay, quietest),
     );
     let label = ui.add(Label::new(small(text).weak()).truncate());
     label.on_hover_text(format!(

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::app::setup::{OverlayId, Setup};
+use crate::app::setup::setup::{OverlayId, Setup};
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 
@@ -90,7 +90,7 @@ fn first_motion(recording: &Recording, frequency: f64) -> Option<Start> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::start::*;
     use approx::assert_relative_eq;
 
     #[test]

@@ -2,14 +2,14 @@
 
 use eframe::egui::{Button, Id, Panel, RichText, Ui, vec2};
 
-use super::callout;
-use super::icon::{Icon, icon_button, icon_button_enabled};
-use super::quantity::QuantityField;
-use super::rail::Rail;
-use crate::app::command::Command;
-use crate::app::setup::{Mode, Setup};
-use crate::app::snapshot::LiveState;
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{Mode, Setup};
+use crate::app::simulation::snapshot::LiveState;
 use crate::app::state::State;
+use crate::app::widgets::callout;
+use crate::app::widgets::icon::{Icon, icon_button, icon_button_enabled};
+use crate::app::widgets::quantity_field::QuantityField;
+use crate::app::widgets::slider_track::Rail;
 use crate::model::unit::{format_number, format_quantity};
 
 /// Shortest and longest span of the window mode [s].
@@ -274,7 +274,7 @@ fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::transport::*;
 
     #[test]
     fn speeds_read_as_fractions() {

@@ -1,9 +1,10 @@
 //! What the events at the ground say: bounces, releases, the height of the ground.
 
-use super::super::svg::{Axis, Dot, Plot};
 use super::{HALF, Page};
+use crate::diagnose::diagnosis::{BounceSeen, Diagnosis, EventsSeen};
 use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
-use crate::diagnose::result::{BounceSeen, Diagnosis, EventsSeen};
+use crate::diagnose::report::svg::axis::Axis;
+use crate::diagnose::report::svg::plot::{Dot, Plot};
 
 const SIZE: [f64; 2] = [HALF, 220.0];
 

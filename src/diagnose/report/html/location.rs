@@ -1,11 +1,13 @@
 //! "Where": strips of residuals over each recording, the worst stretches, and what the
 //! residuals go with.
 
-use super::super::svg::{Axis, Dot, Plot, escape};
-use super::super::words::{share, stretch};
 use super::strip::{Scale, figure};
 use super::{HALF, Page};
-use crate::diagnose::result::{Diagnosis, Marginal, Regime};
+use crate::diagnose::diagnosis::{Diagnosis, Marginal, Regime};
+use crate::diagnose::report::svg::axis::Axis;
+use crate::diagnose::report::svg::escape;
+use crate::diagnose::report::svg::plot::{Dot, Plot};
+use crate::diagnose::report::words::{share, stretch};
 
 /// Stretches that get a number, in the table and in the strips.
 const NUMBERED: usize = 12;

@@ -12,7 +12,7 @@ use super::svg::escape;
 use super::words::{
     alike, capitalised, gain, in_noise, metres, probability, size, verdict_sentence, with_error,
 };
-use crate::diagnose::result::{Diagnosis, Verdict};
+use crate::diagnose::diagnosis::{Diagnosis, Verdict};
 use crate::model::parameter::PARAMETERS;
 use crate::model::unit::format_quantity;
 

@@ -1,9 +1,10 @@
 //! "Proof": distances before and after on each recording, those kept out first.
 
-use super::super::svg::{Anchor, Axis, Svg, escape};
-use super::super::words::{chi2, in_noise, metres, share, two_digits};
 use super::{FULL, Page};
-use crate::diagnose::result::{BeforeAfter, Diagnosis, ProofOf};
+use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis, ProofOf};
+use crate::diagnose::report::svg::axis::Axis;
+use crate::diagnose::report::svg::{Anchor, Svg, escape};
+use crate::diagnose::report::words::{chi2, in_noise, metres, share, two_digits};
 
 /// Space for the names of the recordings, and for the numbers behind the bars.
 const LEFT: f64 = 190.0;

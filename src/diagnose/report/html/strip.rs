@@ -1,8 +1,9 @@
 //! The residuals along one recording, beneath its motion.
 
-use super::super::svg::{Anchor, Axis, Svg, px};
 use super::FULL;
-use crate::diagnose::result::{Diagnosis, Mismatch, Regime, Strip};
+use crate::diagnose::diagnosis::{Diagnosis, Mismatch, Regime, Strip};
+use crate::diagnose::report::svg::axis::Axis;
+use crate::diagnose::report::svg::{Anchor, Svg, px};
 
 /// Where the drawing begins and ends sideways \[pixels\].
 const SIDES: (f64, f64) = (54.0, FULL - 14.0);

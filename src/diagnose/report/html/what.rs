@@ -1,10 +1,12 @@
 //! "What": every effect that was weighed, and the force that the model lacks.
 
-use super::super::svg::{Axis, Dot, Plot, escape};
-use super::super::words::{chi2, gain, gain_where_fitted, listed, probability};
 use super::{HALF, Page};
+use crate::diagnose::diagnosis::{Diagnosis, ForceCurve};
 use crate::diagnose::report::ground::law_through;
-use crate::diagnose::result::{Diagnosis, ForceCurve};
+use crate::diagnose::report::svg::axis::Axis;
+use crate::diagnose::report::svg::escape;
+use crate::diagnose::report::svg::plot::{Dot, Plot};
+use crate::diagnose::report::words::{chi2, gain, gain_where_fitted, listed, probability};
 
 /// Writes the candidates and the force curves.
 pub fn write(page: &mut Page, d: &Diagnosis) {

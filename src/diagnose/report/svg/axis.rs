@@ -172,7 +172,7 @@ fn log_ticks(from: f64, to: f64, count: usize) -> Vec<(f64, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::axis::*;
 
     fn labels(axis: &Axis, count: usize) -> Vec<String> {
         axis.ticks(count).into_iter().map(|t| t.1).collect()

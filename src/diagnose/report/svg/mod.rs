@@ -10,8 +10,8 @@ mod plot;
 
 use std::fmt::Write;
 
-pub use axis::Axis;
-pub use plot::{Dot, Plot};
+pub use self::axis::Axis;
+pub use self::plot::{Dot, Plot};
 
 /// Where text stands against its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,7 +156,7 @@ pub fn escape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::svg::*;
 
     #[test]
     fn nothing_that_is_not_a_number_gets_into_a_figure() {

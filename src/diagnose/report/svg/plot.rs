@@ -1,6 +1,7 @@
 //! One pair of axes with what is drawn between them.
 
-use super::{Anchor, Axis, Svg};
+use super::axis::Axis;
+use super::{Anchor, Svg};
 
 /// Space for the labels of the y axis, and that of the x axis with its title.
 const LEFT: f64 = 54.0;

@@ -7,10 +7,10 @@ use egui_kittest::kittest::Queryable;
 
 use super::support::{answered, empty, with};
 use super::{harness, harness_of, press, says};
-use crate::app::command::Command;
-use crate::app::diagnosing::look::{EventPlot, Evidence};
-use crate::app::diagnosing::{Asked, obstacle};
-use crate::app::setup::{DriveChoice, Role};
+use crate::app::analysis::diagnosis::{Asked, obstacle};
+use crate::app::analysis::diagnosis_view::{EventPlot, Evidence};
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{DriveChoice, Role};
 use crate::diagnose::report::fixture;
 
 #[test]

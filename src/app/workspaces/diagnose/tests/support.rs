@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use crate::app::diagnosing::Asked;
-use crate::app::first_start;
-use crate::app::setup::{Role, View};
+use crate::app::analysis::diagnosis::Asked;
+use crate::app::files::built_in;
+use crate::app::setup::setup::{Role, View};
 use crate::app::state::State;
-use crate::diagnose::result::Diagnosis;
+use crate::diagnose::diagnosis::Diagnosis;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
 
 /// The state of a first start without recordings.
 pub fn empty() -> State {
-    let setup = first_start::from_preset(Preset::default());
-    first_start::state(setup, View::default())
+    let setup = built_in::from_preset(Preset::default());
+    built_in::state(setup, View::default())
 }
 
 /// A short recording of a ring with a voltage.
@@ -29,7 +29,7 @@ pub fn recording(name: &str) -> Arc<Recording> {
 pub fn with(names: &[&str]) -> State {
     let mut state = empty();
     for (id, name) in (1..).zip(names) {
-        let mut overlay = first_start::unread(id, recording(name));
+        let mut overlay = built_in::unread(id, recording(name));
         overlay.made_up = false;
         state.setup.overlays.push(overlay);
     }

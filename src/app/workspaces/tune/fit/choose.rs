@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use eframe::egui::{Grid, Ui};
 
 use super::heading;
-use crate::app::fitting::candidates;
-use crate::app::plots::style::overlay_color;
-use crate::app::setup::Role;
+use crate::app::analysis::fit::candidates;
+use crate::app::plots::frame::style::overlay_color;
+use crate::app::setup::setup::Role;
 use crate::app::state::State;
 use crate::app::workspaces::tune::readouts::short;
 use crate::app::workspaces::tune::small;

@@ -3,16 +3,16 @@
 use eframe::egui::{Grid, Ui};
 use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
-use crate::app::plots::style;
+use crate::app::plots::frame::style;
 use crate::app::workspaces::tune::{error_color, small};
-use crate::fit::FitResult;
-use crate::fit::readings::Release;
-use crate::fit::steps::adhesion::Adhesion;
-use crate::fit::steps::drive::DriveFit;
-use crate::fit::steps::far_off;
-use crate::fit::steps::film::Film;
-use crate::fit::steps::restitution::Restitution;
-use crate::fit::steps::sensitivity::{ROWS, Sensitivity};
+use crate::fit::contact_readings::Release;
+use crate::fit::paper_steps::adhesion::Adhesion;
+use crate::fit::paper_steps::drive::DriveFit;
+use crate::fit::paper_steps::far_off;
+use crate::fit::paper_steps::film::Film;
+use crate::fit::paper_steps::restitution::Restitution;
+use crate::fit::paper_steps::sensitivity::{ROWS, Sensitivity};
+use crate::fit::uncertainty::fit_result::FitResult;
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::Branch;
 use crate::model::unit::format_quantity;

@@ -14,11 +14,11 @@ use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Windo
 use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
 
 use super::{small, time_left};
-use crate::app::command::Command;
-use crate::app::plots::axes::{round_step, tick};
-use crate::app::setup::Role;
+use crate::app::plots::frame::axes::{round_step, tick};
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::Role;
 use crate::app::state::State;
-use crate::fit::Progress;
+use crate::fit::solve::levenberg_marquardt::Progress;
 
 /// Draws the panel while it is open. Takes what a fit has brought whether it is or not.
 pub fn show(ui: &mut Ui, state: &mut State) {

@@ -5,8 +5,8 @@ use eframe::egui::{Align2, Color32, FontId, Grid, Rect, Role, Sense, Ui, WidgetI
 use super::choose::symbol;
 use super::heading;
 use crate::app::workspaces::tune::small;
-use crate::fit::FitResult;
-use crate::fit::combinations::{Combinations, told};
+use crate::fit::uncertainty::fit_result::FitResult;
+use crate::fit::uncertainty::identifiability::{Combinations, told};
 use crate::model::unit::format_number;
 
 /// Side of a cell [points], and room for the names.
@@ -156,8 +156,8 @@ fn color(value: f64, dark: bool) -> Color32 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::fit::combinations::tests::made_up;
+    use super::super::picture::*;
+    use crate::fit::uncertainty::identifiability::tests::made_up;
 
     #[test]
     fn what_the_data_tell_is_said_and_no_more() {

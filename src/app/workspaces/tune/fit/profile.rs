@@ -8,7 +8,7 @@ use super::choose::symbol;
 use super::heading;
 use crate::app::state::State;
 use crate::app::workspaces::tune::{error_color, small};
-use crate::fit::FitResult;
+use crate::fit::uncertainty::fit_result::FitResult;
 use crate::model::unit::prefix_for;
 
 /// Rise of the cost at 95 %: the chi-square of one freedom.

@@ -5,10 +5,10 @@ use eframe::egui::{Button, Grid, RichText, Ui};
 
 use super::choose::symbol;
 use super::{heading, picture, profile};
-use crate::app::command::Command;
+use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::workspaces::tune::small;
-use crate::fit::{FitResult, FittedParameter, Misfit};
+use crate::fit::uncertainty::fit_result::{FitResult, FittedParameter, Misfit};
 use crate::model::unit::{format_number, format_quantity};
 
 /// Draws the result.

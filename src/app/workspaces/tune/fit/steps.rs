@@ -6,8 +6,8 @@ use eframe::egui::{Button, RichText, ScrollArea, Ui, Window};
 use super::{figures, heading};
 use crate::app::state::State;
 use crate::app::workspaces::tune::{error_color, small};
-use crate::fit::steps::finding::Finding;
-use crate::fit::steps::guide::Step;
+use crate::fit::paper_steps::guide::Step;
+use crate::fit::paper_steps::outcome::Finding;
 
 /// Most recordings that are named in the list.
 const FEW: usize = 3;

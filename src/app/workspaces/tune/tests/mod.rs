@@ -5,7 +5,7 @@ mod sliders;
 mod support;
 mod validation;
 
-pub(super) use support::state;
+pub(super) use self::support::state;
 
 use eframe::egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};

@@ -5,9 +5,10 @@ use egui_kittest::kittest::Queryable;
 
 use super::support::{full, live, overlay, recording, state};
 use super::{harness, has_track, says, type_into};
-use crate::app::command::Command;
-use crate::app::setup::{DriveChoice, Mode};
-use crate::app::workspaces::tune::{choose_preset, remove_recording};
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{DriveChoice, Mode};
+use crate::app::workspaces::tune::parameters::choose_preset;
+use crate::app::workspaces::tune::recordings::remove as remove_recording;
 use crate::model::drive::Waveform;
 use crate::model::effects::CATALOGUE;
 use crate::model::preset::Preset;
@@ -96,7 +97,8 @@ fn the_drive_is_edited_and_nonsense_refused() {
 #[test]
 fn the_drive_editor_opens_as_a_window_and_edits_a_table() {
     let mut state = state();
-    state.setup.drive = super::super::drive_editor::of_kind(&state.setup, "table").unwrap();
+    state.setup.drive =
+        crate::app::workspaces::tune::drive::editor::of_kind(&state.setup, "table").unwrap();
     state.drive_editor_open = true;
     let mut harness = harness(state);
     assert!(says(&harness, "Drive editor"));

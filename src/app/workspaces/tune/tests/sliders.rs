@@ -6,7 +6,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use super::support::{full, state};
 use super::{harness, has_track, says, track, type_into};
 use crate::app::state::{Refusal, State};
-use crate::app::workspaces::tune::choose_preset;
+use crate::app::workspaces::tune::parameters::choose_preset;
 use crate::model::parameter::ParameterId as P;
 use crate::model::preset::Preset;
 

@@ -8,10 +8,10 @@ use egui_kittest::kittest::Queryable;
 
 use super::harness;
 use super::support::state;
-use crate::app::setup::DriveChoice;
+use crate::app::setup::setup::DriveChoice;
 use crate::app::state::State;
-use crate::app::workspaces::tune::validation_fit::{Fit, key};
-use crate::fit::table_fit::fit_table;
+use crate::app::workspaces::tune::table_a1::calibrate::{Fit, key};
+use crate::fit::table_a1::calibrate::fit_table;
 use crate::model::drive::Waveform;
 
 #[test]

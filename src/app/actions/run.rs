@@ -1,0 +1,306 @@
+//! What the commands do; menus and keys that ask for them.
+
+use std::sync::Arc;
+
+use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
+
+use crate::recording::Channel;
+use crate::recording::align::auto_align;
+use crate::recording::grid::Grid;
+
+use crate::app::analysis::diagnosis;
+use crate::app::dialogs::{Answer, Target};
+use crate::app::files::built_in;
+use crate::app::files::open::{FileEvent, Purpose};
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{DriveChoice, Mode, Overlay, View};
+use crate::app::shell::window::Shell;
+use crate::app::state::{Cursors, State};
+use crate::app::workspaces::tune;
+
+use super::intake::take as take_files;
+pub use menus::menus;
+use save::save;
+
+/// Whether a shortcut was pressed; takes the key press. The modifiers are those of the
+/// press itself: on a slow display they are released before the frame is drawn. They
+/// must match exactly, but for Shift where the sign itself needs it (`?`).
+pub fn pressed(input: &mut InputState, shortcut: &KeyboardShortcut) -> bool {
+    let sign = shortcut.logical_key == Key::Questionmark;
+    let before = input.events.len();
+    input.events.retain(|event| {
+        let Event::Key {
+            key,
+            pressed: true,
+            modifiers,
+            ..
+        } = event
+        else {
+            return true;
+        };
+        let mut modifiers = *modifiers;
+        modifiers.shift &= !sign;
+        *key != shortcut.logical_key || !modifiers.matches_exact(shortcut.modifiers)
+    });
+    input.events.len() < before
+}
+
+/// Whether a command would do anything now.
+pub fn is_possible(shell: &Shell, command: Command) -> bool {
+    let state = &shell.state;
+    let live = state.view.mode == Mode::Live;
+    let diagnosing = &state.diagnosing;
+    match command {
+        Command::Undo => shell.history.can_undo(),
+        Command::Redo => shell.history.can_redo(),
+        Command::TogglePause | Command::Restart => live,
+        Command::Step => live && state.paused,
+        Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
+        Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
+        Command::RemoveRecording | Command::UseRecordedDrive => selected(state).is_some(),
+        Command::ImportSettings => selected(state).is_some_and(|o| o.recording.path.is_some()),
+        Command::ExportSvg
+        | Command::ExportPng
+        | Command::ExportTrace
+        | Command::ExportEvents
+        | Command::ToggleGhost => state.snapshot.is_some(),
+        Command::Diagnose | Command::DiagnoseByHand => {
+            diagnosing.running.is_none() && diagnosis::obstacle(&state.setup).is_none()
+        }
+        Command::CancelDiagnosis => diagnosing.running.is_some(),
+        // A trial's device is not the person's.
+        Command::AcceptDiagnosis => {
+            diagnosing.shown().is_some() && diagnosing.trial.sealed.is_none()
+        }
+        Command::SaveDiagnosed | Command::ExportReport | Command::ExportDiagnosis => {
+            diagnosing.shown().is_some()
+        }
+        Command::Example => diagnosing.running.is_none() && diagnosing.trial.sealed.is_none(),
+        _ => true,
+    }
+}
+
+fn selected(state: &State) -> Option<&Overlay> {
+    let overlays = &state.setup.overlays;
+    overlays
+        .iter()
+        .find(|overlay| Some(overlay.id) == state.selected)
+}
+
+/// Runs the commands asked for in this frame.
+pub fn run(shell: &mut Shell, ui: &Ui) {
+    for command in std::mem::take(&mut shell.state.commands) {
+        // What it changes is drawn in the next frame, which nothing else may cause.
+        ui.ctx().request_repaint();
+        if is_possible(shell, command) {
+            run_one(shell, ui, command);
+        }
+    }
+}
+
+fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
+    let state = &mut shell.state;
+    match command {
+        Command::Open => shell.files.open_dialog(),
+        Command::OpenPath => shell.dialogs.ask_path(None),
+        Command::SaveSession => match shell.session_path.clone() {
+            Some(path) => save(shell, Purpose::Session, path),
+            None => shell.dialogs.ask_path(Some(Purpose::Session)),
+        },
+        Command::SaveSessionAs => shell.dialogs.ask_path(Some(Purpose::Session)),
+        Command::SavePreset => shell.dialogs.ask_path(Some(Purpose::Preset)),
+        Command::ExportSvg => shell.dialogs.ask_path(Some(Purpose::Svg)),
+        Command::ExportPng => shell.dialogs.ask_path(Some(Purpose::Png)),
+        Command::ExportTrace => shell.dialogs.ask_path(Some(Purpose::Trace)),
+        Command::ExportEvents => shell.dialogs.ask_path(Some(Purpose::Events)),
+        Command::Undo => {
+            shell.history.undo(&mut state.setup);
+        }
+        Command::Redo => {
+            shell.history.redo(&mut state.setup);
+        }
+        Command::ResetParameters => {
+            state.setup.preset = state.setup.original.as_ref().clone();
+            state.setup.locked.clear();
+        }
+        Command::ResetAll => {
+            state.setup = built_in::setup();
+            state.view = View {
+                workspace: state.view.workspace.clone(),
+                ..View::default()
+            };
+            state.ghost = None;
+            state.cursors = Cursors::default();
+            state.selected = state.setup.overlays.first().map(|o| o.id);
+            shell.hint = true;
+        }
+        Command::SetMode(mode) => {
+            if mode == Mode::Live && state.view.mode != mode {
+                // Whoever asks for it wants to see it run, also after a pause long ago.
+                state.paused = false;
+            }
+            if mode == Mode::Window && state.view.mode != mode {
+                // A live run goes on for ever: what the span does not hold is left behind.
+                let span = 0.0..=state.setup.duration;
+                let held = |(from, to): &(f64, f64)| span.contains(from) && span.contains(to);
+                state.view.time_range = state.view.time_range.filter(held);
+            }
+            state.view.mode = mode;
+            state.scrub = None;
+            state.cursors = Cursors::default();
+        }
+        Command::TogglePause => {
+            state.paused = !state.paused;
+            if !state.paused {
+                state.scrub = None;
+            }
+        }
+        Command::Step => shell.steps += 1,
+        Command::Restart => {
+            shell.restarts += 1;
+            state.scrub = None;
+            state.paused = false;
+        }
+        Command::ToggleGhost => shell.toggle_kept(),
+        Command::TogglePicture(picture) => {
+            if !state.view.pictures.remove(&picture) {
+                state.view.pictures.insert(picture);
+                state.reveal = Some(picture);
+            }
+        }
+        Command::ZoomAll => state.view.time_range = None,
+        Command::ToggleTheme => {
+            state.view.dark = !state.view.dark;
+        }
+        Command::SidePanel => state.view.side_panel = !state.view.side_panel,
+        Command::Help => shell.dialogs.toggle_help(),
+        Command::Identification => state.identification.open = !state.identification.open,
+        Command::FitPanel => state.fitting.open = !state.fitting.open,
+        Command::Validation => state.validation_open = !state.validation_open,
+        Command::DriveEditor => state.drive_editor_open = !state.drive_editor_open,
+        Command::AutoAlign => align(shell),
+        Command::ImportSettings => {
+            if let Some(path) = selected(state).and_then(|o| o.recording.path.clone()) {
+                shell.files.ask(path);
+            }
+        }
+        Command::RemoveRecording => {
+            if let Some(id) = state.selected {
+                crate::app::workspaces::tune::recordings::remove(state, id);
+            }
+        }
+        Command::UseRecordedDrive => {
+            if let Some(overlay) = selected(state) {
+                state.setup.drive = DriveChoice::Recorded(overlay.id);
+            }
+        }
+        Command::LoadDrive => shell.dialogs.ask_file(Target::Drive),
+        Command::Workspace(name) => state.view.workspace = name.to_owned(),
+        Command::Diagnose
+        | Command::DiagnoseByHand
+        | Command::CancelDiagnosis
+        | Command::AcceptDiagnosis
+        | Command::Example
+        | Command::SealedTrial => super::diagnosis::run(shell, ui.ctx(), command),
+        Command::SaveDiagnosed => shell.dialogs.ask_path(Some(Purpose::Diagnosed)),
+        Command::ExportReport => shell.dialogs.ask_path(Some(Purpose::Report)),
+        Command::ExportDiagnosis => shell.dialogs.ask_path(Some(Purpose::Diagnosis)),
+        Command::Palette => shell.dialogs.open_palette(),
+        Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
+    }
+}
+
+/// Shifts the selected recording, or all if none is selected, onto the simulation.
+fn align(shell: &mut Shell) {
+    let Some(snapshot) = shell.state.snapshot.clone() else {
+        return;
+    };
+    let only = shell.state.selected;
+    for overlay in &shell.state.setup.overlays {
+        if only.is_some_and(|id| id != overlay.id) {
+            continue;
+        }
+        let (id, recording) = (overlay.id, Arc::clone(&overlay.recording));
+        let trace = Arc::clone(&snapshot.trace);
+        let name = recording.name.clone();
+        let scale = overlay.alignment.xp_scale;
+        shell.files.work("aligning", name.into(), move |_| {
+            let grid = Grid {
+                t0: trace.t0,
+                dt: trace.dt,
+                values: &trace.proof_mass,
+                slopes: Some(&trace.proof_mass_velocity),
+            };
+            Some(
+                match auto_align(&recording, Channel::ProofMass, scale, grid, None) {
+                    Ok(found) => FileEvent::Aligned { id, found },
+                    Err(error) => FileEvent::Failed {
+                        message: format!("{} was not shifted: {error}", recording.name),
+                    },
+                },
+            )
+        });
+    }
+}
+
+/// Draws the dialogs and does what they answer.
+pub fn dialogs(shell: &mut Shell, ui: &mut Ui) {
+    match shell.dialogs.show(ui) {
+        None => {}
+        Some(Answer::Command(command)) => shell.state.ask(command),
+        Some(Answer::Open(path)) => shell.files.open(path),
+        Some(Answer::Drive(path)) => shell.files.drive(path),
+        Some(Answer::Found(id, path)) => {
+            if let Some(entry) = shell.absent.iter().find(|entry| entry.id == id) {
+                let settings = entry.import.clone();
+                shell.files.import(path, settings, Some(entry.clone()));
+            }
+        }
+        Some(Answer::Save(purpose, path)) => save(shell, purpose, path),
+        Some(Answer::Import(path, settings)) => shell.files.import(path, settings, None),
+        Some(Answer::Browse(None)) => shell.files.open_dialog(),
+        Some(Answer::Browse(Some(purpose))) => shell.files.save_dialog(purpose),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::run::*;
+    use eframe::egui::Modifiers;
+
+    fn press(key: Key, modifiers: Modifiers) -> InputState {
+        let mut input = InputState::default();
+        input.events.push(Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers,
+        });
+        input
+    }
+
+    #[test]
+    fn each_press_asks_for_one_command_and_no_other() {
+        let with_shift = Modifiers::COMMAND | Modifiers::SHIFT;
+        let cases = [
+            (Key::Z, Modifiers::COMMAND, Some(Command::Undo)),
+            (Key::Z, with_shift, Some(Command::Redo)),
+            (Key::Y, Modifiers::COMMAND, Some(Command::Redo)),
+            (Key::Z, Modifiers::NONE, None),
+            (Key::Questionmark, Modifiers::SHIFT, Some(Command::Help)),
+            (Key::G, Modifiers::NONE, Some(Command::ToggleGhost)),
+            (Key::G, Modifiers::SHIFT, None),
+            (Key::O, Modifiers::COMMAND, Some(Command::Open)),
+            (Key::O, with_shift, Some(Command::OpenPath)),
+        ];
+        for (key, modifiers, expected) in cases {
+            let mut input = press(key, modifiers);
+            let asked: Vec<Command> = Command::all()
+                .into_iter()
+                .filter(|c| c.shortcuts().any(|s| pressed(&mut input, &s)))
+                .collect();
+            assert_eq!(asked, Vec::from_iter(expected), "{key:?} {modifiers:?}");
+        }
+    }
+}

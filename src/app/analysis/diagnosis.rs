@@ -1,0 +1,276 @@
+//! What the person has asked of a diagnosis, and what came of it. A diagnosis changes
+//! nothing by itself: its model is taken over when that is asked for.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use eframe::egui::Context;
+
+use super::diagnosis_view::Look;
+use super::fit::{aligned, parts};
+use super::job::Job;
+use super::sealed_trial::Trial;
+use crate::app::setup::setup::{OverlayId, Role, Setup};
+use crate::app::state::State;
+use crate::diagnose::ambiguous_contact::diagnose;
+use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseOptions, DiagnoseProgress};
+use crate::diagnose::report::words::SPLIT;
+use crate::model::Model;
+use crate::recording::Recording;
+
+/// A recording as it was diagnosed.
+#[derive(Debug, Clone)]
+pub struct Used {
+    /// Its number in the window.
+    pub id: OverlayId,
+    /// Its data, shifted and scaled, under a name that no other has.
+    pub recording: Arc<Recording>,
+    /// What it was used for.
+    pub role: Role,
+}
+
+/// What a diagnosis was asked to look at.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    /// The recordings that were used, those fitted to first.
+    pub recordings: Vec<Used>,
+    /// Whether the last third of each was kept out for want of others.
+    pub split: bool,
+    /// Effects taken as left out by hand; `None` for a search.
+    pub by_hand: Option<BTreeSet<String>>,
+}
+
+impl Asked {
+    /// Of the recordings of a setup by their roles.
+    pub fn of(setup: &Setup, by_hand: Option<BTreeSet<String>>) -> Self {
+        let mut recordings: Vec<Used> = Vec::new();
+        for role in [Role::Train, Role::HeldOut] {
+            for (overlay, _) in super::recording_roles::of(setup)
+                .into_iter()
+                .filter(|(_, r)| *r == role)
+            {
+                let mut recording = aligned(overlay);
+                let known = |name: &str| recordings.iter().any(|u| u.recording.name == name);
+                if known(&recording.name) {
+                    // What is said of one must not be taken for the other.
+                    let name = (2..)
+                        .map(|n| format!("{} ({n})", recording.name))
+                        .find(|name| !known(name));
+                    let mut renamed = recording.as_ref().clone();
+                    renamed.name = name.unwrap_or_default();
+                    recording = Arc::new(renamed);
+                }
+                recordings.push(Used {
+                    id: overlay.id,
+                    recording,
+                    role,
+                });
+            }
+        }
+        let split = recordings.iter().all(|u| u.role == Role::Train);
+        Self {
+            recordings,
+            split,
+            by_hand,
+        }
+    }
+
+    fn side(&self, role: Role) -> Vec<Arc<Recording>> {
+        let these = self.recordings.iter().filter(|used| used.role == role);
+        these.map(|used| Arc::clone(&used.recording)).collect()
+    }
+
+    /// The recording of that name.
+    pub fn find(&self, name: &str) -> Option<&Used> {
+        self.recordings.iter().find(|u| u.recording.name == name)
+    }
+}
+
+/// What came of a diagnosis, with what it looked at.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// What it says.
+    pub diagnosis: Diagnosis,
+    /// What it was asked.
+    pub asked: Asked,
+}
+
+/// A diagnosis in work.
+#[derive(Debug, Clone)]
+pub struct Running {
+    /// The work.
+    pub job: Job<DiagnoseProgress, Diagnosis>,
+    /// What it was asked.
+    pub asked: Asked,
+}
+
+/// The Diagnose workspace's state.
+#[derive(Debug, Clone, Default)]
+pub struct Diagnosing {
+    /// The diagnosis in work.
+    pub running: Option<Running>,
+    /// The last search.
+    pub automatic: Option<Arc<Answer>>,
+    /// The last answer with effects chosen by hand.
+    pub by_hand: Option<Arc<Answer>>,
+    /// Whether the one by hand is shown where there are both.
+    pub hand_shown: bool,
+    /// Why the last one brought nothing.
+    pub error: Option<String>,
+    /// Effects ticked by hand; `None` as the search named them.
+    pub picked: Option<BTreeSet<String>>,
+    /// What is looked at.
+    pub look: Look,
+    /// The sealed trial.
+    pub trial: Trial,
+}
+
+impl Diagnosing {
+    /// The answer that is shown.
+    pub fn shown(&self) -> Option<&Arc<Answer>> {
+        if self.hand_shown {
+            self.by_hand.as_ref().or(self.automatic.as_ref())
+        } else {
+            self.automatic.as_ref().or(self.by_hand.as_ref())
+        }
+    }
+
+    /// Effects that are ticked: by hand, or as the search named them.
+    pub fn picked(&self) -> BTreeSet<String> {
+        match (&self.picked, &self.automatic) {
+            (Some(picked), _) => picked.clone(),
+            (None, Some(answer)) => named(&answer.diagnosis),
+            (None, None) => BTreeSet::new(),
+        }
+    }
+
+    /// Ticks an effect, or takes its tick away.
+    pub fn pick(&mut self, id: &str, on: bool) {
+        let mut picked = self.picked();
+        if on {
+            picked.insert(id.to_owned());
+        } else {
+            picked.remove(id);
+        }
+        self.picked = Some(picked);
+    }
+
+    /// Starts a diagnosis of the device as it is now: a search, or with the effects given.
+    pub fn start(&mut self, setup: &Setup, by_hand: Option<BTreeSet<String>>, context: &Context) {
+        self.error = None;
+        let asked = Asked::of(setup, by_hand);
+        let model = setup.preset.model.clone();
+        let of_job = asked.clone();
+        let job = Job::start("diagnosis", context, move |desk| {
+            let report = |progress: &DiagnoseProgress| desk.report(progress.clone());
+            let control = DiagnoseControl {
+                cancel: desk.cancel(),
+                progress: &report,
+            };
+            ask(&model, &of_job, &control)
+        });
+        self.running = Some(Running { job, asked });
+    }
+
+    /// Takes what a diagnosis has brought. Returns whether it has just ended.
+    fn take(&mut self) -> bool {
+        let Some(result) = self.running.as_ref().and_then(|running| running.job.take()) else {
+            return false;
+        };
+        let Some(Running { asked, .. }) = self.running.take() else {
+            return false;
+        };
+        match result {
+            Ok(diagnosis) => self.adopt(diagnosis, asked),
+            Err(error) => self.error = Some(error),
+        }
+        true
+    }
+
+    /// Shows an answer.
+    pub fn adopt(&mut self, diagnosis: Diagnosis, asked: Asked) {
+        self.hand_shown = asked.by_hand.is_some();
+        let answer = Arc::new(Answer { diagnosis, asked });
+        self.look.begin(&answer);
+        if self.hand_shown {
+            self.by_hand = Some(answer);
+        } else {
+            // A search makes what was tried by hand before a thing of the past.
+            self.by_hand = None;
+            self.picked = None;
+            self.automatic = Some(answer);
+        }
+    }
+
+    /// Whether the recordings or what they are used for have changed since the answer.
+    pub fn is_stale(&self, setup: &Setup) -> bool {
+        let Some(answer) = self.shown() else {
+            return false;
+        };
+        let now = super::recording_roles::of(setup)
+            .into_iter()
+            .filter(|(_, role)| *role != Role::Unused)
+            .map(|(overlay, role)| (overlay.id, role));
+        let mut now: Vec<_> = now.collect();
+        now.sort_by_key(|(id, _)| *id);
+        let mut then: Vec<_> = (answer.asked.recordings.iter())
+            .map(|used| (used.id, used.role))
+            .collect();
+        then.sort_by_key(|(id, _)| *id);
+        now != then
+    }
+}
+
+/// Ids of the effects that a diagnosis names.
+pub fn named(diagnosis: &Diagnosis) -> BTreeSet<String> {
+    diagnosis.named.iter().map(|n| n.id.clone()).collect()
+}
+
+/// Why no diagnosis can be started, with what to do.
+pub fn obstacle(setup: &Setup) -> Option<String> {
+    if setup.overlays.is_empty() {
+        return Some("There is no recording yet: drop CSV files on the window.".to_owned());
+    }
+    let used = super::recording_roles::of(setup);
+    if !used.iter().any(|(_, role)| *role == Role::Train) {
+        return Some("No recording is fitted to: choose \"fit\" for at least one.".to_owned());
+    }
+    let driven = setup.preset.model.piezo.is_some();
+    let silent = used
+        .iter()
+        .find(|(o, role)| *role != Role::Unused && o.recording.voltage.is_none());
+    if let Some((overlay, _)) = silent.filter(|_| driven) {
+        return Some(format!(
+            "{} has no voltage, and the device is driven by one: choose \"leave\" for it, or \
+             open a file that has a column V.",
+            overlay.recording.name
+        ));
+    }
+    let problem = setup.preset.model.check().err()?;
+    Some(format!("The device cannot be simulated: {problem}"))
+}
+
+fn ask(model: &Model, asked: &Asked, control: &DiagnoseControl<'_>) -> Result<Diagnosis, String> {
+    let (train, held_out) = parts(asked.side(Role::Train), asked.side(Role::HeldOut));
+    let options = DiagnoseOptions {
+        by_hand: asked
+            .by_hand
+            .as_ref()
+            .map(|ids| ids.iter().cloned().collect()),
+        ..DiagnoseOptions::default()
+    };
+    let answer = diagnose(model, &train, &held_out, &options, control);
+    let mut diagnosis = answer.map_err(|error| error.to_string())?;
+    if asked.split {
+        diagnosis.remarks.insert(0, SPLIT.to_owned());
+    }
+    Ok(diagnosis)
+}
+
+/// Takes what the threads beside the window have brought. `last` is the number of the
+/// last recording. Returns whether a diagnosis has just ended.
+pub fn poll(state: &mut State, last: &mut OverlayId) -> bool {
+    super::sealed_trial::poll(state, last);
+    state.diagnosing.take()
+}

@@ -1,0 +1,193 @@
+//! What is looked at in the Diagnose workspace: kept apart from what was found.
+
+use std::collections::BTreeSet;
+
+use super::diagnosis::Answer;
+
+/// A picture that supports what is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Evidence {
+    /// A stretch of a recording.
+    #[default]
+    Zoom,
+    /// The force that the model lacks, against a quantity.
+    Force,
+    /// The residuals against a quantity.
+    Marginal,
+    /// The events at the ground.
+    Events,
+}
+
+impl Evidence {
+    /// All, in the order of their tabs.
+    pub const ALL: [Self; 4] = [Self::Zoom, Self::Force, Self::Marginal, Self::Events];
+
+    /// Name of its tab, and what it shows.
+    pub fn text(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Zoom => (
+                "Over time",
+                "A recording with its residual before and after",
+            ),
+            Self::Force => (
+                "Missing force",
+                "The force on the mass that the re-tuned model lacks, as measured",
+            ),
+            Self::Marginal => (
+                "Residual against",
+                "How large the residual is against drive, position, speed and more",
+            ),
+            Self::Events => (
+                "Ground events",
+                "Bounces, releases and the height of the ground, one by one",
+            ),
+        }
+    }
+}
+
+/// A plot of the events at the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum EventPlot {
+    /// Restitution against speed.
+    #[default]
+    Restitution,
+    /// Time below the ground against speed.
+    Dwell,
+    /// Pull-off force against time on the ground.
+    Adhesion,
+    /// Height of the ground against time.
+    Level,
+}
+
+impl EventPlot {
+    /// All.
+    pub const ALL: [Self; 4] = [Self::Restitution, Self::Dwell, Self::Adhesion, Self::Level];
+
+    /// Name of its button.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Restitution => "restitution",
+            Self::Dwell => "time below ground",
+            Self::Adhesion => "pull-off force",
+            Self::Level => "ground level",
+        }
+    }
+}
+
+/// What is looked at.
+#[derive(Debug, Clone, Default)]
+pub struct Look {
+    /// The recording: its name, and whether it is the part kept out.
+    pub recording: Option<(String, bool)>,
+    /// The stretch in view \[s\]; `None` is all of it.
+    pub window: Option<(f64, f64)>,
+    /// The picture that is open.
+    pub evidence: Evidence,
+    /// What the missing force is drawn against.
+    pub force: Option<&'static str>,
+    /// What the residual is drawn against.
+    pub marginal: Option<&'static str>,
+    /// Which events.
+    pub events: EventPlot,
+    /// Candidates that are opened.
+    pub opened: BTreeSet<String>,
+    /// Whether the candidates that explain nothing are listed too.
+    pub all_candidates: bool,
+}
+
+impl Look {
+    /// Begins to look at an answer: at its worst stretch, with what it names opened.
+    pub fn begin(&mut self, answer: &Answer) {
+        let d = &answer.diagnosis;
+        *self = Self::default();
+        match d.mismatch.first() {
+            Some(worst) => {
+                let strip = d.strips.iter().find(|s| s.recording == worst.recording);
+                self.recording = strip.map(|s| (s.recording.clone(), s.held_out));
+            }
+            None => self.recording = d.strips.first().map(|s| (s.recording.clone(), s.held_out)),
+        }
+        if let Some(first) = d.named.first() {
+            self.opened.insert(first.id.clone());
+            self.support(&first.id);
+        }
+    }
+
+    /// Shows a stretch of a recording with some of what is around it.
+    pub fn zoom(&mut self, recording: &str, held_out: bool, (start, end): (f64, f64)) {
+        self.recording = Some((recording.to_owned(), held_out));
+        let margin = 0.35 * (end - start).max(1e-4);
+        self.window = Some((start - margin, end + margin));
+        self.evidence = Evidence::Zoom;
+    }
+
+    /// Shows all of a recording.
+    pub fn whole(&mut self, recording: &str, held_out: bool) {
+        self.recording = Some((recording.to_owned(), held_out));
+        self.window = None;
+        self.evidence = Evidence::Zoom;
+    }
+
+    /// Opens the picture that speaks for or against an effect.
+    pub fn support(&mut self, id: &str) {
+        match support(id) {
+            Support::Force(against) => {
+                self.evidence = Evidence::Force;
+                self.force = Some(against);
+            }
+            Support::Marginal(against) => {
+                self.evidence = Evidence::Marginal;
+                self.marginal = Some(against);
+            }
+            Support::Events(plot) => {
+                self.evidence = Evidence::Events;
+                self.events = plot;
+            }
+            Support::Time => self.evidence = Evidence::Zoom,
+        }
+    }
+}
+
+/// The picture in which an effect shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Support {
+    /// The missing force against a quantity.
+    Force(&'static str),
+    /// The residual against a quantity.
+    Marginal(&'static str),
+    /// Events at the ground.
+    Events(EventPlot),
+    /// A stretch of time.
+    Time,
+}
+
+impl Support {
+    /// What the button that opens it says.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Force(_) => "Show the missing force",
+            Self::Marginal(_) => "Show the residual",
+            Self::Events(_) => "Show the events",
+            Self::Time => "Show it over time",
+        }
+    }
+}
+
+/// The picture in which an effect of the catalogue shows best.
+pub fn support(id: &str) -> Support {
+    match id {
+        "velocity_restitution" => Support::Events(EventPlot::Restitution),
+        "compliant_ground" => Support::Events(EventPlot::Dwell),
+        "adhesion_saturation" => Support::Events(EventPlot::Adhesion),
+        "gap_step" | "zero_drift" => Support::Events(EventPlot::Level),
+        "quadratic_drag" | "dry_friction" => Support::Force("xp'"),
+        "cubic_stiffness" | "film_spring" | "long_range_attraction" | "gravity" => {
+            Support::Force("xp")
+        }
+        "electrostatic" | "hysteresis_memory" => Support::Force("V"),
+        "extra_mode" => Support::Marginal("time since the last event"),
+        "amplifier_lag" | "piezo_creep" => Support::Marginal("V"),
+        "sensor_lag" => Support::Marginal("xp'"),
+        _ => Support::Time,
+    }
+}

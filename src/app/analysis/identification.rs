@@ -1,0 +1,203 @@
+//! The paper's identification step by step: which steps the recordings allow, the one in
+//! work, and what each has found. Nothing is applied without being asked for.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use eframe::egui::Context;
+
+use super::fit::{Fitting, aligned};
+use super::job::Job;
+use crate::app::setup::setup::{OverlayId, Role, Setup};
+use crate::fit::contact_readings::Readings;
+use crate::fit::options::FitOptions;
+use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
+use crate::fit::paper_steps::outcome::{Finding, take};
+use crate::fit::solve::levenberg_marquardt::{Control, Progress};
+use crate::model::Model;
+use crate::recording::Recording;
+use crate::recording::align::Alignment;
+
+/// What the thread beside the window brings.
+#[derive(Debug, Clone)]
+pub enum News {
+    /// Which steps are allowed.
+    Guide(Guidance),
+    /// What one found.
+    Found(Finding),
+}
+
+/// Recordings, where they are put, and the name of the device.
+type Seen = (Vec<(OverlayId, Alignment)>, String);
+
+/// What the guide has looked with and read; the steps need not read it again.
+#[derive(Debug, Clone)]
+struct Looked {
+    model: Arc<Model>,
+    readings: Option<Arc<Readings>>,
+}
+
+/// State of the window.
+#[derive(Debug, Clone, Default)]
+pub struct Identification {
+    /// Whether it is open.
+    pub open: bool,
+    /// Which steps are allowed, for the recordings and the device of `seen`.
+    pub allowances: Vec<Allowance>,
+    /// What to do before any of them.
+    pub first: Option<String>,
+    seen: Option<Seen>,
+    /// The device that they hold for, with what was read of the ground.
+    looked: Option<Looked>,
+    /// The step in work; none while the recordings are looked at.
+    pub job: Option<(Option<Step>, Job<Progress, News>)>,
+    /// Name of the device that the findings are of.
+    of: String,
+    /// What has been found, by the step's id; or why not.
+    pub findings: BTreeMap<&'static str, Result<Finding, String>>,
+    /// The step that is looked at.
+    pub chosen: Option<Step>,
+}
+
+/// The recordings that the fit panel uses.
+fn recordings(setup: &Setup, fitting: &Fitting) -> Vec<Arc<Recording>> {
+    let used = setup
+        .overlays
+        .iter()
+        .filter(|overlay| fitting.role(overlay) == Role::Train);
+    used.map(aligned).collect()
+}
+
+impl Identification {
+    /// Takes what a thread has brought, and looks at the recordings anew if they changed.
+    pub fn poll(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
+        if self.of != setup.preset.model.name {
+            // Branches of one device's drive are nothing to give to another.
+            self.of.clone_from(&setup.preset.model.name);
+            self.findings.clear();
+            if let Some((_, job)) = self.job.take() {
+                job.cancel();
+            }
+        }
+        if let Some((step, job)) = &self.job
+            && let Some(result) = job.take()
+        {
+            match (step, result) {
+                // What was broken off says nothing.
+                (_, Ok(News::Guide(_))) if job.is_cancelled() => self.looked = None,
+                (_, Ok(News::Guide(found))) => {
+                    self.allowances = found.allowances;
+                    self.first = found.first;
+                    if let Some(looked) = &mut self.looked {
+                        looked.readings = found.readings.map(Arc::new);
+                    }
+                }
+                // Nor does a step that a person broke off fail: what it found before stays.
+                (Some(_), Err(_)) if job.is_cancelled() => {}
+                (Some(step), Ok(News::Found(finding))) => {
+                    self.findings.insert(step.id(), Ok(finding));
+                }
+                (Some(step), Err(error)) => {
+                    self.findings.insert(step.id(), Err(error));
+                }
+                (None, _) => self.looked = None,
+            }
+            self.job = None;
+        }
+        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup, fitting)) {
+            self.look(setup, fitting, context);
+        }
+    }
+
+    /// Looks which steps the recordings allow with the device as it is now.
+    pub fn look(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
+        let model = Arc::new(setup.preset.model.clone());
+        let recordings = recordings(setup, fitting);
+        self.seen = Some(seen(setup, fitting));
+        self.allowances.clear();
+        self.first = None;
+        self.looked = Some(Looked {
+            model: Arc::clone(&model),
+            readings: None,
+        });
+        let job = Job::start("guide", context, move |desk| {
+            let report = |progress: &Progress| desk.report(progress.clone());
+            let control = Control {
+                cancel: desk.cancel(),
+                progress: &report,
+            };
+            let options = FitOptions::for_model(&model);
+            Ok(News::Guide(guide(&model, &recordings, &options, &control)))
+        });
+        self.job = Some((None, job));
+    }
+
+    /// Whether what the guide says holds for the device as it is now.
+    pub fn is_current(&self, setup: &Setup) -> bool {
+        let looked = self.looked.as_ref();
+        looked.is_some_and(|looked| *looked.model == setup.preset.model)
+    }
+
+    /// Takes a step with the device as it is now.
+    pub fn start(&mut self, step: Step, setup: &Setup, fitting: &Fitting, context: &Context) {
+        let (model, recordings) = (setup.preset.model.clone(), recordings(setup, fitting));
+        self.chosen = Some(step);
+        let known = self.looked.as_ref().filter(|looked| {
+            *looked.model == model && self.seen.as_ref() == Some(&seen(setup, fitting))
+        });
+        let known = known.and_then(|looked| looked.readings.clone());
+        let job = Job::start(step.id(), context, move |desk| {
+            let report = |progress: &Progress| desk.report(progress.clone());
+            let control = Control {
+                cancel: desk.cancel(),
+                progress: &report,
+            };
+            let options = FitOptions::for_model(&model);
+            let found = take(
+                step,
+                &model,
+                &recordings,
+                known.as_ref(),
+                &options,
+                &control,
+            );
+            found.map(News::Found).map_err(|e| e.to_string())
+        });
+        self.job = Some((Some(step), job));
+    }
+}
+
+fn seen(setup: &Setup, fitting: &Fitting) -> Seen {
+    let overlays = setup.overlays.iter();
+    let used = overlays.filter(|overlay| fitting.role(overlay) == Role::Train);
+    let placed = used.map(|overlay| (overlay.id, overlay.alignment));
+    (placed.collect(), setup.preset.model.name.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::identification::*;
+    use crate::app::files::built_in;
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn what_one_device_showed_is_not_another_ones() {
+        let mut setup = built_in::setup();
+        let (fitting, context) = (Fitting::default(), Context::default());
+        let mut identification = Identification::default();
+        identification.poll(&setup, &fitting, &context);
+        let failed = Err("no slow cycle".to_owned());
+        identification.findings.insert(Step::Drive.id(), failed);
+        setup
+            .preset
+            .model
+            .parameters
+            .set(crate::model::parameter::ParameterId::Alpha, 0.3);
+        identification.poll(&setup, &fitting, &context);
+        assert_eq!(identification.findings.len(), 1);
+        let (_, job) = identification.job.clone().unwrap();
+        setup.preset = Preset::load("oscillator").unwrap();
+        identification.poll(&setup, &fitting, &context);
+        assert!(identification.findings.is_empty() && job.is_cancelled());
+    }
+}

@@ -1,0 +1,144 @@
+//! Long work beside the window: how far it is, a way to stop it, its result. A panic in
+//! it becomes an error in the window.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use eframe::egui::Context;
+
+use crate::app::simulation::worker::panic_text;
+
+#[derive(Debug)]
+struct Shared<P, T> {
+    cancel: AtomicBool,
+    progress: Mutex<Option<P>>,
+    result: Mutex<Option<Result<T, String>>>,
+}
+
+/// A piece of work on a thread of its own, with progress `P` and result `T`. Clones are
+/// handles of the same work.
+#[derive(Debug)]
+pub struct Job<P, T>(Arc<Shared<P, T>>);
+
+impl<P, T> Clone for Job<P, T> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+/// What the work sees of its job.
+pub struct Desk<P, T> {
+    shared: Arc<Shared<P, T>>,
+    context: Context,
+}
+
+fn lock<V>(mutex: &Mutex<V>) -> MutexGuard<'_, V> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<P, T> Desk<P, T> {
+    /// Becomes true when the work is to stop.
+    pub fn cancel(&self) -> &AtomicBool {
+        &self.shared.cancel
+    }
+
+    /// Shows how far the work is.
+    pub fn report(&self, progress: P) {
+        *lock(&self.shared.progress) = Some(progress);
+        self.context.request_repaint();
+    }
+}
+
+impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
+    /// Starts `work` on a thread called `name`.
+    pub fn start(
+        name: &str,
+        context: &Context,
+        work: impl FnOnce(&Desk<P, T>) -> Result<T, String> + Send + 'static,
+    ) -> Self {
+        let shared = Arc::new(Shared {
+            cancel: AtomicBool::new(false),
+            progress: Mutex::new(None),
+            result: Mutex::new(None),
+        });
+        let desk = Desk {
+            shared: Arc::clone(&shared),
+            context: context.clone(),
+        };
+        let thread = std::thread::Builder::new().name(name.to_owned());
+        let started = thread.spawn(move || {
+            let result = catch_unwind(AssertUnwindSafe(|| work(&desk))).unwrap_or_else(|panic| {
+                let text = panic_text(panic.as_ref());
+                Err(format!("internal error: {text}. The window goes on"))
+            });
+            *lock(&desk.shared.result) = Some(result);
+            desk.context.request_repaint();
+        });
+        if let Err(error) = started {
+            let text = format!("no thread could be started: {error}; close other programs");
+            *lock(&shared.result) = Some(Err(text));
+        }
+        Self(shared)
+    }
+
+    /// Asks the work to stop soon.
+    pub fn cancel(&self) {
+        self.0.cancel.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.cancel.load(Ordering::Relaxed)
+    }
+
+    /// The newest progress.
+    pub fn progress(&self) -> Option<P>
+    where
+        P: Clone,
+    {
+        lock(&self.0.progress).clone()
+    }
+
+    /// The result, once, when the work has ended.
+    pub fn take(&self) -> Option<Result<T, String>> {
+        lock(&self.0.result).take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::job::*;
+
+    fn wait<T: Send + 'static>(job: &Job<u32, T>) -> Result<T, String> {
+        for _ in 0..1000 {
+            if let Some(result) = job.take() {
+                return result;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        panic!("it never ended");
+    }
+
+    #[test]
+    fn work_reports_is_cancelled_and_may_panic() {
+        let context = Context::default();
+        let job: Job<u32, u32> = Job::start("test", &context, |desk| {
+            let mut n = 0;
+            while !desk.cancel().load(Ordering::Relaxed) {
+                n += 1;
+                desk.report(n);
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+            Ok(n)
+        });
+        while job.progress().is_none_or(|n| n < 3) {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        job.cancel();
+        assert!(job.is_cancelled() && wait(&job).unwrap() >= 3);
+        let job: Job<u32, u32> = Job::start("test", &context, |_| panic!("on purpose"));
+        let error = wait(&job).unwrap_err();
+        assert!(error.contains("on purpose"), "{error}");
+    }
+}

@@ -1,0 +1,10 @@
+//! TODO-doc
+
+pub mod diagnosis;
+pub mod diagnosis_view;
+pub mod fit;
+pub mod identification;
+pub mod job;
+pub(super) mod recording_noise;
+pub mod recording_roles;
+pub mod sealed_trial;

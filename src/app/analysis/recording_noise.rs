@@ -1,0 +1,84 @@
+//! Noise of the recordings, estimated once for each.
+
+use std::sync::{Arc, OnceLock};
+
+use eframe::egui::{Id, Ui};
+
+use crate::app::setup::setup::Overlay;
+use crate::diagnose::data::noise_model::ONE_NOISE;
+use crate::model::unit::format_quantity;
+use crate::recording::noise::{NoiseEstimate, recording_noise};
+use crate::recording::{Channel, Recording};
+
+/// Below this there is no noise worth naming [m].
+pub const NOTHING: f64 = 1e-13;
+/// Longer recordings are estimated on a thread of their own.
+const LONG: usize = 200_000;
+
+type Estimate = Arc<OnceLock<Result<NoiseEstimate, String>>>;
+
+fn estimate(recording: &Recording) -> Result<NoiseEstimate, String> {
+    recording_noise(recording, Channel::ProofMass).map_err(|error| error.to_string())
+}
+
+fn of(ui: &Ui, overlay: &Overlay) -> Estimate {
+    let key = Id::unique((
+        "noise",
+        overlay.id,
+        Arc::as_ptr(&overlay.recording) as usize,
+    ));
+    if let Some(known) = ui.data(|data| data.get_temp::<Estimate>(key)) {
+        return known;
+    }
+    let result = Estimate::default();
+    ui.data_mut(|data| data.insert_temp(key, result.clone()));
+    if overlay.recording.len() <= LONG {
+        result.get_or_init(|| estimate(&overlay.recording));
+    } else {
+        let (context, recording, result) =
+            (ui.ctx().clone(), overlay.recording.clone(), result.clone());
+        std::thread::spawn(move || {
+            result.get_or_init(|| estimate(&recording));
+            context.request_repaint();
+        });
+    }
+    result
+}
+
+/// Standard deviation of the noise of xp [m] before its scale, once it is known.
+pub fn sigma(ui: &Ui, overlay: &Overlay) -> Option<f64> {
+    of(ui, overlay)
+        .get()?
+        .as_ref()
+        .ok()
+        .map(|estimate| estimate.sigma)
+}
+
+/// Whether the noise is still being estimated.
+pub fn is_pending(ui: &Ui, overlay: &Overlay) -> bool {
+    of(ui, overlay).get().is_none()
+}
+
+/// The least noise of `overlays` that is known \[m\].
+pub fn quietest<'a>(ui: &Ui, overlays: impl IntoIterator<Item = &'a Overlay>) -> f64 {
+    let known = overlays.into_iter().filter_map(|o| sigma(ui, o));
+    known.fold(f64::INFINITY, f64::min)
+}
+
+/// The noise as text, or why it is not known; at most that much where others are as quiet as
+/// `quietest` \[m\], for quick motion passes for noise.
+pub fn text(ui: &Ui, overlay: &Overlay, quietest: f64) -> String {
+    match of(ui, overlay).get() {
+        None => "being estimated".to_owned(),
+        Some(Ok(estimate)) if estimate.sigma <= NOTHING => "none".to_owned(),
+        Some(Ok(estimate)) => {
+            let size = format_quantity(estimate.sigma, "m", 2);
+            if estimate.sigma > ONE_NOISE * quietest {
+                format!("below {size}")
+            } else {
+                size
+            }
+        }
+        Some(Err(_)) => "unknown".to_owned(),
+    }
+}

@@ -1,0 +1,115 @@
+//! What is shown when the program is started without files: never an empty window.
+
+use std::sync::Arc;
+
+use crate::model::drive::Waveform;
+use crate::model::preset::Preset;
+use crate::recording::Recording;
+use crate::recording::align::Alignment;
+use crate::recording::csv::{ImportSettings, import_bytes_auto};
+use crate::trial::demo;
+
+use crate::app::analysis::diagnosis::Diagnosing;
+use crate::app::analysis::fit::Fitting;
+use crate::app::analysis::identification::Identification;
+use crate::app::setup::setup::{DriveChoice, Overlay, Setup, View};
+use crate::app::state::{Cursors, State};
+
+/// The made-up recording that is shipped: the `paper` device with other parameters.
+pub const MADE_UP: &[u8] = include_bytes!("../../assets/made-up-paper.csv");
+/// Its name in the list of recordings.
+pub const MADE_UP_NAME: &str = "made-up recording";
+
+/// Three lines on what to try.
+pub const HINT: [&str; 3] = [
+    "The orange curve is a made-up recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.",
+    "Press L to watch the device in slow motion, W to come back to the whole span, G to keep a curve for comparison.",
+    "Drop your own CSV on the window to lay it over the simulation; press ? for keys and mouse.",
+];
+
+/// The `paper` device at its usual drive with the made-up recording over it.
+pub fn setup() -> Setup {
+    let mut setup = from_preset(Preset::default());
+    setup.overlays.extend(made_up(1));
+    setup
+}
+
+/// A preset at its usual drive, without recordings.
+pub fn from_preset(preset: Preset) -> Setup {
+    // The drive was checked when the preset was read.
+    let drive = Waveform::parse(&preset.drive, preset.duration).unwrap_or_default();
+    Setup {
+        duration: preset.duration,
+        drive: DriveChoice::Waveform(drive),
+        original: Arc::new(preset.clone()),
+        preset,
+        locked: std::collections::BTreeSet::new(),
+        overlays: Vec::new(),
+    }
+}
+
+/// The shipped recording as overlay number `id`.
+pub fn made_up(id: u64) -> Option<Overlay> {
+    let recording = import_bytes_auto(MADE_UP_NAME, MADE_UP).ok()?;
+    Some(unread(id, Arc::new(recording)))
+}
+
+/// The shipped recording of that name as overlay number `id`: one of the example's, or
+/// the one of the first start where no name is known.
+pub fn shipped(name: Option<&str>, id: u64) -> Option<Overlay> {
+    match name {
+        None | Some(MADE_UP_NAME) => made_up(id),
+        Some(name) => Some(unread(id, demo::recording(name)?)),
+    }
+}
+
+/// A recording that came from no file as overlay number `id`.
+pub fn unread(id: u64, recording: Arc<Recording>) -> Overlay {
+    Overlay {
+        id,
+        recording,
+        import: ImportSettings::default(),
+        alignment: Alignment::default(),
+        visible: true,
+        color: 0,
+        made_up: true,
+        role: None,
+    }
+}
+
+/// A state around a setup, nothing computed yet.
+pub fn state(setup: Setup, view: View) -> State {
+    State {
+        selected: setup.overlays.first().map(|overlay| overlay.id),
+        setup,
+        view,
+        snapshot: None,
+        ghost: None,
+        refusal: None,
+        paused: false,
+        scrub: None,
+        cursors: Cursors::default(),
+        reveal: None,
+        commands: Vec::new(),
+        notices: Vec::new(),
+        drive_editor_open: false,
+        validation_open: false,
+        fitting: Fitting::default(),
+        identification: Identification::default(),
+        diagnosing: Diagnosing::default(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::built_in::*;
+
+    #[test]
+    fn the_shipped_recording_is_sound_and_says_what_it_is() {
+        let overlay = made_up(1).expect("the shipped recording reads");
+        assert!(overlay.recording.warnings.is_empty());
+        assert!(overlay.recording.voltage.is_some() && overlay.recording.cantilever.is_some());
+        let text = String::from_utf8_lossy(&MADE_UP[..200]);
+        assert!(text.starts_with('#') && text.contains("made up"), "{text}");
+    }
+}

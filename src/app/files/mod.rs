@@ -1,0 +1,9 @@
+//! TODO-doc
+
+pub mod built_in;
+pub(super) mod jobs;
+pub mod open;
+pub(super) mod reading;
+pub(super) mod recent;
+pub mod session;
+pub(super) mod session_text;

@@ -1,0 +1,319 @@
+//! Opening files without holding up the window: reading, importing and the system's
+//! file dialog run on threads of their own.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use crate::model::drive::Waveform;
+use crate::model::preset::Preset;
+use crate::recording::Recording;
+use crate::recording::align::Aligned;
+use crate::recording::csv::ImportSettings;
+use crate::recording::csv::sniff::{Preview, preview};
+
+use super::jobs::{Context, Jobs, Repaint};
+use super::session::Loaded;
+use super::session_text::RecordingEntry;
+use crate::app::setup::reference_curve::Kept;
+use crate::app::setup::setup::OverlayId;
+use crate::app::simulation::snapshot::Snapshot;
+use crate::app::simulation::worker::panic_text;
+
+use super::jobs::Working;
+use super::reading::{drive_from, import_with, open};
+
+/// What became of a file.
+#[derive(Debug)]
+pub enum FileEvent {
+    /// A recording, and how its columns were read.
+    Recording {
+        path: PathBuf,
+        settings: ImportSettings,
+        recording: Arc<Recording>,
+        /// What a session remembers of it, if it came from one.
+        entry: Option<RecordingEntry>,
+    },
+    /// A recording whose columns the person must name.
+    Ask { path: PathBuf, preview: Preview },
+    /// A preset.
+    Preset { preset: Box<Preset> },
+    /// A session, its recordings still to come.
+    Session { path: PathBuf, loaded: Box<Loaded> },
+    /// It could not be opened: what, where, what to do.
+    Failed { message: String },
+    /// It was saved.
+    Saved { purpose: Purpose, path: PathBuf },
+    /// A recording's shift onto the simulation was found.
+    Aligned { id: OverlayId, found: Aligned },
+    /// A recording of a session that is not there.
+    Lost { id: OverlayId, message: String },
+    /// A drive read from a file.
+    Drive { waveform: Waveform },
+    /// A session's kept curve was computed again.
+    Kept {
+        kept: Box<Kept>,
+        run: Result<Arc<Snapshot>, String>,
+    },
+    /// The system has no file dialog: the path must be typed. `None` is for opening.
+    TypePath { purpose: Option<Purpose> },
+    /// A place to save to was chosen.
+    SaveTo { purpose: Purpose, path: PathBuf },
+}
+
+/// What a file is saved for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// The session.
+    Session,
+    /// The device as a preset.
+    Preset,
+    /// The visible plots.
+    Svg,
+    /// The visible plots.
+    Png,
+    /// The simulated trace.
+    Trace,
+    /// The events.
+    Events,
+    /// The diagnosed device as a preset.
+    Diagnosed,
+    /// The report of the diagnosis.
+    Report,
+    /// The diagnosis for programs.
+    Diagnosis,
+}
+
+impl Purpose {
+    /// Suggested file name.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            Purpose::Session => "session.impactscope.toml",
+            Purpose::Preset => "device.toml",
+            Purpose::Svg => "plots.svg",
+            Purpose::Png => "plots.png",
+            Purpose::Trace => "trace.csv",
+            Purpose::Events => "events.csv",
+            Purpose::Diagnosed => "diagnosed-device.toml",
+            Purpose::Report => "diagnosis.html",
+            Purpose::Diagnosis => "diagnosis.json",
+        }
+    }
+}
+
+/// A system's dialog that is gone sooner than this was never seen by anybody.
+const UNSEEN: Duration = Duration::from_millis(250);
+
+/// File work in progress.
+pub struct Files {
+    send: Sender<FileEvent>,
+    events: Receiver<FileEvent>,
+    repaint: Repaint,
+    jobs: Jobs,
+    /// Whether the system's dialog is open: it blocks its thread for as long.
+    asking: Arc<AtomicBool>,
+}
+
+impl Files {
+    /// `repaint` is called when something is done.
+    pub fn new(repaint: impl Fn() + Send + Sync + 'static) -> Self {
+        let (send, events) = channel();
+        Self {
+            send,
+            events,
+            repaint: Arc::new(repaint),
+            jobs: Jobs::default(),
+            asking: Arc::default(),
+        }
+    }
+
+    /// Number of files being worked on; an open dialog of the system is none.
+    pub fn pending(&self) -> usize {
+        self.jobs.running().len()
+    }
+
+    /// Files being worked on and how far they are.
+    pub fn working(&self) -> Vec<Working> {
+        self.jobs.working()
+    }
+
+    /// Stops the imports in progress; nothing comes of them.
+    pub fn cancel(&self) {
+        self.jobs.cancel();
+    }
+
+    /// What has become of files since the last call.
+    pub fn poll(&self) -> Vec<FileEvent> {
+        self.events.try_iter().collect()
+    }
+
+    /// Reads a file in a thread of its own.
+    fn spawn(
+        &self,
+        path: PathBuf,
+        work: impl FnOnce(&Context) -> Option<FileEvent> + Send + 'static,
+    ) {
+        self.work("reading", path, work);
+    }
+
+    /// Works on something in a thread of its own; `what` is done with `path`, as `saving`.
+    pub fn work(
+        &self,
+        what: &'static str,
+        path: PathBuf,
+        work: impl FnOnce(&Context) -> Option<FileEvent> + Send + 'static,
+    ) {
+        let context = Context::new(what, path, &self.jobs, &self.send, &self.repaint);
+        self.thread(move || context.run(work));
+    }
+
+    fn thread(&self, work: impl FnOnce() + Send + 'static) {
+        let started = std::thread::Builder::new()
+            .name("file".to_owned())
+            .spawn(work);
+        if let Err(error) = started {
+            self.fail(format!(
+                "cannot start a thread for the file: {error}; close other programs"
+            ));
+        }
+    }
+
+    fn fail(&self, message: String) {
+        // The receiver is in the same struct.
+        let _ = self.send.send(FileEvent::Failed { message });
+        (self.repaint)();
+    }
+
+    /// Opens a file of any kind: a recording that is clear is imported at once, as it
+    /// was last time if it is known.
+    pub fn open(&self, path: PathBuf) {
+        let path = absolute(path);
+        self.spawn(path.clone(), move |context| open(path, context));
+    }
+
+    /// Imports a recording with given settings; `entry` is what a session remembers of it.
+    pub fn import(&self, path: PathBuf, settings: ImportSettings, entry: Option<RecordingEntry>) {
+        let path = absolute(path);
+        self.spawn(path.clone(), move |context| {
+            import_with(path, settings, Vec::new(), entry, context)
+        });
+    }
+
+    /// Reads a drive from a CSV with time and voltage.
+    pub fn drive(&self, path: PathBuf) {
+        let path = absolute(path);
+        self.spawn(path.clone(), move |_| Some(drive_from(&path)));
+    }
+
+    /// Shows how a recording would be read, to be changed by the person.
+    pub fn ask(&self, path: PathBuf) {
+        let path = absolute(path);
+        self.spawn(path.clone(), move |_| {
+            Some(match preview(&path) {
+                Ok(preview) => FileEvent::Ask { path, preview },
+                Err(error) => failed(&error),
+            })
+        });
+    }
+
+    /// Shows the system's dialog for opening files.
+    pub fn open_dialog(&self) {
+        let (send, repaint, jobs) = (
+            self.send.clone(),
+            Arc::clone(&self.repaint),
+            self.jobs.clone(),
+        );
+        self.dialog(None, move || {
+            let paths = rfd::FileDialog::new()
+                .add_filter(
+                    "recordings, presets, sessions",
+                    &["csv", "txt", "dat", "tsv", "toml"],
+                )
+                .add_filter("all files", &["*"])
+                .pick_files();
+            let chosen = paths.is_some();
+            for path in paths.into_iter().flatten() {
+                let context = Context::new("reading", path.clone(), &jobs, &send, &repaint);
+                context.run(move |context| open(path, context));
+            }
+            chosen
+        });
+    }
+
+    /// Shows the system's dialog for saving.
+    pub fn save_dialog(&self, purpose: Purpose) {
+        let send = self.send.clone();
+        self.dialog(Some(purpose), move || {
+            let path = rfd::FileDialog::new()
+                .set_file_name(purpose.file_name())
+                .save_file();
+            let chosen = path.is_some();
+            if let Some(path) = path {
+                // The window may be gone.
+                let _ = send.send(FileEvent::SaveTo { purpose, path });
+            }
+            chosen
+        });
+    }
+
+    /// Runs a dialog of the system, one at a time; `show` says whether a file was chosen.
+    /// Where there is none, the path is asked for.
+    fn dialog(&self, purpose: Option<Purpose>, show: impl FnOnce() -> bool + Send + 'static) {
+        if self.asking.swap(true, Ordering::AcqRel) {
+            return self.fail(
+                "the system's file dialog is already open, or hangs; \"Open path...\" and dropping a file on the window need none".to_owned(),
+            );
+        }
+        let (send, repaint, asking) = (
+            self.send.clone(),
+            Arc::clone(&self.repaint),
+            Arc::clone(&self.asking),
+        );
+        let started = std::thread::Builder::new()
+            .name("file dialog".to_owned())
+            .spawn(move || {
+                let since = Instant::now();
+                let outcome = catch_unwind(AssertUnwindSafe(show));
+                let message = match outcome {
+                    Err(panic) => Some(format!(
+                        "the system's file dialog failed: {}: type the path",
+                        panic_text(panic.as_ref())
+                    )),
+                    Ok(false) if since.elapsed() < UNSEEN => Some(
+                        "the system showed no file dialog: type the path, or drop a file on the window".to_owned(),
+                    ),
+                    Ok(_) => None,
+                };
+                asking.store(false, Ordering::Release);
+                if let Some(message) = message {
+                    let _ = send.send(FileEvent::Failed { message });
+                    let _ = send.send(FileEvent::TypePath { purpose });
+                }
+                repaint();
+            });
+        if let Err(error) = started {
+            self.asking.store(false, Ordering::Release);
+            self.fail(format!(
+                "cannot start a thread for the file dialog: {error}; close other programs"
+            ));
+        }
+    }
+}
+
+/// The same file has the same name, whatever the current folder.
+pub fn absolute(path: PathBuf) -> PathBuf {
+    std::path::absolute(&path).unwrap_or(path)
+}
+
+fn failed(error: &dyn std::error::Error) -> FileEvent {
+    FileEvent::Failed {
+        message: error.to_string(),
+    }
+}
+
+#[cfg(test)]
+#[path = "open_tests.rs"]
+mod tests;

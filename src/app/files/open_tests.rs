@@ -1,0 +1,226 @@
+use std::path::Path;
+use std::sync::atomic::AtomicUsize;
+
+use crate::app::files::open::*;
+use crate::app::files::{built_in, session};
+use crate::app::setup::setup::Setup;
+use crate::app::setup::setup::View;
+
+const CLEAR: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
+const UNCLEAR: &str = "time, a, b\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
+
+/// What becomes of the work that is asked for.
+fn events(ask: impl FnOnce(&Files)) -> Vec<FileEvent> {
+    let calls = Arc::new(AtomicUsize::new(0));
+    let of_files = Arc::clone(&calls);
+    let files = Files::new(move || {
+        of_files.fetch_add(1, Ordering::Relaxed);
+    });
+    ask(&files);
+    let until = Instant::now() + Duration::from_secs(30);
+    while files.pending() > 0 {
+        assert!(Instant::now() < until, "{:?}", files.working());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    while calls.load(Ordering::Relaxed) == 0 {
+        assert!(Instant::now() < until, "no repaint was asked for");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    files.poll()
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn setup() -> Setup {
+    built_in::from_preset(Preset::default())
+}
+
+#[test]
+fn a_clear_recording_is_imported_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "a.csv", CLEAR);
+    let found = events(|files| files.open(path.clone()));
+    assert!(
+        matches!(&found[..], [FileEvent::Recording { path: p, recording, .. }]
+            if *p == path && recording.len() == 3 && recording.path.as_ref() == Some(&path)),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn two_columns_of_one_quantity_are_said_each_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t [s], xp [um], xp [nm]\n0, 1, 900\n1e-5, 2, 1900\n2e-5, 3, 2900\n";
+    let path = write(folder.path(), "a.csv", text);
+    // The second time it is read as remembered.
+    for time in ["first", "second"] {
+        let found = events(|files| files.open(path.clone()));
+        let [FileEvent::Recording { recording, .. }] = &found[..] else {
+            panic!("{found:?}");
+        };
+        let [warning] = &recording.warnings[..] else {
+            panic!("{time}: {:?}", recording.warnings);
+        };
+        for part in [
+            "column 2 (\"xp [um]\") is used",
+            "column 3 (\"xp [nm]\")",
+            "import settings",
+        ] {
+            assert!(
+                warning.message.contains(part),
+                "{time}: {}",
+                warning.message
+            );
+        }
+    }
+}
+
+#[test]
+fn an_unclear_one_asks_and_is_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "a.csv", UNCLEAR);
+    let found = events(|files| files.open(path.clone()));
+    let [FileEvent::Ask { preview, .. }] = &found[..] else {
+        panic!("{found:?}");
+    };
+    let column = |index, unit: &str| {
+        Some(crate::recording::csv::ColumnChoice {
+            index,
+            unit: unit.to_owned(),
+        })
+    };
+    let settings = ImportSettings {
+        time: column(0, "s"),
+        proof_mass: column(2, "um"),
+        ..preview.settings.clone()
+    };
+    session::remember_import(&path, &settings);
+    let found = events(|files| files.open(path.clone()));
+    assert!(
+        matches!(&found[..], [FileEvent::Recording { settings: s, .. }] if *s == settings),
+        "{found:?}"
+    );
+    // Written anew with fewer columns, it asks again and says why.
+    write(folder.path(), "a.csv", "time, a\n0, 8\n0.001, 8\n");
+    let found = events(|files| files.open(path.clone()));
+    assert!(
+        matches!(&found[..], [FileEvent::Ask { preview, .. }]
+            if preview.ambiguities.iter().any(|line| line.contains("no longer"))),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn kinds_are_told_by_content() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = folder.path().join("mine.toml");
+    session::save(&session, &setup(), &View::default(), &[]).unwrap();
+    let found = events(|files| files.open(session));
+    assert!(
+        matches!(&found[..], [FileEvent::Session { .. }]),
+        "{found:?}"
+    );
+    let preset = write(folder.path(), "p.toml", &Preset::default().to_toml());
+    let found = events(|files| files.open(preset));
+    assert!(
+        matches!(&found[..], [FileEvent::Preset { .. }]),
+        "{found:?}"
+    );
+    let foreign = write(
+        folder.path(),
+        "f.impactscope.toml",
+        "impactscope_session = 9",
+    );
+    let found = events(|files| files.open(foreign));
+    assert!(
+        matches!(&found[..], [FileEvent::Failed { message }] if message.contains("format 9")),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn vanished_and_changed_recordings_are_said_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "a.csv", CLEAR);
+    let settings = preview(&path).unwrap().settings;
+    let entry = RecordingEntry {
+        id: 4,
+        path: Some(path.clone()),
+        relative: None,
+        sha256: Some("another".to_owned()),
+        made_up: false,
+        role: None,
+        name: None,
+        import: settings.clone(),
+        alignment: Default::default(),
+        visible: true,
+        color: 0,
+    };
+    let import = || {
+        let (path, settings, entry) = (path.clone(), settings.clone(), entry.clone());
+        events(move |files| files.import(path, settings, Some(entry)))
+    };
+    let found = import();
+    assert!(
+        matches!(&found[..], [FileEvent::Failed { message }]
+            if message.contains("has changed") && message.contains("Open it anew")),
+        "{found:?}"
+    );
+    std::fs::remove_file(&path).unwrap();
+    let found = import();
+    assert!(
+        matches!(&found[..], [FileEvent::Lost { message, .. }] if message.contains("check the path")),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_panic_becomes_text_and_a_cancelled_import_nothing() {
+    let found = events(|files| files.spawn(PathBuf::from("x.csv"), |_| panic!("oh dear")));
+    assert!(
+        matches!(&found[..], [FileEvent::Failed { message }]
+            if message.contains("oh dear") && message.contains("x.csv")),
+        "{found:?}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "a.csv", CLEAR);
+    let settings = preview(&path).unwrap().settings;
+    let found = events(|files| {
+        files.spawn(path.clone(), move |context| {
+            context.job.cancel();
+            import_with(path, settings, Vec::new(), None, context)
+        });
+    });
+    assert!(found.is_empty(), "{found:?}");
+}
+
+#[test]
+fn work_in_progress_is_shown_and_can_be_cancelled() {
+    let files = Files::new(|| {});
+    let (go, wait) = channel::<()>();
+    files.spawn(PathBuf::from("/data/long.csv"), move |context| {
+        let mut share = 0.0;
+        while context.progress(share) {
+            share = 0.5;
+            let _ = wait.recv_timeout(Duration::from_millis(2));
+        }
+        None
+    });
+    let until = Instant::now() + Duration::from_secs(30);
+    while files.working().first().is_none_or(|w| w.fraction != 0.5) {
+        assert!(Instant::now() < until);
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert_eq!(files.working()[0].path, Path::new("/data/long.csv"));
+    files.cancel();
+    while files.pending() > 0 {
+        assert!(Instant::now() < until);
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    drop(go);
+    assert!(files.poll().is_empty());
+}

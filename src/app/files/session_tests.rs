@@ -1,0 +1,309 @@
+use std::sync::Arc;
+
+use crate::app::files::built_in;
+use crate::app::files::session::*;
+use crate::app::setup::reference_curve::Kept;
+use crate::app::setup::setup::{DriveChoice, Overlay, Role};
+use crate::model::drive::Waveform;
+use crate::model::drive::table::VoltageTable;
+use crate::model::effects::{self, ActiveEffect};
+use crate::model::parameter::ParameterId;
+use crate::model::preset::Preset;
+use crate::recording::csv::import;
+use crate::recording::csv::sniff::preview;
+
+const CSV: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n0.003, -8, 2\n";
+
+/// A device with an effect and a lock, without recordings.
+fn setup() -> Setup {
+    let mut setup = built_in::from_preset(Preset::default());
+    setup.preset.model.parameters.set(ParameterId::Cs, 2.5e-21);
+    setup.locked.insert("Cs".to_owned());
+    let drag = effects::find("quadratic_drag").unwrap();
+    setup.preset.model.effects.push(ActiveEffect::new(drag));
+    setup
+}
+
+/// A recording written to `path` and imported from there.
+fn overlay(id: u64, path: &Path) -> Overlay {
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, CSV).unwrap();
+    let settings = preview(path).unwrap().settings;
+    let mut overlay = Overlay {
+        id,
+        recording: Arc::new(import(path, &settings, None).unwrap()),
+        import: settings,
+        alignment: Default::default(),
+        visible: false,
+        color: 3,
+        made_up: false,
+        role: Some(Role::HeldOut),
+    };
+    overlay.alignment.time_shift = 1.5e-3;
+    overlay
+}
+
+#[test]
+fn comes_back_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0], 0.0).unwrap();
+    let drives = [
+        DriveChoice::Waveform(Waveform::Rest),
+        DriveChoice::Waveform(Waveform::parse("ramped:5Hz:8V:0.25", 0.4).unwrap()),
+        DriveChoice::Waveform(Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap()),
+        DriveChoice::Waveform(Waveform::Table(Arc::new(table))),
+        DriveChoice::Recorded(7),
+    ];
+    for drive in drives {
+        let setup = Setup { drive, ..setup() };
+        let view = View {
+            slow_down: 0.003,
+            time_range: Some((0.01, 0.02)),
+            workspace: "diagnose".to_owned(),
+            ..View::default()
+        };
+        save(&path, &setup, &view, &[]).unwrap();
+        assert!(is_session(&path));
+        let loaded = load(&path).unwrap();
+        assert_eq!(loaded.setup, setup);
+        assert_eq!(loaded.view, view);
+        assert!(loaded.recordings.is_empty() && loaded.missing.is_empty());
+    }
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(left.len(), 1, "no temporary file is left");
+}
+
+#[test]
+fn recordings_come_back_by_path_hash_and_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let mut setup = setup();
+    let shown = overlay(41, &folder.path().join("data/one.csv"));
+    setup.overlays.push(shown.clone());
+    setup.drive = DriveChoice::Recorded(41);
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let loaded = load(&path).unwrap();
+    assert_eq!(loaded.setup.drive, DriveChoice::Recorded(41));
+    assert_eq!(loaded.last_id(), 41);
+    let entry = &loaded.recordings[0];
+    assert_eq!(entry.path, shown.recording.path);
+    assert_eq!(entry.relative.as_deref(), Some(Path::new("data/one.csv")));
+    assert_eq!(entry.sha256, shown.recording.sha256);
+    assert!(entry.sha256.is_some());
+    assert_eq!(entry.import, shown.import);
+    assert_eq!(entry.alignment, shown.alignment);
+    assert_eq!((entry.color, entry.visible), (3, false));
+    assert_eq!(entry.role, Some(Role::HeldOut));
+}
+
+#[test]
+fn the_shipped_recording_needs_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let Some(mut shipped) = built_in::made_up(5) else {
+        return; // This build ships none.
+    };
+    shipped.alignment.time_shift = 2e-3;
+    shipped.visible = false;
+    let mut setup = setup();
+    setup.overlays.push(shipped);
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let loaded = load(&path).unwrap();
+    assert_eq!(loaded.setup, setup);
+    assert!(loaded.setup.overlays[0].made_up);
+}
+
+#[test]
+fn the_example_comes_back_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let mut setup = setup();
+    let mut shipped = built_in::shipped(Some("held-out-2"), 8).unwrap();
+    shipped.role = Some(Role::HeldOut);
+    setup.overlays.push(shipped);
+    setup.overlays.extend(built_in::made_up(9));
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let loaded = load(&path).unwrap();
+    assert_eq!(loaded.setup, setup);
+    let names = loaded
+        .setup
+        .overlays
+        .iter()
+        .map(|o| o.recording.name.clone());
+    assert_eq!(
+        names.collect::<Vec<_>>(),
+        ["held-out-2", built_in::MADE_UP_NAME]
+    );
+}
+
+#[test]
+fn a_session_that_moved_finds_its_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    let (old, new) = (folder.path().join("old"), folder.path().join("new"));
+    let mut setup = setup();
+    setup.overlays.push(overlay(1, &old.join("data/one.csv")));
+    setup.overlays.push(overlay(2, &old.join("data/two.csv")));
+    setup.overlays.push(overlay(3, &old.join("data/three.csv")));
+    save(
+        &old.join("a.impactscope.toml"),
+        &setup,
+        &View::default(),
+        &[],
+    )
+    .unwrap();
+    std::fs::rename(&old, &new).unwrap();
+    // One lies beside the session now, one is gone.
+    std::fs::rename(new.join("data/two.csv"), new.join("two.csv")).unwrap();
+    std::fs::remove_file(new.join("data/three.csv")).unwrap();
+    let loaded = load(&new.join("a.impactscope.toml")).unwrap();
+    let places: Vec<_> = loaded.recordings.iter().map(|e| e.path.clone()).collect();
+    assert_eq!(places[0], Some(new.join("data/one.csv")));
+    assert_eq!(places[1], Some(new.join("two.csv")));
+    assert_eq!(places[2], Some(old.join("data/three.csv")));
+    let gone = import(
+        places[2].as_ref().unwrap(),
+        &loaded.recordings[2].import,
+        None,
+    );
+    assert!(gone.unwrap_err().to_string().contains("no such file"));
+}
+
+#[test]
+fn damage_is_named_and_the_file_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    save(&path, &setup(), &View::default(), &[]).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let damaged = [
+        text[..text.len() / 2].to_owned(),
+        text.replace("gp = 0.00007", "gp = 0.00001"),
+        text.replace("slow_down = 0.01", "slow_down = nan"),
+        text.replace("duration = ", "duration = -"),
+        String::from("hello"),
+        String::from("# nothing\n"),
+        String::new(),
+    ];
+    for (i, damaged) in damaged.iter().enumerate() {
+        assert_ne!(damaged, &text, "{i}");
+        std::fs::write(&path, damaged).unwrap();
+        let error = load(&path).unwrap_err();
+        assert!(matches!(error, SessionError::Unreadable { .. }), "{error}");
+        assert!(error.to_string().contains("a.impactscope.toml"), "{error}");
+        let kept = keep_unreadable(&path).unwrap();
+        assert!(
+            kept.to_string_lossy()
+                .ends_with(&format!("unreadable-{}", i + 1))
+        );
+        assert_eq!(&std::fs::read_to_string(kept).unwrap(), damaged);
+    }
+    std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
+    assert!(load(&path).unwrap_err().to_string().contains("UTF-8"));
+}
+
+#[test]
+fn every_cut_gives_an_error_and_no_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let mut setup = setup();
+    setup
+        .overlays
+        .push(overlay(1, &folder.path().join("one.csv")));
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
+        if let Ok(loaded) = session_file::from_text(&text[..end]) {
+            // Only what has a default may be missing.
+            assert_eq!(loaded.setup.preset, setup.preset, "cut at {end}");
+            assert_eq!(loaded.setup.locked, setup.locked, "cut at {end}");
+            assert_eq!(loaded.recordings.len(), 1, "cut at {end}");
+        }
+    }
+}
+
+#[test]
+fn another_version_is_told_apart_from_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    for text in [
+        "impactscope_session = 99\nnew_key = 3\n",
+        "impactscope_session = 0",
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let error = load(&path).unwrap_err();
+        assert!(
+            matches!(error, SessionError::ForeignVersion { .. }),
+            "{error}"
+        );
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    }
+}
+
+#[test]
+fn two_recordings_of_one_number_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let mut setup = setup();
+    for (id, name) in [(1, "one.csv"), (1, "two.csv"), (2, "three.csv")] {
+        setup.overlays.push(overlay(id, &folder.path().join(name)));
+    }
+    setup.drive = DriveChoice::Recorded(1);
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let loaded = load(&path).unwrap();
+    let ids: Vec<_> = loaded.recordings.iter().map(|entry| entry.id).collect();
+    assert_eq!(ids, [1, 3, 2]);
+    assert_eq!(loaded.setup.drive, DriveChoice::Recorded(1));
+}
+
+#[test]
+fn a_failed_save_leaves_the_former_file_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = folder.path().join("no/such/folder/x.toml");
+    assert!(save(&missing, &setup(), &View::default(), &[]).is_err());
+    assert!(load(&missing).is_err());
+    // A folder of that name cannot be replaced by a file.
+    let taken = folder.path().join("taken.impactscope.toml");
+    std::fs::create_dir_all(taken.join("inside")).unwrap();
+    assert!(save(&taken, &setup(), &View::default(), &[]).is_err());
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(left.len(), 1, "{left:?}");
+}
+
+#[test]
+fn the_kept_curve_is_in_the_session_and_older_ones_have_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    let mut setup = setup();
+    setup
+        .overlays
+        .push(overlay(7, &folder.path().join("one.csv")));
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let older = std::fs::read_to_string(&path).unwrap();
+    assert!(!older.contains("kept"), "{older}");
+    assert_eq!(load(&path).unwrap().view.kept, None);
+    let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0], 0.0).unwrap();
+    for drive in [
+        DriveChoice::Waveform(Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap()),
+        DriveChoice::Waveform(Waveform::Table(Arc::new(table))),
+        DriveChoice::Recorded(7),
+    ] {
+        let kept = Kept {
+            preset: Preset::embedded("oscillator").unwrap(),
+            drive,
+            shift: 1.5e-3,
+            duration: 0.3,
+        };
+        let view = View {
+            kept: Some(kept),
+            ..View::default()
+        };
+        save(&path, &setup, &view, &[]).unwrap();
+        let loaded = load(&path).unwrap();
+        assert_eq!(loaded.view, view);
+        assert_eq!(loaded.recordings.len(), 1);
+    }
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("duration = 0.3", "duration = -0.3")).unwrap();
+    let error = load(&path).unwrap_err();
+    assert!(error.to_string().contains("kept curve"), "{error}");
+}

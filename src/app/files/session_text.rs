@@ -1,0 +1,306 @@
+//! The text of a session file: what stands in it, and back.
+
+use std::collections::{BTreeSet, HashSet};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::preset::Preset;
+use crate::recording::align::Alignment;
+use crate::recording::csv::ImportSettings;
+
+use super::built_in;
+use super::session::Loaded;
+use crate::app::setup::drive_text::DriveEntry;
+use crate::app::setup::setup::{Overlay, Role, Setup, View};
+
+/// Version that is written and read.
+pub const FORMAT: u32 = 1;
+/// The key that tells a session from a preset; its value is the version.
+pub const MARKER: &str = "impactscope_session";
+
+/// Why a text is no session that can be opened.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TextError {
+    /// A session, but of another version.
+    ForeignVersion(i64),
+    /// Damaged, or no session: what is wrong.
+    Damaged(String),
+}
+
+/// The file.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    impactscope_session: u32,
+    duration: f64,
+    locked: BTreeSet<String>,
+    drive: DriveEntry,
+    /// The device as a preset's text, which has its own checks.
+    preset: String,
+    /// The preset that a reset goes back to; the device itself where there is none.
+    #[serde(default)]
+    original: Option<String>,
+    view: View,
+    /// Number of recordings, to notice a file that was cut off before them.
+    #[serde(default)]
+    recordings: Option<usize>,
+    #[serde(default)]
+    recording: Vec<RecordingEntry>,
+}
+
+/// A recording that a session refers to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordingEntry {
+    /// Its number in the session.
+    pub id: u64,
+    /// Where it is; none for the shipped one.
+    pub path: Option<PathBuf>,
+    /// Where it is as seen from the session's folder, for sessions that are moved.
+    #[serde(default)]
+    pub relative: Option<PathBuf>,
+    /// Hash of its bytes when it was loaded.
+    pub sha256: Option<String>,
+    /// Whether it is the shipped one, which is made up.
+    #[serde(default)]
+    pub made_up: bool,
+    /// How its columns are read.
+    pub import: ImportSettings,
+    /// Shift and scale.
+    pub alignment: Alignment,
+    /// Whether it is drawn.
+    pub visible: bool,
+    /// Place in the palette.
+    pub color: usize,
+    /// What it is used for, once that was chosen.
+    #[serde(default)]
+    pub role: Option<Role>,
+    /// Its name, by which a shipped one is found.
+    #[serde(default)]
+    pub name: Option<String>,
+}
+
+/// The text of a session that will stand in `folder`, `absent` recordings included.
+///
+/// # Errors
+/// What cannot be written, such as a path that is no Unicode.
+pub fn to_text(
+    setup: &Setup,
+    view: &View,
+    absent: &[RecordingEntry],
+    folder: &Path,
+) -> Result<String, String> {
+    let file = File {
+        impactscope_session: FORMAT,
+        duration: setup.duration,
+        locked: setup.locked.clone(),
+        drive: DriveEntry::of(&setup.drive),
+        preset: setup.preset.to_toml(),
+        original: (setup.preset != *setup.original).then(|| setup.original.to_toml()),
+        view: view.clone(),
+        recordings: Some(setup.overlays.len() + absent.len()),
+        recording: setup
+            .overlays
+            .iter()
+            .map(|overlay| entry(overlay, folder))
+            .chain(absent.iter().cloned())
+            .collect(),
+    };
+    toml::to_string(&file).map_err(|error| error.to_string())
+}
+
+fn entry(overlay: &Overlay, folder: &Path) -> RecordingEntry {
+    let path = overlay
+        .recording
+        .path
+        .as_ref()
+        .map(|path| std::path::absolute(path).unwrap_or_else(|_| path.clone()));
+    RecordingEntry {
+        id: overlay.id,
+        relative: path.as_ref().and_then(|path| seen_from(path, folder)),
+        path,
+        sha256: overlay.recording.sha256.clone(),
+        made_up: overlay.made_up,
+        import: overlay.import.clone(),
+        alignment: overlay.alignment,
+        visible: overlay.visible,
+        color: overlay.color,
+        role: overlay.role,
+        name: overlay
+            .recording
+            .path
+            .is_none()
+            .then(|| overlay.recording.name.clone()),
+    }
+}
+
+/// `path` as seen from `folder`, both absolute; `None` if they are on different drives.
+fn seen_from(path: &Path, folder: &Path) -> Option<PathBuf> {
+    let folder = std::path::absolute(folder).ok()?;
+    let (to, from): (Vec<_>, Vec<_>) = (path.components().collect(), folder.components().collect());
+    let common = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
+    // Climbing over a `..` would need to ask the disk where it leads.
+    if common == 0 || from[common..].contains(&Component::ParentDir) {
+        return None;
+    }
+    let up = std::iter::repeat_n(Component::ParentDir, from.len() - common);
+    Some(up.chain(to[common..].iter().copied()).collect())
+}
+
+/// Whether a text has the session's key at the beginning of a line.
+pub fn has_marker(text: &str) -> bool {
+    text.lines().any(|line| {
+        line.trim_start()
+            .strip_prefix(MARKER)
+            .is_some_and(|rest| rest.trim_start().starts_with('='))
+    })
+}
+
+/// Reads the text of a session.
+///
+/// # Errors
+/// [`TextError`].
+pub fn from_text(text: &str) -> Result<Loaded, TextError> {
+    let damaged = |error: toml::de::Error| TextError::Damaged(error.to_string());
+    // The version first: another version may have other keys.
+    let table: toml::Table = toml::from_str(text).map_err(damaged)?;
+    match table.get(MARKER).and_then(toml::Value::as_integer) {
+        None => {
+            return Err(TextError::Damaged(format!(
+                "this is no session: it has no {MARKER}"
+            )));
+        }
+        Some(version) if version != i64::from(FORMAT) => {
+            return Err(TextError::ForeignVersion(version));
+        }
+        Some(_) => {}
+    }
+    // From the text again, so that an error names its line.
+    let file: File = toml::from_str(text).map_err(damaged)?;
+    loaded(file).map_err(TextError::Damaged)
+}
+
+fn loaded(mut file: File) -> Result<Loaded, String> {
+    check(&file)?;
+    renumber(&mut file.recording);
+    let preset =
+        Preset::parse("device in the session", &file.preset).map_err(|error| error.to_string())?;
+    let original = match &file.original {
+        Some(text) => Preset::parse("original device in the session", text)
+            .map_err(|error| error.to_string())?,
+        None => preset.clone(),
+    };
+    let drive = file.drive.read(file.duration)?;
+    let (shipped, recordings): (Vec<_>, Vec<_>) = file
+        .recording
+        .into_iter()
+        .partition(|entry| entry.path.is_none());
+    let mut missing = Vec::new();
+    let mut overlays = Vec::new();
+    for entry in shipped {
+        match built_in::shipped(entry.name.as_deref(), entry.id) {
+            Some(overlay) => overlays.push(Overlay {
+                alignment: entry.alignment,
+                visible: entry.visible,
+                color: entry.color,
+                role: entry.role,
+                ..overlay
+            }),
+            None => missing.push(format!(
+                "recording {} has no file and cannot be shown; load it again",
+                entry.id
+            )),
+        }
+    }
+    Ok(Loaded {
+        setup: Setup {
+            preset,
+            original: Arc::new(original),
+            drive,
+            duration: file.duration,
+            locked: file.locked,
+            overlays,
+        },
+        view: file.view,
+        recordings,
+        missing,
+    })
+}
+
+/// Gives recordings whose number is taken a new one: a person's session is worth more
+/// than a number. A drive by recording means the first that has it.
+fn renumber(recordings: &mut [RecordingEntry]) {
+    let mut known = HashSet::new();
+    let mut next = recordings.iter().map(|entry| entry.id).max().unwrap_or(0);
+    for entry in recordings {
+        if !known.insert(entry.id) {
+            next = next.saturating_add(1);
+            entry.id = next;
+            known.insert(next);
+        }
+    }
+}
+
+/// Numbers that would harm later.
+fn check(file: &File) -> Result<(), String> {
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    if !positive(file.duration) {
+        return Err(format!("the span {} s is no time", file.duration));
+    }
+    if !positive(file.view.slow_down) {
+        return Err(format!("the slow-down {} is no speed", file.view.slow_down));
+    }
+    if let Some((start, end)) = file.view.time_range
+        && !(start.is_finite() && end.is_finite() && start < end)
+    {
+        return Err(format!("the view from {start} s to {end} s is empty"));
+    }
+    let found = file.recording.len();
+    if let Some(told) = file.recordings
+        && told != found
+    {
+        return Err(format!(
+            "the file is cut off: it has {found} of {told} recordings"
+        ));
+    }
+    for entry in &file.recording {
+        let a = &entry.alignment;
+        let numbers = [
+            a.time_shift,
+            a.xp_scale,
+            a.xp_offset,
+            a.xc_scale,
+            a.xc_offset,
+            a.voltage_scale,
+        ];
+        if !numbers.iter().all(|value| value.is_finite()) {
+            return Err(format!("recording {} is shifted by no number", entry.id));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::session_text::*;
+
+    #[test]
+    fn paths_are_seen_from_the_folder_of_the_session() {
+        let seen = |path: &str, folder: &str| seen_from(Path::new(path), Path::new(folder));
+        assert_eq!(seen("/a/b/c.csv", "/a/b"), Some(PathBuf::from("c.csv")));
+        assert_eq!(seen("/a/c.csv", "/a/b"), Some(PathBuf::from("../c.csv")));
+        assert_eq!(
+            seen("/x/y/c.csv", "/a/b"),
+            Some(PathBuf::from("../../x/y/c.csv"))
+        );
+        assert_eq!(seen("/x/c.csv", "/a/../b"), None);
+    }
+
+    #[test]
+    fn the_marker_is_a_key_and_no_word_in_a_comment() {
+        assert!(has_marker("# mine\nimpactscope_session = 1\n"));
+        assert!(!has_marker("# made from an impactscope_session = 1\n"));
+        assert!(!has_marker("impactscope_sessions = 1"));
+    }
+}

@@ -1,0 +1,59 @@
+//! The example: recordings that come with the program, to see a diagnosis at once.
+
+use crate::app::files::built_in;
+use crate::app::setup::setup::{Overlay, OverlayId, Role, Setup};
+use crate::app::state::State;
+use crate::app::workspaces::tune;
+use crate::model::preset::Preset;
+use crate::trial::demo;
+use crate::trial::draw::Recordings;
+
+/// Loads the example beside the person's own recordings, which are left out of it; the
+/// device is the paper's. One step of undo takes it back.
+///
+/// # Errors
+/// Why the recordings cannot be read.
+pub fn load(state: &mut State, last: &mut OverlayId) -> Result<(), String> {
+    let recordings = demo::recordings().map_err(|error| error.to_string())?;
+    crate::app::workspaces::tune::parameters::choose_preset(&mut state.setup, &Preset::default());
+    let overlays = &mut state.setup.overlays;
+    // What comes with the program makes room for what comes with the program.
+    overlays.retain(|overlay| !overlay.made_up);
+    for overlay in overlays.iter_mut() {
+        (overlay.role, overlay.visible) = (Some(Role::Unused), false);
+    }
+    add(&mut state.setup, recordings, true, last);
+    state.selected = None;
+    Ok(())
+}
+
+/// Whether it is loaded.
+pub fn is_loaded(setup: &Setup) -> bool {
+    let of_example = |o: &&Overlay| o.made_up && o.recording.name != built_in::MADE_UP_NAME;
+    setup.overlays.iter().filter(of_example).count() > 1
+}
+
+/// Adds recordings of no file with their roles; the first one is drawn in Tune.
+pub(crate) fn add(
+    setup: &mut Setup,
+    recordings: Recordings,
+    made_up: bool,
+    last: &mut OverlayId,
+) -> Vec<OverlayId> {
+    let Recordings { train, held_out } = recordings;
+    let train = train.into_iter().map(|r| (r, Role::Train));
+    let held_out = held_out.into_iter().map(|r| (r, Role::HeldOut));
+    let mut ids = Vec::new();
+    for (color, (recording, role)) in train.chain(held_out).enumerate() {
+        *last += 1;
+        ids.push(*last);
+        setup.overlays.push(Overlay {
+            role: Some(role),
+            visible: color == 0,
+            made_up,
+            color,
+            ..first_start::unread(*last, recording)
+        });
+    }
+    ids
+}

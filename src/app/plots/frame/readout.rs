@@ -1,0 +1,334 @@
+//! The strip over the plots: names and colours of all curves, and their values at the
+//! pointer or the cursor.
+
+use eframe::egui::{
+    Align, Color32, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, StrokeKind, Ui,
+    WidgetInfo, vec2,
+};
+
+use crate::app::state::State;
+use crate::model::unit::format_quantity;
+use crate::recording::Channel;
+use crate::recording::grid::Grid;
+
+use super::curve::Curve;
+use super::layer::{Mark, mark};
+use super::style;
+use super::time_plot::TimePlot;
+
+/// Width of the colour's sign and the space after it [points].
+const SIGN: f32 = 14.0;
+/// About the width of a letter of a name [points].
+const LETTER: f32 = 6.4;
+/// Room for a value, so that a changing one moves nothing [points].
+const VALUE: f32 = 76.0;
+/// Longest name that is written out [letters].
+const MOST: usize = 22;
+/// Height of a row [points].
+const ROW: f32 = 18.0;
+
+/// One entry: the curve's colour, its name, its value.
+#[derive(Debug, Clone)]
+struct Entry {
+    color: Option<Color32>,
+    name: String,
+    value: String,
+    switch: Option<Switch>,
+    mark: Option<Mark>,
+    /// Said when the pointer is over it, a line each.
+    details: Vec<String>,
+}
+
+/// What a click on an entry shows or hides.
+#[derive(Debug, Clone)]
+struct Switch {
+    /// What it is called by screen readers.
+    name: String,
+    /// Curves that a click switches.
+    keys: Vec<String>,
+    hidden: bool,
+}
+
+/// What can be read off.
+#[derive(Debug, Clone, Default)]
+pub struct Readout {
+    entries: Vec<Entry>,
+}
+
+impl Readout {
+    /// Of the described pictures, at the pointer or else the first cursor.
+    pub fn of(ui: &Ui, state: &State, plots: &[TimePlot]) -> Self {
+        let palette = style::palette(ui);
+        let time = time(state);
+        let mut entries = Vec::new();
+        let mut add = |color, name: &str, value: Option<f64>, base: &str, switch| {
+            entries.push(Entry {
+                color,
+                name: name.to_owned(),
+                value: value.map_or_else(String::new, |value| format_quantity(value, base, 4)),
+                switch,
+                mark: None,
+                details: vec![name.to_owned()],
+            });
+        };
+        add(None, "t", time, "s", None);
+        let crowd = is_crowd(state);
+        for plot in plots {
+            for curve in &plot.curves {
+                if crowd && curve.owner.is_some() {
+                    continue;
+                }
+                let value = time.and_then(|t| curve.value_at(t));
+                let key = plot.key(curve);
+                let switch = Switch {
+                    name: key.clone(),
+                    keys: vec![key],
+                    hidden: curve.hidden,
+                };
+                let color = Some(curve.color);
+                add(color, &curve.name, value, plot.base, Some(switch));
+            }
+        }
+        if let Some(snapshot) = &state.snapshot {
+            let trace = &snapshot.trace;
+            let velocity = Grid {
+                t0: trace.t0,
+                dt: trace.dt,
+                values: &trace.proof_mass_velocity,
+                slopes: None,
+            };
+            add(
+                None,
+                "vp",
+                time.and_then(|t| velocity.value_at(t)),
+                "m/s",
+                None,
+            );
+        }
+        let cursors = state.cursors;
+        if let (Some(first), Some(second)) = (cursors.first, cursors.second) {
+            let color = Some(palette.cursor[1]);
+            let span = second - first;
+            add(color, "dt", Some(span), "s", None);
+            let rate = (span != 0.0).then(|| 1.0 / span.abs());
+            add(color, "1/dt", rate, "Hz", None);
+            for plot in plots {
+                let told = |curve: &&Curve| {
+                    !crowd || curve.owner.is_none() || curve.owner == state.selected
+                };
+                for curve in plot.drawn().filter(told) {
+                    let ends = curve.value_at(second).zip(curve.value_at(first));
+                    let name = format!("\u{394} {}", shortened(&curve.name));
+                    let difference = ends.map(|(b, a)| b - a);
+                    add(Some(curve.color), &name, difference, plot.base, None);
+                }
+            }
+        }
+        if crowd {
+            entries.extend(of_recordings(ui, state, plots, time));
+        }
+        let has_ground = state.setup.preset.model.has_ground;
+        if has_ground && plots.iter().any(|plot| plot.events.is_some()) {
+            for (mark, name, color) in [
+                (Mark::Impact, "bounces", palette.impact),
+                (Mark::Stick, "sticks", palette.stick),
+                (Mark::Release, "released", palette.release),
+            ] {
+                entries.push(Entry {
+                    color: Some(color),
+                    name: name.to_owned(),
+                    value: String::new(),
+                    switch: None,
+                    mark: Some(mark),
+                    details: Vec::new(),
+                });
+            }
+        }
+        Self { entries }
+    }
+
+    /// The entries in rows of at most `width` [points].
+    fn rows(&self, width: f32) -> Vec<&[Entry]> {
+        let (mut rows, mut start, mut used) = (Vec::new(), 0, 0.0);
+        for (i, entry) in self.entries.iter().enumerate() {
+            let wide = entry.width();
+            if i > start && used + wide > width {
+                rows.push(&self.entries[start..i]);
+                (start, used) = (i, 0.0);
+            }
+            used += wide;
+        }
+        if start < self.entries.len() {
+            rows.push(&self.entries[start..]);
+        }
+        rows
+    }
+
+    /// Height of all rows [points].
+    pub fn height(&self, width: f32) -> f32 {
+        self.rows(width).len() as f32 * ROW
+    }
+
+    /// Draws it over the whole width. Returns the keys of curves that are to be switched.
+    pub fn show(&self, ui: &mut Ui) -> Vec<String> {
+        let mut switched = Vec::new();
+        for row in self.rows(ui.available_width()) {
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing = vec2(4.0, 0.0);
+                for entry in row {
+                    let layout = Layout::left_to_right(Align::Center);
+                    let size = vec2(entry.width() - 4.0, ROW);
+                    ui.allocate_ui_with_layout(size, layout, |ui| {
+                        ui.set_min_size(size);
+                        if entry.show(ui)
+                            && let Some(switch) = &entry.switch
+                        {
+                            switched.clone_from(&switch.keys);
+                        }
+                    });
+                }
+            });
+        }
+        switched
+    }
+}
+
+/// Most recordings whose curves all have a name of their own.
+const FEW: usize = 3;
+
+/// Whether there are so many recordings that each has one name for all its curves.
+fn is_crowd(state: &State) -> bool {
+    let visible = state.setup.overlays.iter().filter(|o| o.visible);
+    visible.count() > FEW
+}
+
+/// One entry for each recording that is drawn, with the value of its proof mass; the
+/// other values are said when the pointer is over it.
+fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for overlay in &state.setup.overlays {
+        let (mut keys, mut details) = (Vec::new(), vec![overlay.recording.name.clone()]);
+        let mut value = String::new();
+        let curves = plots.iter().flat_map(|plot| {
+            let own = plot.curves.iter().filter(|c| c.owner == Some(overlay.id));
+            own.map(move |curve| (plot, curve))
+        });
+        let all: Vec<_> = curves.collect();
+        let hidden = all.iter().all(|(_, curve)| curve.hidden);
+        for (plot, curve) in all {
+            // All are shown or hidden together.
+            if curve.hidden == hidden {
+                keys.push(plot.key(curve));
+            }
+            let Some(now) = time.and_then(|t| curve.value_at(t)) else {
+                continue;
+            };
+            let now = format_quantity(now, plot.base, 4);
+            let symbol = curve.name.split(' ').next().unwrap_or_default();
+            details.push(format!("{symbol} {now}"));
+            if symbol == Channel::ProofMass.symbol() {
+                value = now;
+            }
+        }
+        if keys.is_empty() {
+            continue;
+        }
+        let name = overlay.recording.name.clone();
+        entries.push(Entry {
+            color: Some(style::overlay_color(ui, overlay.color)),
+            switch: Some(Switch {
+                name: name.clone(),
+                keys,
+                hidden,
+            }),
+            name,
+            value,
+            mark: None,
+            details,
+        });
+    }
+    entries
+}
+
+/// A name that leaves room for others: without the usual ending, and where it is still
+/// long without its middle, since names of a series differ at the end.
+pub fn shortened(name: &str) -> String {
+    let name = name.strip_suffix(".csv").unwrap_or(name);
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= MOST {
+        return name.to_owned();
+    }
+    let start: String = letters[..MOST - 11].iter().collect();
+    let end: String = letters[letters.len() - 10..].iter().collect();
+    format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
+}
+
+/// Time that is read off [s].
+pub fn time(state: &State) -> Option<f64> {
+    state.cursors.hover.or(state.cursors.first)
+}
+
+impl Entry {
+    /// Width it takes, whatever its value [points].
+    fn width(&self) -> f32 {
+        let name = LETTER * shortened(&self.name).chars().count() as f32;
+        let value = if self.mark.is_some() { 0.0 } else { VALUE };
+        SIGN + name + value + 10.0
+    }
+
+    /// Draws it; true when its curve is to be switched.
+    fn show(&self, ui: &mut Ui) -> bool {
+        let hidden = self.switch.as_ref().is_some_and(|switch| switch.hidden);
+        let cell = ui.max_rect();
+        let (_, rect) = ui.allocate_space(vec2(10.0, ROW));
+        if let Some(color) = self.color {
+            let y = rect.center().y;
+            if let Some(sign) = self.mark {
+                ui.painter().add(mark(sign, rect.center(), color));
+            } else if hidden {
+                let stroke = Stroke::new(1.0, color.gamma_multiply(0.6));
+                let swatch = Rect::from_center_size(rect.center(), vec2(9.0, 5.0));
+                let painter = ui.painter();
+                painter.rect_stroke(swatch, 1.0, stroke, StrokeKind::Inside);
+            } else {
+                ui.painter()
+                    .hline(rect.x_range(), y, Stroke::new(3.0, color));
+            }
+        }
+        let value = RichText::new(&self.value).size(12.0).strong();
+        let mut name = RichText::new(shortened(&self.name)).size(12.0);
+        if hidden {
+            name = name.weak().strikethrough();
+        }
+        ui.add(Label::new(name).extend().selectable(false));
+        ui.add(Label::new(value).truncate().selectable(false));
+        let Some(switch) = &self.switch else {
+            return false;
+        };
+        let response = ui.interact(cell, Id::unique(("switch", &switch.name)), Sense::click());
+        let label = format!("Show {}", switch.name);
+        response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, !switch.hidden, &label));
+        if response.has_focus() {
+            let stroke = ui.visuals().selection.stroke;
+            let painter = ui.painter();
+            painter.rect_stroke(cell, 2.0, stroke, StrokeKind::Inside);
+        }
+        let verb = if hidden { "show" } else { "hide" };
+        response
+            .on_hover_text(format!("{}\nClick to {verb} it.", self.details.join("\n")))
+            .clicked()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened;
+
+    #[test]
+    fn names_of_a_series_stay_apart() {
+        assert_eq!(shortened("xp oscillator-1.csv"), "xp oscillator-1");
+        let long = |n| shortened(&format!("xp measurement of the third device {n}.csv"));
+        assert_ne!(long("0001"), long("0002"));
+        assert!(long("0001").chars().count() <= 22);
+    }
+}

@@ -1,0 +1,328 @@
+//! The frame of every picture against time: curves, levels, contacts, events, cursors.
+
+use std::sync::Arc;
+
+use eframe::egui::{
+    Align2, Color32, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+};
+use egui_plot::{Plot, PlotPoint, PlotTransform};
+
+use crate::app::setup::setup::Picture;
+use crate::app::state::Cursors;
+use crate::sim::trace::{EventKind, Trace};
+
+use super::axes::{self, Unit};
+use super::curve::Curve;
+use super::layer::{Layer, Mark, label, mark};
+use super::style::{self, Palette};
+
+/// Pixels for each sample from which on samples are drawn as dots.
+const SPARSE: usize = 5;
+
+/// A horizontal line with its name.
+#[derive(Debug, Clone)]
+pub struct Level {
+    /// SI.
+    pub value: f64,
+    /// What it is.
+    pub text: &'static str,
+    /// Its colour.
+    pub color: Color32,
+}
+
+/// A picture against time, as its file describes it; SI.
+#[derive(Debug, Clone)]
+pub struct TimePlot {
+    /// Which one.
+    pub picture: Picture,
+    /// Quantity on the vertical axis.
+    pub quantity: &'static str,
+    /// Its SI unit.
+    pub base: &'static str,
+    /// Least range that is shown.
+    pub least: f64,
+    /// Curves, the lowest first.
+    pub curves: Vec<Curve>,
+    /// Horizontal lines.
+    pub levels: Vec<Level>,
+    /// Half widths of shaded stripes around zero, with their colours.
+    pub bands: Vec<(f64, Color32)>,
+    /// The run whose contacts are shaded.
+    pub contacts: Option<Arc<Trace>>,
+    /// The run and the curve on which events are marked.
+    pub events: Option<(Arc<Trace>, Curve)>,
+    /// What to say instead of curves.
+    pub message: Option<String>,
+}
+
+/// What all pictures against time have in common in a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Common {
+    /// Time in view [s].
+    pub window: (f64, f64),
+    /// Cursors to draw.
+    pub cursors: Cursors,
+}
+
+/// What a plot answers.
+pub struct Reply {
+    /// Of the area inside the axes.
+    pub response: Response,
+    /// Time at its left and right edge [s].
+    pub window: (f64, f64),
+}
+
+impl TimePlot {
+    /// An empty picture.
+    pub fn new(picture: Picture, quantity: &'static str, base: &'static str) -> Self {
+        Self {
+            picture,
+            quantity,
+            base,
+            least: 0.0,
+            curves: Vec::new(),
+            levels: Vec::new(),
+            bands: Vec::new(),
+            contacts: None,
+            events: None,
+            message: None,
+        }
+    }
+
+    /// The curves that are drawn.
+    pub fn drawn(&self) -> impl Iterator<Item = &Curve> {
+        self.curves.iter().filter(|curve| !curve.hidden)
+    }
+
+    /// What a switched curve is called in the view.
+    pub fn key(&self, curve: &Curve) -> String {
+        format!("{}: {}", self.picture.name(), curve.name)
+    }
+
+    /// Range of the values in view, with room.
+    pub fn range(&self, (from, to): (f64, f64)) -> (f64, f64) {
+        let mut range = axes::union(self.drawn().filter_map(|c| c.value_range(from, to)));
+        for &(half, _) in &self.bands {
+            range = axes::union(range.into_iter().chain([(-half, half)]));
+        }
+        for level in &self.levels {
+            // A level far away must not flatten the curve.
+            let wide = axes::union(range.into_iter().chain([(level.value, level.value)]));
+            let size = |r: Option<(f64, f64)>| r.map_or(0.0, |(low, high)| high - low);
+            if size(wide) <= 1.5 * size(range).max(self.least) {
+                range = wide;
+            }
+        }
+        axes::room(range, self.least.max(1e-12))
+    }
+
+    /// Draws the picture `height` points high; the lowest one carries the time axis.
+    pub fn show(self, ui: &mut Ui, common: &Common, height: f32, lowest: bool) -> Reply {
+        let palette = style::palette(ui);
+        let window = common.window;
+        let time = Unit::of_times(window.0, window.1);
+        let (low, high) = self.range(window);
+        let unit = Unit::of_range(self.base, low, high);
+        let label = unit.label(self.quantity);
+        let name = format!(
+            "{}: {label} against {}",
+            self.picture.name(),
+            time.label("time t")
+        );
+        let x_label = lowest.then(|| time.label("time t"));
+        let plot = Plot::new(("time plot", self.picture.name()))
+            .width(ui.available_width() - 14.0)
+            .sense(Sense::click_and_drag());
+        let pixels = (ui.available_width() - style::AXIS_WIDTH).max(16.0) as usize;
+        let cursors = common.cursors;
+        let reply = axes::dress(plot, ui, height, x_label, label).show(ui, |plot| {
+            plot.set_plot_bounds_x(window.0 / time.factor..=window.1 / time.factor);
+            plot.set_plot_bounds_y(low / unit.factor..=high / unit.factor);
+            let scale = (time.factor, unit.factor);
+            for (half, color) in self.bands {
+                plot.add(stripe(half / unit.factor, color));
+            }
+            if let Some(trace) = &self.contacts {
+                plot.add(contacts(
+                    trace,
+                    window,
+                    time.factor,
+                    pixels,
+                    palette.contact,
+                ));
+            }
+            for level in self.levels {
+                plot.add(Layer::level(
+                    level.value / unit.factor,
+                    level.text,
+                    level.color,
+                ));
+            }
+            for curve in self.curves.iter().filter(|curve| !curve.hidden) {
+                let stroke = Stroke::new(curve.width, curve.color);
+                let points = curve.draw(window, pixels, scale);
+                if curve.dots && SPARSE * points.len() < pixels {
+                    plot.add(Layer::dots(points.clone(), curve.color));
+                }
+                plot.add(Layer::line(points, stroke, curve.dashed));
+            }
+            if let Some((trace, curve)) = self.events {
+                plot.add(events(&trace, &curve, window, scale, pixels, palette));
+            }
+            plot.add(cursor_lines(cursors, time.factor, palette));
+            if let Some(message) = self.message {
+                plot.add(centred(message, palette.text));
+            }
+        });
+        reply
+            .response
+            .widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+        Reply {
+            response: reply.response,
+            window,
+        }
+    }
+}
+
+/// A rectangle over the whole height, from `from` to `to` in plot units.
+fn upright(transform: &PlotTransform, from: f64, to: f64) -> Rect {
+    let frame = transform.frame();
+    let (a, b) = (
+        transform.position_from_point_x(from).max(frame.left()),
+        transform.position_from_point_x(to).min(frame.right()),
+    );
+    Rect::from_min_max(pos2(a, frame.top()), pos2(b.max(a + 0.5), frame.bottom()))
+}
+
+fn stripe(half: f64, color: Color32) -> Layer {
+    Layer::new(move |_, transform, shapes| {
+        let y = |value| transform.position_from_point_y(value);
+        let frame = transform.frame();
+        let rect = Rect::from_min_max(pos2(frame.left(), y(half)), pos2(frame.right(), y(-half)));
+        shapes.push(Shape::rect_filled(rect, 0.0, color));
+    })
+}
+
+/// The contacts in view [s]; those closer than a pixel as one.
+pub fn contact_stretches(trace: &Trace, (from, to): (f64, f64), pixels: usize) -> Vec<(f64, f64)> {
+    let all = &trace.contacts;
+    let pixel = (to - from) / pixels as f64;
+    let mut pieces: Vec<(f64, f64)> = Vec::new();
+    let mut next = all.partition_point(|contact| contact.1 < from);
+    while let Some(&(start, end)) = all.get(next).filter(|contact| contact.0 <= to) {
+        match pieces.last_mut() {
+            Some(last) if start - last.1 < pixel => last.1 = end,
+            _ => pieces.push((start, end)),
+        }
+        // Contacts that end within this pixel change nothing that can be seen.
+        next += 1;
+        next += all[next..].partition_point(|contact| contact.1 < end + 0.5 * pixel);
+    }
+    pieces
+}
+
+/// Shades the contacts in view.
+fn contacts(trace: &Trace, window: (f64, f64), unit: f64, pixels: usize, color: Color32) -> Layer {
+    let pieces = contact_stretches(trace, window, pixels);
+    Layer::new(move |_, transform, shapes| {
+        for &(start, end) in &pieces {
+            let rect = upright(transform, start / unit, end / unit);
+            shapes.push(Shape::rect_filled(rect, 0.0, color));
+        }
+    })
+}
+
+/// A marker with its colour and place: time [s], value (SI).
+pub type Marked = (Mark, Color32, [f64; 2]);
+
+/// Impacts, sticks and releases; of those closer than a marker the first of its kind.
+pub fn event_marks(
+    trace: &Trace,
+    curve: &Curve,
+    (from, to): (f64, f64),
+    pixels: usize,
+    palette: &Palette,
+) -> Vec<Marked> {
+    let spacing = 7.0 * (to - from) / pixels as f64;
+    let mut marks = Vec::new();
+    let mut next = trace.events.partition_point(|event| event.time < from);
+    let mut last = [f64::NEG_INFINITY; 3];
+    while let Some(event) = trace.events.get(next).filter(|event| event.time <= to) {
+        let (kind, color) = match event.kind {
+            EventKind::Impact => (Mark::Impact, palette.impact),
+            EventKind::Stick => (Mark::Stick, palette.stick),
+            EventKind::Release => (Mark::Release, palette.release),
+            EventKind::DriveStep => {
+                next += 1;
+                continue;
+            }
+        };
+        if event.time - last[kind as usize] >= spacing {
+            last[kind as usize] = event.time;
+            if let Some(value) = curve.value_at(event.time) {
+                marks.push((kind, color, [event.time, value]));
+            }
+        }
+        next += 1;
+        // Where all kinds are drawn, jump to the end of the marker.
+        let first = last.iter().copied().fold(f64::INFINITY, f64::min);
+        if first > event.time - spacing {
+            next += trace.events[next..].partition_point(|e| e.time < first + spacing);
+        }
+        if marks.len() > 3 * pixels {
+            break;
+        }
+    }
+    marks
+}
+
+fn events(
+    trace: &Trace,
+    curve: &Curve,
+    window: (f64, f64),
+    (time_unit, unit): (f64, f64),
+    pixels: usize,
+    palette: &'static Palette,
+) -> Layer {
+    let marks = event_marks(trace, curve, window, pixels, palette);
+    Layer::new(move |_, transform, shapes| {
+        for &(kind, color, [x, y]) in &marks {
+            let point = PlotPoint::new(x / time_unit, y / unit);
+            let at = transform.position_from_point(&point);
+            shapes.push(mark(kind, at, color));
+        }
+    })
+}
+
+fn cursor_lines(cursors: Cursors, unit: f64, palette: &'static Palette) -> Layer {
+    Layer::new(move |ui, transform, shapes| {
+        let frame = transform.frame();
+        let mut line = |time: f64, color: Color32, name: &str| {
+            let x = transform.position_from_point_x(time / unit);
+            if !(frame.left()..=frame.right()).contains(&x) {
+                return;
+            }
+            shapes.push(Shape::vline(x, frame.y_range(), Stroke::new(1.0, color)));
+            if !name.is_empty() {
+                let at = pos2(x + 3.0, frame.top() + 1.0);
+                shapes.push(label(ui, at, Align2::LEFT_TOP, name, color));
+            }
+        };
+        if let Some(time) = cursors.hover {
+            line(time, palette.hover, "");
+        }
+        if let Some(time) = cursors.first {
+            line(time, palette.cursor[0], "1");
+        }
+        if let Some(time) = cursors.second {
+            line(time, palette.cursor[1], "2");
+        }
+    })
+}
+
+fn centred(message: String, color: Color32) -> Layer {
+    Layer::new(move |ui, transform, shapes| {
+        let at = transform.frame().center();
+        shapes.push(label(ui, at, Align2::CENTER_CENTER, &message, color));
+    })
+}

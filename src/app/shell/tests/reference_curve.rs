@@ -1,0 +1,117 @@
+//! The kept curve over a session that is saved and opened again.
+
+use std::path::Path;
+use std::time::Duration;
+
+use eframe::egui::Key;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+use super::{WithRecording, harness_of, preset, read_all, set_alpha, settle, wait};
+use crate::app::setup::setup::{DriveChoice, Mode};
+use crate::app::shell::window::*;
+use crate::model::parameter::ParameterId;
+
+fn save(shell: &Shell, path: &Path) {
+    let state = &shell.state;
+    session::save(path, &state.setup, &state.view, &[]).unwrap();
+}
+
+fn opened(path: &Path) -> Harness<'static, Shell> {
+    let options = WindowOptions {
+        files: vec![path.to_owned()],
+        ..WindowOptions::default()
+    };
+    let mut harness = harness_of(preset("oscillator"), options);
+    // The session, its recordings, the curve.
+    for _ in 0..4 {
+        read_all(&mut harness);
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    harness
+}
+
+/// The kept curve.
+fn curve(shell: &Shell) -> Option<Vec<f64>> {
+    let ghost = shell.state.ghost.as_ref()?;
+    Some(ghost.trace.proof_mass.clone())
+}
+
+#[test]
+fn a_kept_curve_comes_back_with_the_session() {
+    let mut window = WithRecording::open();
+    let first = &mut window.harness;
+    first.key_press(Key::G);
+    first.run_steps(2);
+    // What is kept is neither the present device nor its drive.
+    set_alpha(first.state_mut(), 0.2);
+    first.state_mut().state.setup.drive = DriveChoice::Waveform(Waveform::Rest);
+    wait(first, |shown| {
+        shown.model.parameters[ParameterId::Alpha] == 0.2
+    });
+    let saved = window.folder.path().join("s.impactscope.toml");
+    save(first.state(), &saved);
+    let before = curve(first.state()).unwrap();
+    let second = opened(&saved);
+    assert_eq!(curve(second.state()).unwrap(), before, "to the last bit");
+    let ghost = second.state().state.ghost.clone().unwrap();
+    assert_eq!(ghost.model.parameters[ParameterId::Alpha], 0.378);
+    assert!(
+        ghost.comparisons[0].comparison.is_ok(),
+        "with its distance to the recording"
+    );
+    assert!(second.state().state.notices.is_empty());
+}
+
+#[test]
+fn a_curve_driven_by_a_recording_comes_back_with_it_or_says_that_it_is_gone() {
+    let mut window = WithRecording::open();
+    let first = &mut window.harness;
+    let id = first.state().state.setup.overlays[0].id;
+    first.state_mut().state.setup.drive = DriveChoice::Recorded(id);
+    wait(first, |shown| {
+        let drive = shown.run_of.as_ref().map(|(drive, _)| drive);
+        matches!(drive, Some(Waveform::Table(_)))
+    });
+    first.key_press(Key::G);
+    first.run_steps(2);
+    let kept = first.state().state.view.kept.clone().unwrap();
+    assert_eq!(kept.drive, DriveChoice::Recorded(id));
+    let saved = window.folder.path().join("s.impactscope.toml");
+    save(first.state(), &saved);
+    let before = curve(first.state()).unwrap();
+    let second = opened(&saved);
+    assert_eq!(curve(second.state()).unwrap(), before);
+    drop(second);
+    std::fs::remove_file(&window.file).unwrap();
+    let mut third = opened(&saved);
+    assert_eq!(curve(third.state()), None);
+    let said = |harness: &Harness<'_, Shell>| {
+        let part = "kept curve (A/B) is not shown";
+        let found = harness.query_all_by_label_contains(part).next();
+        found.is_some()
+    };
+    assert!(said(&third));
+    // It stays in the session until it is dropped.
+    assert_eq!(third.state().state.view.kept, Some(kept));
+    third.key_press(Key::G);
+    third.run_steps(2);
+    assert_eq!(third.state().state.view.kept, None);
+}
+
+#[test]
+fn a_live_curve_is_kept_for_as_long_as_the_window_is_open() {
+    let mut harness = harness_of(preset("paper"), WindowOptions::default());
+    wait(&mut harness, |_| true);
+    settle(&mut harness);
+    harness.state_mut().state.view.mode = Mode::Live;
+    wait(&mut harness, |shown| {
+        shown.live.is_some_and(|live| live.time > 1e-3)
+    });
+    harness.key_press(Key::G);
+    harness.run_steps(2);
+    let state = &harness.state().state;
+    assert!(state.ghost.is_some() && state.view.kept.is_none());
+    let said = harness.query_all_by_label_contains("until the window is closed");
+    assert_eq!(said.count(), 1);
+}

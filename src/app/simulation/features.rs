@@ -1,0 +1,122 @@
+//! The slower numbers of a snapshot: features of the run and of the recordings.
+//! A recording's own are computed once, on other threads.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use crate::model::parameter::ParameterId;
+use crate::recording::Recording;
+use crate::recording::features::{FeatureOptions, Features, features, recording_features};
+use crate::recording::grid::TimeAxis;
+
+use super::snapshot::Snapshot;
+use super::worker::Wish;
+use crate::app::setup::setup::{Overlay, OverlayId};
+
+/// Features of recordings, computed once each.
+pub struct Summaries {
+    known: HashMap<OverlayId, Option<Arc<Features>>>,
+    done: Receiver<(OverlayId, Arc<Features>)>,
+    send: Sender<(OverlayId, Arc<Features>)>,
+    repaint: Box<dyn Fn() -> Box<dyn Fn() + Send> + Send>,
+    /// Generation whose numbers are complete but for recordings still in work.
+    finished: Option<(u64, usize)>,
+    /// Features of the live run, and when they were found.
+    live: Option<(Instant, Arc<Features>)>,
+}
+
+/// How often the features of a live run are looked for anew while it moves.
+const LIVE_PACE: Duration = Duration::from_millis(500);
+
+impl Summaries {
+    /// `repaint` is called when a recording's features are there.
+    pub fn new(repaint: impl Fn() + Send + Clone + 'static) -> Self {
+        let (send, done) = channel();
+        Self {
+            known: HashMap::new(),
+            done,
+            send,
+            repaint: Box::new(move || Box::new(repaint.clone())),
+            finished: None,
+            live: None,
+        }
+    }
+
+    /// Whether a recording is still in work.
+    pub fn is_waiting(&self) -> bool {
+        self.known.values().any(Option::is_none)
+    }
+
+    /// The snapshot with all numbers that can be had now, or `None` if it has them already.
+    pub fn complete(&mut self, mut snapshot: Snapshot, wish: &Wish) -> Option<Snapshot> {
+        for (id, features) in self.done.try_iter() {
+            self.known.insert(id, Some(features));
+        }
+        for overlay in &wish.overlays {
+            self.ask(overlay);
+        }
+        let ready = self.known.values().flatten().count();
+        if self.finished == Some((snapshot.generation, ready)) {
+            return None;
+        }
+        if self.finished.is_none_or(|(g, _)| g != snapshot.generation) {
+            snapshot.features = Some(Arc::new(simulated_features(&snapshot, wish)));
+        }
+        for comparison in &mut snapshot.comparisons {
+            comparison.features = self.known.get(&comparison.id).cloned().flatten();
+        }
+        self.finished = Some((snapshot.generation, ready));
+        Some(snapshot)
+    }
+
+    /// Adds the features of what is in view of a live run; those of a moment ago while
+    /// it moves.
+    pub fn follow(&mut self, snapshot: &mut Snapshot, wish: &Wish, still: bool) {
+        let recent = self
+            .live
+            .take()
+            .filter(|(at, _)| !still && at.elapsed() < LIVE_PACE);
+        let found = recent
+            .unwrap_or_else(|| (Instant::now(), Arc::new(simulated_features(snapshot, wish))));
+        snapshot.features = Some(Arc::clone(&found.1));
+        self.live = Some(found);
+    }
+
+    fn ask(&mut self, overlay: &Overlay) {
+        if self.known.contains_key(&overlay.id) {
+            return;
+        }
+        self.known.insert(overlay.id, None);
+        let recording: Arc<Recording> = Arc::clone(&overlay.recording);
+        let (id, send) = (overlay.id, self.send.clone());
+        let repaint = (self.repaint)();
+        rayon::spawn(move || {
+            let features = recording_features(&recording, &FeatureOptions::default());
+            // The worker may have ended meanwhile.
+            let _ = send.send((id, Arc::new(features)));
+            repaint();
+        });
+    }
+}
+
+/// Features of a simulated run, as its sensor shows it.
+fn simulated_features(snapshot: &Snapshot, wish: &Wish) -> Features {
+    let trace = &snapshot.trace;
+    let options = FeatureOptions {
+        contact_level: trace.ground_level,
+        period: wish.drive.period(),
+        noise: Some(wish.model.parameters[ParameterId::Noise]),
+        ..FeatureOptions::default()
+    };
+    features(
+        TimeAxis::Uniform {
+            t0: trace.t0,
+            dt: trace.dt,
+        },
+        Some(&trace.voltage),
+        &trace.proof_mass,
+        &options,
+    )
+}

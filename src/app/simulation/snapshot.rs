@@ -1,0 +1,123 @@
+//! What the worker hands to the window: immutable, behind `Arc`.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::model::Model;
+use crate::model::drive::Waveform;
+use crate::recording::Channel;
+use crate::recording::compare::{Comparison, compare};
+use crate::recording::features::Features;
+use crate::recording::grid::Grid;
+use crate::sim::trace::Trace;
+
+use super::min_max_pyramid::Pyramid;
+use crate::app::setup::setup::{Overlay, OverlayId};
+
+/// A simulated run with everything that is drawn of it.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// Counts up with every result.
+    pub generation: u64,
+    /// The model it was computed with (the last good one).
+    pub model: Arc<Model>,
+    /// The run. Forces are recorded when the picture asks for them.
+    pub trace: Arc<Trace>,
+    /// Decimation of `trace.proof_mass` and `trace.cantilever` for drawing.
+    pub proof_mass_pyramid: Arc<Pyramid>,
+    /// Empty for a device without that point.
+    pub cantilever_pyramid: Arc<Pyramid>,
+    /// Features of the simulated run, per period, once they are computed.
+    pub features: Option<Arc<Features>>,
+    /// One for each visible recording.
+    pub comparisons: Vec<OverlayComparison>,
+    /// What the run cost.
+    pub cost: Duration,
+    /// Drive and span [s] of a run that starts at rest and can be repeated; a live one
+    /// cannot.
+    pub run_of: Option<(Waveform, f64)>,
+    /// Set in Live mode.
+    pub live: Option<LiveState>,
+}
+
+/// A recording against the run.
+#[derive(Debug, Clone)]
+pub struct OverlayComparison {
+    /// Which recording.
+    pub id: OverlayId,
+    /// Residual with rms and NRMSE, or why there is none.
+    pub comparison: Result<Arc<Comparison>, String>,
+    /// Decimated residual for drawing: `(time [s], residual [m])` pyramid.
+    pub residual_pyramid: Option<Arc<Pyramid>>,
+    /// The recording's own features, once they are computed.
+    pub features: Option<Arc<Features>>,
+}
+
+/// Where a live run stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiveState {
+    /// Simulated time reached [s]; the trace may end earlier, where it is looked at.
+    pub time: f64,
+    /// Oldest time that can be scrubbed to [s].
+    pub history_start: f64,
+    /// Simulated seconds per wall second really reached.
+    pub speed: f64,
+    /// Whether it stands still.
+    pub paused: bool,
+}
+
+impl Snapshot {
+    /// A run with what is drawn of it; features are left to be filled in.
+    pub fn new(
+        generation: u64,
+        model: &Arc<Model>,
+        trace: Arc<Trace>,
+        overlays: &[Overlay],
+        cost: Duration,
+    ) -> Self {
+        let pyramid = |values: &[f64]| Arc::new(Pyramid::new(trace.t0, trace.dt, values));
+        Self {
+            generation,
+            model: Arc::clone(model),
+            proof_mass_pyramid: pyramid(&trace.proof_mass),
+            cantilever_pyramid: pyramid(&trace.cantilever),
+            features: None,
+            comparisons: overlays
+                .iter()
+                .filter(|overlay| overlay.visible)
+                .map(|overlay| OverlayComparison::new(overlay, &trace))
+                .collect(),
+            cost,
+            run_of: None,
+            live: None,
+            trace,
+        }
+    }
+}
+
+impl OverlayComparison {
+    fn new(overlay: &Overlay, trace: &Trace) -> Self {
+        let simulated = Grid {
+            t0: trace.t0,
+            dt: trace.dt,
+            values: &trace.proof_mass,
+            slopes: Some(&trace.proof_mass_velocity),
+        };
+        let recording = &overlay.recording;
+        let comparison = compare(recording, Channel::ProofMass, &overlay.alignment, simulated);
+        let residual_pyramid = comparison.as_ref().ok().map(|comparison| {
+            let compared = comparison.first..comparison.first + comparison.residual.len();
+            let times: Vec<f64> = recording.time[compared]
+                .iter()
+                .map(|&t| overlay.alignment.time(t))
+                .collect();
+            Arc::new(Pyramid::xy(&times, &comparison.residual))
+        });
+        Self {
+            id: overlay.id,
+            comparison: comparison.map(Arc::new).map_err(|error| error.to_string()),
+            residual_pyramid,
+            features: None,
+        }
+    }
+}

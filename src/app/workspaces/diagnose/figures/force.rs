@@ -1,0 +1,90 @@
+//! The force on the mass that the re-tuned model lacks, as measured, against a quantity.
+
+use eframe::egui::Ui;
+
+use super::evidence::{against, spelled};
+use super::frame;
+use super::frame::{Axis, Figure, Item};
+use crate::app::analysis::diagnosis_view::Look;
+use crate::app::workspaces::diagnose::colors;
+use crate::app::workspaces::tune::small;
+use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::report::ground::{Seen, law_through};
+use crate::diagnose::report::words::listed;
+
+/// Draws it.
+pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
+    if d.forces.is_empty() {
+        ui.weak("The recordings are too short or too few to measure the missing force.");
+        return;
+    }
+    let place = against(ui, &mut look.force, d.forces.iter().map(|f| f.against));
+    let curve = &d.forces[place];
+    let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
+    let law = format!("{} as fitted", listed(&names));
+    let through = law_through(curve);
+    let has_law = !through.is_empty() && !names.is_empty();
+    let mut entries = vec![("measured, with standard error", colors::seen(ui))];
+    if has_law {
+        entries.push((law.as_str(), colors::law(ui)));
+    }
+    frame::legend(ui, &entries);
+    if has_law {
+        let line = "The law is drawn with the constant and the slope that re-tuning takes up.";
+        ui.label(small(line).weak());
+    } else if d.forces.iter().any(|f| !f.law.is_empty()) {
+        let line =
+            "Each point is one constant force all through stretches of that age; no law is drawn.";
+        ui.label(small(line).weak());
+    } else {
+        ui.label(small("Nothing is named that acts as a force, so no law is drawn.").weak());
+    }
+    let points: Vec<Seen> = (0..curve.at.len().min(curve.force.len()))
+        .map(|i| Seen {
+            x: curve.at[i],
+            y: curve.force[i],
+            error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
+        })
+        .collect();
+    let ends = points.iter().flat_map(|p| {
+        let error = if p.error.is_finite() { p.error } else { 0.0 };
+        [p.y - error, p.y + error]
+    });
+    let y = Axis::holding(
+        "missing force",
+        "N",
+        ends.chain(through.iter().copied()).chain([0.0]),
+    );
+    let color = colors::seen(ui);
+    let mut items = vec![
+        Item::Level {
+            value: 0.0,
+            text: "",
+            color: colors::noise(ui),
+        },
+        Item::Band {
+            points: points.clone(),
+            color: color.gamma_multiply(0.25),
+        },
+    ];
+    if has_law {
+        let law = curve.at.iter().zip(&through);
+        items.push(Item::Line {
+            points: law.map(|(x, y)| [*x, *y]).collect(),
+            color: colors::law(ui),
+            width: 2.2,
+            dashed: false,
+        });
+    }
+    items.push(Item::Dots { points, color });
+    Figure {
+        name: "missing force",
+        x: Axis::holding(spelled(curve.against), curve.unit, curve.at.iter().copied()),
+        y,
+        log: false,
+        height: (ui.available_height() - 2.0).max(120.0),
+        has_x: true,
+        items,
+    }
+    .show(ui);
+}

@@ -1,0 +1,11 @@
+//! TODO-doc
+
+pub(super) mod before_after_bars;
+pub(super) mod contact_events;
+pub(super) mod evidence;
+pub(super) mod force;
+pub(super) mod frame;
+pub(super) mod marginal;
+pub(super) mod recording_preview;
+pub(super) mod residual_strip;
+pub(super) mod zoom;

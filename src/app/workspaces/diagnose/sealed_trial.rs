@@ -1,0 +1,287 @@
+//! The sealed trial: conceal something, guess, diagnose, open the envelope.
+
+use eframe::egui::{Button, ComboBox, Grid, RichText, ScrollArea, TextEdit, Ui, Window};
+
+use super::{heading, sealed_truth};
+use crate::app::analysis::sealed_trial::{Guess, Level, Tally, answer_text, end, open};
+use crate::app::setup::command::Command;
+use crate::app::state::State;
+use crate::app::workspaces::tune::{error_color, small};
+use crate::diagnose::report::words::listed;
+use crate::model::effects::{CATALOGUE, find};
+use crate::model::unit::format_quantity;
+
+/// Noises that are offered [m].
+const NOISES: [f64; 4] = [5e-9, 20e-9, 50e-9, 150e-9];
+
+/// Draws the window while it is open.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    if !state.diagnosing.trial.open {
+        return;
+    }
+    let mut is_open = true;
+    let room = ui.ctx().content_rect();
+    Window::new("Sealed trial")
+        .open(&mut is_open)
+        .default_size([400.0, 640.0_f32.min(room.height() - 170.0)])
+        // Beside the recordings, which a guess is made by.
+        .default_pos([room.right() - 440.0, 110.0])
+        .show(ui, |ui| {
+            ScrollArea::vertical()
+                .id_salt("trial")
+                .auto_shrink([false, true])
+                .show(ui, |ui| content(ui, state));
+        });
+    state.diagnosing.trial.open = is_open && state.diagnosing.trial.open;
+}
+
+fn content(ui: &mut Ui, state: &mut State) {
+    match &state.diagnosing.trial.sealed {
+        None => {
+            ui.label(
+                "The program conceals an effect in recordings made by another model and \
+                 another solver than its own. You may guess it; then the diagnosis looks for \
+                 it in the recordings alone.",
+            );
+            settings(ui, state);
+        }
+        Some(_) => on(ui, state),
+    }
+    tally(ui, state.diagnosing.trial.tally);
+}
+
+fn settings(ui: &mut Ui, state: &mut State) {
+    let busy = state.diagnosing.running.is_some();
+    let trial = &mut state.diagnosing.trial;
+    let making = trial.making.is_some();
+    ui.add_space(4.0);
+    ui.add_enabled_ui(!making, |ui| {
+        Grid::new("trial settings")
+            .num_columns(2)
+            .spacing([12.0, 5.0])
+            .show(ui, |ui| {
+                let label = ui.label("conceal");
+                ComboBox::from_id_salt("trial level")
+                    .selected_text(trial.level.text())
+                    .show_ui(ui, |ui| {
+                        for level in Level::ALL {
+                            ui.selectable_value(&mut trial.level, level, level.text());
+                        }
+                    })
+                    .response
+                    .labelled_by(label.id);
+                ui.end_row();
+                let label = ui.label("device");
+                let name = |beam: bool| {
+                    if beam {
+                        "a beam of four modes"
+                    } else {
+                        "two points, as in the model"
+                    }
+                };
+                ComboBox::from_id_salt("trial device")
+                    .selected_text(name(trial.beam))
+                    .show_ui(ui, |ui| {
+                        for beam in [false, true] {
+                            ui.selectable_value(&mut trial.beam, beam, name(beam));
+                        }
+                    })
+                    .response
+                    .labelled_by(label.id);
+                ui.end_row();
+                let label = ui.label("noise of the readings");
+                let text = |noise: f64| format_quantity(noise, "m", 2);
+                ComboBox::from_id_salt("trial noise")
+                    .selected_text(text(trial.noise))
+                    .show_ui(ui, |ui| {
+                        for noise in NOISES {
+                            ui.selectable_value(&mut trial.noise, noise, text(noise));
+                        }
+                    })
+                    .response
+                    .labelled_by(label.id);
+                ui.end_row();
+                let label = ui.label("seed");
+                ui.add(
+                    TextEdit::singleline(&mut trial.seed)
+                        .hint_text("by chance")
+                        .desired_width(110.0),
+                )
+                .labelled_by(label.id)
+                .on_hover_text("The same seed conceals the same; leave it empty for one by chance");
+                ui.end_row();
+            });
+    });
+    ui.label(
+        small("Your own recordings and device are put aside and come back when the trial ends.")
+            .weak(),
+    );
+    if let Some(error) = &trial.error {
+        ui.colored_label(error_color(ui), error);
+    }
+    ui.horizontal(|ui| {
+        let text = RichText::new("Conceal something").strong();
+        let button = ui.add_enabled(!making && !busy, Button::new(text));
+        if button
+            .on_disabled_hover_text("Wait for what is in work")
+            .clicked()
+        {
+            let context = ui.ctx().clone();
+            trial.conceal(&context);
+        }
+        if making {
+            ui.spinner();
+            ui.label("making the recordings");
+        }
+    });
+}
+
+fn on(ui: &mut Ui, state: &mut State) {
+    let trial = &state.diagnosing.trial;
+    let Some(sealed) = trial.sealed.clone() else {
+        return;
+    };
+    heading(ui, "1  Sealed");
+    ui.label(small(format!(
+        "Seed {}; SHA-256 of what is concealed, fixed before anybody looked:",
+        sealed.seed
+    )));
+    let (a, b) = sealed.seal.split_at(sealed.seal.len() / 2);
+    ui.label(small(format!("{a}\n{b}")).monospace());
+    ui.add_space(4.0);
+    heading(ui, "2  Your guess (if you like)");
+    let opened = sealed.opened.is_some();
+    let found = state.diagnosing.automatic.is_some();
+    if opened || found {
+        let text = match &sealed.guess {
+            Some(guess) => guess_text(guess),
+            None => "none".to_owned(),
+        };
+        ui.label(text);
+        if found && !opened {
+            ui.label(small("The tool has answered: no more guesses.").weak());
+        }
+    } else {
+        guess(ui, state);
+    }
+    ui.add_space(4.0);
+    heading(ui, "3  The tool");
+    match &state.diagnosing.automatic {
+        Some(answer) => {
+            ui.label(answer_text(&answer.diagnosis));
+        }
+        None if state.diagnosing.running.is_some() => {
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label("is looking at the recordings");
+            });
+        }
+        None => {
+            if ui.button("Diagnose").clicked() {
+                state.ask(Command::Diagnose);
+            }
+        }
+    }
+    ui.add_space(4.0);
+    heading(ui, "4  The envelope");
+    match &sealed.opened {
+        Some(opened) => sealed_truth::show(ui, opened),
+        None => {
+            let button = ui.add_enabled(found, Button::new("Open the envelope"));
+            if button
+                .on_disabled_hover_text("First let the tool diagnose the recordings")
+                .clicked()
+            {
+                open(state);
+            }
+        }
+    }
+    ui.add_space(6.0);
+    ui.horizontal(|ui| {
+        let text = if opened {
+            "Close the trial"
+        } else {
+            "Give up the trial"
+        };
+        let close = ui.button(text);
+        if close
+            .on_hover_text("Your own recordings, device and answers come back")
+            .clicked()
+        {
+            end(state);
+        }
+    });
+}
+
+fn guess(ui: &mut Ui, state: &mut State) {
+    let Some(sealed) = &mut state.diagnosing.trial.sealed else {
+        return;
+    };
+    ui.label(small("Look at the recordings in Tune or Where; then tick what you believe.").weak());
+    ui.horizontal_wrapped(|ui| {
+        for (choice, text) in [
+            (None, "no guess"),
+            (Some(Guess::Nothing), "nothing"),
+            (Some(Guess::Unknown), "something else"),
+        ] {
+            if ui
+                .selectable_label(sealed.guess == choice, small(text))
+                .clicked()
+            {
+                sealed.guess = choice;
+            }
+        }
+    });
+    Grid::new("guess")
+        .num_columns(2)
+        .spacing([10.0, 2.0])
+        .show(ui, |ui| {
+            for (i, spec) in CATALOGUE.iter().enumerate() {
+                let mut on =
+                    matches!(&sealed.guess, Some(Guess::Effects(ids)) if ids.contains(spec.id));
+                let tick = ui.checkbox(&mut on, small(spec.name));
+                if tick.on_hover_text(spec.sentence).changed() {
+                    let mut ids = match sealed.guess.take() {
+                        Some(Guess::Effects(ids)) => ids,
+                        _ => Default::default(),
+                    };
+                    if on {
+                        ids.insert(spec.id.to_owned());
+                    } else {
+                        ids.remove(spec.id);
+                    }
+                    sealed.guess = (!ids.is_empty()).then_some(Guess::Effects(ids));
+                }
+                if i % 2 == 1 {
+                    ui.end_row();
+                }
+            }
+        });
+}
+
+fn guess_text(guess: &Guess) -> String {
+    match guess {
+        Guess::Nothing => "nothing was left out".to_owned(),
+        Guess::Unknown => "something that the catalogue does not have".to_owned(),
+        Guess::Effects(ids) => {
+            let names: Vec<&str> = ids
+                .iter()
+                .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
+                .collect();
+            listed(&names)
+        }
+    }
+}
+
+fn tally(ui: &mut Ui, tally: Tally) {
+    if tally == Tally::default() {
+        return;
+    }
+    ui.separator();
+    let (you, tool) = (tally.person, tally.tool);
+    ui.label(format!(
+        "So far: you {} of {}, the tool {} of {}.",
+        you.0, you.1, tool.0, tool.1
+    ))
+    .on_hover_text("Right also where the concealed effect was told as one that looks alike");
+}

@@ -1,0 +1,219 @@
+//! Step 1: the recordings, what each is used for, and the noise found in it.
+
+use eframe::egui::{Align, Frame, Label, Layout, RichText, Sense, Ui, vec2};
+
+use super::scrolled;
+use crate::app::analysis::recording_noise;
+use crate::app::analysis::recording_roles;
+use crate::app::flows::load_example;
+use crate::app::plots::frame::style::overlay_color;
+use crate::app::setup::command::Command;
+use crate::app::setup::setup::{Overlay, OverlayId, Role};
+use crate::app::state::State;
+use crate::app::widgets::icon::{Icon, icon_button};
+use crate::app::workspaces::tune::recordings::remove as remove_recording;
+use crate::app::workspaces::tune::small;
+use crate::model::unit::format_quantity;
+
+const CHOICES: [(Role, &str, &str); 3] = [
+    (Role::Train, "fit", "The model is fitted to it"),
+    (
+        Role::HeldOut,
+        "keep out",
+        "Not shown to any fit; the proof is made on it",
+    ),
+    (Role::Unused, "leave", "Not used"),
+];
+
+/// Draws the step.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    scrolled(ui, "diagnose recordings", |ui| {
+        device(ui, state);
+        list(ui, state);
+        ui.add_space(4.0);
+        sources(ui, state);
+    });
+}
+
+fn device(ui: &mut Ui, state: &State) {
+    let model = &state.setup.preset.model;
+    let with = match model.effects.len() {
+        0 => String::new(),
+        1 => format!(" with {}", model.effects[0].spec.name),
+        n => format!(" with {n} effects"),
+    };
+    let text = small(format!("Model: {}{with}, re-tuned first", model.name)).weak();
+    ui.add(Label::new(text).truncate())
+        .on_hover_text("The device of the Tune workspace; its parameters are re-tuned before anything is called missing");
+}
+
+fn list(ui: &mut Ui, state: &mut State) {
+    let busy = state.diagnosing.running.is_some();
+    let (mut chosen, mut removed) = (None, None);
+    if let Some(sealed) = &state.diagnosing.trial.sealed {
+        let text = format!("Sealed trial, seed {}: yours are put aside.", sealed.seed);
+        ui.label(small(text).color(ui.visuals().warn_fg_color));
+    }
+    let all = recording_roles::of(&state.setup);
+    let count = |role: Role| all.iter().filter(|(_, r)| *r == role).count();
+    let kept_out = count(Role::HeldOut);
+    let quietest = recording_noise::quietest(ui, all.iter().map(|(overlay, _)| *overlay));
+    for (overlay, role) in &all {
+        ui.push_id(overlay.id, |ui| {
+            let frame = Frame::group(ui.style()).inner_margin(5);
+            frame.show(ui, |ui| {
+                ui.set_width(ui.available_width());
+                ui.spacing_mut().item_spacing.y = 2.0;
+                name(ui, overlay, busy, &mut removed);
+                ui.add_enabled_ui(!busy, |ui| {
+                    if let Some(role) = choose(ui, overlay, *role) {
+                        chosen = Some((overlay.id, role));
+                    }
+                });
+                facts(ui, overlay, quietest);
+            });
+        });
+    }
+    if all.is_empty() {
+        ui.label("Drop CSV files with t, V and xp on the window.");
+    } else if kept_out == 0 {
+        let text = "Nothing is kept out: the last third of each recording takes its place. \
+                    A second recording with another drive is a harder test.";
+        ui.label(small(text).weak());
+    } else if !recording_roles::is_chosen(&state.setup) {
+        let which = if recording_roles::are_named(&all) {
+            "Those named so are"
+        } else {
+            "The last quarter is"
+        };
+        let text = format!("{which} kept out for the proof; click to choose otherwise.");
+        ui.label(small(text).weak());
+    }
+    if recording_roles::is_chosen(&state.setup)
+        && !busy
+        && state.diagnosing.trial.sealed.is_none()
+        && ui
+            .small_button("Choose for me")
+            .on_hover_text("Keep out those named held-out, or else the last quarter, at least one")
+            .clicked()
+    {
+        recording_roles::forget(&mut state.setup);
+    }
+    if let Some((id, role)) = chosen {
+        recording_roles::choose(&mut state.setup, id, role);
+    }
+    if let Some(id) = removed {
+        remove_recording(state, id);
+    }
+}
+
+fn name(ui: &mut Ui, overlay: &Overlay, busy: bool, removed: &mut Option<OverlayId>) {
+    let name = &overlay.recording.name;
+    ui.horizontal(|ui| {
+        let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+        let color = overlay_color(ui, overlay.color);
+        ui.painter().rect_filled(rect, 2.0, color);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if !busy
+                && icon_button(ui, Icon::Remove, &format!("remove {name}"))
+                    .on_hover_text("Take it off the list (undo brings it back)")
+                    .clicked()
+            {
+                *removed = Some(overlay.id);
+            }
+            if overlay.made_up {
+                ui.label(small("made up").color(ui.visuals().warn_fg_color))
+                    .on_hover_text("Not a measurement: it comes with the program");
+            }
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let label = ui.add(Label::new(RichText::new(name).strong()).truncate());
+                if let Some(path) = &overlay.recording.path {
+                    label.on_hover_text(path.display().to_string());
+                }
+            });
+        });
+    });
+}
+
+fn choose(ui: &mut Ui, overlay: &Overlay, role: Role) -> Option<Role> {
+    let mut chosen = role;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 5.0;
+        for (choice, text, help) in CHOICES {
+            ui.selectable_value(&mut chosen, choice, small(text))
+                .on_hover_text(format!("{}: {help}", overlay.recording.name));
+        }
+    });
+    (chosen != role).then_some(chosen)
+}
+
+fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
+    let r = &overlay.recording;
+    let text = format!(
+        "{} at {}, noise {}",
+        format_quantity(r.duration(), "s", 3),
+        format_quantity(r.sampling_rate(), "Hz", 3),
+        recording_noise::text(ui, overlay, quietest),
+    );
+    let has = |channel: bool, name: &'static str| if channel { name } else { "" };
+    let channels = [
+        "xp",
+        has(r.voltage.is_some(), "V"),
+        has(r.cantilever.is_some(), "xc"),
+    ];
+    let channels: Vec<&str> = channels.into_iter().filter(|c| !c.is_empty()).collect();
+    ui.add(Label::new(small(text).weak()).truncate())
+        .on_hover_text(format!(
+            "{} samples; channels {}; noise of xp found from its highest frequencies; quick motion passes for noise, so that the quietest recording tells best",
+            r.len(),
+            channels.join(", ")
+        ));
+    if r.voltage.is_none() {
+        ui.label(small("no voltage").color(ui.visuals().warn_fg_color));
+    }
+}
+
+fn sources(ui: &mut Ui, state: &mut State) {
+    let on_trial = state.diagnosing.trial.sealed.is_some();
+    let busy = state.diagnosing.running.is_some();
+    let width = ui.available_width();
+    let button = |ui: &mut Ui, text: &str, help: &str, enabled: bool| {
+        let add = |ui: &mut Ui| ui.add_sized([width, 22.0], eframe::egui::Button::new(text));
+        ui.add_enabled_ui(enabled, add)
+            .inner
+            .on_hover_text(help)
+            .clicked()
+    };
+    if button(
+        ui,
+        "Open recordings...",
+        "CSV files with time, voltage and displacement; or drop them on the window",
+        !on_trial,
+    ) {
+        state.ask(Command::Open);
+    }
+    if !load_example::is_loaded(&state.setup)
+        && button(
+            ui,
+            "Try the example",
+            "Nine made-up recordings of a device that is not quite the paper's; yours are left out of it, undo takes it back",
+            !on_trial && !busy,
+        )
+    {
+        state.ask(Command::Example);
+    }
+    let text = if on_trial {
+        "Show the sealed trial..."
+    } else {
+        "Conceal something..."
+    };
+    if button(
+        ui,
+        text,
+        "A sealed trial: the program conceals an effect in recordings, you may guess it, the diagnosis looks for it, the envelope opens",
+        !busy || on_trial,
+    ) {
+        state.diagnosing.trial.open = true;
+    }
+}

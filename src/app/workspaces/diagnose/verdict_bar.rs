@@ -1,0 +1,214 @@
+//! The button that starts it all, how far it is, and the answer in a sentence.
+
+use eframe::egui::{Align, Button, Layout, ProgressBar, RichText, Sense, Ui, UiBuilder, vec2};
+
+use super::colors;
+use crate::app::analysis::diagnosis::{Answer, obstacle};
+use crate::app::setup::command::Command;
+use crate::app::shell::layout_dump;
+use crate::app::state::State;
+use crate::app::workspaces::tune::{error_color, small, time_left};
+use crate::diagnose::options::DiagnoseProgress;
+use crate::diagnose::report::words::{change, headline, listed, metres};
+use crate::model::effects::find;
+
+/// Height of the strip [points].
+const HEIGHT: f32 = 58.0;
+/// Width of the button and of the bar in its place [points].
+const ACTION: f32 = 250.0;
+
+/// Draws the strip above the steps.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let size = vec2(ui.available_width(), HEIGHT);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_height(HEIGHT);
+        let (rect, _) = ui.allocate_exact_size(vec2(ACTION, HEIGHT), Sense::hover());
+        let inside = UiBuilder::new()
+            .max_rect(rect.shrink2(vec2(0.0, 6.0)))
+            .layout(Layout::top_down(Align::Min));
+        ui.scope_builder(inside, |ui| action(ui, state));
+        ui.add_space(8.0);
+        ui.vertical(|ui| {
+            ui.add_space(6.0);
+            says(ui, state);
+        });
+    });
+}
+
+fn action(ui: &mut Ui, state: &mut State) {
+    let Some(running) = state.diagnosing.running.clone() else {
+        let why_not = obstacle(&state.setup);
+        let text = RichText::new("Diagnose").size(19.0).strong();
+        let button = Button::new(text.color(ui.visuals().strong_text_color()))
+            .fill(ui.visuals().selection.bg_fill);
+        let add = |ui: &mut Ui| ui.add_sized([ACTION, 44.0], button);
+        let button = ui.add_enabled_ui(why_not.is_none(), add).inner;
+        layout_dump::note(ui.ctx(), "diagnose", button.rect);
+        let help = why_not.unwrap_or_else(|| {
+            "Find what the model leaves out, and prove it on the recordings kept out".to_owned()
+        });
+        if button
+            .on_hover_text(&help)
+            .on_disabled_hover_text(&help)
+            .clicked()
+        {
+            state.ask(Command::Diagnose);
+        }
+        return;
+    };
+    let progress = running.job.progress();
+    ui.horizontal(|ui| {
+        let cancel = ui.add_enabled(!running.job.is_cancelled(), Button::new("Cancel"));
+        if cancel
+            .on_hover_text("Stop soon and keep what was found so far")
+            .clicked()
+        {
+            state.ask(Command::CancelDiagnosis);
+        }
+        let done = progress.as_ref().map_or(0.0, |p| p.done as f32);
+        let bar = ProgressBar::new(done.clamp(0.0, 1.0))
+            .text(
+                small(share(progress.as_ref(), running.job.is_cancelled()))
+                    .color(ui.visuals().strong_text_color()),
+            )
+            .desired_width(ui.available_width());
+        ui.add(bar);
+    });
+    ui.add(
+        eframe::egui::Label::new(small(line(progress.as_ref(), running.job.is_cancelled())))
+            .truncate(),
+    );
+}
+
+/// How far it is, in words.
+fn line(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
+    if cancelled {
+        return "Stopping; what was found is kept".to_owned();
+    }
+    let Some(p) = progress else {
+        return "Looking at the recordings".to_owned();
+    };
+    let stage = match p.stage {
+        "recordings" => "Looking at the recordings",
+        "baseline" => "Re-tuning the model",
+        "ground" => "Reading the events at the ground",
+        "naming" => "Weighing effects",
+        "evidence" => "Measuring the missing force",
+        "proof" => "Proving it on what was kept out",
+        other => other,
+    };
+    let detail = if p.detail.is_empty() || p.detail == "re-tuning" {
+        String::new()
+    } else {
+        format!(": {}", p.detail.replace('_', " "))
+    };
+    format!("{stage}{detail}")
+}
+
+/// How far it is, in numbers.
+fn share(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
+    let done = progress.map_or(0.0, |p| p.done);
+    let left = progress.filter(|_| !cancelled);
+    let left = left.map_or(String::new(), |p| time_left(p.remaining));
+    format!("{:.0} %{left}", 100.0 * done)
+}
+
+fn says(ui: &mut Ui, state: &mut State) {
+    if let Some(error) = &state.diagnosing.error {
+        let text = format!("No diagnosis: {error}");
+        ui.colored_label(error_color(ui), RichText::new(text).size(14.5));
+        ui.label(small("Choose other recordings or mend the device, and diagnose again.").weak());
+        return;
+    }
+    let Some(answer) = state.diagnosing.shown().cloned() else {
+        begin(ui, state);
+        return;
+    };
+    let d = &answer.diagnosis;
+    ui.horizontal_top(|ui| {
+        let (rect, _) = ui.allocate_exact_size(vec2(5.0, 40.0), Sense::hover());
+        let color = colors::verdict(ui, d.verdict);
+        ui.painter().rect_filled(rect, 2.0, color);
+        ui.vertical(|ui| {
+            ui.add(
+                eframe::egui::Label::new(RichText::new(sentence(&answer)).size(15.5).strong())
+                    .wrap(),
+            );
+            notes(ui, state, &answer);
+        });
+    });
+}
+
+/// The answer, with what was chosen by hand said first.
+fn sentence(answer: &Answer) -> String {
+    let d = &answer.diagnosis;
+    let Some(ids) = &answer.asked.by_hand else {
+        return headline(d);
+    };
+    let names: Vec<&str> = ids
+        .iter()
+        .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
+        .collect();
+    if names.is_empty() {
+        return format!(
+            "By hand, the model alone: the residual kept out is {}; noise {}.",
+            metres(d.held_out.before.rms),
+            metres(d.noise)
+        );
+    }
+    format!("By hand, with {}. {}", listed(&names), change(d))
+}
+
+/// Small print below the answer.
+fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
+    let d = &answer.diagnosis;
+    ui.horizontal(|ui| {
+        if state.diagnosing.automatic.is_some() && state.diagnosing.by_hand.is_some() {
+            let shown = &mut state.diagnosing.hand_shown;
+            ui.selectable_value(shown, false, small("found by the search"))
+                .on_hover_text("Show what the search found");
+            ui.selectable_value(shown, true, small("by hand"))
+                .on_hover_text("Show the effects that were chosen by hand");
+        }
+        if d.cancelled {
+            let text = small("Cancelled: this is what was found so far.");
+            ui.label(text.color(ui.visuals().warn_fg_color));
+        }
+        if state.diagnosing.is_stale(&state.setup) {
+            let text = small("The recordings or their use have changed since: diagnose again.");
+            ui.label(text.color(ui.visuals().warn_fg_color));
+        }
+        if !d.remarks.is_empty() {
+            let title = small(format!("What limits this answer ({})", d.remarks.len()));
+            ui.menu_button(title, |ui| {
+                ui.set_max_width(460.0);
+                for remark in &d.remarks {
+                    ui.label(small(super::candidate::sentence(remark)));
+                }
+            });
+        }
+        if answer.asked.split {
+            ui.label(small("One third of each recording was kept out.").weak());
+        }
+    });
+}
+
+/// What to do when there is no answer yet.
+fn begin(ui: &mut Ui, state: &State) {
+    let text = match (&state.diagnosing.running, obstacle(&state.setup)) {
+        (Some(_), _) => "The diagnosis is running; you may look around meanwhile.".to_owned(),
+        (None, Some(obstacle)) => obstacle,
+        (None, None) => {
+            "What does the model leave out? Drop recordings on the window and press Diagnose."
+                .to_owned()
+        }
+    };
+    ui.label(RichText::new(text).size(15.5));
+    ui.label(
+        small(
+            "It names missing physics only if that holds on recordings that were kept out; \
+             \"nothing\" and \"unknown\" are answers too.",
+        )
+        .weak(),
+    );
+}

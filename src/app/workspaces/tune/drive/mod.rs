@@ -1,0 +1,5 @@
+//! TODO-doc
+
+pub mod editor;
+pub(super) mod preview;
+pub(super) mod table;

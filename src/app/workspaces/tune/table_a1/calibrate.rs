@@ -1,0 +1,255 @@
+//! The device fitted to the experiments of Table A.1: beside the window with progress and
+//! a way to stop, then the refitted columns, what the fit says of a frequency that it was
+//! not shown, and what it cannot reach. The device keeps its values until they are asked
+//! for.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use eframe::egui::{Button, Grid, Id, ProgressBar, RichText, Ui};
+
+use super::features::ROWS;
+use super::panel::{error, error_cell};
+use crate::app::analysis::job::Job;
+use crate::app::state::State;
+use crate::app::workspaces::tune::small;
+use crate::fit::table_a1::calibrate::{
+    CANNOT_TELL, FREE, GENERATIONS, Misfit, TableFit, fit_table,
+};
+use crate::fit::table_a1::compare::Column;
+use crate::model::Model;
+use crate::model::unit::{format_number, format_quantity};
+
+/// How far a fit is: the share done, and the time left.
+pub(crate) type Done = (f64, Duration);
+
+/// The fit in work and the last result, kept with the window.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Fit {
+    pub(crate) job: Option<Job<Done, TableFit>>,
+    /// The device that the fit began with.
+    pub(crate) base: Option<Arc<Model>>,
+    /// What came of it; or why nothing did.
+    pub(crate) result: Option<Result<Arc<TableFit>, String>>,
+}
+
+/// Where the state is kept.
+pub(crate) fn key() -> Id {
+    Id::unique("table fit")
+}
+
+/// Draws the button, or the progress of the fit that it has started.
+pub fn controls(ui: &mut Ui, state: &mut State) {
+    let mut fit: Fit = ui.data(|data| data.get_temp(key())).unwrap_or_default();
+    if let Some(result) = fit.job.as_ref().and_then(Job::take) {
+        fit.job = None;
+        fit.result = Some(result.map(Arc::new));
+    }
+    ui.horizontal(|ui| match fit.job.clone() {
+        Some(job) => progress(ui, &job),
+        None => {
+            let help = "Find the device that comes nearest to the 16 experiments, then again without each frequency. The sliders stay until the result is applied.";
+            if ui.button("Fit to the experiments").on_hover_text(help).clicked() {
+                fit.start(&state.setup.preset.model, ui);
+            }
+            ui.label(small("takes some minutes; begins with the device as it is").weak());
+        }
+    });
+    ui.data_mut(|data| data.insert_temp(key(), fit));
+}
+
+impl Fit {
+    fn start(&mut self, model: &Model, ui: &Ui) {
+        let base = Arc::new(model.clone());
+        self.base = Some(Arc::clone(&base));
+        self.result = None;
+        self.job = Some(Job::start("table fit", ui.ctx(), move |desk| {
+            let started = Instant::now();
+            let fit = fit_table(&base, GENERATIONS, |share| {
+                let left = started.elapsed().mul_f64((1.0 - share) / share);
+                desk.report((share, left));
+                !desk.cancel().load(std::sync::atomic::Ordering::Relaxed)
+            });
+            Ok(fit)
+        }));
+    }
+}
+
+fn progress(ui: &mut Ui, job: &Job<Done, TableFit>) {
+    let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
+    if cancel
+        .on_hover_text("Stop soon and keep the best so far")
+        .clicked()
+    {
+        job.cancel();
+    }
+    match job.progress() {
+        Some((share, left)) => {
+            let text = format!("about {:.0} s left", left.as_secs_f64());
+            let color = ui.visuals().strong_text_color();
+            let bar = ProgressBar::new(share as f32)
+                .text(small(text).color(color))
+                .desired_width(330.0);
+            ui.add(bar);
+        }
+        None => {
+            ui.spinner();
+        }
+    }
+}
+
+/// Draws what the last fit has found, if there was one.
+pub fn result(ui: &mut Ui, state: &mut State) {
+    let fit: Fit = ui.data(|data| data.get_temp(key())).unwrap_or_default();
+    let found = match (&fit.result, &fit.base) {
+        (Some(Ok(found)), Some(base)) => (Arc::clone(found), Arc::clone(base)),
+        (Some(Err(reason)), _) => {
+            ui.colored_label(crate::app::workspaces::tune::error_color(ui), reason);
+            return;
+        }
+        _ => return,
+    };
+    let (found, base) = found;
+    ui.label(RichText::new("Fitted to the experiments").strong());
+    if found.cancelled {
+        ui.label("Cancelled: this is the best so far.");
+    }
+    decide(ui, state, &found, &base);
+    values(ui, &found, &base);
+    ui.add_space(6.0);
+    errors(ui, &found);
+    ui.add_space(6.0);
+    columns(ui, &found);
+    ui.add_space(6.0);
+    let missed: Vec<String> = found.missed().iter().map(|case| case.name()).collect();
+    ui.label(small(if missed.is_empty() {
+        "All cases are within 30 % in peak and contact.".to_owned()
+    } else {
+        format!(
+            "Beyond its reach (more than 30 % off in peak or contact): {}.",
+            missed.join("; ")
+        )
+    }));
+    if let Some(worse) = found.made_worse() {
+        ui.label(small(worse));
+    }
+    ui.label(small(CANNOT_TELL).weak());
+    ui.separator();
+}
+
+fn decide(ui: &mut Ui, state: &mut State, found: &TableFit, base: &Model) {
+    let model = &mut state.setup.preset.model;
+    ui.horizontal(|ui| {
+        let apply = ui.add_enabled(model.name == base.name, Button::new("Apply"));
+        if apply
+            .on_hover_text("Give the sliders these values; undo takes it back")
+            .on_disabled_hover_text("Another device is open now than the one that was fitted")
+            .clicked()
+        {
+            found.apply(model);
+        }
+        if ui
+            .button("Drop")
+            .on_hover_text("Forget this result; the sliders stay")
+            .clicked()
+        {
+            ui.data_mut(|data| data.insert_temp(key(), Fit::default()));
+        }
+    });
+}
+
+fn values(ui: &mut Ui, found: &TableFit, base: &Model) {
+    let errors = found.errors();
+    Grid::new("table fit values")
+        .num_columns(4)
+        .striped(true)
+        .spacing([14.0, 3.0])
+        .show(ui, |ui| {
+            titles(ui, ["", "before", "fitted", "std. error"]);
+            for (k, id) in FREE.into_iter().enumerate() {
+                let spec = id.spec();
+                let write = |value: f64, digits| format_quantity(value, spec.unit, digits);
+                ui.label(spec.symbol).on_hover_text(spec.name);
+                ui.label(write(base.parameters[id], 4));
+                ui.label(RichText::new(write(found.model.parameters[id], 4)).strong());
+                let error = errors.as_ref().map(|errors| write(errors[k], 2));
+                ui.label(error.map_or("-".to_owned(), |e| format!("\u{b1} {e}")))
+                    .on_hover_text("By how much it changes when a frequency is left out");
+                ui.end_row();
+            }
+        });
+}
+
+/// Errors before and after, over all cases and at each frequency that was left out.
+fn errors(ui: &mut Ui, found: &TableFit) {
+    Grid::new("table fit errors")
+        .num_columns(4)
+        .striped(true)
+        .spacing([14.0, 3.0])
+        .show(ui, |ui| {
+            titles(
+                ui,
+                [
+                    "mean absolute errors",
+                    "in peak",
+                    "in contact",
+                    "both within 30 %",
+                ],
+            );
+            let mut line = |name: String, misfit: &Misfit| {
+                let percent = |v: f64| format!("{} %", format_number(100.0 * v, 2));
+                ui.label(name);
+                ui.label(percent(misfit.peak));
+                ui.label(percent(misfit.contact));
+                ui.label(format!(
+                    "{} of {}",
+                    misfit.both_within_30_percent, misfit.cases
+                ));
+                ui.end_row();
+            };
+            line("all cases, before".to_owned(), &found.before);
+            line("all cases, fitted".to_owned(), &found.after);
+            for left in &found.left_out {
+                let name = |what| format!("{} Hz, {what}", left.frequency);
+                line(name("before"), &left.before);
+                line(name("fitted to the other frequencies"), &left.after);
+            }
+        });
+}
+
+/// The refitted columns beside the experiment.
+fn columns(ui: &mut Ui, found: &TableFit) {
+    Grid::new("table fit columns")
+        .num_columns(10)
+        .striped(true)
+        .spacing([9.0, 3.0])
+        .show(ui, |ui| {
+            ui.label(small("case").strong());
+            for row in &ROWS {
+                for title in [row.title(), "exp.", "error"] {
+                    ui.label(small(title).strong());
+                }
+            }
+            ui.end_row();
+            for row in &found.rows {
+                ui.label(format!("{} fitted", row.case.name()));
+                for (figure, kind) in ROWS.iter().enumerate() {
+                    for cell in [&row.model, &row.case.experiment] {
+                        let text = kind
+                            .value(cell)
+                            .map_or("-".to_owned(), |v| format_number(v, 3));
+                        ui.label(RichText::new(text).monospace());
+                    }
+                    error_cell(ui, figure, error(row, Column::Experiment, figure));
+                }
+                ui.end_row();
+            }
+        });
+}
+
+fn titles<const N: usize>(ui: &mut Ui, titles: [&str; N]) {
+    for title in titles {
+        ui.label(small(title).strong());
+    }
+    ui.end_row();
+}

@@ -1,0 +1,6 @@
+//! TODO-doc
+
+pub(super) mod calibrate;
+pub(super) mod case_picker;
+pub(super) mod features;
+pub(super) mod panel;

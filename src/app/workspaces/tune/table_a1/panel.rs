@@ -1,0 +1,284 @@
+//! All 16 cases of Table A.1 at the present parameters: beside the paper's simulation and
+//! the experiment, sorted and coloured by error, with Table 3's statistics. A click on a
+//! case sets its drive; a button fits the device to the experiments.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use eframe::egui::{Button, Color32, Grid, Id, RichText, ScrollArea, Ui, Window};
+
+use super::calibrate;
+use super::case_picker::{choose, current};
+use super::features::ROWS;
+use crate::app::state::State;
+use crate::app::workspaces::tune::small;
+use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
+use crate::model::Model;
+use crate::model::unit::format_number;
+
+/// What the rows are sorted by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Order {
+    /// As in the paper.
+    #[default]
+    Table,
+    /// Largest error first, of the figure with this place in [`ROWS`].
+    Error(usize),
+}
+
+/// How the table is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Look {
+    order: Order,
+    against: Column,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            order: Order::Table,
+            against: Column::Experiment,
+        }
+    }
+}
+
+/// Rows, or why there are none.
+type Outcome = Result<Arc<Vec<Row>>, String>;
+
+/// The last result, and what is in work.
+#[derive(Debug, Default)]
+struct Results {
+    /// Model and its rows.
+    done: Option<(Arc<Model>, Outcome)>,
+    busy: bool,
+}
+
+type Shared = Arc<Mutex<Results>>;
+
+/// The rows of the newest model that is done, and whether they are those of `model`.
+/// Computes on another thread; while one model is in work the newest waits its turn.
+fn results(ui: &Ui, model: &Model) -> (Option<Outcome>, bool) {
+    let key = Id::unique("validation results");
+    let shared: Shared = ui.data_mut(|data| data.get_temp_mut_or_default::<Shared>(key).clone());
+    let mut held = shared.lock().unwrap_or_else(PoisonError::into_inner);
+    let fresh = matches!(&held.done, Some((of, _)) if **of == *model);
+    if !fresh && !held.busy {
+        held.busy = true;
+        let (model, context) = (Arc::new(model.clone()), ui.ctx().clone());
+        let results = Arc::clone(&shared);
+        rayon::spawn(move || {
+            let run = std::panic::AssertUnwindSafe(|| validate(&model));
+            let rows = match std::panic::catch_unwind(run) {
+                Ok(Ok(rows)) => Ok(Arc::new(rows)),
+                Ok(Err(error)) => Err(error.to_string()),
+                Err(panic) => Err(crate::app::simulation::worker::panic_text(panic.as_ref())),
+            };
+            let mut held = results.lock().unwrap_or_else(PoisonError::into_inner);
+            held.done = Some((model, rows));
+            held.busy = false;
+            context.request_repaint();
+        });
+    }
+    (held.done.as_ref().map(|(_, rows)| rows.clone()), fresh)
+}
+
+/// Draws the window while it is open.
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let mut open = state.validation_open;
+    if !open {
+        return;
+    }
+    Window::new("Table A.1: all 16 experiments")
+        .open(&mut open)
+        .default_size([880.0, 640.0])
+        .default_pos([360.0, 70.0])
+        .show(ui, |ui| content(ui, state));
+    state.validation_open = open && state.validation_open;
+}
+
+fn content(ui: &mut Ui, state: &mut State) {
+    let model = &state.setup.preset.model;
+    if !(model.has_ground && model.piezo.is_some()) {
+        ui.label("This device has no ground or no drive. The table is about the paper's device: choose the preset paper.");
+        return;
+    }
+    let (rows, fresh) = results(ui, model);
+    let rows = match rows {
+        None => {
+            ui.label("The 16 cases are being simulated...");
+            return;
+        }
+        Some(Err(reason)) => {
+            ui.colored_label(crate::app::workspaces::tune::error_color(ui), reason);
+            return;
+        }
+        Some(Ok(rows)) => rows,
+    };
+    let key = Id::unique("validation look");
+    let mut look: Look = ui.data(|data| data.get_temp(key)).unwrap_or_default();
+    ui.horizontal(|ui| {
+        ui.label("Errors against");
+        ui.selectable_value(&mut look.against, Column::Experiment, "the experiment");
+        ui.selectable_value(&mut look.against, Column::Paper, "the paper's simulation");
+        if !fresh {
+            ui.weak("being computed anew...");
+        }
+    });
+    calibrate::controls(ui, state);
+    ScrollArea::both().id_salt("validation").show(ui, |ui| {
+        calibrate::result(ui, state);
+        table(ui, state, &rows, &mut look);
+        ui.add_space(8.0);
+        ui.separator();
+        table_3(ui, &rows);
+    });
+    ui.data_mut(|data| data.insert_temp(key, look));
+}
+
+/// Error of a row in the figure number `figure` of [`ROWS`].
+pub(crate) fn error(row: &Row, against: Column, figure: usize) -> Option<f64> {
+    let errors = row.errors(against);
+    [errors.bounces, errors.peak, errors.contact][figure]
+}
+
+fn table(ui: &mut Ui, state: &mut State, rows: &[Row], look: &mut Look) {
+    let mut order: Vec<&Row> = rows.iter().collect();
+    if let Order::Error(figure) = look.order {
+        // No figure at all is worse than any error.
+        let size = |row: &Row| error(row, look.against, figure).map_or(f64::INFINITY, f64::abs);
+        order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    }
+    let now = current(&state.setup).copied();
+    let mut chosen = None;
+    Grid::new("validation table")
+        .num_columns(13)
+        .striped(true)
+        .spacing([9.0, 3.0])
+        .show(ui, |ui| {
+            let by_table = look.order == Order::Table;
+            if sort_button(ui, by_table, "case", "Sort as in the paper") {
+                look.order = Order::Table;
+            }
+            for (figure, row) in ROWS.iter().enumerate() {
+                let by_this = look.order == Order::Error(figure);
+                let help = format!("{}\nClick to sort by its error.", row.help());
+                if sort_button(ui, by_this, row.title(), &help) {
+                    look.order = Order::Error(figure);
+                }
+                for title in ["paper", "exp.", "error"] {
+                    ui.label(small(title).weak());
+                }
+            }
+            ui.end_row();
+            for row in order {
+                let selected = now == Some(row.case);
+                let button = Button::selectable(selected, row.case.name());
+                let button = ui.add(button);
+                if button
+                    .on_hover_text("Set this drive and show the trajectory")
+                    .clicked()
+                {
+                    chosen = Some(row.case);
+                }
+                for (figure, kind) in ROWS.iter().enumerate() {
+                    let cells = [row.model, row.case.simulation, row.case.experiment];
+                    for (i, cell) in cells.iter().enumerate() {
+                        let text = kind
+                            .value(cell)
+                            .map_or("-".to_owned(), |v| format_number(v, 3));
+                        let text = RichText::new(text).monospace();
+                        ui.label(if i == 0 { text.strong() } else { text });
+                    }
+                    error_cell(ui, figure, error(row, look.against, figure));
+                }
+                ui.end_row();
+            }
+        });
+    if let Some(case) = chosen {
+        choose(&mut state.setup, &case);
+    }
+}
+
+fn sort_button(ui: &mut Ui, active: bool, title: &str, help: &str) -> bool {
+    let button = Button::selectable(active, RichText::new(title).strong());
+    ui.add(button).on_hover_text(help).clicked()
+}
+
+/// An error with its colour.
+pub(crate) fn error_cell(ui: &mut Ui, figure: usize, error: Option<f64>) {
+    let Some(error) = error else {
+        ui.label(small("-"))
+            .on_hover_text("No figure, or the published one is zero: there is no relative error");
+        return;
+    };
+    // Bounces are counted; a whole one is as bad as 30 %.
+    let (text, badness) = if figure == 0 {
+        (format!("{error:+.1}"), 0.3 * error.abs())
+    } else {
+        (format!("{:+.0} %", 100.0 * error), error.abs())
+    };
+    ui.label(RichText::new(text).monospace().color(color(ui, badness)));
+}
+
+/// Green to red by the size of an error; the text says the same without colour.
+fn color(ui: &Ui, badness: f64) -> Color32 {
+    let dark = ui.visuals().dark_mode;
+    if badness <= 0.1 {
+        if dark {
+            Color32::from_rgb(0x8c, 0xd1, 0x7d)
+        } else {
+            Color32::from_rgb(0x1e, 0x7a, 0x2c)
+        }
+    } else if badness <= 0.3 {
+        ui.visuals().warn_fg_color
+    } else {
+        crate::app::workspaces::tune::error_color(ui)
+    }
+}
+
+fn table_3(ui: &mut Ui, rows: &[Row]) {
+    ui.label(RichText::new("Table 3: summary").strong());
+    let both = [Column::Paper, Column::Experiment].map(|column| statistics(rows, column));
+    let percent = |v: f64| format!("{:.1} %", 100.0 * v);
+    let count = |n: usize| format!("{n} of {}", rows.len());
+    type Line<'a> = (&'a str, &'a dyn Fn(&Statistics) -> String);
+    let lines: [Line<'_>; 8] = [
+        ("bounce existence correct", &|s| percent(s.bounce_existence)),
+        ("number of bounces correct", &|s| percent(s.bounce_number)),
+        ("mean error in number of bounces", &|s| {
+            format!("{:.2}", s.bounce_mean_error)
+        }),
+        ("mean error in peak", &|s| percent(s.peak_mean_error)),
+        ("mean absolute error in peak", &|s| {
+            percent(s.peak_mean_absolute_error)
+        }),
+        ("peaks within 30 %", &|s| count(s.peak_within_30_percent)),
+        ("mean absolute error in contact duration", &|s| {
+            percent(s.contact_mean_absolute_error)
+        }),
+        ("contact durations within 30 %", &|s| {
+            count(s.contact_within_30_percent)
+        }),
+    ];
+    Grid::new("table 3")
+        .num_columns(3)
+        .striped(true)
+        .spacing([18.0, 3.0])
+        .show(ui, |ui| {
+            for title in [
+                "",
+                "against the paper's simulation",
+                "against the experiment",
+            ] {
+                ui.label(small(title).strong());
+            }
+            ui.end_row();
+            for (name, value) in lines {
+                ui.label(name);
+                for statistics in &both {
+                    ui.label(RichText::new(value(statistics)).monospace());
+                }
+                ui.end_row();
+            }
+        });
+    ui.label(small("Errors are (published - now) / published. The experiments are the 16 published ones of Ryou and Oldham 2012.").weak());
+}

@@ -1,0 +1,260 @@
+//! `fit`: parameters from recordings.
+
+pub(super) mod profile;
+pub(super) mod result;
+pub(super) mod steps;
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+
+use anyhow::anyhow;
+use clap::Args;
+
+use self::profile::Profile;
+use self::{result, steps};
+use super::device::{add_effect, set_parameter};
+use super::{Failure, interrupt, output, read, wrong_command};
+use crate::fit::error::FitError;
+use crate::fit::options::FitOptions;
+use crate::fit::pipeline::fit as run_fit;
+use crate::fit::solve::levenberg_marquardt::{Control, Progress};
+use crate::model::preset::Preset;
+use crate::model::unit::format_number;
+
+/// Arguments of the command.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Recordings to fit to (CSV); without --held-out the last third of each is kept out
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// Device and starting values: paper, paper-as-printed, oscillator, faller, or a preset file
+    #[arg(long, default_value = "paper")]
+    preset: String,
+    /// Parameters to fit, e.g. Cs,gp,eta or quadratic_drag.cd; by default all that are usually tuned
+    #[arg(long, value_delimiter = ',', value_name = "ID,...")]
+    free: Vec<String>,
+    /// Recording to keep out and to measure the fit on; repeatable
+    #[arg(long, value_name = "FILE")]
+    held_out: Vec<PathBuf>,
+    /// Starting value, e.g. Cs=2e-21 or gp="72 um"; repeatable
+    #[arg(long, value_name = "ID=VALUE")]
+    set: Vec<String>,
+    /// Effect to switch on, e.g. quadratic_drag:cd=1e-7; its parameters are fitted too; repeatable
+    #[arg(long, value_name = "ID[:PARAMETER=VALUE,...]")]
+    effect: Vec<String>,
+    /// Further starts drawn at random
+    #[arg(long, default_value_t = 0)]
+    starts: usize,
+    /// Seed of those
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
+    #[arg(long, value_parser = steps::NAMES, conflicts_with = "held_out")]
+    step: Option<String>,
+    /// After the fit, hold this parameter at values around the best and fit the others anew: the curve, and the 95 % interval
+    #[arg(long, value_name = "ID", conflicts_with = "step")]
+    profile: Option<String>,
+    /// File for the fitted device (a preset); with --step the device with what the step found
+    #[arg(long, value_name = "FITTED.toml")]
+    out: Option<PathBuf>,
+    /// File for the result as JSON; - for standard output
+    #[arg(long, value_name = "F")]
+    json: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`Failure`] with the exit code.
+pub fn run(args: &Arguments) -> Result<(), Failure> {
+    let mut preset = Preset::load(&args.preset)?;
+    for text in &args.effect {
+        add_effect(&mut preset.model, text).map_err(wrong_command)?;
+    }
+    for text in &args.set {
+        set_parameter(&mut preset.model, text).map_err(wrong_command)?;
+    }
+    preset
+        .model
+        .check()
+        .map_err(|error| wrong_command(error.into()))?;
+    let mut options = FitOptions::for_model(&preset.model);
+    if !args.free.is_empty() {
+        options.free = free(&args.free)?;
+    }
+    if let Some(id) = &args.profile
+        && !options
+            .free
+            .iter()
+            .any(|free| free.eq_ignore_ascii_case(id))
+    {
+        return Err(wrong_command(anyhow!(
+            "--profile {id}: only a parameter that is fitted has a profile; there are {}",
+            options.free.join(", ")
+        )));
+    }
+    options.starts = args.starts;
+    options.seed = args.seed;
+    if let Some(step) = args.step.as_deref().filter(|_| args.out.is_some())
+        && !steps::finds_values(step)
+    {
+        return Err(wrong_command(anyhow!(
+            "--step {step} finds no values that a device could keep; leave --out away"
+        )));
+    }
+    let outputs = [
+        ("--out", args.out.as_deref()),
+        ("--json", args.json.as_deref()),
+    ];
+    let inputs = [&args.recordings[..], &args.held_out].concat();
+    output::ready(&outputs, &inputs)?;
+    let live = std::io::stderr().is_terminal();
+    let doubted = Once::new();
+    let progress = |p: &Progress| {
+        doubted.call_once(|| show_doubts(p));
+        show_progress(p, live);
+    };
+    // From then on only: while files are read, Ctrl-C ends the program.
+    let control = || Control {
+        cancel: interrupt::flag(),
+        progress: &progress,
+    };
+    if let Some(step) = &args.step {
+        let recordings = read::read(&args.recordings)?;
+        let bench = steps::Bench {
+            model: &preset.model,
+            recordings: &recordings,
+            options: &options,
+            control: &control(),
+        };
+        if let Some(found) = steps::run(step, &bench, args.json.as_deref())? {
+            found.apply(&mut preset.model);
+        }
+        return keep(preset, args.out.as_deref());
+    }
+    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
+    let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
+    output::end_of_progress();
+    let fitted = fitted.map_err(said_for_the_command_line)?;
+    let aloud = args.json.as_deref() != Some(Path::new("-"));
+    if aloud {
+        output::to_stdout(|out| Ok(out.write_all(result::text(&fitted).as_bytes())?))?;
+    }
+    let mut value = result::as_json(&fitted);
+    // A fit that was stopped is not at its best: nothing rises from there.
+    if let Some(id) = args.profile.as_deref().filter(|_| !fitted.cancelled) {
+        let profile = Profile::new(&fitted, &train, id, &options, &control());
+        output::end_of_progress();
+        let profile = profile?;
+        if aloud {
+            output::to_stdout(|out| Ok(out.write_all(profile.text().as_bytes())?))?;
+        }
+        value["profile"] = profile.as_json();
+    }
+    if let Some(path) = &args.json {
+        output::json(path, &value)?;
+    }
+    preset.model = fitted.model;
+    keep(preset, args.out.as_deref())
+}
+
+/// Writes the device as it is now, if that is asked for. Work that was stopped ends with
+/// an error, but only when all that it found is written.
+fn keep(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
+    if let Some(path) = out {
+        preset.about = format!("{} (fitted)", preset.about.trim_end_matches(" (fitted)"));
+        output::text(path, &preset.to_toml())?;
+    }
+    if interrupt::stopped() {
+        return Err(interrupt::cancelled());
+    }
+    Ok(())
+}
+
+/// The ids of `--free`; empty ones, as between two commas, are none.
+fn free(typed: &[String]) -> Result<Vec<String>, Failure> {
+    let ids = typed.iter().map(|id| id.trim().to_owned());
+    let ids: Vec<String> = ids.filter(|id| !id.is_empty()).collect();
+    if ids.is_empty() {
+        return Err(wrong_command(anyhow!(
+            "--free names no parameter; write for example --free Cs,gp, or leave it away"
+        )));
+    }
+    Ok(ids)
+}
+
+/// The error with what to do about it here: on the command line a parameter is locked by
+/// not being named.
+fn said_for_the_command_line(error: FitError) -> Failure {
+    match error {
+        FitError::Unused { id, device } => wrong_command(anyhow!(
+            "{id} has no bearing on the device {device}; leave it out of --free"
+        )),
+        FitError::NoContact { parameters, reason } => anyhow!(
+            "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; name with --free only others, for example eta,zeta1, or add a recording in which the mass hits the ground"
+        )
+        .into(),
+        FitError::UnknownParameter { .. } | FitError::NothingFree | FitError::OfTheRig { .. } => wrong_command(error.into()),
+        other => other.into(),
+    }
+}
+
+/// What the recordings made doubtful, before the first line of progress.
+fn show_doubts(p: &Progress) {
+    for doubt in p.doubts.iter() {
+        eprintln!("impactscope: warning: {doubt}");
+    }
+}
+
+fn show_progress(p: &Progress, live: bool) {
+    let line = format!(
+        "{}: iteration {}, misfit {} x noise, about {:.0} s left",
+        p.stage,
+        p.iteration,
+        format_number(p.misfit, 3),
+        p.remaining.as_secs_f64()
+    );
+    if live {
+        eprint!("\r\x1b[K{line}");
+    } else {
+        eprintln!("{line}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::*;
+
+    #[test]
+    fn free_parameters_are_those_that_are_named() {
+        let typed = |text: &str| {
+            let ids: Vec<String> = text.split(',').map(str::to_owned).collect();
+            free(&ids)
+        };
+        assert_eq!(typed("Cs,, gp ,").ok().unwrap(), ["Cs", "gp"]);
+        for nothing in ["", ",", " "] {
+            let failure = typed(nothing).unwrap_err();
+            assert_eq!(failure.code, 2);
+            assert!(failure.error.to_string().contains("--free Cs,gp"));
+        }
+    }
+
+    #[test]
+    fn messages_name_what_the_command_line_has() {
+        let unused = FitError::Unused {
+            id: "dp".into(),
+            device: "oscillator".into(),
+        };
+        let contact = FitError::NoContact {
+            parameters: "dp, gp".into(),
+            reason: "the mass never rests".into(),
+        };
+        for (error, code) in [(unused, 2), (contact, 1)] {
+            let failure = said_for_the_command_line(error);
+            let text = failure.error.to_string();
+            assert_eq!(failure.code, code);
+            assert!(text.contains("--free") && !text.contains("lock"), "{text}");
+        }
+    }
+}

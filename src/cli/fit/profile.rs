@@ -1,0 +1,139 @@
+//! `fit --profile`: how much worse the fit becomes with one parameter held elsewhere, all
+//! others fitted anew, and the interval that agrees with the data.
+
+use serde_json::{Value, json};
+
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::options::FitOptions;
+use crate::fit::solve::levenberg_marquardt::Control;
+use crate::fit::uncertainty::confidence_interval::{CERTAIN, interval};
+use crate::fit::uncertainty::fit_result::FitResult;
+use crate::fit::uncertainty::profile_likelihood::ProfilePoint;
+use crate::fit::uncertainty::profile_likelihood::profile_of;
+use crate::model::unit::{format_number, format_quantity};
+
+/// Where the parameter is held, in its standard errors from the best.
+const SHIFTS: [f64; 13] = [
+    -4.0, -3.0, -2.3, -1.7, -1.2, -0.6, 0.0, 0.6, 1.2, 1.7, 2.3, 3.0, 4.0,
+];
+
+/// The profile of one parameter.
+#[derive(Debug, Clone)]
+pub struct Profile {
+    id: String,
+    unit: &'static str,
+    points: Vec<ProfilePoint>,
+    cancelled: bool,
+}
+
+impl Profile {
+    /// Makes the profile of the parameter `id` of a fit to `train`.
+    ///
+    /// # Errors
+    /// [`FitError`] if the parameter was not fitted.
+    pub fn new(
+        result: &FitResult,
+        train: &[Part],
+        id: &str,
+        options: &FitOptions,
+        control: &Control<'_>,
+    ) -> Result<Self, FitError> {
+        let points = profile_of(result, train, id, &SHIFTS, options, control)?;
+        let parameter = result
+            .parameters
+            .iter()
+            .find(|p| p.id.eq_ignore_ascii_case(id));
+        Ok(Self {
+            id: parameter.map_or(id, |p| p.id.as_str()).to_owned(),
+            unit: parameter.map_or("", |p| p.unit),
+            points,
+            cancelled: control.cancelled(),
+        })
+    }
+
+    /// The curve and the interval as a person reads them.
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "profile of {}: rise of the cost with it held there, all else fitted anew\n",
+            self.id
+        );
+        let write = |value: f64| format_quantity(value, self.unit, 6);
+        for p in &self.points {
+            text += &format!(
+                "  {:>22}  {:>8}\n",
+                write(p.value),
+                format_number(p.rise, 3)
+            );
+        }
+        if self.cancelled {
+            return text + "cancelled before the profile was whole\n";
+        }
+        let between = match interval(&self.points) {
+            [Some(low), Some(high)] => format!("{} to {}", write(low), write(high)),
+            [Some(low), None] => format!("from {}, no upper end among these values", write(low)),
+            [None, Some(high)] => format!("up to {}, no lower end among these values", write(high)),
+            [None, None] => "none: no value of these disagrees with the data".to_owned(),
+        };
+        text + &format!("95 % interval (rise of {CERTAIN}): {between}\n")
+    }
+
+    /// The same as JSON, values in SI; an end of the interval that was not reached is null.
+    pub fn as_json(&self) -> Value {
+        let points: Vec<[f64; 2]> = self.points.iter().map(|p| [p.value, p.rise]).collect();
+        json!({
+            "id": self.id, "unit": self.unit, "points": points,
+            "interval_95": (!self.cancelled).then(|| interval(&self.points)),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::profile::*;
+
+    fn made_up(rise: impl Fn(f64) -> f64) -> Profile {
+        Profile {
+            id: "dp".to_owned(),
+            unit: "m",
+            points: SHIFTS
+                .map(|k| ProfilePoint {
+                    value: 58e-6 + 1e-7 * k,
+                    rise: rise(k),
+                })
+                .to_vec(),
+            cancelled: false,
+        }
+    }
+
+    #[test]
+    fn the_interval_is_said_with_its_unit() {
+        let parabola = made_up(|k| k * k);
+        let text = parabola.text();
+        assert!(
+            text.contains("57.804 \u{b5}m to 58.196 \u{b5}m")
+                || text.contains("57.804 um to 58.196 um"),
+            "{text}"
+        );
+        let ends = &parabola.as_json()["interval_95"];
+        assert!(
+            (ends[0].as_f64().unwrap() - 57.804e-6).abs() < 1e-9,
+            "{ends}"
+        );
+        let open = made_up(|k| k.min(0.0).powi(2));
+        assert!(open.text().contains("no upper end"), "{}", open.text());
+        assert!(open.as_json()["interval_95"][1].is_null());
+        let flat = made_up(|_| 0.0);
+        assert!(flat.text().contains("none: no value"), "{}", flat.text());
+    }
+
+    #[test]
+    fn a_profile_that_was_stopped_has_no_interval() {
+        let part = Profile {
+            cancelled: true,
+            ..made_up(|k| k * k)
+        };
+        assert!(part.text().contains("cancelled before"), "{}", part.text());
+        assert!(part.as_json()["interval_95"].is_null());
+    }
+}

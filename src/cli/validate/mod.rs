@@ -1,0 +1,355 @@
+//! `validate`: Table A.1 and Table 3 of the paper.
+
+pub(super) mod rank_effects;
+
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::device::{add_effect, set_parameter};
+use super::fit::result;
+use super::{Failure, interrupt, output, wrong_command};
+use crate::fit::table_a1::calibrate::{
+    CANNOT_TELL, FREE, GENERATIONS, LeftOut, Misfit, TableFit, fit_table,
+};
+use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
+use crate::fit::table_a1::rank_effects::{Suspects, suspects};
+use crate::model::Model;
+use crate::model::preset::Preset;
+use crate::model::unit::format_quantity;
+
+/// Searches of a fit; lines of progress.
+const SEARCHES: f64 = 5.0;
+/// Lines of progress of the suspects.
+const SUSPECTED: f64 = 10.0;
+
+/// Arguments of `validate`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Device: paper, paper-as-printed, or a preset file
+    #[arg(long, default_value = "paper")]
+    preset: String,
+    /// Parameter to change, e.g. zeta1=0.1; repeatable
+    #[arg(long, value_name = "ID=VALUE")]
+    set: Vec<String>,
+    /// Effect to switch on, e.g. quadratic_drag:cd=1e-7; repeatable
+    #[arg(long, value_name = "ID[:PARAMETER=VALUE,...]")]
+    effect: Vec<String>,
+    /// Fit the device to the experiments first, with leave-one-frequency-out errors (some minutes)
+    #[arg(long)]
+    fit: bool,
+    /// Also ask which effects could be behind what the fit does not reach, and which recording
+    /// would separate them (some more minutes); implies --fit
+    #[arg(long)]
+    suspects: bool,
+    /// File for the results as JSON; - for standard output, then without the table
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Serialize)]
+struct CaseJson {
+    f_hz: f64,
+    v: f64,
+    signal: &'static str,
+    bounces: Option<f64>,
+    peak_um: Option<f64>,
+    contact_ms: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Json {
+    cases: Vec<CaseJson>,
+    statistics: BothColumns,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fit: Option<FitJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    suspects: Option<Suspects>,
+}
+
+/// What `--fit` adds. Values in SI.
+#[derive(Debug, Serialize)]
+struct FitJson {
+    parameters: BTreeMap<&'static str, f64>,
+    /// `null` where not each frequency was left out.
+    std_errors: Option<BTreeMap<&'static str, f64>>,
+    cancelled: bool,
+    before: Misfit,
+    after: Misfit,
+    left_out: Vec<LeftOut>,
+}
+
+impl FitJson {
+    fn new(fit: &TableFit) -> Self {
+        let named = |values: Vec<f64>| FREE.iter().map(|id| id.spec().id).zip(values).collect();
+        let values = FREE.iter().map(|id| fit.model.parameters[*id]);
+        Self {
+            parameters: named(values.collect()),
+            std_errors: fit.errors().map(named),
+            cancelled: fit.cancelled,
+            before: fit.before,
+            after: fit.after,
+            left_out: fit.left_out.clone(),
+        }
+    }
+}
+
+/// Table 3 against both columns.
+#[derive(Debug, Serialize)]
+struct BothColumns {
+    against_paper_simulation: Statistics,
+    against_experiment: Statistics,
+}
+
+/// Validates and writes.
+pub fn run(args: &Arguments) -> Result<(), Failure> {
+    let mut model = Preset::load(&args.preset)?.model;
+    for text in &args.set {
+        set_parameter(&mut model, text).map_err(wrong_command)?;
+    }
+    for text in &args.effect {
+        add_effect(&mut model, text).map_err(wrong_command)?;
+    }
+    model.check().map_err(|error| wrong_command(error.into()))?;
+    if !(model.has_ground && model.piezo.is_some()) {
+        return Err(wrong_command(anyhow::anyhow!(
+            "the device {} has no ground or no drive: Table A.1 is about the paper's device; use --preset paper",
+            model.name
+        )));
+    }
+    output::ready(&[("--json", args.json.as_deref())], &[])?;
+    let fitted = (args.fit || args.suspects).then(|| fit(&model));
+    let whole = fitted
+        .as_ref()
+        .filter(|fit| args.suspects && !fit.cancelled);
+    let asked = whole.map(|fit| {
+        progress("asking the suspects", SUSPECTED, |go_on| {
+            suspects(&model, fit, go_on)
+        })
+    });
+    let model = fitted.as_ref().map_or(&model, |fit| &fit.model);
+    let rows = validate(model)?;
+    let both = BothColumns {
+        against_paper_simulation: statistics(&rows, Column::Paper),
+        against_experiment: statistics(&rows, Column::Experiment),
+    };
+    let to_stdout = args
+        .json
+        .as_ref()
+        .is_some_and(|path| path.as_os_str() == "-");
+    if !to_stdout {
+        output::to_stdout(|out| {
+            if let Some(fit) = &fitted {
+                fit_summary(out, fit)?;
+            }
+            match &asked {
+                Some(asked) => self::rank_effects::summary(out, asked)?,
+                None if fitted.is_some() => writeln!(out, "{CANNOT_TELL}\n")?,
+                None => {}
+            }
+            summary(out, &rows, &both)
+        })?;
+    }
+    if let Some(path) = &args.json {
+        let cases = rows.iter().map(case).collect();
+        output::json(
+            path,
+            &Json {
+                cases,
+                statistics: both,
+                fit: fitted.as_ref().map(FitJson::new),
+                suspects: asked.clone(),
+            },
+        )?;
+    }
+    if fitted.is_some_and(|fit| fit.cancelled) || asked.is_some_and(|asked| asked.cancelled) {
+        return Err(interrupt::cancelled());
+    }
+    Ok(())
+}
+
+/// The fit, with its progress.
+fn fit(model: &Model) -> TableFit {
+    progress("fitting", SEARCHES, |go_on| {
+        fit_table(model, GENERATIONS, go_on)
+    })
+}
+
+/// Long work with its progress on standard error: one line that changes on a terminal, else
+/// one for each of so many `parts`.
+fn progress<T>(what: &str, parts: f64, work: impl FnOnce(&mut dyn FnMut(f64) -> bool) -> T) -> T {
+    let (live, stop) = (std::io::stderr().is_terminal(), interrupt::flag());
+    let started = Instant::now();
+    let mut said = None;
+    let done = work(&mut |share| {
+        let left = started.elapsed().as_secs_f64() * (1.0 - share) / share;
+        let line = format!("{what}: {:3.0} %, about {left:.0} s left", 100.0 * share);
+        let part = (parts * share).floor() as usize;
+        if live {
+            eprint!("\r\x1b[K{line}");
+        } else if said.replace(part) != Some(part) {
+            eprintln!("{line}");
+        }
+        !stop.load(Ordering::Relaxed)
+    });
+    output::end_of_progress();
+    done
+}
+
+fn case(row: &Row) -> CaseJson {
+    CaseJson {
+        f_hz: row.case.frequency,
+        v: row.case.amplitude,
+        signal: row.case.signal(),
+        bounces: row.model.bounces,
+        peak_um: row.model.peak.map(|v| 1e6 * v),
+        contact_ms: row.model.contact.map(|v| 1e3 * v),
+    }
+}
+
+/// What the fit did, and what it cannot do, for people.
+fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
+    if fit.cancelled {
+        writeln!(out, "Cancelled: this is the best so far.")?;
+    }
+    writeln!(out, "Fitted to the experiments:")?;
+    let errors = fit.errors();
+    for (k, id) in FREE.into_iter().enumerate() {
+        let spec = id.spec();
+        let value = format_quantity(fit.model.parameters[id], spec.unit, 4);
+        match &errors {
+            Some(errors) => {
+                let error = result::error(errors[k], spec.unit);
+                writeln!(out, "  {:6} {value} +- {error}", spec.id)?;
+            }
+            None => writeln!(out, "  {:6} {value}", spec.id)?,
+        }
+    }
+    if errors.is_some() {
+        writeln!(
+            out,
+            "(errors by how much each changes when a frequency is left out)"
+        )?;
+    }
+    let line = |m: &Misfit| {
+        format!(
+            "peaks {:.0} %, contacts {:.0} %, {} of {} within 30 % in both",
+            100.0 * m.peak,
+            100.0 * m.contact,
+            m.both_within_30_percent,
+            m.cases
+        )
+    };
+    writeln!(out, "mean absolute errors before: {}", line(&fit.before))?;
+    writeln!(out, "mean absolute errors after:  {}", line(&fit.after))?;
+    writeln!(out, "At a frequency that was left out of the fit:")?;
+    for left in &fit.left_out {
+        writeln!(
+            out,
+            "  {:3} Hz before: {}",
+            left.frequency,
+            line(&left.before)
+        )?;
+        writeln!(out, "         after:  {}", line(&left.after))?;
+    }
+    let missed: Vec<String> = fit.missed().iter().map(|case| case.name()).collect();
+    writeln!(
+        out,
+        "Beyond its reach (more than 30 % off in peak or contact): {}.",
+        if missed.is_empty() {
+            "nothing".to_owned()
+        } else {
+            missed.join("; ")
+        }
+    )?;
+    if let Some(worse) = fit.made_worse() {
+        writeln!(out, "{worse}")?;
+    }
+    Ok(())
+}
+
+/// The table for people.
+fn summary(out: &mut dyn Write, rows: &[Row], both: &BothColumns) -> anyhow::Result<()> {
+    writeln!(
+        out,
+        "Table A.1: now | the paper's simulation | experiment; in brackets the error against the experiment,\n(published - now) / published as in the paper: + where the simulation is too low\n"
+    )?;
+    writeln!(
+        out,
+        "{:24} {:>18} {:>30} {:>32}",
+        "case", "bounces", "peak [um]", "contact [ms]"
+    )?;
+    for row in rows {
+        let errors = row.errors(Column::Experiment);
+        let (model, paper, experiment) = (row.model, row.case.simulation, row.case.experiment);
+        let number = |value: Option<f64>, scale: f64, digits: usize| {
+            value.map_or("-".to_owned(), |v| format!("{:.digits$}", v * scale))
+        };
+        let percent = |error: Option<f64>| {
+            error.map_or("    -".to_owned(), |e| format!("{:+4.0} %", 100.0 * e))
+        };
+        let triple = |a: Option<f64>, b: Option<f64>, c: Option<f64>, scale, digits| {
+            format!(
+                "{:>6} |{:>5} |{:>5}",
+                number(a, scale, digits),
+                number(b, scale, digits.min(1)),
+                number(c, scale, digits.min(1)),
+            )
+        };
+        writeln!(
+            out,
+            "{:24} {:>18} {:>21} ({:>6}) {:>21} ({:>6})",
+            row.case.name(),
+            triple(model.bounces, paper.bounces, experiment.bounces, 1.0, 1),
+            triple(model.peak, paper.peak, experiment.peak, 1e6, 0),
+            percent(errors.peak),
+            triple(model.contact, paper.contact, experiment.contact, 1e3, 2),
+            percent(errors.contact),
+        )?;
+    }
+    writeln!(
+        out,
+        "\nTable 3{:40} {:>18} {:>12}",
+        "", "paper's simulation", "experiment"
+    )?;
+    let mut line = |name: &str, value: &dyn Fn(&Statistics) -> String| {
+        writeln!(
+            out,
+            "{name:47} {:>18} {:>12}",
+            value(&both.against_paper_simulation),
+            value(&both.against_experiment)
+        )
+    };
+    let percent = |v: f64| format!("{:.1} %", 100.0 * v);
+    let of = |n: usize, s: &Statistics| format!("{n} of {}", s.cases);
+    line("bounce existence predicted correctly", &|s| {
+        percent(s.bounce_existence)
+    })?;
+    line("number of bounces correct", &|s| percent(s.bounce_number))?;
+    line("mean error in number of bounces", &|s| {
+        format!("{:.2}", s.bounce_mean_error)
+    })?;
+    line("mean error in peak, with sign", &|s| {
+        percent(s.peak_mean_error)
+    })?;
+    line("mean absolute error in peak", &|s| {
+        percent(s.peak_mean_absolute_error)
+    })?;
+    line("peaks within 30 %", &|s| of(s.peak_within_30_percent, s))?;
+    line("mean error in contact duration, with sign", &|s| {
+        percent(s.contact_mean_error)
+    })?;
+    line("mean absolute error in contact duration", &|s| {
+        percent(s.contact_mean_absolute_error)
+    })?;
+    line("contact durations within 30 %", &|s| {
+        of(s.contact_within_30_percent, s)
+    })?;
+    line("both within 30 %", &|s| of(s.both_within_30_percent, s))?;
+    Ok(())
+}

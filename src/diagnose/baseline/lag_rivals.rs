@@ -1,0 +1,287 @@
+//! Readings that seem late by more than stretches bear, where something lags: an amplifier
+//! delays by as much, and rounds the edges of the voltage off besides; an instrument rounds off
+//! what the device makes of them. Recordings that were cut again for late readings have the edges
+//! in the wrong place for it, and what cannot be told so is set aside.
+
+use std::sync::Arc;
+
+use super::retune::Known;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
+use crate::diagnose::score_test::forms::{LEAST_LAG, own_ids, shape_of};
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::shooting::found::Found;
+use crate::diagnose::shooting::workspace::{Bench, Bound, with_effect};
+use crate::fit::inspect::recording_summary::lag_of;
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::recording::extremes;
+
+/// What makes readings late by rounding edges off, and which of its parameters says by how much:
+/// an amplifier that settles, one that slews, an instrument.
+const LAGS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEWING, SENSOR];
+const SLEWING: (&str, usize) = ("amplifier_lag", 1);
+const SENSOR: (&str, usize) = ("sensor_lag", 0);
+/// What late readings cost per value from which they are far off.
+const FAR: f64 = 2.0;
+/// Share of that up to which such a lag suits better.
+const BETTER: f64 = 0.95;
+/// Times what is to be beaten up to which a fit to a part of the stretches leaves hope.
+const HOPEFUL: f64 = 1.4;
+/// Steps of the fit with readings that lag.
+const STEPS: usize = 5;
+
+impl Bench {
+    /// Where the data show that the readings lag \[s\]: the recordings cut as they were before
+    /// that, with the fit found with the lag, and the fit of the baseline to them; `again` makes
+    /// recordings ready for what is known. `None` where they do not lag, or not that alone comes
+    /// near.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a model cannot be simulated.
+    pub(crate) fn behind(
+        &self,
+        model: &Model,
+        options: &DiagnoseOptions,
+        control: &DiagnoseControl<'_>,
+        again: &dyn Fn(&Self, &Known) -> Result<Self, DiagnoseError>,
+    ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
+        let told = || lag_of(&self.train.parts, &self.train.findings);
+        let asked = model.has_ground && options.asks(SENSOR.0);
+        let Some(tau) = asked.then(told).flatten() else {
+            return Ok(None);
+        };
+        let Some((start, free, bounds)) = lag(SENSOR, tau, model) else {
+            return Ok(None);
+        };
+        let known = Known {
+            lag: tau,
+            ..Known::default()
+        };
+        let Ok(mut sharp) = again(self, &known) else {
+            return Ok(None);
+        };
+        let with = with_effect(model, start.clone());
+        let Some(fitted) = simulated(sharp.from(&with, (&free, &bounds), true, control))? else {
+            return Ok(None);
+        };
+        log::debug!(
+            "readings lag by {:.1} us: {:.2}",
+            1e6 * tau,
+            fitted.per_value()
+        );
+        if fitted.is_lost() {
+            return Ok(None);
+        }
+        let mut plain = fitted.model.clone();
+        plain.effects.retain(|e| e.spec != start.spec);
+        let plain = sharp.fit(&plain, &[], &[], &fitted, STEPS, control);
+        let Some(train) = simulated(plain)? else {
+            return Ok(None);
+        };
+        // A mass that is slow enough falls as through a lag.
+        let rival = train.whole_per_value(&sharp)?;
+        if fitted.whole_per_value(&sharp)? > BETTER * rival {
+            return Ok(None);
+        }
+        sharp.found = Some(Arc::new(Found {
+            shape: shape_of_lag(start.spec, &free),
+            start,
+            free,
+            bounds,
+            fitted,
+        }));
+        Ok(Some((sharp, train, tau)))
+    }
+
+    /// The fit with an amplifier or an instrument that lags by about `late` \[s\], if that suits the
+    /// recordings as they were cut at first better than late readings do: those of `cut_again`,
+    /// for which `tuned` is the baseline.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a model cannot be simulated.
+    pub(crate) fn lagging(
+        &self,
+        late: f64,
+        (cut_again, tuned): (&Self, &Fitted),
+        options: &DiagnoseOptions,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<Found>, DiagnoseError> {
+        let mut best: Option<(f64, Found)> = None;
+        let mut rival = tuned.whole_per_value(cut_again)?;
+        // Readings that lag are found from near by, unless what the edges do was set aside.
+        let asked = LAGS.iter().filter(|lag| rival > FAR || **lag != SENSOR);
+        for which in asked.filter(|(id, _)| options.asks(id)) {
+            // The middle of an edge is late by half of what it takes.
+            let slews = *which == SLEWING;
+            let size = if slews {
+                2.0 * late / self.swing()
+            } else {
+                late
+            };
+            let Some((start, free, bounds)) = lag(*which, size, &self.outset) else {
+                continue;
+            };
+            let with = with_effect(&tuned.model, start.clone());
+            // A rule of thumb, for the whole takes three times as long: rows set aside count more
+            // here than there, and other films are not tried.
+            let least = best.as_ref().map_or(rival, |best| best.0.min(rival));
+            let asked = (self.share_open(&free), HOPEFUL * least);
+            let fitted = self.within(&with, (&free, &bounds), asked, control);
+            let Some(fitted) = simulated(fitted)?.flatten() else {
+                continue;
+            };
+            let own = fitted.whole_per_value(self)?;
+            log::debug!("{}: {own:.3} per value", free[0]);
+            if best.as_ref().is_none_or(|best| own < best.0) {
+                let found = Found {
+                    shape: shape_of_lag(start.spec, &free),
+                    start,
+                    free,
+                    bounds,
+                    fitted,
+                };
+                best = Some((own, found));
+            }
+        }
+        let Some((own, found)) = best.filter(|best| best.0 < BETTER * rival) else {
+            return Ok(None);
+        };
+        if control.cancelled() {
+            return Ok(None);
+        }
+        if let Some((start, free, bounds)) = lag(SENSOR, late, &self.outset) {
+            let with = with_effect(&tuned.model, start);
+            let near = cut_again.fit(&with, &free, &bounds, tuned, STEPS, control);
+            if let Some(near) = simulated(near)? {
+                rival = rival.min(near.whole_per_value(cut_again)?);
+            }
+        }
+        log::debug!("{own:.3} per value, cut again {rival:.3}");
+        Ok((own < BETTER * rival).then_some(found))
+    }
+
+    /// From the lowest voltage of the fitted recordings to the highest \[V\].
+    fn swing(&self) -> f64 {
+        let parts = self.train.parts.iter();
+        let all = parts.filter_map(|p| p.recording.voltage.as_deref());
+        let ends = all.map(extremes);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| {
+            (a.0.min(b.0), a.1.max(b.1))
+        });
+        (high - low).max(f64::MIN_POSITIVE)
+    }
+}
+
+impl Fitted {
+    /// Cost per value of the fitted recordings of `bench`, all stretches counted.
+    fn whole_per_value(&self, bench: &Bench) -> Result<f64, DiagnoseError> {
+        let segments = &self.point.segments;
+        let rows: usize = segments.iter().map(|s| self.problem.rows(s).len()).sum();
+        Ok(self.whole_cost(bench.train.segments())? / rows.max(1) as f64)
+    }
+}
+
+/// What else shapes a lag of which `free` is fitted.
+fn shape_of_lag(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
+    let first = own_ids(spec, &[0]);
+    let mut all: Vec<String> = first.into_iter().chain(shape_of(spec)).collect();
+    all.retain(|id| !free.contains(id));
+    all
+}
+
+/// An effect of [`LAGS`] of that size, what is fitted of it and within which bounds; `None` if
+/// `model` has it already or nothing drives it.
+fn lag(
+    (id, which): (&str, usize),
+    late: f64,
+    model: &Model,
+) -> Option<(ActiveEffect, Vec<String>, Vec<Bound>)> {
+    let spec = find(id)?;
+    let has = model.effects.iter().any(|e| e.spec == spec);
+    let sized = late > 0.0 && late.is_finite();
+    if !sized || has || model.piezo.is_none() {
+        return None;
+    }
+    let mut effect = ActiveEffect::new(spec);
+    effect.values.iter_mut().for_each(|v| *v = 0.0);
+    effect.values[which] = late;
+    let free = own_ids(spec, &[which]);
+    let bounds = vec![(free[0].clone(), (LEAST_LAG * late, f64::INFINITY))];
+    Some((effect, free, bounds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lag_rivals::*;
+    use super::super::retune::Hovering;
+    use crate::diagnose::test_support;
+    use crate::diagnose::test_support::QUIET;
+    use crate::model::preset::Preset;
+
+    /// The paper's device with value `which` of the effect `id`.
+    fn with(id: &str, which: usize, value: f64) -> Model {
+        let mut effect = ActiveEffect::new(find(id).unwrap());
+        effect.values.iter_mut().for_each(|v| *v = 0.0);
+        effect.values[which] = value;
+        with_effect(&Preset::embedded("paper").unwrap().model, effect)
+    }
+
+    /// What the re-tuning finds of a lag in recordings.
+    fn found(bench: Bench) -> Option<f64> {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let options = DiagnoseOptions::default();
+        let tuned = bench
+            .tuned(&paper, (&options, &Hovering::AsTold), &QUIET, &|| ())
+            .unwrap();
+        let known = tuned.bench.found?;
+        known.fitted.model.get(&known.free[0])
+    }
+
+    /// The same of a device with value `which` of the effect `id`.
+    fn lagging(id: &str, which: usize, value: f64) -> Option<f64> {
+        // Slow drives agree about how late it is, edges tell why.
+        let drives = [
+            ("sine:20Hz:8V", 0.1),
+            ("ramped:10Hz:8V:0.15", 0.1),
+            ("chirp:1Hz:60Hz:7V", 0.1),
+            ("square:40Hz:8V", 0.06),
+        ];
+        found(test_support::bench_of(
+            &with(id, which, value),
+            &drives,
+            50e3,
+            20e-9,
+        ))
+    }
+
+    #[test]
+    fn a_drive_that_lags_by_samples_is_told_from_late_readings() {
+        let tau = lagging("amplifier_lag", 0, 70e-6).unwrap();
+        assert!((tau - 70e-6).abs() < 1e-6, "{tau}");
+        assert_eq!(lagging("sensor_lag", 1, 70e-6), None);
+    }
+
+    #[test]
+    fn readings_that_lag_by_samples_are_found() {
+        let tau = lagging("sensor_lag", 0, 50e-6).unwrap();
+        assert!((tau - 50e-6).abs() < 0.5e-6, "{tau}");
+    }
+
+    #[test]
+    fn clocks_that_disagree_tell_a_drive_that_slews() {
+        const PACE: f64 = 6.5e-6;
+        let drives = [
+            ("ramped:5Hz:8V:0.25", 0.2),
+            ("square:15Hz:8V", 0.2),
+            ("sine:50Hz:8V", 0.06),
+            ("square:50Hz:6V", 0.12),
+        ];
+        let mut parts =
+            test_support::parts_of(&with("amplifier_lag", 1, PACE), &drives, 50e3, 20e-9);
+        for part in &mut parts {
+            Arc::make_mut(&mut part.recording).cantilever = None;
+        }
+        let pace = found(test_support::bench(&parts)).unwrap();
+        assert!((pace / PACE - 1.0).abs() < 0.02, "{pace}");
+    }
+}

@@ -1,0 +1,5 @@
+//! TODO-doc
+
+pub(super) mod lag_rivals;
+pub(super) mod multistart;
+pub(super) mod retune;

@@ -1,0 +1,3 @@
+//! TODO-doc
+
+pub(super) mod significance;

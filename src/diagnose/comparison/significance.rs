@@ -1,0 +1,149 @@
+//! By how much chance lets chi2 fall.
+
+use crate::diagnose::hypotheses::propose::Hypothesis;
+use crate::model::Model;
+
+/// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
+/// directions and some thousand frequencies falls by up to 20 by chance alone.
+pub const TRAIN_GAIN: f64 = 30.0;
+/// The same where the best of many times or frequencies was searched for.
+const SEARCHED_GAIN: f64 = 50.0;
+/// So many times what chance lets them improve by is far more.
+const FAR: f64 = 2.0;
+/// Falls on the fitted recordings and on both sides from which a name needs no more where
+/// those kept out, of which chance knows nothing, fall by as much as that.
+const CONFIRMED: (f64, f64) = (15.0, 45.0);
+/// So many standard deviations of what free beginnings bring are none of chance's.
+const SCATTER: f64 = 3.0;
+/// Times the least strength of an effect up to which it is as weak as it may be.
+const VANISHED: f64 = 1.001;
+/// Least fall on the recordings kept out.
+pub const HELD_GAIN: f64 = 10.0;
+
+/// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
+/// `held_gain`. Of what was searched for over many places the best of them is seen.
+pub fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+    let (own, both) = CONFIRMED;
+    let confirmed = gain > own && held_gain > own && gain + held_gain > both;
+    gain < least(hypothesis) && (hypothesis.searched || !confirmed)
+}
+
+/// Whether the fitted recordings improve by far more than chance lets them, and those kept out
+/// do not: there is something, but not this. A further mode has a beginning of its own in each
+/// stretch, by which chance lets it improve more; and what begins after the fitted recordings
+/// gains on those kept out. Of many places the best suits whatever single reading went wrong
+/// there: what was searched for and spoils those kept out by more than it gains is refuted, and
+/// speaks of nothing.
+pub fn unproved(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+    let mode = hypothesis.start.spec.id == "extra_mode";
+    let refuted = hypothesis.searched && held_gain < -gain;
+    let asked = hypothesis.told_by.is_none() && !mode && !refuted;
+    asked && gain > FAR * least(hypothesis) && held_gain < HELD_GAIN
+}
+
+/// Whether chance lets chi2 fall by `gain` where each stretch has a beginning of its own besides,
+/// `unknowns` in all: each takes one on the average, which costs count, and scatters about it.
+pub fn by_beginnings(unknowns: usize, gain: f64) -> bool {
+    gain < SCATTER * (2.0 * unknowns as f64).sqrt()
+}
+
+/// Whether the fit has made the effect of `hypothesis` in `model` as weak as it may be: what it
+/// brings is then owed to the way that the fit went, not to the effect.
+pub fn vanishes(hypothesis: &Hypothesis, model: &Model) -> bool {
+    let bound = |id: &String| hypothesis.bounds.iter().find(|b| b.0 == *id).map(|b| b.1);
+    // Constants of a law stay between two bounds, its strength above one.
+    let carries = |id: &&String| bound(id).is_none_or(|(_, most)| most.is_infinite());
+    let weak = |id: &String| {
+        let least = bound(id).map_or(0.0, |(least, _)| least);
+        let value = model.get(id);
+        value.is_some_and(|value| value.abs() <= VANISHED * least)
+    };
+    let mut strengths = hypothesis.free.iter().filter(carries).peekable();
+    strengths.peek().is_some() && strengths.all(weak)
+}
+
+/// Fall of chi2 on the fitted recordings up to which chance lets them improve.
+fn least(hypothesis: &Hypothesis) -> f64 {
+    if hypothesis.searched {
+        SEARCHED_GAIN
+    } else {
+        TRAIN_GAIN
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::significance::*;
+    use crate::diagnose::shooting::workspace::with_effect;
+    use crate::model::effects::{ActiveEffect, find};
+    use crate::model::preset::Preset;
+
+    fn of(id: &str, searched: bool) -> Hypothesis {
+        Hypothesis {
+            start: ActiveEffect::new(find(id).unwrap()),
+            others: Vec::new(),
+            free: Vec::new(),
+            full: None,
+            shape: Vec::new(),
+            bounds: Vec::new(),
+            promise: 0.0,
+            searched,
+            series: false,
+            told_by: None,
+        }
+    }
+
+    #[test]
+    fn an_effect_at_its_least_strength_is_none() {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let with = |tau: f64, pace: f64| {
+            let spec = find("amplifier_lag").unwrap();
+            let values = vec![tau, pace];
+            with_effect(&paper, ActiveEffect { spec, values })
+        };
+        let id = |parameter: &str| format!("amplifier_lag.{parameter}");
+        let lag = Hypothesis {
+            free: vec![id("tau")],
+            bounds: vec![(id("tau"), (3e-7, f64::INFINITY))],
+            ..of("amplifier_lag", false)
+        };
+        assert!(vanishes(&lag, &with(3e-7, 0.0)));
+        assert!(!vanishes(&lag, &with(4e-7, 0.0)));
+        // One that slews may settle as quickly as it likes.
+        let both = Hypothesis {
+            free: vec![id("tau"), id("r")],
+            ..lag
+        };
+        assert!(!vanishes(&both, &with(3e-7, 1e-6)));
+        assert!(vanishes(&both, &with(3e-7, 0.0)));
+        assert!(!vanishes(&of("gap_step", true), &paper));
+    }
+
+    #[test]
+    fn free_beginnings_gain_by_chance() {
+        // Two unknowns in each of two hundred stretches scatter by 28.
+        assert!(by_beginnings(400, 63.0));
+        assert!(!by_beginnings(400, 120.0));
+        assert!(!by_beginnings(0, 1.0));
+    }
+
+    #[test]
+    fn what_gains_only_where_it_is_fitted_is_unproved() {
+        let drift = of("zero_drift", false);
+        assert!(unproved(&drift, 140.0, -30.0));
+        assert!(!unproved(&drift, 140.0, 60.0));
+        assert!(!unproved(&drift, 31.0, -30.0));
+        // Chance finds more where it is searched for.
+        let step = of("gap_step", true);
+        assert!(unproved(&step, 140.0, 0.0) && !unproved(&step, 70.0, 0.0));
+        // One that spoils the others by more than it gains was none.
+        assert!(unproved(&step, 140.0, -130.0) && !unproved(&step, 140.0, -150.0));
+        assert!(unproved(&drift, 140.0, -150.0));
+        let told_later = Hypothesis {
+            told_by: Some(0),
+            ..step
+        };
+        assert!(!unproved(&told_later, 140.0, 0.0));
+        assert!(!unproved(&of("extra_mode", true), 140.0, 0.0));
+    }
+}

@@ -1,0 +1,326 @@
+//! View 2: what happens at the ground. Bounces, releases and stays are read with the
+//! model of flight as fitted and no law of the ground; the laws are then fitted to the
+//! readings, and each that the model lacks is a hypothesis like any other.
+
+use crate::diagnose::data::misread_segments::adopt;
+use crate::diagnose::data::side::Side;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::shooting::workspace::{Bench, LOSS};
+use crate::fit::contact_readings;
+use crate::fit::contact_readings::Readings;
+use crate::fit::problem::Problem;
+use crate::fit::problem::huber::Huber;
+use crate::fit::problem::prepare::Prepared;
+use crate::fit::segment::Segment;
+use crate::fit::solve::event_revision::{hopeless, revise, set_suspects_aside};
+use crate::fit::solve::levenberg_marquardt::Clock;
+use crate::fit::solve::point::{Point, settle};
+use crate::sim::stretch::StretchSimulator;
+
+/// Longest stretch around events \[s\]: few events in each, so that one that is misread
+/// spoils no others.
+const LONGEST: f64 = 1.2e-3;
+/// Errors of the readings are not believed below this share of the quantity: instants of
+/// neighbouring events share what is left of the model's error.
+const LEAST_RATIO_ERROR: f64 = 2e-3;
+/// See above, for forces \[N\].
+const LEAST_FORCE_ERROR: f64 = 5e-11;
+
+/// Readings at the ground on both sides.
+#[derive(Debug, Clone, Default)]
+pub struct Ground {
+    /// Of the fitted recordings.
+    pub train: Readings,
+    /// Of those kept out.
+    pub held_out: Readings,
+    /// Mass that the ground feels \[kg\].
+    pub mass: f64,
+    /// How the events of either side were read.
+    pub(crate) known: [Option<Known>; 2],
+}
+
+/// Stretches around events of one side as they were read in the end, by a model that came near.
+#[derive(Debug, Clone)]
+pub(crate) struct Known {
+    segments: Vec<Segment>,
+    /// Which of them were read.
+    used: Vec<bool>,
+    simulator: StretchSimulator,
+}
+
+/// Reads the events of both sides with the models as fitted. Those that were read `before`, with
+/// a model that lacked something, are taken as they were read then.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn read(
+    bench: &Bench,
+    train: &Fitted,
+    held_out: Option<&Fitted>,
+    before: Option<&Ground>,
+    control: &DiagnoseControl<'_>,
+) -> Result<Ground, DiagnoseError> {
+    if !train.model.has_ground {
+        return Ok(Ground::default());
+    }
+    let known = |side: usize| before.and_then(|before| before.known[side].as_ref());
+    let other = match (held_out, &bench.held_out) {
+        (Some(fitted), Some(side)) => side_readings(bench, side, fitted, known(1), control)?,
+        _ => Default::default(),
+    };
+    let own = side_readings(bench, &bench.train, train, known(0), control)?;
+    Ok(Ground {
+        train: own.0,
+        held_out: other.0,
+        mass: 1.0 / train.model.structure().mobility(),
+        known: [own.1, other.1],
+    })
+}
+
+/// What is read of one side, and how.
+fn side_readings(
+    bench: &Bench,
+    side: &Side,
+    fitted: &Fitted,
+    known: Option<&Known>,
+    control: &DiagnoseControl<'_>,
+) -> Result<(Readings, Option<Known>), DiagnoseError> {
+    let (prepared, point) = around_events(bench, side, fitted)?;
+    let (point, known) = match known {
+        Some(known) => (as_known(&prepared, point, known)?, None),
+        None => read_again(&prepared, point, control)?,
+    };
+    let mut found = contact_readings::read(&prepared, &point)?;
+    log::debug!(
+        "{} bounces and {} releases read, {} and {} not, {:.2} off",
+        found.bounces.len(),
+        found.releases.len(),
+        found.unread,
+        found.unread_releases,
+        found.off.read
+    );
+    for b in &mut found.bounces {
+        log::trace!("{b:?}");
+        b.error = b.error.hypot(LEAST_RATIO_ERROR);
+    }
+    for r in &mut found.releases {
+        r.error = r.error.hypot(LEAST_FORCE_ERROR);
+    }
+    Ok((found, known))
+}
+
+/// Reads again, as in a fit, what was misread; tells how, if the model is near enough for that.
+fn read_again(
+    prepared: &Prepared,
+    mut point: Point,
+    control: &DiagnoseControl<'_>,
+) -> Result<(Point, Option<Known>), DiagnoseError> {
+    let control = control.quiet();
+    let eligible = point.used.clone();
+    let problem = &prepared.problem;
+    set_suspects_aside(problem, &mut point, LOSS, &control)?;
+    // How near the model is, the others say.
+    point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    if hopeless(&point) {
+        // Whatever is read again is misread again.
+        point.used = eligible;
+        return Ok((point, None));
+    }
+    let watch = (&control, &Clock::new(1));
+    let back = revise(problem, &mut point, &prepared.segments, LOSS, watch)?;
+    let aside = eligible.iter().zip(&point.used);
+    let aside = aside.filter(|(e, u)| **e && !**u).count();
+    log::debug!("{back} stretches read again, {aside} not");
+    // Events that had been overlooked tell as much as the others.
+    let overlooked = |i: usize| point.used[i] && point.segments[i].has_events();
+    point.used = (0..eligible.len())
+        .map(|i| eligible[i] || overlooked(i))
+        .collect();
+    let known = Known {
+        segments: point.segments.clone(),
+        used: point.used.clone(),
+        simulator: problem.simulator(&point.x)?,
+    };
+    Ok((point, Some(known)))
+}
+
+/// The same with the events read as it is `known`.
+fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, DiagnoseError> {
+    let problem = &prepared.problem;
+    let simulator = problem.simulator(&point.x)?;
+    let first = prepared.segments.clone();
+    let adopted = adopt(
+        &known.segments,
+        first,
+        (&known.simulator, &simulator),
+        problem,
+    );
+    let other: Vec<bool> = adopted
+        .iter()
+        .zip(&prepared.segments)
+        .map(|(known, first)| known.joints != first.joints)
+        .collect();
+    let pick = |i: usize| {
+        if other[i] {
+            &adopted[i]
+        } else {
+            &point.segments[i]
+        }
+    };
+    let segments: Vec<Segment> = (0..other.len()).map(|i| pick(i).clone()).collect();
+    // Events that were overlooked at first are known now. Cut otherwise, none is as known.
+    let found = |i: usize| other[i] && known.used[i] && segments[i].has_events();
+    let used: Vec<bool> = (0..other.len())
+        .map(|i| point.used[i] || found(i))
+        .collect();
+    let mut there = near_by(problem, &point.x, &segments, &used)?;
+    // What suited a model that lacked something may suit this one less.
+    let states = problem.states(&point.x, &simulator, &point.segments);
+    let cost = |i: usize, of: &Point| {
+        let segment = &of.segments[i];
+        let nuisances = problem.nuisances_of(&of.x, segment.recording);
+        let (states, locals) = (&states[i], &segment.locals);
+        problem.cost(segment, states, &simulator, &nuisances, locals, LOSS)
+    };
+    for i in (0..other.len()).filter(|&i| other[i] && point.used[i]) {
+        if cost(i, &point) < cost(i, &there) {
+            there.segments[i].clone_from(&point.segments[i]);
+        }
+    }
+    Ok(there)
+}
+
+/// Short stretches of one side with what happens at the ground in them, told by the model as
+/// fitted and no law of the ground.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model cannot be simulated.
+pub fn around_events(
+    bench: &Bench,
+    side: &Side,
+    fitted: &Fitted,
+) -> Result<(Prepared, Point), DiagnoseError> {
+    let mut prepared = bench.with_events(side, &fitted.model, LONGEST)?;
+    let own = &fitted.problem;
+    for (data, known) in prepared.problem.data.iter_mut().zip(&own.data) {
+        data.sigmas = known.sigmas;
+        data.sigmas.velocity *= contact_readings::LOOSE;
+        data.sigmas.force *= contact_readings::LOOSE;
+        data.sigmas.height *= contact_readings::LOOSE;
+        data.epoch = known.epoch;
+    }
+    prepared.problem.space = own.space.clone();
+    let x = &fitted.point.x;
+    let used: Vec<bool> = prepared.segments.iter().map(|s| s.has_events()).collect();
+    let point = near_by(&prepared.problem, x, &prepared.segments, &used)?;
+    Ok((prepared, point))
+}
+
+/// The segments' own unknowns fitted, all else fixed.
+fn near_by(
+    problem: &Problem,
+    x: &[f64],
+    segments: &[Segment],
+    used: &[bool],
+) -> Result<Point, DiagnoseError> {
+    let point = settle(problem, x, segments, used, Huber(1e3), 6)?;
+    Ok(settle(problem, x, &point.segments, used, LOSS, 5)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::event_readings::*;
+    use super::super::restitution;
+    use crate::diagnose::shooting::workspace::with_effect;
+    use crate::diagnose::test_support::{QUIET, bench_of};
+    use crate::fit::contact_readings::Bounce;
+    use crate::fit::segment::event_sequence::Kind;
+    use crate::fit::segment::{Joint, JointKind};
+    use crate::model::effects::{ActiveEffect, find};
+    use crate::model::parameter::ParameterId;
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn bounces_that_were_misread_at_first_are_read_again() {
+        const POWER: f64 = 0.25;
+        let model = Preset::embedded("paper").unwrap().model;
+        let mut law = ActiveEffect::new(find("velocity_restitution").unwrap());
+        law.values = vec![POWER, 0.1];
+        // Series of bounces, each lower than the last.
+        let drives = [("square:40Hz:7V", 0.15)];
+        let bench = bench_of(&with_effect(&model, law), &drives, 50e3, 20e-9);
+        let base = bench.baseline(&model, &QUIET).unwrap();
+        let (prepared, point) = around_events(&bench, &bench.train, &base).unwrap();
+        let once = contact_readings::read(&prepared, &point).unwrap();
+        let ground = read(&bench, &base, None, None, &QUIET).unwrap();
+        let (before, after) = (once.bounces.len(), ground.train.bounces.len());
+        assert!(after >= before + 4, "{before} {after}");
+        let told = restitution::tests(&ground);
+        let told = told.iter().find(|t| t.id == "velocity_restitution");
+        let (found, error) = told.map(|t| (t.effect.values[0], t.errors[0])).unwrap();
+        assert!((found - POWER).abs() < 4.0 * error, "{found} {error}");
+        assert!(error < 0.2 * POWER, "{error}");
+    }
+
+    #[test]
+    fn bounces_that_were_overlooked_are_told_once_they_are_found() {
+        let model = Preset::embedded("paper").unwrap().model;
+        let drives = [("square:40Hz:7V", 0.15), ("sine:50Hz:8V", 0.12)];
+        let bench = bench_of(&model, &drives, 50e3, 20e-9);
+        let base = bench.baseline(&model, &QUIET).unwrap();
+        let (mut prepared, mut point) = around_events(&bench, &bench.train, &base).unwrap();
+        let (all, _) = read_again(&prepared, point.clone(), &QUIET).unwrap();
+        let all = contact_readings::read(&prepared, &all).unwrap().bounces;
+        // Stretches with a bounce, as if nothing had been seen at the ground.
+        let mut overlooked = Vec::new();
+        for i in 0..point.segments.len() {
+            let segment = &mut point.segments[i];
+            let bounce = |j: &Joint| matches!(j.what, JointKind::Event(Kind::Bounce { .. }));
+            if segment.starts_held || !segment.joints.iter().any(bounce) {
+                continue;
+            }
+            let own: usize = segment.joints.iter().map(Joint::unknowns).sum();
+            let mut k = segment.locals.len() - own;
+            let mut kept: Vec<usize> = (0..k).collect();
+            for joint in &segment.joints {
+                if matches!(joint.what, JointKind::Edge(_)) {
+                    kept.push(k);
+                }
+                k += joint.unknowns();
+            }
+            segment.locals = kept.iter().map(|&k| segment.locals[k]).collect();
+            segment.units = kept.iter().map(|&k| segment.units[k]).collect();
+            let edge = |j: &Joint| matches!(j.what, JointKind::Edge(_));
+            segment.joints.retain(edge);
+            prepared.segments[i].clone_from(segment);
+            point.used[i] = false;
+            overlooked.push(i);
+        }
+        let left = contact_readings::read(&prepared, &point).unwrap().bounces;
+        let (again, known) = read_again(&prepared, point.clone(), &QUIET).unwrap();
+        let found = contact_readings::read(&prepared, &again).unwrap().bounces;
+        let counts = [left.len(), found.len(), all.len()];
+        assert!(overlooked.iter().any(|&i| again.used[i]), "{counts:?}");
+        assert!(counts[1] >= counts[0] + 5, "{counts:?}");
+        let alpha = model.parameters.get(ParameterId::Alpha);
+        let far = |b: &&Bounce| (b.ratio - alpha).abs() > 4.0 * b.error;
+        let far = found.iter().filter(far).count();
+        assert!(far <= 1, "{far} of {counts:?}");
+        // They are still known when all is read once more.
+        let mut known = known.unwrap();
+        let later = |known: &Known| {
+            let point = as_known(&prepared, point.clone(), known).unwrap();
+            contact_readings::read(&prepared, &point)
+                .unwrap()
+                .bounces
+                .len()
+        };
+        let whole = later(&known);
+        assert!(whole + 1 >= counts[1], "{whole} {counts:?}");
+        // What was cut otherwise then says nothing now.
+        known.segments.pop();
+        known.used.pop();
+        assert_eq!(later(&known), counts[0]);
+    }
+}

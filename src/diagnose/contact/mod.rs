@@ -1,0 +1,8 @@
+//! TODO-doc
+
+pub(super) mod adhesion;
+pub(super) mod bounce_readings;
+pub(super) mod decide;
+pub mod event_readings;
+pub mod restitution;
+pub(super) mod robust_curve;

@@ -1,0 +1,275 @@
+//! Stretches in which nothing happens at the ground: the mass flies, or it is held.
+//!
+//! Simulated from free initial states they show the forces of flight and the structure's
+//! motion without any law of the ground, and no mistimed impact can spoil them.
+
+use std::ops::Range;
+
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::options::FitOptions;
+use crate::fit::problem::parameter_space::Space;
+use crate::fit::problem::prepare::{Prepared, prepare};
+use crate::fit::segment::event_sequence::{Kind, Timeline};
+use crate::fit::segment::{Cut, Segment, cut};
+use crate::model::Model;
+use crate::recording::{Recording, quantile_in_place};
+use crate::sim::stretch::StretchSimulator;
+
+/// Fewest samples of a stretch.
+const LEAST: usize = 16;
+/// Samples left out on both sides of an event: its instant is known to about one.
+const GUARD: f64 = 1.6;
+/// Flight is trusted from this far above the ground, in units of the noise: nearer, a hop
+/// too small to be seen would pass for flight.
+const CLEAR: f64 = 8.0;
+/// And from at least this far \[m\].
+const LEAST_CLEAR: f64 = 0.25e-6;
+/// Standard errors by which the variance of a reading must exceed that of the noise for the
+/// mass to be moving.
+const MOVES: f64 = 6.0;
+/// So long after a landing the mass may still hop, lower than its bounces can be told
+/// apart \[s\].
+const HOPS: f64 = 3e-3;
+/// Samples whose mean shows such a hop.
+const BLOCK: usize = 8;
+/// Height of that mean above the rest of the stay that is one, in units of the noise.
+const HOP: f64 = 0.8;
+/// How far the zeros of two recordings may be apart \[m\].
+const ZEROS: f64 = 5e-6;
+/// The ground is looked for within this height of the lowest samples \[m\].
+const BOTTOM: f64 = 0.5e-6;
+
+/// Recordings cut into calm stretches.
+#[derive(Debug, Clone)]
+pub struct Calm {
+    /// The problem, and the stretches as its segments.
+    pub prepared: Prepared,
+    /// What happens at the ground in each recording.
+    pub timelines: Vec<Timeline>,
+    /// Share of the samples of each recording that lie in stretches.
+    pub covered: Vec<f64>,
+}
+
+/// A stretch between two events.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interval {
+    /// Its samples, away from the events.
+    pub samples: Range<usize>,
+    /// Whether the mass is on the ground.
+    pub held: bool,
+}
+
+/// The stretches of `recording` between the events of `timeline`. Where the ground's
+/// level is known \[m\], flight, in the reading `xp` with a lag and changes of that level taken out,
+/// is away from it by `clear` \[m\].
+pub fn intervals(
+    recording: &Recording,
+    xp: &[f64],
+    timeline: &Timeline,
+    samples: &Range<usize>,
+    ground: Option<(f64, f64)>,
+) -> Vec<Interval> {
+    let time = &recording.time;
+    let guard = GUARD * recording.interval();
+    let mut out = Vec::new();
+    // What the drive did before the recording and after it is not known: it may have jumped as
+    // that began or ended, and by its clock the first and the last readings may be from beyond.
+    let mut begin = time.first().copied().unwrap_or(f64::NEG_INFINITY);
+    let last = time.last().copied().unwrap_or(f64::INFINITY);
+    let mut held = timeline.starts_held;
+    let ends = timeline.marks.iter().map(|m| (m.time, Some(m.kind)));
+    let mut add = |samples: Range<usize>, held: bool| {
+        if samples.len() >= LEAST {
+            out.push(Interval { samples, held });
+        }
+    };
+    for (end, kind) in ends.chain([(last, None)]) {
+        let from = time.partition_point(|&t| t < begin + guard);
+        let to = time.partition_point(|&t| t <= end - guard);
+        let (from, to) = (from.max(samples.start), to.min(samples.end));
+        match ground {
+            Some((level, clear)) if !held => {
+                // Each run of samples that are well above the ground.
+                let low = |i: usize| xp[i] < level + clear;
+                let mut start = from;
+                for i in from..to {
+                    if low(i) {
+                        add(start..i, held);
+                        start = i + 1;
+                    }
+                }
+                add(start..to.max(start), held);
+            }
+            _ => add(from..to.max(from), held),
+        }
+        begin = end;
+        held = matches!(kind, Some(Kind::Touch));
+    }
+    out
+}
+
+/// Whether a reading moves along a straight line but for its noise: a mass on the ground
+/// does, one that still hops there, too low for its bounces to be told apart, does not.
+fn still(xp: &[f64], noise: f64) -> bool {
+    let points = || xp.iter().enumerate().filter(|(_, x)| x.is_finite());
+    let n = points().count() as f64;
+    let mean =
+        |f: &dyn Fn(f64, f64) -> f64| points().map(|(i, x)| f(i as f64, *x)).sum::<f64>() / n;
+    let (i0, x0) = (mean(&|i, _| i), mean(&|_, x| x));
+    let slope = mean(&|i, x| (i - i0) * (x - x0)) / mean(&|i, _| (i - i0).powi(2)).max(1e-12);
+    let left = mean(&|i, x| (x - x0 - slope * (i - i0)).powi(2));
+    left < (1.0 + MOVES * (2.0 / n).sqrt()) * noise * noise
+}
+
+/// Number of samples at the start of a stay, `xp` \[m\] at every `interval` \[s\], in which
+/// the mass still hops.
+fn hopping(xp: &[f64], interval: f64, noise: f64) -> usize {
+    let finite =
+        |xp: &[f64]| -> Vec<f64> { xp.iter().copied().filter(|x| x.is_finite()).collect() };
+    let first = ((HOPS / interval) as usize).min(xp.len() / 2);
+    let rest = quantile_in_place(&mut finite(&xp[first..]), 0.5);
+    let hops = |block: &[f64]| {
+        let known = finite(block);
+        let mean = known.iter().sum::<f64>() / known.len() as f64;
+        mean - rest > HOP * noise
+    };
+    let starts = (0..first).step_by(BLOCK / 2);
+    let mut hopping = starts.filter(|&i| hops(&xp[i..(i + BLOCK).min(xp.len())]));
+    hopping
+        .next_back()
+        .map_or(0, |i| (i + 2 * BLOCK).min(first))
+}
+
+/// Level at which the reading is most often when it is low \[m\].
+fn densest_low(xp: &[f64], noise: f64) -> Option<f64> {
+    let mut low: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
+    let bottom = quantile_in_place(&mut low, 2e-3);
+    low.retain(|x| *x < bottom + BOTTOM + 6.0 * noise);
+    low.sort_unstable_by(f64::total_cmp);
+    let mut first = 0;
+    let mut best = (0, 0.0);
+    for last in 0..low.len() {
+        while low[last] - low[first] > 4.0 * noise {
+            first += 1;
+        }
+        if last - first >= best.0 {
+            best = (last - first, low[(first + last) / 2]);
+        }
+    }
+    (best.0 > 0).then_some(best.1)
+}
+
+/// Cuts `parts` into calm stretches for the parameters of `space`, guessed as in `model`.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense, a drive is missing or nothing can be used.
+pub fn prepare_calm(
+    model: &Model,
+    space: &Space,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+) -> Result<Calm, FitError> {
+    let mut prepared = prepare(model, space, parts, findings, options)?;
+    let simulator = StretchSimulator::new(model, &prepared.problem.options)?;
+    let mut known: Vec<f64> = findings
+        .iter()
+        .filter_map(|f| f.level.clone().ok())
+        .collect();
+    let common = quantile_in_place(&mut known, 0.5);
+    let mut segments: Vec<Segment> = Vec::new();
+    let mut timelines = Vec::with_capacity(parts.len());
+    let mut covered = Vec::with_capacity(parts.len());
+    for (index, (part, finding)) in parts.iter().zip(findings).enumerate() {
+        let data = &prepared.problem.data[index];
+        let recording = &data.recording;
+        let timeline = finding.timeline(recording, data.sigmas.xp);
+        let (moved, noise) = (
+            finding.as_moved(recording),
+            finding.noise_of(data.sigmas.xp, recording),
+        );
+        let ground = if finding.level.is_ok() {
+            densest_low(&moved[part.samples.clone()], noise)
+                .map(|level| (level, (CLEAR * noise).max(LEAST_CLEAR)))
+        } else {
+            // It may touch the ground all the same, unseen.
+            common.is_finite().then_some((common, ZEROS))
+        };
+        let lone = recording.cantilever.is_none();
+        let longest = options
+            .longest
+            .unwrap_or_else(|| crate::fit::problem::prepare::default_length(&simulator, lone));
+        let mut samples = 0;
+        for mut interval in intervals(recording, &moved, &timeline, &part.samples, ground) {
+            let since = interval
+                .held
+                .then(|| recording.time[interval.samples.start]);
+            if interval.held {
+                let xp = &moved[interval.samples.clone()];
+                interval.samples.start += hopping(xp, recording.interval(), noise);
+            }
+            let quiet = Timeline {
+                marks: Vec::new(),
+                starts_held: interval.held,
+            };
+            let pieces = cut(
+                &Cut {
+                    index,
+                    recording,
+                    track: &data.track,
+                    timeline: &quiet,
+                    simulator: &simulator,
+                    longest,
+                    lone,
+                    noise: data.sigmas.xp,
+                },
+                interval.samples,
+            );
+            for mut segment in pieces {
+                let xp = &moved[segment.samples.clone()];
+                if interval.held && !still(xp, noise) {
+                    continue;
+                }
+                // How it came to be held is not looked at here.
+                segment.settled = false;
+                segment.since = since;
+                samples += segment.samples.len();
+                segments.push(segment);
+            }
+        }
+        covered.push(samples as f64 / part.samples.len().max(1) as f64);
+        timelines.push(timeline);
+    }
+    prepared.segments = segments;
+    Ok(Calm {
+        prepared,
+        timelines,
+        covered,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::event_free_segments::*;
+
+    #[test]
+    fn hops_after_a_landing_are_left_out_of_a_stay_and_its_noise_and_drift_are_not() {
+        let (interval, noise) = (4e-5, 150e-9);
+        let reading = |hop: f64, slope: f64| -> Vec<f64> {
+            let one = |i: usize| {
+                let t = i as f64 * interval;
+                // A parabola of 0.4 ms, and a deterministic stand-in for noise.
+                let hop = hop * (1.0 - (t / 2e-4 - 1.0).powi(2)).max(0.0);
+                hop + slope * t + noise * 1.4 * (1.7 * i as f64 * i as f64).sin()
+            };
+            (0..400).map(one).collect()
+        };
+        assert_eq!(hopping(&reading(0.0, 0.0), interval, noise), 0);
+        assert_eq!(hopping(&reading(0.0, 2e-6), interval, noise), 0);
+        let left_out = hopping(&reading(0.6e-6, 0.0), interval, noise) as f64 * interval;
+        assert!((4e-4..HOPS).contains(&left_out), "{left_out}");
+        assert_eq!(hopping(&[], interval, noise), 0);
+    }
+}

@@ -1,0 +1,399 @@
+//! Stretches beside a fit: those that were misread are looked after, those of a device
+//! with other modes take their unknowns over, and a few stand for all on the way.
+
+use rayon::prelude::*;
+
+use super::missed_contacts::{grazes, until_lowest};
+use crate::diagnose::shooting::workspace::{LOSS, WIDE};
+use crate::fit::problem::Problem;
+use crate::fit::segment::initial_guess::state_units;
+use crate::fit::segment::{Joint, Segment};
+use crate::fit::solve::point::Point;
+use crate::recording::quantile_in_place;
+use crate::sim::error::SimError;
+use crate::sim::stretch::{StretchSimulator, StretchState};
+
+/// A stretch this many times farther off than is usual was misread.
+const OFF: f64 = 2.5;
+/// Fall of the cost from which a stretch read as held is told as flight.
+const WORSE: f64 = 40.0;
+/// Cost above that of noise from which it is tried.
+const SUSPECT: f64 = 20.0;
+/// So many in a recording make its others likely.
+const ALIKE: usize = 2;
+/// Cost per row up to which it is told well.
+const FITS: f64 = 1.3;
+/// Heights above the ground that may be taken for contact, in units of the noise.
+const UNSEEN: f64 = 6.0;
+/// Share of the stretches with a jump of the drive that are most of them.
+const MOST_JUMPS: f64 = 0.5;
+/// Fewer of those than this say nothing about all.
+const FEW: usize = 5;
+/// Most steps of a stretch's own fit.
+const ROUNDS: usize = 8;
+/// One in this many stretches is used on the way.
+const THIN: usize = 3;
+/// So many of each recording, in flight and held, are used at least.
+const AT_LEAST: usize = 6;
+
+/// Looks after stretches that are far off where the others are not: a new start from the
+/// first guess, or no say, for then an event in them was overlooked. Whether anything
+/// changed.
+pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<bool, SimError> {
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&point.x, &simulator, &point.segments);
+    let fit = |i: usize, start: Vec<f64>, huber, rounds| {
+        let segment = &point.segments[i];
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        let told = problem.refine(
+            segment, &states[i], &simulator, &nuisances, start, huber, rounds,
+        );
+        (told.locals, told.cost)
+    };
+    let rows: Vec<usize> = point
+        .segments
+        .iter()
+        .map(|s| problem.rows(s).len())
+        .collect();
+    let per_row = |i: usize, cost: f64| (cost / rows[i].max(1) as f64).sqrt();
+    let mut now: Vec<(Vec<f64>, f64)> = (0..point.segments.len())
+        .into_par_iter()
+        .map(|i| fit(i, point.segments[i].locals.clone(), LOSS, 1))
+        .collect();
+    let of_used = |now: &[(Vec<f64>, f64)]| -> Vec<(f64, usize)> {
+        let used = (0..now.len()).filter(|&i| point.used[i]);
+        used.map(|i| (per_row(i, now[i].1), rows[i])).collect()
+    };
+    let mut costs: Vec<f64> = of_used(&now).into_iter().map(|(cost, _)| cost).collect();
+    costs.retain(|cost| cost.is_finite());
+    let typical = quantile_in_place(&mut costs, 0.5).max(1.0);
+    let off: Vec<usize> = (0..now.len())
+        .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * typical)
+        .collect();
+    let fresh: Vec<(Vec<f64>, f64)> = off
+        .par_iter()
+        .map(|&i| {
+            let guess = guess(&first[i], &point.segments[i]);
+            let (loose, _) = fit(i, guess.to_vec(), WIDE, 8);
+            fit(i, loose, LOSS, 8)
+        })
+        .collect();
+    let mut changed = false;
+    for (&i, better) in off.iter().zip(fresh) {
+        if better.1 < now[i].1 {
+            now[i] = better;
+            changed = true;
+        }
+    }
+    // Only what a new start does not mend was misread, and only here and there.
+    let usual = usual(of_used(&now));
+    let jumps = |i: usize| !point.segments[i].starts_held && point.segments[i].has_jump();
+    let with_jump = (0..now.len()).filter(|&i| point.used[i] && jumps(i));
+    let with_jump = usual_of_jumps(with_jump.map(|i| per_row(i, now[i].1)).collect(), usual);
+    let misread: Vec<usize> = (0..now.len())
+        .into_par_iter()
+        .filter(|&i| point.used[i])
+        .filter(|&i| {
+            let usual = if jumps(i) { with_jump } else { usual };
+            // A bounce between two samples makes a few samples far off, which the loss forgives.
+            let whole = || per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1);
+            let graze = || whole() > OFF * usual;
+            // What a jump does is off from the jump on, an overlooked touch where it is lowest.
+            let touched = || {
+                let flown = jumps(i).then(|| until_lowest(problem, point, &simulator, i))??;
+                let nuisances = problem.nuisances_of(&point.x, flown.recording);
+                let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
+                let told = problem.refine(&flown, state, &simulator, near, start, LOSS, ROUNDS);
+                let flown = (told.cost / problem.rows(&flown).len().max(1) as f64).sqrt();
+                Some(flown < OFF && whole() > OFF * OFF * flown.max(1.0))
+            };
+            per_row(i, now[i].1) > OFF * usual
+                || (grazes(problem, point, &simulator, i) && graze())
+                || touched() == Some(true)
+        })
+        .collect();
+    for &i in &off {
+        point.segments[i].locals.clone_from(&now[i].0);
+    }
+    for &i in &misread {
+        point.used[i] = false;
+    }
+    let above = hovering(problem, point, &simulator, &states);
+    for &i in &above {
+        point.used[i] = false;
+    }
+    Ok(changed || !misread.is_empty() || !above.is_empty())
+}
+
+/// Where a stretch's own unknowns begin anew: at the first guess, unless that is of a model
+/// with other modes.
+pub fn guess<'a>(first: &'a Segment, now: &'a Segment) -> &'a [f64] {
+    if first.locals.len() == now.locals.len() {
+        &first.locals
+    } else {
+        &now.locals
+    }
+}
+
+/// What nine in ten are told no worse than, of at least what noise leaves: nine in ten of
+/// the stretches, or of their rows, whichever is less. Neither the many short stretches
+/// between the hops of a landing nor a few long ones must pass for usual where they were
+/// misread.
+fn usual(mut of_stretches: Vec<(f64, usize)>) -> f64 {
+    of_stretches.retain(|(cost, _)| cost.is_finite());
+    of_stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let nine_in_ten = |share: &dyn Fn(usize) -> usize| {
+        let all: usize = of_stretches.iter().map(|(_, rows)| share(*rows)).sum();
+        let mut passed = 0;
+        let found = of_stretches.iter().find(|(_, rows)| {
+            passed += share(*rows);
+            10 * passed >= 9 * all
+        });
+        found.map_or(1.0, |(cost, _)| cost.max(1.0))
+    };
+    nine_in_ten(&|rows| rows).min(nine_in_ten(&|_| 1))
+}
+
+/// What is usual of stretches with a jump of the drive, where `usual` is so of all. If most of
+/// them are far off, that is what a jump does, of a drive or a reading that lags for one, and no
+/// misreading.
+fn usual_of_jumps(mut costs: Vec<f64>, usual: f64) -> f64 {
+    costs.retain(|cost| cost.is_finite());
+    if costs.len() < FEW {
+        return usual;
+    }
+    quantile_in_place(&mut costs, MOST_JUMPS).max(usual)
+}
+
+/// Stretches read as held in which the mass is off the ground by less than the noise shows
+/// in a sample: they are far better told as flight, a little above the ground. Where a
+/// recording has some, its others need only be somewhat better told.
+fn hovering(
+    problem: &Problem,
+    point: &Point,
+    simulator: &StretchSimulator,
+    states: &[Vec<f64>],
+) -> Vec<usize> {
+    // How much better it is told as flight, and whether it is told well then.
+    let one = |i: usize| -> Option<(usize, f64, bool)> {
+        let held = &point.segments[i];
+        let data = &problem.data[held.recording];
+        let nuisances = problem.nuisances_of(&point.x, held.recording);
+        let cost = |segment: &Segment, rounds| {
+            let start = segment.locals.clone();
+            problem.refine(
+                segment, &states[i], simulator, &nuisances, start, LOSS, rounds,
+            )
+        };
+        let rows = problem.rows(held).len() as f64;
+        let on_ground = cost(held, 1).cost;
+        if on_ground < rows + SUSPECT {
+            return None;
+        }
+        let level = simulator.ground_level(data.recording.time[held.samples.start] + data.epoch);
+        let flying = in_flight(held, simulator, level, data.sigmas.xp);
+        let in_air = cost(&flying, ROUNDS);
+        let modes = simulator.modes();
+        let q: Vec<f64> = (0..modes)
+            .map(|k| flying.value(&in_air.locals, k))
+            .collect();
+        let (phi_p, _) = simulator.flight_shapes();
+        let height = q.iter().zip(phi_p).map(|(q, p)| q * p).sum::<f64>() - level;
+        let near = height > 0.0 && height < UNSEEN * data.sigmas.xp;
+        near.then_some((i, on_ground - in_air.cost, in_air.cost < FITS * rows))
+    };
+    let held = (0..point.segments.len()).into_par_iter();
+    let nearly: Vec<(usize, f64, bool)> = held
+        .filter(|&i| point.used[i] && point.segments[i].starts_held)
+        .filter_map(one)
+        .collect();
+    let of = |i: usize| point.segments[i].recording;
+    let surely: Vec<usize> = nearly
+        .iter()
+        .filter(|(_, gain, well)| *gain > WORSE && *well)
+        .map(|(i, ..)| *i)
+        .collect();
+    nearly
+        .iter()
+        .filter(|(i, gain, _)| {
+            let alike = surely.iter().filter(|&&k| of(k) == of(*i)).count();
+            surely.contains(i) || (alike >= ALIKE && *gain > 0.1 * WORSE)
+        })
+        .map(|(i, ..)| *i)
+        .collect()
+}
+
+/// State at a stretch's start, and how many of its unknowns that takes.
+fn start_of(segment: &Segment) -> (StretchState, usize) {
+    let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
+    let own = segment.locals.len() - joints;
+    let value = |i: usize| segment.value(&segment.locals, i);
+    let state = StretchState {
+        q: (0..own / 2).map(value).collect(),
+        v: (own / 2..own).map(value).collect(),
+        z: Vec::new(),
+    };
+    (state, own)
+}
+
+/// A held stretch told as flight from the same state.
+fn in_flight(held: &Segment, simulator: &StretchSimulator, level: f64, noise: f64) -> Segment {
+    let (mut state, own) = start_of(held);
+    simulator.lift(level, &mut state);
+    let span = held.samples.len().saturating_sub(1) as f64 * held.interval;
+    let mut units = state_units(simulator, false, noise, span);
+    let start = state.q.iter().chain(&state.v);
+    let mut locals: Vec<f64> = start.zip(&units).map(|(x, unit)| x / unit).collect();
+    units.extend_from_slice(&held.units[own..]);
+    locals.extend_from_slice(&held.locals[own..]);
+    Segment {
+        starts_held: false,
+        since: None,
+        settled: false,
+        locals,
+        units,
+        ..held.clone()
+    }
+}
+
+/// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
+/// other modes, of which those that both have come first. A new mode begins at rest.
+pub fn adopt(
+    known: &[Segment],
+    fresh: Vec<Segment>,
+    (old, new): (&StretchSimulator, &StretchSimulator),
+    problem: &Problem,
+) -> Vec<Segment> {
+    if known.len() != fresh.len() {
+        return fresh;
+    }
+    let one = |(k, mut f): (&Segment, Segment)| {
+        if k.samples != f.samples {
+            return f;
+        }
+        let (mut state, states) = start_of(k);
+        let data = &problem.data[k.recording];
+        let level = old.ground_level(data.recording.time[k.samples.start] + data.epoch);
+        if k.starts_held {
+            old.lift(level, &mut state);
+        }
+        state.q.resize(new.modes(), 0.0);
+        state.v.resize(new.modes(), 0.0);
+        if f.starts_held {
+            new.land(level, &mut state);
+        }
+        let own = state.q.iter().chain(&state.v);
+        f.locals = own.zip(&f.units).map(|(x, unit)| x / unit).collect();
+        f.units.truncate(f.locals.len());
+        f.locals.extend_from_slice(&k.locals[states..]);
+        f.units.extend_from_slice(&k.units[states..]);
+        f.joints.clone_from(&k.joints);
+        f
+    };
+    known.iter().zip(fresh).map(one).collect()
+}
+
+/// Which stretches are used on the way: some of each recording, in flight and held.
+pub fn thinned(segments: &[Segment]) -> Vec<bool> {
+    let mut used = vec![false; segments.len()];
+    let mut groups: std::collections::BTreeMap<(usize, bool), Vec<usize>> = Default::default();
+    for (i, s) in segments.iter().enumerate() {
+        groups
+            .entry((s.recording, s.starts_held))
+            .or_default()
+            .push(i);
+    }
+    for group in groups.values() {
+        let stride = THIN.min(group.len() / AT_LEAST).max(1);
+        group.iter().step_by(stride).for_each(|&i| used[i] = true);
+    }
+    used
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::misread_segments::*;
+    use crate::fit::segment::JointKind;
+    use crate::fit::segment::voltage_track::{Edge, Track};
+    use crate::model::drive::Waveform;
+    use crate::model::preset::Preset;
+    use crate::recording::Recording;
+
+    /// A stretch with unknowns `locals` and nothing in it.
+    fn of(locals: &[f64]) -> Segment {
+        Segment {
+            recording: 0,
+            samples: 0..1,
+            starts_held: false,
+            since: None,
+            settled: false,
+            joints: Vec::new(),
+            pieces: Vec::new(),
+            locals: locals.to_vec(),
+            units: vec![1.0; locals.len()],
+            velocity_unit: 1.0,
+            interval: 1.0,
+        }
+    }
+
+    #[test]
+    fn a_guess_for_other_modes_is_none() {
+        let now = of(&[1.0, 2.0]);
+        assert_eq!(guess(&of(&[3.0, 4.0]), &now), [3.0, 4.0]);
+        assert_eq!(guess(&of(&[3.0]), &now), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn a_turn_of_the_drive_is_no_jump() {
+        let stretch = |drive: &str| {
+            let waveform = Waveform::parse(drive, 0.2).unwrap();
+            let time: Vec<f64> = (0..10_000).map(|i| f64::from(i) / 50e3).collect();
+            let volts = time.iter().map(|&t| waveform.voltage(t)).collect();
+            let xp = time.clone();
+            let recording = Recording::new("drive", time, Some(volts), xp, None).unwrap();
+            let model = Preset::embedded("paper").unwrap().model;
+            let track = Track::new(&model, &recording, 0.0).unwrap();
+            let joint = |edge: &Edge| Joint {
+                time: edge.time,
+                reach: edge.reach,
+                sigma: edge.sigma,
+                what: JointKind::Edge(edge.piece),
+            };
+            Segment {
+                joints: track.edges.iter().map(joint).collect(),
+                pieces: track.pieces,
+                ..of(&[])
+            }
+        };
+        assert!(stretch("square:15Hz:8V").has_jump());
+        let turns = stretch("sine:50Hz:8V");
+        assert!(turns.joints.len() > 15 && !turns.has_jump());
+    }
+
+    #[test]
+    fn what_most_jumps_do_is_no_misreading() {
+        assert_eq!(usual_of_jumps(vec![3.2, 3.4, 3.0, 3.1, 1.0], 1.1), 3.1);
+        // Few of them may all be misread, and so may be the lesser part.
+        assert_eq!(usual_of_jumps(vec![3.2, 3.4, 3.0], 1.1), 1.1);
+        assert_eq!(usual_of_jumps(vec![3.2, 3.4, 1.0, 1.0, 0.9], 1.1), 1.1);
+        let lost = vec![f64::INFINITY, f64::NAN, 1.0, 1.0, 1.0];
+        assert_eq!(usual_of_jumps(lost, 1.1), 1.1);
+    }
+
+    #[test]
+    fn many_short_stretches_far_off_are_not_usual() {
+        // A third of the stretches, a twentieth of the rows.
+        let mut all: Vec<(f64, usize)> = vec![(1.1, 300); 20];
+        all.extend(vec![(80.0, 30); 10]);
+        assert_eq!(usual(all.clone()), 1.1);
+        // And the other way round.
+        let mut few: Vec<(f64, usize)> = vec![(1.2, 30); 40];
+        few.extend(vec![(9.0, 600); 3]);
+        assert_eq!(usual(few), 1.2);
+        // Where most of the data is far off, that is usual.
+        all.extend(vec![(7.0, 300); 20]);
+        assert_eq!(usual(all), 7.0);
+        assert_eq!(usual(Vec::new()), 1.0);
+        assert_eq!(usual(vec![(0.6, 10), (f64::INFINITY, 5)]), 1.0);
+    }
+}

@@ -1,0 +1,9 @@
+//! TODO-doc
+
+pub mod event_free_segments;
+pub(super) mod level_drift;
+pub(super) mod misread_segments;
+pub(super) mod missed_contacts;
+pub mod noise_model;
+pub mod screening;
+pub(super) mod side;

@@ -1,0 +1,287 @@
+//! The colour of the readings' noise, from stays on the ground: there the mass is still,
+//! and all that its reading does is the sensor's.
+
+use std::ops::Range;
+
+use super::event_free_segments::intervals;
+use crate::fit::residual::coloured_noise::Colour;
+use crate::fit::segment::event_sequence::Timeline;
+use crate::recording::Recording;
+
+/// Stays are looked at in windows this long \[s\].
+const WINDOW: f64 = 12e-3;
+/// Fewest samples of a window.
+const LEAST: usize = 40;
+/// Time after touch that is left out, for what is left of the landing \[s\].
+const LANDING: f64 = 5e-4;
+/// Fewest windows from which a colour is told.
+const ENOUGH: usize = 4;
+/// Shares of the variance that are tried.
+const SHARES: [f64; 12] = [
+    0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 0.9,
+];
+/// Memories that are tried \[samples\].
+const MEMORIES: [f64; 10] = [1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 120.0];
+/// Neighbours of a place in share and memory, in steps.
+const NEIGHBOURS: [(i32, i32); 8] = [
+    (-1, -1),
+    (-1, 0),
+    (-1, 1),
+    (0, -1),
+    (0, 1),
+    (1, -1),
+    (1, 0),
+    (1, 1),
+];
+/// Largest share of the variance with a memory.
+const MOST_SHARE: f64 = 0.95;
+/// By how much the log-likelihood of a colour must exceed that of white noise.
+const CLEARLY: f64 = 6.0;
+
+/// How much noisier than the quietest a recording may be to have a noise of its own.
+pub const ONE_NOISE: f64 = 1.3;
+/// Relative standard error of a noise from one sample's neighbours: medians of differences
+/// of a high order waste most of what independent samples would tell.
+const ESTIMATE_ERROR: f64 = 2.6;
+/// Standard errors by which an estimate may be off the common one.
+const AGREES: f64 = 3.5;
+
+/// Noise of a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Factor on the noise estimated from differences of neighbouring samples, which does
+    /// not see slow noise.
+    pub factor: f64,
+    /// Its colour.
+    pub colour: Colour,
+}
+
+/// A stretch of a recording in which the mass is held.
+#[derive(Debug, Clone, Copy)]
+pub struct Stays<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// Its events.
+    pub timeline: &'a Timeline,
+    /// The noise of the proof mass as estimated from neighbouring samples \[m\].
+    pub sigma: f64,
+}
+
+/// One instrument has one noise: estimates from single recordings, each with its number
+/// of samples, become the one of all where they agree as far as so many samples tell. Where
+/// the motion itself is quick, it passes for noise of neighbouring samples: those far
+/// noisier than the quietest take the common one too. Returns the relative standard error
+/// of the common one; infinite if there is none.
+pub fn pool(estimates: &mut [(usize, &mut f64)]) -> f64 {
+    let known = |sigma: f64| sigma.is_finite() && sigma > 0.0;
+    let least = estimates
+        .iter()
+        .filter(|(_, s)| known(**s))
+        .fold(f64::INFINITY, |a, (_, s)| a.min(**s));
+    let near = |sigma: f64| known(sigma) && sigma <= ONE_NOISE * least;
+    let (mut sum, mut samples) = (0.0, 0.0);
+    for (n, sigma) in estimates.iter().filter(|(_, s)| near(**s)) {
+        sum += *n as f64 * **sigma;
+        samples += *n as f64;
+    }
+    let common = sum / samples;
+    if !known(common) {
+        return f64::INFINITY;
+    }
+    let error_of = |samples: f64| ESTIMATE_ERROR / samples.max(1.0).sqrt();
+    for (n, sigma) in estimates {
+        let error = error_of(*n as f64);
+        let agrees = (**sigma / common - 1.0).abs() < AGREES * error;
+        if agrees || !near(**sigma) {
+            **sigma = common;
+        }
+    }
+    error_of(samples)
+}
+
+/// Noise of the proof mass's reading from the stays of all recordings, as seen against
+/// each one's own level; white if there are too few.
+pub fn estimate(stays: &[Stays<'_>]) -> Noise {
+    let windows: Vec<Vec<f64>> = stays.iter().flat_map(windows).collect();
+    let white = Noise {
+        factor: 1.0,
+        colour: Colour::WHITE,
+    };
+    if windows.len() < ENOUGH {
+        return white;
+    }
+    let (mut best, mut likelihood) = fit(&windows, Colour::WHITE);
+    likelihood += CLEARLY;
+    for share in SHARES {
+        for memory in MEMORIES {
+            let colour = Colour {
+                share,
+                keep: (-1.0f64 / memory).exp(),
+            };
+            let (noise, l) = fit(&windows, colour);
+            if l > likelihood {
+                (best, likelihood) = (noise, l);
+            }
+        }
+    }
+    // Between the places of the grid, in smaller and smaller steps.
+    for step in [1.25f64, 1.12, 1.06] {
+        let Colour { share, keep } = best.colour;
+        if share <= 0.0 {
+            break;
+        }
+        for (more, longer) in NEIGHBOURS {
+            let colour = Colour {
+                share: (share * step.powi(more)).min(MOST_SHARE),
+                keep: keep.powf(step.powi(-longer)),
+            };
+            let (noise, l) = fit(&windows, colour);
+            if l > likelihood {
+                (best, likelihood) = (noise, l);
+            }
+        }
+    }
+    best
+}
+
+fn windows(stays: &Stays<'_>) -> Vec<Vec<f64>> {
+    let r = stays.recording;
+    let interval = r.interval();
+    let length = ((WINDOW / interval) as usize).max(LEAST);
+    let skip = (LANDING / interval).ceil() as usize;
+    let mut out = Vec::new();
+    let whole = 0..r.len();
+    for stay in intervals(r, &r.proof_mass, stays.timeline, &whole, None) {
+        if !stay.held {
+            continue;
+        }
+        let Range { mut start, end } = stay.samples;
+        start += skip;
+        while start + LEAST <= end {
+            let to = (start + length).min(end);
+            let values: Vec<f64> = r.proof_mass[start..to]
+                .iter()
+                .filter(|x| x.is_finite())
+                .map(|x| x / stays.sigma)
+                .collect();
+            if values.len() >= LEAST {
+                out.push(values);
+            }
+            start = to;
+        }
+    }
+    out
+}
+
+/// Best size of the noise for a colour, and the log-likelihood; each window has a level
+/// and a slope of its own.
+fn fit(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
+    let (mut sum, mut freedom, mut determinant) = (0.0, 0.0, 0.0);
+    for window in windows {
+        let n = window.len();
+        let mut columns = [vec![1.0; n], (0..n).map(|i| i as f64 / n as f64).collect()];
+        let mut values = window.clone();
+        colour.whiten(&mut values);
+        for i in 0..columns.len() {
+            colour.whiten(&mut columns[i]);
+            if i == 1 {
+                let [first, second] = &mut columns;
+                project(first, second);
+            }
+            project(&columns[i], &mut values);
+            // A slow noise looks quieter about a line of its own: restricted likelihood.
+            determinant += columns[i].iter().map(|c| c * c).sum::<f64>().ln();
+        }
+        sum += values.iter().map(|v| v * v).sum::<f64>();
+        freedom += (n - columns.len()) as f64;
+        determinant += colour.log_determinant(n);
+    }
+    let variance = (sum / freedom).max(1e-12);
+    let noise = Noise {
+        factor: variance.sqrt(),
+        colour,
+    };
+    (noise, -0.5 * (freedom * variance.ln() + determinant))
+}
+
+/// Takes from `values` what lies along `direction`.
+fn project(direction: &[f64], values: &mut [f64]) {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let share = dot(direction, values) / dot(direction, direction).max(1e-300);
+    for (v, d) in values.iter_mut().zip(direction) {
+        *v -= share * d;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::noise_model::*;
+    use crate::trial::rng::Dice;
+
+    const SIGMA: f64 = 20e-9;
+
+    /// A mass that is held for 20 ms and away for 20 ms in turn, read with noise of which
+    /// `share` has a memory of so many samples.
+    fn held(share: f64, memory: f64, seed: u64) -> Recording {
+        let mut dice = Dice::new(seed, 0);
+        let mut fresh = || dice.normal();
+        let keep = (-1.0 / memory).exp();
+        let mut slow = fresh();
+        let time: Vec<f64> = (0..20_000).map(|i| 2e-5 * f64::from(i)).collect();
+        let xp = time.iter().map(|t| {
+            let level = if ((t / 20e-3) as usize).is_multiple_of(2) {
+                -58e-6
+            } else {
+                40e-6
+            };
+            slow = keep * slow + (1.0 - keep * keep).sqrt() * fresh();
+            level + SIGMA * (share.sqrt() * slow + (1.0 - share).sqrt() * fresh())
+        });
+        let xp = xp.collect();
+        Recording::new("held", time, None, xp, None).unwrap()
+    }
+
+    /// Power of slow noise against that of white noise of the same size.
+    fn slow_power(colour: Colour) -> f64 {
+        1.0 + colour.share * 2.0 * colour.keep / (1.0 - colour.keep)
+    }
+
+    #[test]
+    fn slow_noise_is_told_without_bias_though_each_stay_has_a_level_of_its_own() {
+        for (share, memory) in [(0.11, 42.0), (0.3, 15.0), (0.3, 4.0)] {
+            let truth = slow_power(Colour {
+                share,
+                keep: (-1.0f64 / memory).exp(),
+            });
+            let mut logarithms = Vec::new();
+            for seed in 0..6 {
+                let recording = held(share, memory, seed);
+                let xp = &recording.proof_mass;
+                let timeline = Timeline::new(&recording.time, xp, -58e-6, SIGMA);
+                let stays = Stays {
+                    recording: &recording,
+                    timeline: &timeline,
+                    sigma: SIGMA,
+                };
+                let found = estimate(&[stays]);
+                assert!((found.factor - 1.0).abs() < 0.1, "{found:?}");
+                logarithms.push((slow_power(found.colour) / truth).ln());
+            }
+            let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+            println!("{share} {memory}: {:.2} {logarithms:.2?}", mean.exp());
+            assert!(mean.abs() < 0.25, "{:.2}", mean.exp());
+        }
+    }
+
+    #[test]
+    fn white_noise_has_no_colour() {
+        let recording = held(0.0, 1.0, 7);
+        let timeline = Timeline::new(&recording.time, &recording.proof_mass, -58e-6, SIGMA);
+        let stays = Stays {
+            recording: &recording,
+            timeline: &timeline,
+            sigma: SIGMA,
+        };
+        assert_eq!(estimate(&[stays]).colour, Colour::WHITE);
+    }
+}

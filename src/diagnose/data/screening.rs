@@ -1,0 +1,186 @@
+//! What is looked at before anything is computed: whether the recordings can be asked at
+//! all, and what in them must not be believed.
+
+use std::sync::Arc;
+
+use crate::diagnose::options::DiagnoseError;
+use crate::fit::error::FitError;
+use crate::fit::inspect::preconditions::check;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::same_device::same_ring;
+use crate::fit::options::FitOptions;
+use crate::model::Model;
+use crate::recording::{Channel, Recording};
+
+/// A run of equal extreme values at least this long is the end of a sensor's range.
+const RUN: usize = 6;
+/// A recording shorter than this tells little \[samples\].
+const SHORT: usize = 2000;
+
+/// Recordings fit to be diagnosed.
+#[derive(Debug, Clone)]
+pub struct Condition {
+    /// To fit.
+    pub train: Vec<Part>,
+    /// Kept out.
+    pub held_out: Vec<Part>,
+    /// What limits the answer, and what was done.
+    pub remarks: Vec<String>,
+    /// Whether an effect may be named at all.
+    pub may_name: bool,
+}
+
+/// Looks at recordings.
+///
+/// # Errors
+/// [`DiagnoseError`] where no answer is possible.
+pub fn condition(
+    model: &Model,
+    train: &[Part],
+    held_out: &[Part],
+) -> Result<Condition, DiagnoseError> {
+    if train.is_empty() {
+        return Err(DiagnoseError::NoRecording);
+    }
+    let mut remarks = Vec::new();
+    let mut unclip = |parts: &[Part]| -> Vec<Part> {
+        parts.iter().map(|p| unclipped(p, &mut remarks)).collect()
+    };
+    let (train, mut held_out) = (unclip(train), unclip(held_out));
+    let options = FitOptions::for_model(model);
+    let mut may_name = true;
+    for part in train.iter().chain(&held_out) {
+        let one = std::slice::from_ref(part);
+        match check(model, one, &look(model, one), &options) {
+            Ok(()) | Err(FitError::NoContact { .. } | FitError::Unused { .. }) => {}
+            // Nothing of the device need be free for a comparison.
+            Err(FitError::NothingFree) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    let all: Vec<Part> = train.iter().chain(&held_out).cloned().collect();
+    let findings = look(model, &all);
+    let of_one = check(model, &all, &findings, &options)
+        .and_then(|()| same_ring(model, &all, &findings).map(|_| ()));
+    match of_one {
+        Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(format!(
+            "no contact was found ({reason}): nothing can be said of impact, adhesion and film"
+        )),
+        Err(error @ FitError::DifferentDevices { .. }) => {
+            may_name = false;
+            remarks.push(format!("{error}; so nothing is named"));
+        }
+        _ => {}
+    }
+    let samples: usize = train.iter().map(|p| p.samples.len()).sum();
+    if samples < SHORT {
+        remarks.push(format!(
+            "{samples} samples are few: effects that show slowly or rarely cannot be seen"
+        ));
+    }
+    if train.iter().all(|p| p.recording.cantilever.is_none()) && model.has_cantilever {
+        remarks.push(
+            "only the proof mass was recorded: what moves the cantilever alone cannot be told from the drive"
+                .to_owned(),
+        );
+    }
+    if train.len() == 1 && model.piezo.is_some() {
+        remarks.push(
+            "one excitation cannot tell many effects apart; record two or three more waveforms"
+                .to_owned(),
+        );
+    }
+    // A device that is read at other points on one side would be judged by what it is not.
+    let lone = |p: &Part| p.recording.cantilever.is_none();
+    if train.iter().all(lone) != held_out.iter().all(lone) && !held_out.is_empty() {
+        let with_both = held_out.len();
+        held_out.retain(|p| lone(p) == train.iter().all(lone));
+        remarks.push(format!(
+            "{} recordings kept out were left aside: they read other points than the fitted ones",
+            with_both - held_out.len()
+        ));
+    }
+    Ok(Condition {
+        train,
+        held_out,
+        remarks,
+        may_name,
+    })
+}
+
+/// The part without samples at the end of the sensor's range.
+fn unclipped(part: &Part, remarks: &mut Vec<String>) -> Part {
+    let r = &part.recording;
+    let mut clean: Option<Recording> = None;
+    for channel in [Channel::ProofMass, Channel::Cantilever] {
+        let Some(values) = r.channel(channel) else {
+            continue;
+        };
+        let clipped = clipped_samples(values);
+        if clipped.is_empty() {
+            continue;
+        }
+        remarks.push(format!(
+            "{}: {} of {} samples of {} stand at the end of the sensor's range and were left out",
+            r.name,
+            clipped.len(),
+            values.len(),
+            channel.symbol()
+        ));
+        let copy = clean.get_or_insert_with(|| (**r).clone());
+        let target = match channel {
+            Channel::Cantilever => copy.cantilever.as_mut(),
+            _ => Some(&mut copy.proof_mass),
+        };
+        if let Some(target) = target {
+            for i in clipped {
+                target[i] = f64::NAN;
+            }
+        }
+    }
+    match clean {
+        Some(clean) => Part {
+            recording: Arc::new(clean),
+            samples: part.samples.clone(),
+        },
+        None => part.clone(),
+    }
+}
+
+/// Samples in runs at the exact highest or lowest value. The lowest of a mass that rests
+/// on the ground is no clipping unless all else is noisy.
+fn clipped_samples(values: &[f64]) -> Vec<usize> {
+    let finite = values.iter().copied().filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
+    });
+    let mut equal = 0usize;
+    let mut pairs = 0usize;
+    for pair in values.windows(2) {
+        if pair[0].is_finite() && pair[0] != high && pair[0] != low {
+            pairs += 1;
+            equal += usize::from(pair[0] == pair[1]);
+        }
+    }
+    // Where neighbours are equal everywhere the reading is noiseless or coarse, and equal
+    // extremes mean nothing.
+    if pairs == 0 || equal as f64 > 0.05 * pairs as f64 {
+        return Vec::new();
+    }
+    let mut out = Vec::new();
+    for extreme in [low, high] {
+        let mut start = 0;
+        while start < values.len() {
+            let run = values[start..]
+                .iter()
+                .take_while(|v| **v == extreme)
+                .count();
+            if run >= RUN {
+                out.extend(start..start + run);
+            }
+            start += run.max(1);
+        }
+    }
+    out
+}

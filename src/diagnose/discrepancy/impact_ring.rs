@@ -1,0 +1,404 @@
+//! View 3: a further mode that is too weak for a hump of its own shows in step with what sets it
+//! ringing. Each impact does so by as much as the speed of the mass jumps there, each jump of the
+//! drive by its force: the phase is known in every stretch, and few numbers tell the ring in all
+//! of them.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, Matrix2, SymmetricEigen, Vector2};
+use rayon::prelude::*;
+
+use super::residual_spectrum;
+use super::residual_spectrum::{LOWEST, Left};
+use crate::diagnose::data::side::Side;
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::model::Model;
+use crate::model::drive::Segment as Piece;
+use crate::model::parameter::ParameterId;
+use crate::recording::events::Impact;
+use crate::sim::error::SimError;
+
+/// Dampings that are tried, as shares of critical damping.
+const DAMPINGS: [f64; 3] = [0.003, 0.008, 0.02];
+/// Distance of the frequencies that are tried, in units of the damping: half of what passes for
+/// the same.
+const STEP: f64 = 1.2;
+/// Fall of chi2 by three numbers at the best of some thousand frequencies and dampings from which
+/// it is no chance.
+const SURE: f64 = 25.0;
+/// Times what most frequencies promise: what is left of something else is broad.
+const OUTSTANDING: f64 = 4.0;
+/// Share of the frequencies that most are.
+const MOST: f64 = 0.8;
+/// Most turns from one sample to the next.
+const TURNS: f64 = 1.7;
+/// Least share of the proof mass in a shape: a blow on it must have set it off.
+const LEAST_SHARE: f64 = 0.02;
+/// A ring is over after so many of its times.
+const OVER: f64 = 8.0;
+
+/// A ring in step with what sets it off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Struck {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Damping, as a share of critical damping.
+    pub zeta: f64,
+    /// Fall of chi2 if it were taken out.
+    pub gain: f64,
+    /// What an impact sets off at proof mass and cantilever \[m\], by its change of speed \[m/s\].
+    pub by_blow: [f64; 2],
+    /// What a jump of the drive sets off \[m\], by that of its gain.
+    pub by_jump: [f64; 2],
+}
+
+impl Struck {
+    /// Frequency \[Hz\], damping, shapes at cantilever and proof mass and coupling to the drive
+    /// \[kg^-1/2\] of the mode of `model` that rings so; one that no blow tells moves the mass by
+    /// `usual`.
+    pub fn mode(&self, model: &Model, usual: f64) -> [f64; 5] {
+        let omega = TAU * self.frequency;
+        let mass = 1.0 / model.structure().mobility();
+        let [blow, jump] = [self.by_blow, self.by_jump].map(Vector2::from);
+        let eta = model.parameters[ParameterId::Eta];
+        // In both it is the mode's shape, times what it is coupled by to what moves it.
+        let swings = mass * omega * blow.norm() > eta * jump.norm();
+        let shape = if swings { blow } else { jump };
+        let shape = shape / shape.norm().max(1e-300);
+        let at_mass = if shape.x < 0.0 { -1.0 } else { 1.0 } * shape.x.abs().max(LEAST_SHARE);
+        let square = omega * blow.dot(&shape) / (mass * at_mass);
+        let size = if square.abs() > 0.0 {
+            square.abs().sqrt()
+        } else {
+            usual / at_mass.abs()
+        };
+        let drive = jump.dot(&shape) * omega * omega / (eta * size).max(1e-300);
+        [
+            self.frequency,
+            self.zeta,
+            size * shape.y,
+            size * at_mass,
+            drive,
+        ]
+    }
+}
+
+/// What sets a mode ringing, and by how much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kick {
+    /// When, by the reading's clock \[s\].
+    time: f64,
+    size: f64,
+}
+
+/// Of one recording: impacts by their change of speed \[m/s\], jumps of the drive by that of its
+/// gain; each in order of time.
+type Kicks = [Vec<Kick>; 2];
+
+/// What a fit leaves, and what may have set it ringing.
+pub struct Blows {
+    left: Vec<Left>,
+    kicks: Vec<Kicks>,
+    /// Noise of both readings \[m\].
+    noise: [f64; 2],
+}
+
+impl Blows {
+    /// Of what `fitted`, of the recordings of `side`, leaves.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    pub fn new(side: &Side, fitted: &Fitted) -> Result<Self, SimError> {
+        let impacts = side.impacts().into_iter().enumerate();
+        let kicks = impacts.map(|(k, own)| {
+            let kick = |impact: &Impact| Kick {
+                time: impact.time,
+                size: impact.v_after - impact.v_before,
+            };
+            [own.iter().map(kick).collect(), jumps(fitted, k)]
+        });
+        let data = &fitted.problem.data;
+        Ok(Self {
+            kicks: kicks.collect(),
+            left: residual_spectrum::residuals(fitted)?,
+            noise: data
+                .first()
+                .map_or([0.0; 2], |d| [d.sigmas.xp, d.sigmas.xc]),
+        })
+    }
+
+    /// The ring up to `quickest` \[Hz\] that stands out, if any does. Its phase also tells one that
+    /// swings further between the samples.
+    pub fn outstanding(&self, quickest: f64) -> Option<Struck> {
+        let rates = self.left.iter().map(|own| 1.0 / own.interval);
+        let rate = rates.fold(f64::INFINITY, f64::min);
+        let highest = quickest.min(TURNS * rate);
+        if highest <= LOWEST {
+            return None;
+        }
+        let mut all = self.rings(LOWEST, highest);
+        // What is slow is read as this too.
+        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > LOWEST);
+        let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        all.retain(|p| p.zeta == best.zeta);
+        let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
+        let usual = crate::recording::quantile_in_place(&mut gains, MOST);
+        log::debug!("{best:?} where {usual:.1} is usual");
+        (best.gain > SURE && best.gain > OUTSTANDING * usual).then_some(best)
+    }
+
+    /// The best within `reach` of `frequency` \[Hz\].
+    pub fn near(&self, frequency: f64, reach: f64) -> Option<Struck> {
+        let (low, high) = ((frequency - reach).max(1.0), frequency + reach);
+        let all = self.rings(low, high).into_iter();
+        all.max_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    /// Rings between those frequencies \[Hz\].
+    fn rings(&self, low: f64, high: f64) -> Vec<Struck> {
+        let tried = DAMPINGS.iter().flat_map(|&zeta| {
+            let count = ((high / low).ln() / (STEP * zeta)).ceil().max(0.0) as usize;
+            // As many as it takes, evenly.
+            let count = count.max(1);
+            (0..=count).map(move |k| (low * (high / low).powf(k as f64 / count as f64), zeta))
+        });
+        let tried: Vec<(f64, f64)> = tried.collect();
+        tried
+            .into_par_iter()
+            .filter_map(|(frequency, zeta)| self.ring(frequency, zeta))
+            .collect()
+    }
+
+    /// What a ring of that frequency \[Hz\] and damping would bring; `None` if nothing tells it.
+    fn ring(&self, frequency: f64, zeta: f64) -> Option<Struck> {
+        let omega = TAU * frequency;
+        let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
+        let mut normal = [Matrix2::zeros(); 2];
+        let mut slopes = [Vector2::zeros(); 2];
+        for own in &self.left {
+            let [blows, jumps] = &self.kicks[own.recording];
+            // A blow sets the speed off, a jump of the drive the rest that it rings about.
+            let mut struck: Vec<f64> = course(own, blows, rate).map(|c| c.im).collect();
+            let mut driven: Vec<f64> = course(own, jumps, rate).map(|c| -c.re).collect();
+            own.colour.whiten(&mut struck);
+            own.colour.whiten(&mut driven);
+            let rows = || {
+                struck
+                    .iter()
+                    .zip(&driven)
+                    .map(|(a, b)| Vector2::new(*a, *b))
+            };
+            let squares: Matrix2<f64> = rows().map(|row| row * row.transpose()).sum();
+            for (channel, values) in own.channels.iter().enumerate() {
+                // Where samples are missing the two do not go together.
+                if values.len() != struck.len() {
+                    continue;
+                }
+                normal[channel] += squares;
+                slopes[channel] += rows()
+                    .zip(values)
+                    .map(|(row, r)| row * *r)
+                    .sum::<Vector2<f64>>();
+            }
+        }
+        // Both readings share in it alike, whatever has set it off.
+        let roots = normal.map(|normal| {
+            let eigen = SymmetricEigen::new(normal);
+            let least = 1e-9 * eigen.eigenvalues.amax();
+            let root = |v: f64| if v > least { v.powf(-0.5) } else { 0.0 };
+            eigen.eigenvectors * Matrix2::from_diagonal(&eigen.eigenvalues.map(root))
+        });
+        let each = [0, 1].map(|i| roots[i].tr_mul(&slopes[i]));
+        let shared = SymmetricEigen::new(Matrix2::from_fn(|i, j| each[i].dot(&each[j])));
+        let top = shared.eigenvalues.imax();
+        let gain = shared.eigenvalues[top];
+        let shape = shared.eigenvectors.column(top);
+        let common = each[0] * shape[0] + each[1] * shape[1];
+        let theta = [0, 1].map(|i| roots[i] * common * shape[i] * self.noise[i]);
+        gain.is_finite().then_some(Struck {
+            frequency,
+            zeta,
+            gain,
+            by_blow: theta.map(|t| t.x),
+            by_jump: theta.map(|t| t.y),
+        })
+    }
+}
+
+/// Jumps of the drive in recording number `index`, where the fit has them.
+fn jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
+    let (problem, point) = (&fitted.problem, &fitted.point);
+    let data = &problem.data[index];
+    let Some(piezo) = fitted.model.piezo else {
+        return Vec::new();
+    };
+    let own = || point.segments.iter().filter(|s| s.recording == index);
+    let skew = problem.nuisances_of(&point.x, index).skew;
+    let gain = |piece: &Piece, t: f64| piezo.gain(piece.shape.voltage(t), piece.branch);
+    let edges = data.track.edges.iter().filter(|edge| edge.piece > 0);
+    let mut all: Vec<Kick> = edges
+        .map(|edge| {
+            let pieces = &data.track.pieces;
+            let [before, after] = [&pieces[edge.piece - 1], &pieces[edge.piece]];
+            Kick {
+                time: own()
+                    .find_map(|s| instant(s, edge.time))
+                    .unwrap_or(edge.time - skew),
+                size: gain(after, edge.time) - gain(before, edge.time),
+            }
+        })
+        .collect();
+    all.sort_by(|a, b| a.time.total_cmp(&b.time));
+    all
+}
+
+/// When a jump of the drive that was guessed at `guess` \[s\] is in `segment`, by the reading's
+/// clock \[s\]; `None` if it is not in it.
+fn instant(segment: &Segment, guess: f64) -> Option<f64> {
+    let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
+    let mut k = segment.locals.len() - joints;
+    for joint in &segment.joints {
+        if matches!(joint.what, JointKind::Edge(_)) && joint.time == guess {
+            return Some(joint.time + segment.value(&segment.locals, k));
+        }
+        k += joint.unknowns();
+    }
+    None
+}
+
+/// A ring that begins with `kicks` and turns at `rate` \[1/s\], at the samples of `own`.
+fn course<'a>(
+    own: &'a Left,
+    kicks: &'a [Kick],
+    rate: Complex<f64>,
+) -> impl Iterator<Item = Complex<f64>> + 'a {
+    let since = move |at: f64, kick: &Kick| (rate * (at - kick.time)).exp() * kick.size;
+    let first = kicks.partition_point(|k| (own.start - k.time) * -rate.re > OVER);
+    let mut next = kicks.partition_point(|k| k.time < own.start).max(first);
+    let mut state: Complex<f64> = kicks[first..next].iter().map(|k| since(own.start, k)).sum();
+    let turn = (rate * own.interval).exp();
+    (0..own.channels[0].len()).map(move |i| {
+        let now = state;
+        state *= turn;
+        let then = own.start + (i + 1) as f64 * own.interval;
+        while let Some(kick) = kicks.get(next).filter(|k| k.time < then) {
+            state += since(then, kick);
+            next += 1;
+        }
+        now
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::impact_ring::*;
+    use crate::fit::residual::coloured_noise::Colour;
+    use crate::model::preset::Preset;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const RATE: f64 = 50e3;
+    const NOISE: f64 = 20e-9;
+
+    /// Stretches of 4 ms far apart, each from a while after an impact on and with a jump of the
+    /// drive in its middle, in which a mode of `own`, as [`Struck::mode`] gives it, rings; in step with those,
+    /// or `out of step`.
+    fn blows(own: [f64; 5], out_of_step: bool) -> Blows {
+        let [frequency, zeta, phi_c, phi_p, drive] = own;
+        let model = Preset::embedded("paper").unwrap().model;
+        let mass = 1.0 / model.structure().mobility();
+        let eta = model.parameters[ParameterId::Eta];
+        let mut dice = ChaCha8Rng::seed_from_u64(5);
+        let omega = TAU * frequency;
+        let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
+        let (mut left, mut kicks) = (Vec::new(), [Vec::new(), Vec::new()]);
+        for k in 0..40 {
+            let start = 0.1 * f64::from(k);
+            let blow = Kick {
+                time: start - dice.random_range(1e-4..2e-4),
+                size: dice.random_range(0.1..0.5),
+            };
+            let jump = Kick {
+                time: start + dice.random_range(2.0e-3..2.1e-3),
+                size: if k % 2 == 0 { 9.7 } else { -9.7 },
+            };
+            let turned =
+                Complex::from_polar(1.0, if out_of_step { 2.4 * f64::from(k) } else { 0.0 });
+            let ring = |i: usize| {
+                let at = start + i as f64 / RATE;
+                let since = |kick: &Kick| (rate * (at - kick.time)).exp() * turned;
+                let driven = if at > jump.time {
+                    -drive * eta / omega.powi(2) * jump.size * since(&jump).re
+                } else {
+                    0.0
+                };
+                phi_p * mass / omega * blow.size * since(&blow).im + driven
+            };
+            let mut channel = |shape: f64| -> Vec<f64> {
+                let mut noise = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
+                (0..200)
+                    .map(|i| shape * ring(i) / NOISE + noise())
+                    .collect()
+            };
+            left.push(Left {
+                channels: [channel(phi_p), channel(phi_c)],
+                recording: 0,
+                start,
+                interval: 1.0 / RATE,
+                colour: Colour::WHITE,
+            });
+            kicks[0].push(blow);
+            kicks[1].push(jump);
+        }
+        Blows {
+            left,
+            kicks: vec![kicks],
+            noise: [NOISE; 2],
+        }
+    }
+
+    #[test]
+    fn noise_is_in_step_with_nothing() {
+        assert_eq!(
+            blows([7e3, 0.01, 0.0, 0.0, 0.0], false).outstanding(40e3),
+            None
+        );
+    }
+
+    #[test]
+    fn a_ring_in_step_is_found_with_its_mode() {
+        let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
+        let ring = blows(own, false).outstanding(40e3).expect("it stands out");
+        assert!((ring.frequency / own[0] - 1.0).abs() < own[1], "{ring:?}");
+        let model = Preset::embedded("paper").unwrap().model;
+        let mode = ring.mode(&model, 0.0);
+        // A sign of all three shapes is free.
+        for (found, own) in mode[2..].iter().zip(&own[2..]) {
+            assert!((found / own - 1.0).abs() < 0.35, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn one_that_is_read_at_another_frequency_is_told_from_it() {
+        let own = [41e3, 0.006, -9000.0, 9000.0, -2500.0];
+        let blows = blows(own, false);
+        let gain = |f: f64| blows.near(f, 100.0).map_or(0.0, |ring| ring.gain);
+        assert!(gain(own[0]) > 4.0 * gain(RATE - own[0]));
+    }
+
+    #[test]
+    fn a_ring_out_of_step_is_none() {
+        let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
+        let gain = |out_of_step: bool| {
+            let ring = blows(own, out_of_step).near(own[0], 50.0);
+            ring.expect("a spectrum").gain
+        };
+        assert!(
+            gain(true) < 0.2 * gain(false),
+            "{} {}",
+            gain(true),
+            gain(false)
+        );
+    }
+}

@@ -1,0 +1,344 @@
+//! Where simulation and recordings differ: residuals sample by sample, gathered over
+//! time, regime, and the quantities that the mismatch may depend on.
+
+use rayon::prelude::*;
+
+use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::fit::problem::{Data, Problem};
+use crate::fit::residual::residual_rows;
+use crate::fit::residual::residual_rows::Setting;
+use crate::fit::segment::Segment;
+use crate::recording::quantile_in_place;
+use crate::sim::error::SimError;
+use crate::sim::stretch::propagate::Stretcher;
+
+/// Nearer to the ground than this share of the travel counts as near.
+const NEAR: f64 = 0.15;
+/// Bins of a marginal.
+const COARSE: usize = 24;
+/// Mean square of a stretch's residuals from which it is a mismatch, in units of the
+/// scatter that noise leaves above what is usual.
+const CLEAR: f64 = 4.0;
+/// Most mismatches told.
+const MOST: usize = 40;
+
+/// A sample with its residuals.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// Index of the recording.
+    pub recording: usize,
+    /// Number of the stretch it lies in.
+    pub segment: usize,
+    /// Time \[s\].
+    pub time: f64,
+    /// Reading of the proof mass \[m\].
+    pub xp: f64,
+    /// Its velocity \[m/s\].
+    pub vp: f64,
+    /// Voltage \[V\]; NaN without.
+    pub voltage: f64,
+    /// Time since the last event, or since the recording began \[s\].
+    pub since: f64,
+    /// Measured minus simulated, proof mass \[m\]; NaN if not read.
+    pub miss_p: f64,
+    /// The same of the cantilever \[m\].
+    pub miss_c: f64,
+    /// Whitened residuals of both, in units of the noise.
+    pub white: (f64, f64),
+    /// What the mass is doing.
+    pub regime: Regime,
+}
+
+/// All samples of a fit's stretches.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
+    let (problem, point) = (&fitted.problem, &fitted.point);
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&point.x, &simulator, &point.segments);
+    let heights = near_ground(problem);
+    let calm = calm_since(problem, &point.segments);
+    let one = |(i, segment): (usize, &Segment)| -> Vec<Sample> {
+        if !point.used[i] {
+            return Vec::new();
+        }
+        let setting: Setting<'_> = problem.setting(segment, &states[i]);
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        let mut stretcher = Stretcher::new(&simulator);
+        let locals = &segment.locals;
+        let Ok(run) = residual_rows::run(segment, &setting, &mut stretcher, &nuisances, locals)
+        else {
+            return Vec::new();
+        };
+        let data = &problem.data[segment.recording];
+        let r = &data.recording;
+        let step = 4.0 * r.interval();
+        let miss = |values: Option<&[f64]>, sim: &[f64], scale: f64, offset: f64| -> Vec<f64> {
+            let own = segment.samples.clone().zip(sim);
+            own.map(|(k, x)| values.map_or(f64::NAN, |v| v[k] - scale * x - offset))
+                .collect()
+        };
+        let p = miss(
+            Some(&r.proof_mass),
+            &run.xp,
+            nuisances.scale_p,
+            nuisances.offset_p,
+        );
+        let c = miss(
+            r.cantilever.as_deref(),
+            &run.xc,
+            nuisances.scale_c,
+            nuisances.offset_c,
+        );
+        let white = |miss: &[f64], sigma: f64| {
+            let mut w: Vec<f64> = miss
+                .iter()
+                .filter(|m| m.is_finite())
+                .map(|m| m / sigma)
+                .collect();
+            data.sigmas.colour.whiten(&mut w);
+            let mut w = w.into_iter();
+            let back = |m: &f64| {
+                if m.is_finite() {
+                    w.next().unwrap_or(f64::NAN)
+                } else {
+                    f64::NAN
+                }
+            };
+            miss.iter().map(back).collect::<Vec<f64>>()
+        };
+        let (wp, wc) = (white(&p, data.sigmas.xp), white(&c, data.sigmas.xc));
+        let near = heights[segment.recording];
+        segment
+            .samples
+            .clone()
+            .enumerate()
+            .map(|(n, k)| {
+                let (a, b) = (k.saturating_sub(2), (k + 2).min(r.len() - 1));
+                let vp = (r.proof_mass[b] - r.proof_mass[a]) / (step * (b - a) as f64 / 4.0);
+                let xp = r.proof_mass[k];
+                let regime = if segment.starts_held {
+                    Regime::Contact
+                } else if fitted.model.has_ground && xp < near {
+                    if vp < 0.0 {
+                        Regime::NearGroundApproach
+                    } else {
+                        Regime::NearGroundDeparture
+                    }
+                } else {
+                    Regime::FarFlight
+                };
+                Sample {
+                    recording: segment.recording,
+                    segment: i,
+                    time: r.time[k],
+                    xp,
+                    vp,
+                    voltage: r.voltage.as_ref().map_or(f64::NAN, |v| v[k]),
+                    since: r.time[k] - calm[i].0,
+                    miss_p: p[n],
+                    miss_c: c[n],
+                    white: (wp[n], wc[n]),
+                    regime,
+                }
+            })
+            .collect()
+    };
+    Ok(point
+        .segments
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(one)
+        .collect())
+}
+
+/// For each stretch, when what it is part of began that no event breaks \[s\], and whether
+/// with an event: a recording may begin in the midst.
+pub(crate) fn calm_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, bool)> {
+    let mut out: Vec<(f64, bool)> = Vec::with_capacity(segments.len());
+    for (i, s) in segments.iter().enumerate() {
+        let own = problem.data[s.recording].recording.time[s.samples.start];
+        let before = i.checked_sub(1).map(|k| (&segments[k], out[k]));
+        out.push(match before {
+            Some((b, began)) if b.recording == s.recording => {
+                let goes_on = b.samples.end == s.samples.start && b.starts_held == s.starts_held;
+                if goes_on { began } else { (own, true) }
+            }
+            _ => (own, false),
+        });
+    }
+    out
+}
+
+/// Height of each recording below which the mass is near the ground \[m\].
+pub(crate) fn near_ground(problem: &Problem) -> Vec<f64> {
+    let of = |data: &Data| {
+        let mut x = data.recording.proof_mass.clone();
+        x.retain(|x| x.is_finite());
+        let low = quantile_in_place(&mut x, 0.002);
+        low + NEAR * (quantile_in_place(&mut x, 0.998) - low)
+    };
+    problem.data.iter().map(of).collect()
+}
+
+pub(crate) fn mean_square(values: impl Iterator<Item = f64>) -> (f64, usize) {
+    let (mut sum, mut n) = (0.0, 0);
+    for v in values.filter(|v| v.is_finite()) {
+        sum += v * v;
+        n += 1;
+    }
+    (sum, n)
+}
+
+/// Rms of the proof mass, and chi2 as the fit has it.
+pub fn distance(fitted: &Fitted, samples: &[Sample]) -> Distance {
+    let (sum, n) = mean_square(samples.iter().map(|s| s.miss_p));
+    Distance {
+        rms: (sum / n.max(1) as f64).sqrt(),
+        chi2: fitted.cost / fitted.point.rows.max(1) as f64,
+    }
+}
+
+/// Stretches that differ more than noise allows.
+pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
+    let mut out: Vec<(f64, Mismatch)> = Vec::new();
+    let mut total = 0.0;
+    let mut from = 0;
+    while from < samples.len() {
+        let key = |s: &Sample| (s.segment, s.regime);
+        let len = samples[from..]
+            .iter()
+            .take_while(|s| key(s) == key(&samples[from]))
+            .count();
+        let group = &samples[from..from + len];
+        from += len;
+        for (channel, pick) in [("xp", 0), ("xc", 1)] {
+            let values = group
+                .iter()
+                .map(|s| if pick == 0 { s.white.0 } else { s.white.1 });
+            let (sum, n) = mean_square(values);
+            if n < 4 {
+                continue;
+            }
+            let excess = sum - n as f64;
+            total += excess.max(0.0);
+            if excess > CLEAR * (2.0 * n as f64).sqrt() + 0.1 * n as f64 {
+                out.push((
+                    excess,
+                    Mismatch {
+                        recording: fitted.problem.data[group[0].recording]
+                            .recording
+                            .name
+                            .clone(),
+                        start: group[0].time,
+                        end: group[len - 1].time,
+                        channel,
+                        regime: group[0].regime,
+                        share: 0.0,
+                    },
+                ));
+            }
+        }
+    }
+    out.sort_by(|a, b| b.0.total_cmp(&a.0));
+    out.truncate(MOST);
+    out.into_iter()
+        .map(|(excess, m)| Mismatch {
+            share: excess / total.max(1e-300),
+            ..m
+        })
+        .collect()
+}
+
+/// Mean squares against one quantity, before and after.
+pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
+    type Pick = fn(&Sample) -> f64;
+    let picks: [(&'static str, &'static str, Pick); 4] = [
+        ("xp", "m", |s| s.xp),
+        ("xp'", "m/s", |s| s.vp),
+        ("V", "V", |s| s.voltage),
+        ("time since the last event", "s", |s| s.since),
+    ];
+    let mut out = Vec::new();
+    for (against, unit, pick) in picks {
+        let mut all: Vec<f64> = before.iter().map(pick).filter(|v| v.is_finite()).collect();
+        if all.len() < 100 {
+            continue;
+        }
+        let low = quantile_in_place(&mut all, 0.002);
+        let high = quantile_in_place(&mut all, 0.998);
+        if high <= low {
+            continue;
+        }
+        let bins = |samples: &[Sample]| -> Vec<f64> {
+            let mut sums = vec![(0.0, 0usize); COARSE];
+            for s in samples {
+                let at = (pick(s) - low) / (high - low) * COARSE as f64;
+                if at >= 0.0 && at < COARSE as f64 {
+                    let bin = &mut sums[at as usize];
+                    for w in [s.white.0, s.white.1] {
+                        if w.is_finite() {
+                            bin.0 += w * w;
+                            bin.1 += 1;
+                        }
+                    }
+                }
+            }
+            let mean = |(sum, n): (f64, usize)| if n > 10 { sum / n as f64 } else { f64::NAN };
+            sums.into_iter().map(mean).collect()
+        };
+        let width = (high - low) / COARSE as f64;
+        out.push(Marginal {
+            against,
+            unit,
+            at: (0..COARSE)
+                .map(|i| low + (i as f64 + 0.5) * width)
+                .collect(),
+            before: bins(before),
+            after: bins(after),
+        });
+    }
+    out
+}
+
+/// A stay shorter than this may be no stay \[s\].
+const LANDING: f64 = 1e-3;
+
+/// How far the worst stretch is above the usual, in units of what chance leaves.
+pub fn most_local(fitted: &Fitted) -> f64 {
+    let Ok(samples) = samples(fitted) else {
+        return 0.0;
+    };
+    let mut all: Vec<(f64, f64)> = Vec::new();
+    for group in samples.chunk_by(|a, b| a.segment == b.segment) {
+        let white = group.iter().flat_map(|s| [s.white.0, s.white.1]);
+        let (sum, n) = mean_square(white.map(|w| w.clamp(-6.0, 6.0)));
+        // In a short stay the mass may still hop, too low to be seen by itself.
+        let lands = group
+            .last()
+            .is_some_and(|s| s.regime == Regime::Contact && s.since < LANDING);
+        if n > 30 && !lands {
+            all.push((sum / n as f64, n as f64));
+        }
+    }
+    let mut means: Vec<f64> = all.iter().map(|a| a.0).collect();
+    let usual = quantile_in_place(&mut means, 0.5);
+    let mut deviations: Vec<f64> = all
+        .iter()
+        .map(|(mean, n)| (mean - usual) / usual.max(1e-12) * (0.5 * n).sqrt())
+        .collect();
+    // Chance is measured by the stretches themselves.
+    let spread = quantile_in_place(&mut deviations, 0.84).max(1.0);
+    deviations.sort_unstable_by(|a, b| b.total_cmp(a));
+    log::debug!(
+        "stretches farthest off, in units of {spread:.2}: {:.1?}",
+        deviations
+            .iter()
+            .take(8)
+            .map(|d| d / spread)
+            .collect::<Vec<_>>()
+    );
+    deviations.first().map_or(0.0, |d| d.max(0.0) / spread)
+}

@@ -1,0 +1,297 @@
+//! View 3: a further mode shows as a narrow hump in the spectrum of what is left.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Complex, Matrix2, SymmetricEigen};
+use rayon::prelude::*;
+
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::fit::residual::coloured_noise::Colour;
+use crate::fit::residual::residual_rows::Row;
+use crate::fit::segment::Segment;
+use crate::fit::solve::point::residuals_at;
+use crate::sim::error::SimError;
+
+/// Spacing of the frequencies looked at \[Hz\].
+pub(crate) const SPACING: f64 = 100.0;
+/// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
+pub(crate) const LOWEST: f64 = 1500.0;
+/// Significance of a hump from which it stands out.
+pub const HUMP: f64 = 6.0;
+/// Frequencies nearer than by this factor to that of a mode are beside it.
+pub const BESIDE: f64 = 1.25;
+/// Stretches shorter than this many samples tell no frequency.
+const LEAST: usize = 40;
+/// The beginning of a stretch, in samples: a damped mode rings no longer.
+const EARLY: usize = 60;
+
+/// Where a frequency that is read as another may lie: multiples of the sampling rate, and the
+/// sign with which the other is added.
+const MIRRORS: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
+/// A top is higher than so many frequencies on either side.
+const FLANK: usize = 4;
+
+/// A hump in the spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ring {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// At which the recordings are sampled \[Hz\].
+    pub rate: f64,
+    /// Unit vector of proof mass and cantilever: how they share in it.
+    pub shape: (f64, f64),
+    /// Power above the noise, in units of what chance leaves.
+    pub significance: f64,
+    /// Roughly the fall of chi2 if it were taken out.
+    pub gain: f64,
+}
+
+impl Ring {
+    /// Quicker frequencies that are read as this one \[Hz\].
+    pub fn mirrors(&self) -> [f64; 3] {
+        MIRRORS.map(|(n, sign)| n * self.rate + sign * self.frequency)
+    }
+}
+
+/// Residuals of a stretch of flight: proof mass and cantilever, in units of the noise.
+pub(crate) struct Left {
+    pub(crate) channels: [Vec<f64>; 2],
+    /// Which recording it is of.
+    pub(crate) recording: usize,
+    /// When it begins \[s\].
+    pub(crate) start: f64,
+    /// Time between samples \[s\].
+    pub(crate) interval: f64,
+    /// Of the noise by which the residuals were made white.
+    pub(crate) colour: Colour,
+}
+
+/// At which the recordings of a fit are sampled, the slowest of them \[Hz\]; `None` without any.
+pub(crate) fn slowest_rate(fitted: &Fitted) -> Option<f64> {
+    let data = fitted.problem.data.iter();
+    data.map(|d| d.recording.sampling_rate()).reduce(f64::min)
+}
+
+/// The highest hump in the residuals of a fit, if there is any spectrum to speak of: of whole
+/// stretches, in which a mode rings on, or of their beginnings, after which it has died away.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
+    let (problem, point) = (&fitted.problem, &fitted.point);
+    let Some(rate) = slowest_rate(fitted) else {
+        return Ok(None);
+    };
+    let count = ((0.48 * rate - LOWEST) / SPACING).floor();
+    if count < 5.0 {
+        return Ok(None);
+    }
+    let frequencies: Vec<f64> = (0..count as usize)
+        .map(|k| LOWEST + k as f64 * SPACING)
+        .collect();
+    let left = residuals(fitted)?;
+    if left.len() < 5 {
+        return Ok(None);
+    }
+    let both = point
+        .segments
+        .first()
+        .is_some_and(|s| problem.data[s.recording].recording.cantilever.is_some());
+    // What is left beside a mode that the model has is that mode's rather than
+    // another's, unless nothing else stands out.
+    let structure = fitted.model.structure_with_effects();
+    let beside = |f: f64| {
+        let known = structure.modes.iter().map(|m| m.frequency);
+        known
+            .filter(|known| *known > 0.0)
+            .any(|known| f < BESIDE * known && known < BESIDE * f)
+    };
+    let humps = [usize::MAX, EARLY].map(|length| humps(&left, (&frequencies, rate), length, both));
+    let highest = |which: &dyn Fn(f64) -> bool| {
+        let all = humps.iter().flatten();
+        all.filter(|ring| which(ring.frequency) && ring.gain.is_finite())
+            .max_by(|a, b| a.significance.total_cmp(&b.significance))
+            .copied()
+    };
+    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > HUMP);
+    let ring = elsewhere.or_else(|| highest(&|_| true));
+    log::debug!("highest hump: {ring:?}");
+    Ok(ring)
+}
+
+/// What the fit leaves of the stretches of flight that are long enough.
+pub(crate) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
+    let (problem, point) = (&fitted.problem, &fitted.point);
+    let all = residuals_at(problem, point, |i, s| {
+        point.used[i] && s.samples.len() >= LEAST && !s.starts_held
+    })?;
+    let left = |(segment, r): (&Segment, Option<Vec<f64>>)| {
+        let (rows, r) = (problem.rows(segment), r?);
+        let of = |kind: Row| -> Vec<f64> {
+            let own = rows.iter().zip(&r).filter(|(row, _)| **row == kind);
+            own.map(|(_, r)| r.clamp(-5.0, 5.0)).collect()
+        };
+        let data = &problem.data[segment.recording];
+        Some(Left {
+            channels: [of(Row::ProofMass), of(Row::Cantilever)],
+            recording: segment.recording,
+            start: data.recording.time[segment.samples.start],
+            interval: segment.interval,
+            colour: data.sigmas.colour,
+        })
+    };
+    Ok(point.segments.iter().zip(all).filter_map(left).collect())
+}
+
+/// The spectrum of the first `length` samples of all stretches at each of the `frequencies`,
+/// its tops against what is usual.
+fn humps(
+    left: &[Left],
+    (frequencies, rate): (&[f64], f64),
+    length: usize,
+    both: bool,
+) -> Vec<Ring> {
+    let spectrum = |own: &Left, f: f64| {
+        own.channels.each_ref().map(|values| {
+            let turn = Complex::from_polar(1.0, -TAU * f * own.interval);
+            let mut phase = Complex::new(1.0, 0.0);
+            let (mut sum, mut power) = (Complex::new(0.0, 0.0), 0.0);
+            for (i, v) in values.iter().take(length).enumerate() {
+                // Cut off, a hump would have others at its sides.
+                let weight = match length {
+                    usize::MAX => 1.0,
+                    _ => (0.5 * PI * i as f64 / length as f64).cos().powi(2),
+                };
+                sum += phase * (weight * v);
+                power += weight * weight;
+                phase *= turn;
+            }
+            sum / power.max(1.0).sqrt()
+        })
+    };
+    let n = left.len() as f64;
+    // Largest share of the power that one direction of the two readings holds.
+    let powers: Vec<(f64, (f64, f64))> = frequencies
+        .par_iter()
+        .map(|&f| {
+            let mut m = Matrix2::zeros();
+            for own in left {
+                let [p, c] = spectrum(own, f);
+                m[(0, 0)] += p.norm_sqr() / n;
+                m[(1, 1)] += c.norm_sqr() / n;
+                m[(0, 1)] += (p * c.conj()).re / n;
+            }
+            m[(1, 0)] = m[(0, 1)];
+            if !both {
+                return (m[(0, 0)], (1.0, 0.0));
+            }
+            let eigen = SymmetricEigen::new(m);
+            let top = eigen.eigenvalues.imax();
+            let v = eigen.eigenvectors.column(top);
+            (eigen.eigenvalues[top], (v[0], v[1]))
+        })
+        .collect();
+    let mut sorted: Vec<f64> = powers.iter().map(|p| p.0).collect();
+    let usual = crate::recording::quantile_in_place(&mut sorted, 0.5);
+    let spread = usual / n.sqrt();
+    let top = |k: usize| {
+        // What only grows towards an end has its top beyond it, if it has one.
+        let inside = k > 0 && k + 1 < powers.len();
+        let around = k.saturating_sub(FLANK)..(k + FLANK + 1).min(powers.len());
+        inside && powers[around].iter().all(|p| p.0 <= powers[k].0)
+    };
+    // The flank of a hump is no hump.
+    let tops = (0..powers.len()).filter(|k| top(*k));
+    tops.map(|k| Ring {
+        frequency: frequencies[k],
+        rate,
+        shape: powers[k].1,
+        significance: (powers[k].0 - usual) / spread,
+        gain: (powers[k].0 - usual) * n,
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::residual_spectrum::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const RATE: f64 = 50e3;
+
+    /// Stretches of white noise in which a mode of `frequency` rings, `decay` samples long, of
+    /// `size` at the proof mass and half of that at the cantilever.
+    fn stretches(frequency: f64, decay: f64, size: f64) -> Vec<Left> {
+        let mut dice = ChaCha8Rng::seed_from_u64(3);
+        (0..60)
+            .map(|k| {
+                let phase = 2.4 * k as f64;
+                let mut channel = |share: f64| -> Vec<f64> {
+                    let ring = |i: usize| {
+                        let turn = TAU * frequency * i as f64 / RATE + phase;
+                        share * size * (-(i as f64) / decay).exp() * turn.sin()
+                    };
+                    (0..600)
+                        .map(|i| {
+                            let noise: f64 = (0..12).map(|_| dice.random_range(-0.5..0.5)).sum();
+                            noise + ring(i)
+                        })
+                        .collect()
+                };
+                Left {
+                    channels: [channel(1.0), channel(0.5)],
+                    recording: 0,
+                    start: 0.0,
+                    interval: 1.0 / RATE,
+                    colour: Colour::WHITE,
+                }
+            })
+            .collect()
+    }
+
+    fn highest(left: &[Left], length: usize) -> Ring {
+        let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
+        let all = humps(left, (&frequencies, RATE), length, true);
+        let top = all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+        *top.expect("a spectrum")
+    }
+
+    #[test]
+    fn noise_has_no_hump() {
+        let left = stretches(7e3, 100.0, 0.0);
+        for length in [usize::MAX, EARLY] {
+            let ring = highest(&left, length);
+            assert!(ring.significance < HUMP, "{ring:?}");
+        }
+    }
+
+    #[test]
+    fn a_mode_that_rings_on_is_found_with_its_shape() {
+        let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
+        assert!(ring.significance > 2.0 * HUMP, "{ring:?}");
+        assert!((ring.frequency - 7e3).abs() <= SPACING, "{ring:?}");
+        assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
+    }
+
+    #[test]
+    fn a_mode_that_dies_away_is_found_in_the_beginnings() {
+        let left = stretches(18e3, 15.0, 1.2);
+        let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY));
+        assert!(early.significance > 1.5 * HUMP, "{early:?}");
+        assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
+        assert!((early.frequency - 18e3).abs() <= 5.0 * SPACING, "{early:?}");
+    }
+
+    #[test]
+    fn the_flank_of_a_hump_is_no_hump() {
+        let left = stretches(7e3, 40.0, 4.0);
+        let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
+        for length in [usize::MAX, EARLY] {
+            for ring in humps(&left, (&frequencies, RATE), length, true) {
+                let beside = (ring.frequency - 7e3).abs() > 1e3;
+                assert!(!beside || ring.significance < HUMP, "{ring:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Whether the motion goes on unbroken from one stretch to the next where nothing happens
+//! to the mass. Every stretch starts from a state of its own, which takes over a kick or a
+//! burst of force that came before: only where two stretches are told as one does it show.
+//! Near the ground the mass may have touched it unseen, and nothing is asked.
+
+use rayon::prelude::*;
+
+use super::residual_map::near_ground;
+use crate::diagnose::shooting::fitted::{Fitted, taken_over};
+use crate::diagnose::shooting::workspace::LOSS;
+use crate::fit::problem::Data;
+use crate::fit::segment::Segment;
+use crate::sim::error::SimError;
+
+/// Steps of the fit of two stretches as one.
+const ROUNDS: usize = 6;
+/// Fewest joins that say something.
+const LEAST: usize = 8;
+/// No single join counts for more than this, in units of what chance gives.
+const CAP: f64 = 12.0;
+/// Share of the joins, the worst ones, that are left out of the sum of all: in one or two of them
+/// the mass may have touched something.
+const WORST: f64 = 0.05;
+
+/// By how much chi2 rises where neighbouring stretches of flight are told as one.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Breaks {
+    /// Of all together, each pair capped, in standard deviations of chance.
+    pub sigmas: f64,
+    /// Of all but the worst, beyond chance.
+    pub rise: f64,
+}
+
+/// By how much chi2 rises where neighbouring stretches of flight away from the ground are told
+/// as one; 0 where there are few of them, or where the readings do not show all that moves.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn joins(fitted: &Fitted) -> Result<Breaks, SimError> {
+    let (problem, point) = (&fitted.problem, &fitted.point);
+    let simulator = problem.simulator(&point.x)?;
+    // From the proof mass alone single stretches hardly tell how the drive is shared among
+    // the modes, and joins at corners of the drive do: what they show is the baseline's.
+    let unseen = |d: &Data| d.recording.cantilever.is_none();
+    if simulator.modes() > 1 && problem.data.iter().any(unseen) {
+        return Ok(Breaks::default());
+    }
+    let states = problem.states(&point.x, &simulator, &point.segments);
+    let near = near_ground(problem);
+    let flies_free = |i: usize| {
+        let s = &point.segments[i];
+        let xp = &problem.data[s.recording].recording.proof_mass[s.samples.clone()];
+        let high = !fitted.model.has_ground || xp.iter().all(|x| *x > near[s.recording]);
+        point.used[i] && !s.starts_held && s.joints.is_empty() && high
+    };
+    let cost = |i: usize, segment: &Segment, rounds| {
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        let start = segment.locals.clone();
+        let told = problem.refine(
+            segment, &states[i], &simulator, &nuisances, start, LOSS, rounds,
+        );
+        told.cost
+    };
+    // The state at the later one's start is no longer free.
+    let unknowns = 2.0 * simulator.modes() as f64;
+    let mut rises: Vec<f64> = (1..point.segments.len())
+        .into_par_iter()
+        .filter(|&i| {
+            let (a, b) = (&point.segments[i - 1], &point.segments[i]);
+            a.recording == b.recording
+                && a.samples.end == b.samples.start
+                && flies_free(i - 1)
+                && flies_free(i)
+        })
+        .map(|i| {
+            let (a, b) = (&point.segments[i - 1], &point.segments[i]);
+            // The later one no longer takes over its first readings.
+            let taken = taken_over(problem, &simulator, b);
+            let apart = cost(i - 1, a, 2) + cost(i, b, 2) + taken;
+            (cost(i - 1, &joined(a, b), ROUNDS) - apart) / unknowns
+        })
+        .filter(|rise| rise.is_finite())
+        .collect();
+    if rises.len() < LEAST {
+        return Ok(Breaks::default());
+    }
+    let n = rises.len() as f64;
+    let capped: f64 = rises.iter().map(|rise| rise.min(CAP)).sum();
+    let sigmas = (capped - n) / (2.0 * n / unknowns).sqrt();
+    rises.sort_by(f64::total_cmp);
+    let worst = rises.last().copied().unwrap_or(0.0);
+    rises.truncate(rises.len() - (WORST * n).ceil() as usize);
+    // One that falls had not been told apart to the end.
+    let beyond: f64 = rises.iter().map(|rise| rise.max(0.0) - 1.0).sum();
+    let rise = unknowns * beyond;
+    log::debug!("{n} joins: {sigmas:.1}, worst {worst:.1}, all {rise:.0}");
+    Ok(Breaks { sigmas, rise })
+}
+
+/// Two stretches one after the other as one, from the state at the first one's start.
+fn joined(a: &Segment, b: &Segment) -> Segment {
+    let mut both = a.clone();
+    both.samples = a.samples.start..b.samples.end;
+    let covered = a.pieces.last().map_or(f64::NEG_INFINITY, |p| p.start);
+    let later = b.pieces.iter().filter(|p| p.start > covered);
+    both.pieces.extend(later.cloned());
+    both
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::super::segment_joins::*;
+    use crate::diagnose::options::DiagnoseOptions;
+    use crate::diagnose::shooting::workspace::Bench;
+    use crate::diagnose::test_support::QUIET;
+    use crate::fit::inspect::recording_summary::Part;
+    use crate::model::preset::Preset;
+    use crate::recording::Recording;
+
+    /// Breaks of a ring-down by its closed form, with a kick to the velocity every 10 s.
+    fn of_a_ring_down(kick: f64) -> Breaks {
+        let mut dice = ChaCha8Rng::seed_from_u64(5);
+        let mut normal = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
+        let (omega, zeta): (f64, f64) = (8.6, 2e-3);
+        let ring = |t: f64| (-zeta * omega * t).exp() * (omega * t).cos();
+        let after = |t: f64| (-zeta * omega * t).exp() * (omega * t).sin() / omega;
+        let time: Vec<f64> = (0..12_000).map(|i| 0.01 * f64::from(i)).collect();
+        let x = time.iter().map(|&t| {
+            let before = (1..12).map(|k| 10.0 * f64::from(k)).filter(|at| t > *at);
+            let kicked: f64 = before.map(|at| kick * after(t - at)).sum();
+            0.1 * ring(t) + kicked + 1e-4 * normal()
+        });
+        let x: Vec<f64> = x.collect();
+        let part = Part::whole(Arc::new(
+            Recording::new("ring-down", time, None, x, None).unwrap(),
+        ));
+        let model = Preset::embedded("oscillator").unwrap().model;
+        let bench = Bench::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
+        joins(&bench.baseline(&model, &QUIET).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_kick_that_hides_in_the_states_of_the_stretches_shows_where_they_join() {
+        let still = of_a_ring_down(0.0);
+        assert!(still.sigmas.abs() < 4.0, "{still:?}");
+        assert!(still.sigmas != 0.0, "there are joins");
+        // A four hundredth of the ring's speed, which the states of the stretches take over.
+        let kicked = of_a_ring_down(2e-3);
+        assert!(kicked.sigmas > 10.0, "{kicked:?}");
+        // What is broken beyond the cap is told by the rise.
+        let hard = of_a_ring_down(2e-2);
+        assert!(hard.rise > 20.0 * kicked.rise, "{hard:?} {kicked:?}");
+        assert!(kicked.rise > 100.0, "{kicked:?}");
+    }
+}

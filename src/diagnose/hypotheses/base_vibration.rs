@@ -1,0 +1,201 @@
+//! Vibrations of the base in the linearised problem: some frequencies are simulated, and between
+//! them the phase is turned stretch by stretch.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::{DVector, Matrix2, Vector2};
+use rayon::prelude::*;
+
+use crate::diagnose::score_test::scan::{Base, Linear, Products, Scan, UNTOLD};
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, EffectSpec};
+use crate::sim::error::SimError;
+
+/// Frequencies that are looked at \[Hz\].
+const LINES: (f64, f64) = (8.0, 2100.0);
+/// Distance of those that are simulated \[Hz\].
+const SPACING: f64 = 100.0;
+/// Amplitude with which they are \[m/s^2\].
+pub const SHAKE: f64 = 0.05;
+/// Distance of all, in turns over the time that a phase is turned for.
+const FINE: f64 = 0.2;
+/// Most frequencies between two that are simulated, on either side.
+const MOST_STEPS: f64 = 2000.0;
+
+/// A vibration of the base, and what it would bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Amplitude \[m/s^2\].
+    pub amplitude: f64,
+    /// Phase at t = 0 \[rad\].
+    pub phase: f64,
+    /// Fall of chi2.
+    pub gain: f64,
+}
+
+/// A sine and a cosine of `f` \[Hz\] by `spec`, the vibration of the base, both as large as
+/// [`SHAKE`].
+pub fn probes(spec: &'static EffectSpec, f: f64) -> [ActiveEffect; 2] {
+    [0.0, FRAC_PI_2].map(|phase| ActiveEffect {
+        spec,
+        values: vec![SHAKE, f, phase],
+    })
+}
+
+/// Products of some stretches with a sine and a cosine.
+pub struct Turned {
+    /// With the baseline's own directions.
+    pub cross: [DVector<f64>; 2],
+    /// Of the two with each other.
+    pub gram: Matrix2<f64>,
+    /// Of the two with the residuals.
+    pub slope: Vector2<f64>,
+}
+
+impl Turned {
+    /// Of no stretch yet, with `unknowns` of the baseline.
+    pub fn new(unknowns: usize) -> Self {
+        Self {
+            cross: [DVector::zeros(unknowns), DVector::zeros(unknowns)],
+            gram: Matrix2::zeros(),
+            slope: Vector2::zeros(),
+        }
+    }
+
+    /// Adds a stretch, with its sine number `which` and the cosine that follows it turned to a
+    /// frequency that is higher by `shift` \[Hz\].
+    pub fn add(&mut self, p: &Products, which: usize, shift: f64) {
+        let (sin, cos) = (TAU * shift * p.middle).sin_cos();
+        // sin(w t + turn) and cos(w t + turn) from sin and cos.
+        let turn = Matrix2::new(cos, sin, -sin, cos);
+        self.gram += turn * p.gram.fixed_view::<2, 2>(which, which) * turn.transpose();
+        self.slope += turn * p.slope.fixed_view::<2, 1>(which, 0);
+        for (i, &ci) in p.columns.iter().enumerate() {
+            let own = Vector2::new(p.cross[(i, which)], p.cross[(i, which + 1)]);
+            let turned = turn * own;
+            self.cross[0][ci] += turned[0];
+            self.cross[1][ci] += turned[1];
+        }
+    }
+
+    /// How far to go against each of the two, in units of [`SHAKE`], and the fall of chi2;
+    /// `None` if nothing tells them.
+    pub fn solve(&self, base: &Base) -> Option<(Vector2<f64>, f64)> {
+        let mut left = self.gram;
+        for i in 0..2 {
+            for j in 0..2 {
+                left[(i, j)] -= base.inner(&self.cross[i], &self.cross[j]);
+            }
+        }
+        let reduced = Vector2::new(
+            base.slope(&self.cross[0], self.slope[0]),
+            base.slope(&self.cross[1], self.slope[1]),
+        );
+        // A line that re-tuning imitates must not divide by next to nothing.
+        let floor = UNTOLD * self.gram.trace();
+        let solved = (left + Matrix2::identity() * floor).try_inverse()? * reduced;
+        Some((solved, reduced.dot(&solved)))
+    }
+}
+
+/// The frequencies that are simulated, with their products.
+pub struct Comb {
+    coarse: Vec<f64>,
+    /// Half the distance of two \[Hz\].
+    half: f64,
+    /// Products of all stretches.
+    pub products: Vec<Products>,
+    /// The baseline's own directions.
+    pub base: Base,
+}
+
+impl Comb {
+    /// Of the vibrations that the recordings show; `None` if they show none.
+    ///
+    /// # Errors
+    /// [`SimError`] if a model makes no sense.
+    pub fn new(
+        linear: &Linear<'_>,
+        model: &Model,
+        spec: &'static EffectSpec,
+    ) -> Result<Option<Self>, SimError> {
+        // A recorder does not show what is quicker than half its rate.
+        let data = linear.problem().data.iter();
+        let rate = data.map(|d| d.recording.sampling_rate());
+        let low = LINES.0;
+        let high = LINES.1.min(0.4 * rate.fold(f64::INFINITY, f64::min));
+        if high <= 2.0 * low {
+            return Ok(None);
+        }
+        let count = ((high - low) / SPACING).ceil().max(1.0) as usize;
+        let coarse: Vec<f64> = (0..count)
+            .map(|i| low + (i as f64 + 0.5) * (high - low) / count as f64)
+            .collect();
+        let effects: Vec<ActiveEffect> = coarse.iter().flat_map(|&f| probes(spec, f)).collect();
+        let products = linear.products(model, &effects)?;
+        let base = Scan::gather(linear, &products, effects.len()).base();
+        Ok(base.map(|base| Self {
+            coarse,
+            half: 0.5 * (high - low) / count as f64,
+            products,
+            base,
+        }))
+    }
+
+    /// Frequencies that are told apart where the phase is turned for `span` \[s\], and their
+    /// distance \[Hz\]: each as the number of one that is simulated, and what it is higher by.
+    pub fn all(&self, span: f64) -> (Vec<(usize, f64)>, f64) {
+        let fine = FINE / span;
+        let steps = (self.half / fine).ceil().min(MOST_STEPS) as i64;
+        let own = |c| (-steps..=steps).map(move |d| (c, self.half * d as f64 / steps as f64));
+        let all = (0..self.coarse.len()).flat_map(own).collect();
+        (all, self.half / steps as f64)
+    }
+
+    /// Such a frequency \[Hz\].
+    pub fn frequency(&self, (coarse, shift): (usize, f64)) -> f64 {
+        self.coarse[coarse] + shift
+    }
+
+    /// Number of its sine among the probes.
+    pub fn sine((coarse, _): (usize, f64)) -> usize {
+        2 * coarse
+    }
+}
+
+/// Looks for a vibration of the base by `spec`, of one phase in all recordings.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn find_line(
+    linear: &Linear<'_>,
+    model: &Model,
+    spec: &'static EffectSpec,
+) -> Result<Option<Line>, SimError> {
+    let Some(comb) = Comb::new(linear, model, spec)? else {
+        return Ok(None);
+    };
+    let unknowns = linear.problem().unknowns();
+    let middles = comb.products.iter().map(|p| p.middle);
+    let longest = middles.fold(0.0, f64::max).max(1e-3);
+    let weigh = |at: (usize, f64)| {
+        let mut turned = Turned::new(unknowns);
+        for p in &comb.products {
+            turned.add(p, Comb::sine(at), at.1);
+        }
+        let (solved, gain) = turned.solve(&comb.base)?;
+        let (s, c) = (-solved[0], -solved[1]);
+        Some(Line {
+            frequency: comb.frequency(at),
+            amplitude: SHAKE * s.hypot(c),
+            phase: c.atan2(s),
+            gain,
+        })
+    };
+    let all = comb.all(longest).0.into_par_iter();
+    let lines: Vec<Line> = all.filter_map(weigh).collect();
+    let finite = lines.into_iter().filter(|l| l.gain.is_finite());
+    Ok(finite.max_by(|a, b| a.gain.total_cmp(&b.gain)))
+}

@@ -1,0 +1,341 @@
+//! A late reading or a late drive: in flight the two look alike. Where the mass strikes the
+//! ground they do not: a lag of the reading rounds the kink of the motion off, one of the drive
+//! leaves it.
+
+use crate::diagnose::contact::event_readings::around_events;
+use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::shooting::fitted::{Fitted, taken_over};
+use crate::diagnose::shooting::workspace::Bench;
+use crate::fit::problem::Problem;
+use crate::fit::problem::huber::Huber;
+use crate::fit::problem::prepare::Prepared;
+use crate::fit::segment::event_sequence::Kind;
+use crate::fit::segment::{JointKind, Segment};
+use crate::fit::solve::point::{Point, residuals_at, settle};
+
+/// The two.
+const ALIKE: [&str; 2] = ["sensor_lag", "amplifier_lag"];
+/// Residuals beyond this many standard deviations count in proportion.
+const LOSS: Huber = Huber(4.0);
+/// Steps of a stretch from where the other model has it.
+const STEPS: usize = 8;
+/// Mean square of the residuals from which a stretch is misread.
+const POOR: f64 = 1.4;
+/// Most events and edges of the drive in a stretch: where more happen, either fit may lose its
+/// way among them.
+const MANY: usize = 3;
+/// What flights hardly tell.
+const SHARED: &str = "drive_p";
+/// Where it is looked for to either side, in its coordinate, and how well it is to be known.
+const LOOK: f64 = 0.1;
+const LOOKS: i32 = 5;
+const LAST_STEP: f64 = 2e-3;
+/// Mean square of the residuals that no stretch counts for more than in it.
+const ASTRAY: f64 = 20.0;
+/// No stretch counts for more than this.
+const CAP: f64 = 30.0;
+/// Nor does one tell anything by less than this.
+const TELLING: f64 = 8.0;
+/// Fall of all together from which they tell.
+const LEAST: f64 = 40.0;
+/// Fewest that must: one or two may have been misread.
+const SOME: usize = 3;
+/// Share of those telling that may tell the contrary.
+const AGAINST: f64 = 0.2;
+
+/// Whether `a` and `b` are the two that look alike in flight.
+pub fn looks_like(a: &str, b: &str) -> bool {
+    twin(a) == Some(b)
+}
+
+/// The one of the two that `id` is not, if it is one of them.
+pub fn twin(id: &str) -> Option<&'static str> {
+    let [a, b] = ALIKE;
+    match id {
+        _ if id == a => Some(b),
+        _ if id == b => Some(a),
+        _ => None,
+    }
+}
+
+/// Which of two fits the stretches around bounces and landings tell for, and by how much less
+/// they cost with it: above 0 it is `b`, below `a`, each a fit to the recordings fitted and that
+/// to those kept out.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn told(
+    bench: &Bench,
+    a: (&Fitted, Option<&Fitted>),
+    b: (&Fitted, Option<&Fitted>),
+) -> Result<Told, DiagnoseError> {
+    let (a, b) = (shared(around(bench, a)?)?, shared(around(bench, b)?)?);
+    let mut falls = Vec::new();
+    for (a, b) in a.iter().zip(&b) {
+        falls.extend(side_falls(a, b)?);
+    }
+    log::debug!("around bounces: {falls:.0?}");
+    Ok(verdict(&falls))
+}
+
+/// What stretches around bounces tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Told {
+    /// By how much less they cost with the second of two fits than with the first.
+    pub fall: f64,
+    /// Whether that is sure, and they tell it with one voice.
+    pub sure: bool,
+}
+
+/// A side's short stretches, as a fit tells them.
+type Around = (Prepared, Point);
+
+/// Those of both sides.
+fn around(
+    bench: &Bench,
+    (train, held_out): (&Fitted, Option<&Fitted>),
+) -> Result<Vec<Around>, DiagnoseError> {
+    let mut all = vec![around_events(bench, &bench.train, train)?];
+    if let (Some(side), Some(fitted)) = (&bench.held_out, held_out) {
+        all.push(around_events(bench, side, fitted)?);
+    }
+    Ok(all)
+}
+
+/// The same where the drive is shared between the points as suits the bounces best. In flight
+/// the further mode may swing as it does by a strong drive on a small shape or by a weak one on a
+/// large one; only how hard a blow rings it tells which.
+fn shared(all: Vec<Around>) -> Result<Vec<Around>, DiagnoseError> {
+    let place = |(prepared, _): &Around| prepared.problem.space.position(SHARED);
+    let places: Option<Vec<usize>> = all.iter().map(place).collect();
+    let Some(places) = places else {
+        return Ok(all);
+    };
+    // Each from where the stretches were found best.
+    let from = |points: &[Point], away: f64| -> Result<(f64, Vec<Point>), DiagnoseError> {
+        let own = all.iter().zip(points).zip(&places);
+        let (mut sum, mut points) = (0.0, Vec::with_capacity(all.len()));
+        for (((prepared, _), point), k) in own {
+            let problem = &prepared.problem;
+            let mut x = point.x.clone();
+            x[*k] += away;
+            let asked = asked(point, bounces);
+            let point = settle(problem, &x, &point.segments, &asked, LOSS, STEPS)?;
+            let costs = costs_at(problem, &point, &asked)?;
+            let own = costs.into_iter().zip(&point.segments).zip(&asked);
+            for ((cost, segment), _) in own.filter(|(_, asked)| **asked) {
+                sum += cost.min(ASTRAY * problem.rows(segment).len() as f64);
+            }
+            points.push(point);
+        }
+        Ok((sum, points))
+    };
+    let begun: Vec<Point> = all.iter().map(|(_, point)| point.clone()).collect();
+    let lower = |a: (f64, Vec<Point>), b: (f64, Vec<Point>)| if b.0 < a.0 { b } else { a };
+    let mut best = from(&begun, 0.0)?;
+    let first = best.0;
+    // Stretches may settle otherwise from elsewhere: all of it is looked over first.
+    for k in 1..=LOOKS {
+        let away = f64::from(k) * LOOK;
+        best = lower(lower(best, from(&begun, away)?), from(&begun, -away)?);
+    }
+    let mut step = 0.5 * LOOK;
+    while step > LAST_STEP {
+        let both = [from(&best.1, step)?, from(&best.1, -step)?];
+        best = both.into_iter().fold(best, lower);
+        step *= 0.5;
+    }
+    log::debug!(
+        "{first:.0} around bounces, {:.0} with another {SHARED}",
+        best.0
+    );
+    let own = all.into_iter().zip(best.1);
+    let moved = own.map(|((prepared, point), mut there)| {
+        there.used = point.used;
+        (prepared, there)
+    });
+    Ok(moved.collect())
+}
+
+/// Which stretches of a side may tell, by what happens in them.
+fn asked(point: &Point, tells: fn(&Segment) -> bool) -> Vec<bool> {
+    let all = point.segments.iter().zip(&point.used);
+    all.map(|(segment, used)| *used && tells(segment)).collect()
+}
+
+/// What the falls of single stretches say together.
+fn verdict(falls: &[f64]) -> Told {
+    let fall: f64 = falls.iter().map(|fall| fall.clamp(-CAP, CAP)).sum();
+    let telling = falls.iter().filter(|fall| fall.abs() > TELLING);
+    let against = telling.clone().filter(|own| **own * fall < 0.0).count();
+    let one_voice = against as f64 <= AGAINST * telling.clone().count() as f64;
+    let some = telling.count() >= SOME;
+    let sure = fall.abs() > LEAST && some && one_voice;
+    Told { fall, sure }
+}
+
+/// By how much less each stretch around bounces costs with `b` than with `a`, where one of
+/// them comes near it.
+fn side_falls(a: &Around, b: &Around) -> Result<Vec<f64>, DiagnoseError> {
+    // Each may have lost its way in a stretch where the other has not.
+    let (of_a, of_b) = (costs(a, &b.1)?, costs(b, &a.1)?);
+    let own = a.1.segments.iter().zip(of_a);
+    let pairs = own
+        .filter(|(s, _)| strikes(s))
+        .filter_map(|(segment, of_a)| {
+            let k = b.1.segments.iter().position(|s| same(s, segment))?;
+            let rows = a.0.problem.rows(segment).len();
+            let near = of_a.min(of_b[k]) < POOR * rows as f64;
+            near.then_some(of_a - of_b[k])
+        });
+    Ok(pairs.collect())
+}
+
+fn same(a: &Segment, b: &Segment) -> bool {
+    (a.recording, &a.samples, a.joints.len()) == (b.recording, &b.samples, b.joints.len())
+}
+
+/// Whether the mass bounces in a stretch, and little else happens in it.
+fn bounces(segment: &Segment) -> bool {
+    happens(segment, |kind| matches!(kind, Kind::Bounce { .. }))
+}
+
+/// The same, or lands.
+fn strikes(segment: &Segment) -> bool {
+    happens(segment, |kind| {
+        matches!(kind, Kind::Bounce { .. } | Kind::Touch)
+    })
+}
+
+/// Whether one of some kinds of events happens in a stretch, and little else.
+fn happens(segment: &Segment, wanted: fn(&Kind) -> bool) -> bool {
+    let event = |k: &JointKind| matches!(k, JointKind::Event(kind) if wanted(kind));
+    segment.joints.len() <= MANY && segment.joints.iter().any(|j| event(&j.what))
+}
+
+/// Cost of each stretch in which the mass strikes the ground, from where it is and from where
+/// `other` has it, whichever is less.
+fn costs((prepared, point): &Around, other: &Point) -> Result<Vec<f64>, DiagnoseError> {
+    let mut segments = point.segments.clone();
+    for segment in &mut segments {
+        if let Some(there) = other.segments.iter().find(|s| same(s, segment)) {
+            segment.locals.clone_from(&there.locals);
+        }
+    }
+    let problem = &prepared.problem;
+    let asked = asked(point, strikes);
+    let settled = |segments: &[Segment]| settle(problem, &point.x, segments, &asked, LOSS, STEPS);
+    let here = costs_at(problem, &settled(&point.segments)?, &asked)?;
+    let there = costs_at(problem, &settled(&segments)?, &asked)?;
+    Ok(here.into_iter().zip(there).map(|(a, b)| a.min(b)).collect())
+}
+
+/// Cost of each stretch of those `asked`; infinite elsewhere.
+fn costs_at(problem: &Problem, point: &Point, asked: &[bool]) -> Result<Vec<f64>, DiagnoseError> {
+    let simulator = problem.simulator(&point.x)?;
+    let all = residuals_at(problem, point, |i, _| asked[i])?;
+    let one = |(segment, r): (&Segment, Option<Vec<f64>>)| {
+        r.map_or(f64::INFINITY, |r| {
+            let cost: f64 = r.iter().map(|r| LOSS.cost(*r)).sum();
+            cost + taken_over(problem, &simulator, segment)
+        })
+    };
+    Ok(point.segments.iter().zip(all).map(one).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lag_twins::*;
+    use crate::diagnose::shooting::workspace::with_effect;
+    use crate::diagnose::test_support;
+    use crate::diagnose::test_support::QUIET;
+    use crate::model::Model;
+    use crate::model::effects::{ActiveEffect, find};
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn bounces_tell_only_with_one_voice() {
+        let told = |falls: &[f64], fall: f64, sure: bool| {
+            assert_eq!(verdict(falls), Told { fall, sure });
+        };
+        told(&[], 0.0, false);
+        told(&[1.0, -2.0, 7.0, 3.0], 9.0, false);
+        told(&[25.0, 20.0, 500.0, -1.0], 74.0, true);
+        // Two may have been misread.
+        told(&[25.0, 3.0, 500.0, -1.0], 57.0, false);
+        told(&[-25.0, -20.0, -15.0, -9.0, -12.0, 9.0], -72.0, true);
+        told(&[25.0, 20.0, 30.0, -20.0], 55.0, false);
+    }
+
+    #[test]
+    fn only_lags_of_the_reading_and_of_the_drive_look_alike() {
+        assert!(looks_like("sensor_lag", "amplifier_lag"));
+        assert!(looks_like("amplifier_lag", "sensor_lag"));
+        assert!(!looks_like("sensor_lag", "sensor_lag"));
+        assert_eq!(twin("sensor_lag"), Some("amplifier_lag"));
+        assert_eq!(twin("piezo_creep"), None);
+        assert!(!looks_like("sensor_lag", "piezo_creep"));
+    }
+
+    /// The paper's device with value `which` of the effect `id`, all its others zero.
+    fn with(id: &str, which: usize, value: f64) -> Model {
+        let mut effect = ActiveEffect::new(find(id).unwrap());
+        effect.values.iter_mut().for_each(|v| *v = 0.0);
+        effect.values[which] = value;
+        with_effect(&Preset::embedded("paper").unwrap().model, effect)
+    }
+
+    /// Two recordings of square waves, of a device with what is `concealed`.
+    fn bench_of(concealed: &Model) -> Bench {
+        let drives = [("square:40Hz:8V", 0.06), ("square:300Hz:8V", 0.05)];
+        test_support::bench_of(concealed, &drives, 25e3, 50e-9)
+    }
+
+    /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the
+    /// reading's, above 0 the drive's.
+    fn asked(concealed: &str) -> Option<f64> {
+        let with = |id: &str| with(id, 0, 25e-6);
+        let bench = bench_of(&with(concealed));
+        let fit = |id: &str| bench.baseline(&with(id), &QUIET).unwrap();
+        let (sensor, amplifier) = (fit("sensor_lag"), fit("amplifier_lag"));
+        let told = told(&bench, (&sensor, None), (&amplifier, None)).unwrap();
+        told.sure.then_some(told.fall)
+    }
+
+    #[test]
+    fn bounces_tell_a_late_reading_from_a_late_drive() {
+        let late_readings = asked("sensor_lag").unwrap();
+        assert!(late_readings < -LEAST, "{late_readings}");
+        let late_drive = asked("amplifier_lag").unwrap();
+        assert!(late_drive > LEAST, "{late_drive}");
+    }
+
+    #[test]
+    fn bounces_tell_how_the_drive_is_shared() {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let bench = bench_of(&paper);
+        let fit = bench.baseline(&paper, &QUIET).unwrap();
+        let place = |all: &[Around]| all[0].0.problem.space.position(SHARED).unwrap();
+        let mut all = around(&bench, (&fit, None)).unwrap();
+        let k = place(&all);
+        let right = all[0].1.x[k];
+        all[0].1.x[k] += 0.3;
+        let found = shared(all).unwrap()[0].1.x[k];
+        assert!((found - right).abs() < 0.05, "{found} {right}");
+    }
+
+    #[test]
+    fn a_delay_that_begins_far_off_is_found() {
+        let delayed = |by: f64| with("sensor_lag", 1, by);
+        let bench = bench_of(&delayed(100e-6));
+        // The clocks have taken all of it.
+        let known = bench.baseline(&Preset::embedded("paper").unwrap().model, &QUIET);
+        let known = known.unwrap();
+        let free = ["sensor_lag.delay".to_owned()];
+        // Three times what two clocks leave that are known to 5 us each.
+        let room = 3.0 * 5e-6 / f64::sqrt(2.0);
+        let fit = bench.fit(&delayed(300e-6), &free, &[], &known, 10, &QUIET);
+        let found = fit.unwrap().model.get(&free[0]).unwrap();
+        assert!((found - 100e-6).abs() < room, "{found}");
+    }
+}

@@ -1,0 +1,219 @@
+//! Directions with a time that is searched for: the best of very many is found from the products
+//! of a few.
+
+use nalgebra::DVector;
+
+use crate::diagnose::score_test::scan::{Base, Linear, Products, Promise, Scan};
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, find};
+use crate::sim::error::SimError;
+
+/// Fewest stays on the ground that tell its level, such as before a step of it.
+pub const BEFORE: usize = 3;
+/// Height with which a step of the ground is looked for \[m\].
+pub const RISE: f64 = 1e-7;
+
+/// A ground that is higher by [`RISE`] all the time.
+///
+/// # Panics
+/// If the catalogue has no step of the ground.
+pub(crate) fn always() -> ActiveEffect {
+    let spec = find("gap_step").expect("the catalogue has it");
+    ActiveEffect {
+        spec,
+        values: vec![RISE, -1e9],
+    }
+}
+
+/// A step of the ground's level, and what it would bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// By how much, in units of [`RISE`].
+    pub height: f64,
+    /// When \[s\]: in each recording, or through the series.
+    pub time: f64,
+    /// Beginning of the last stay before that \[s\]; the recordings do not tell when between
+    /// the two it happens.
+    pub since: f64,
+    /// Whether it happens once in the series of recordings.
+    pub series: bool,
+    /// Fall of chi2.
+    pub gain: f64,
+}
+
+/// Looks for a step of the ground's level, at the same time in each recording and once in
+/// the series, where `epochs` are the recordings' beginnings in it; the best of either. The first
+/// `locked` unknowns stay as they are.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn find_step(
+    linear: &Linear<'_>,
+    model: &Model,
+    locked: usize,
+    epochs: &[f64],
+) -> Result<Vec<Step>, SimError> {
+    let products = linear.products(model, &[always()])?;
+    let whole = Scan::gather(linear, &products, 1);
+    let Some(base) = whole.base_without(locked) else {
+        return Ok(Vec::new());
+    };
+    let n = linear.problem().unknowns();
+    let segments = &linear.point().segments;
+    let begin = |p: &Products, lies: bool| {
+        let s = &segments[p.segment];
+        let time = &linear.problem().data[s.recording].recording.time;
+        let since = s.since.filter(|_| lies);
+        since.unwrap_or(time[s.samples.start]) - 0.5 * s.interval
+    };
+    let held: Vec<&Products> = products
+        .iter()
+        .filter(|p| segments[p.segment].starts_held)
+        .collect();
+    let weigh = |on: &dyn Fn(&Products) -> bool| {
+        promise_of(&base, n, held.iter().copied().filter(|p| on(p)))
+    };
+    let mut best: [Option<Step>; 2] = [None, None];
+    // A mass that lies on the ground may go with it, or keep lying where it is until it flies.
+    let ways = [(false, false), (false, true), (true, false), (true, true)];
+    for (i, at) in held.iter().enumerate() {
+        let k = segments[at.segment].recording;
+        // A stay that was cut begins once.
+        let goes_on = i > 0 && {
+            let [before, now] = [held[i - 1], at].map(|p| &segments[p.segment]);
+            before.recording == now.recording && before.since.is_some() && before.since == now.since
+        };
+        for (series, lies) in ways.into_iter().filter(|(_, lies)| !(*lies && goes_on)) {
+            let t0 = begin(at, lies);
+            let later = |p: &Products| {
+                let r = segments[p.segment].recording;
+                match series {
+                    true => r > k || (r == k && begin(p, lies) >= t0),
+                    false => begin(p, lies) >= t0,
+                }
+            };
+            // A ground that has been elsewhere all the time has made no step.
+            let before = || held.iter().filter(|p| !later(p));
+            if before().count() < BEFORE {
+                continue;
+            }
+            let Some(p) = weigh(&later) else {
+                continue;
+            };
+            let best = &mut best[usize::from(series)];
+            if best.is_none_or(|b| p.gain > b.gain) {
+                let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
+                let in_series =
+                    |p: &Products| epoch(segments[p.segment].recording) + begin(p, lies);
+                *best = Some(Step {
+                    height: p.theta,
+                    time: in_series(at),
+                    since: before()
+                        .map(|p| in_series(p))
+                        .fold(f64::NEG_INFINITY, f64::max),
+                    series,
+                    gain: p.gain,
+                });
+            }
+        }
+    }
+    Ok(best.into_iter().flatten().collect())
+}
+
+/// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
+fn promise_of<'a>(
+    base: &Base,
+    n: usize,
+    some: impl Iterator<Item = &'a Products>,
+) -> Option<Promise> {
+    let (mut cross, mut own, mut slope) = (DVector::zeros(n), 0.0, 0.0);
+    for p in some {
+        for (i, &c) in p.columns.iter().enumerate() {
+            cross[c] += p.cross[(i, 0)];
+        }
+        own += p.gram[(0, 0)];
+        slope += p.slope[0];
+    }
+    base.promise(&cross, own, slope)
+}
+
+/// What another level of the ground in one `recording` would bring, in units of [`RISE`], of
+/// `products` with [`always`].
+pub fn level(
+    linear: &Linear<'_>,
+    base: &Base,
+    products: &[Products],
+    recording: usize,
+) -> Option<Promise> {
+    let stays = products.iter().filter(|p| {
+        let segment = &linear.point().segments[p.segment];
+        segment.starts_held && segment.recording == recording
+    });
+    promise_of(base, linear.problem().unknowns(), stays)
+}
+
+/// Another level of the ground in the first of the recordings of `linear` in which the mass
+/// stays on it, the model's parameters as they are: that recording and what it would bring
+/// there, in units of [`RISE`].
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn first_level(
+    linear: &Linear<'_>,
+    model: &Model,
+) -> Result<Option<(usize, Promise)>, SimError> {
+    let products = linear.products(model, &[always()])?;
+    let segments = &linear.point().segments;
+    let count = |k: usize| {
+        let own = products.iter().map(|p| &segments[p.segment]);
+        own.filter(|s| s.recording == k && s.starts_held).count()
+    };
+    let recordings = 0..linear.problem().data.len();
+    let Some(first) = recordings.into_iter().find(|&k| count(k) >= BEFORE) else {
+        return Ok(None);
+    };
+    let whole = Scan::gather(linear, &products, 1);
+    let base = whole.base_without(linear.problem().space.len());
+    let promise = base.and_then(|base| level(linear, &base, &products, first));
+    Ok(promise.map(|promise| (first, promise)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::level_step::*;
+    use crate::diagnose::test_support::{QUIET, bench_of, stepping};
+
+    #[test]
+    fn a_step_while_the_mass_lies_is_told_by_the_next_stay() {
+        const HEIGHT: f64 = -1e-6;
+        let bench_on = |ground: &Model| bench_of(ground, &[("square:40Hz:8V", 0.1)], 50e3, 20e-9);
+        // It sets out anew in each period: when, a ground without a step shows.
+        let plain = bench_on(&stepping(0.0, 0.0));
+        let mut landed: Vec<f64> = plain
+            .train
+            .segments()
+            .iter()
+            .filter_map(|s| s.since)
+            .collect();
+        landed.dedup();
+        let third = landed.iter().position(|t| *t > 0.05).unwrap();
+        let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
+        let bench = bench_on(&stepping(HEIGHT, flies));
+        let fit = |model: &Model| bench.from_afar(model, &[], &[], &QUIET).unwrap();
+        // As it comes under a mass that lies, which keeps its level until it has flown.
+        for time in [flies, lies] {
+            let per_value = fit(&stepping(HEIGHT, time)).per_value();
+            assert!(per_value < 1.1, "{time}: {per_value}");
+        }
+        let without = fit(&stepping(0.0, 0.0));
+        assert!(without.per_value() > 2.0, "{}", without.per_value());
+        let linear = Linear::new(&without).unwrap();
+        let found = find_step(&linear, &without.model, 0, &bench.epochs()).unwrap();
+        let best = found
+            .iter()
+            .max_by(|a, b| a.gain.total_cmp(&b.gain))
+            .unwrap();
+        assert!(best.since < flies && flies < best.time, "{best:?}");
+        assert!((RISE * best.height / HEIGHT - 1.0).abs() < 0.3, "{best:?}");
+    }
+}

@@ -1,0 +1,171 @@
+//! When the ground steps, as the samples around tell it: a scan finds it to a stretch, and a
+//! stretch in which the mass lies lasts milliseconds.
+
+use rayon::prelude::*;
+
+use super::propose::Hypothesis;
+use crate::diagnose::selection::forward::Trial;
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::shooting::workspace::LOSS;
+use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::model::Model;
+use crate::model::effects::EffectSpec;
+use crate::sim::error::SimError;
+use crate::sim::stretch::StretchSimulator;
+
+/// Times looked at in each round. Those of the first lie so close that readings show to either
+/// side of each whether the mass has gone along, those of the last as close as samples do.
+const TIMES: [usize; 3] = [48, 8, 8];
+/// Most times that it is looked for around what was found last.
+const MOVES: usize = 4;
+/// How far around the time that is known it is looked for \[s\]: a stretch with both points
+/// lasts no longer.
+const AROUND: f64 = 5e-3;
+/// Share of that beyond which it is looked for anew around what was found.
+const EDGE: f64 = 0.8;
+/// Steps of each stretch's own fit.
+const OWN: usize = 1;
+/// Fall of chi2 from which another time is better.
+const BETTER: f64 = 4.0;
+/// Where the step's time stands among its parameters.
+const TIME: usize = 1;
+
+/// The hypothesis of `trial`, a step of the ground, at a time that suits the stretches around it
+/// better; `None` if none does by much.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn finer(trial: &Trial) -> Result<Option<Hypothesis>, SimError> {
+    let spec = trial.hypothesis.start.spec;
+    let sides: Vec<&Fitted> = std::iter::once(&trial.train)
+        .chain(&trial.held_out)
+        .collect();
+    let time = better_time(&sides, spec)?;
+    Ok(time.map(|time| {
+        let mut finer = trial.hypothesis.clone();
+        finer.start.values[TIME] = time;
+        finer
+    }))
+}
+
+/// A time of the step `spec` \[s\] that suits the stretches of all `sides` around it better than
+/// that in their model, if there is one.
+fn better_time(sides: &[&Fitted], spec: &EffectSpec) -> Result<Option<f64>, SimError> {
+    let own = |side: &&Fitted| {
+        let mut effects = side.model.effects.iter();
+        effects.find(|e| e.spec == spec).map(|e| e.values[TIME])
+    };
+    let Some(known) = sides.first().and_then(own) else {
+        return Ok(None);
+    };
+    let mut found = None;
+    for _ in 0..MOVES {
+        let time = found.unwrap_or(known);
+        let window = (time - AROUND, time + AROUND);
+        let cost = |time: f64| -> Result<f64, SimError> {
+            let mut sum = 0.0;
+            for side in sides {
+                sum += around(side, &at(&side.model, spec, time), window)?;
+            }
+            Ok(sum)
+        };
+        let now = cost(time)?;
+        let (least, when) = least_within(window, (now, time), &cost)?;
+        log::debug!("the ground steps at {when:.6} rather than {time:.6}: {now:.1} to {least:.1}");
+        if least > now - BETTER {
+            break;
+        }
+        found = Some(when);
+        if (when - time).abs() < EDGE * AROUND {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+/// The least `cost` in a window, of `best` and of those times that close in on it.
+fn least_within(
+    (mut low, mut high): (f64, f64),
+    mut best: (f64, f64),
+    cost: &dyn Fn(f64) -> Result<f64, SimError>,
+) -> Result<(f64, f64), SimError> {
+    for times in TIMES {
+        let step = (high - low) / (times + 1) as f64;
+        for k in 1..=times {
+            let time = low + step * k as f64;
+            let cost = cost(time)?;
+            if cost < best.0 {
+                best = (cost, time);
+            }
+        }
+        (low, high) = (best.1 - step, best.1 + step);
+    }
+    Ok(best)
+}
+
+/// `model` with its step `spec` at `time`.
+fn at(model: &Model, spec: &EffectSpec, time: f64) -> Model {
+    let mut at = model.clone();
+    for effect in at.effects.iter_mut().filter(|e| e.spec == spec) {
+        effect.values[TIME] = time;
+    }
+    at
+}
+
+/// Cost of the stretches of `side` that have samples in `window` \[s\] and meet the ground, by
+/// `model`, whose modes are those of its own.
+fn around(side: &Fitted, model: &Model, (from, to): (f64, f64)) -> Result<f64, SimError> {
+    let (problem, point) = (&side.problem, &side.point);
+    let simulator = StretchSimulator::new(model, &problem.options)?;
+    let meets = |s: &Segment| {
+        let event = |j: &Joint| matches!(j.what, JointKind::Event(_));
+        s.starts_held || s.joints.iter().any(event)
+    };
+    let near = |s: &Segment| {
+        let data = &problem.data[s.recording];
+        let at = |i: usize| data.recording.time[i] + data.epoch;
+        at(s.samples.start) < to && at(s.samples.end - 1) > from
+    };
+    let all = point.segments.iter().zip(&point.used);
+    let own: Vec<Segment> = all
+        .filter(|(s, used)| **used && meets(s) && near(s))
+        .map(|(s, _)| s.clone())
+        .collect();
+    let states = problem.states(&point.x, &simulator, &own);
+    let costs = own.par_iter().zip(&states).map(|(segment, states)| {
+        let nuisances = problem.nuisances_of(&point.x, segment.recording);
+        let start = segment.locals.clone();
+        let told = problem.refine(segment, states, &simulator, &nuisances, start, LOSS, OWN);
+        told.cost
+    });
+    Ok(costs.sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::level_step_time::*;
+    use crate::diagnose::test_support::{QUIET, bench_of, stepping};
+    use crate::model::effects::find;
+
+    #[test]
+    fn a_step_under_a_mass_that_lies_is_told_to_a_sample() {
+        const RISE: f64 = 0.4e-6;
+        // No more than the noise of a few samples: what moves by more seems to fly.
+        let bench_on = |time: f64| {
+            let drives = [("square:15Hz:8V", 0.1), ("ramped:10Hz:8V:0.15", 0.1)];
+            bench_of(&stepping(RISE, time), &drives, 50e3, 100e-9)
+        };
+        let lies = 20e-3;
+        let bench = bench_on(lies);
+        let spec = find("gap_step").unwrap();
+        for off in [-3e-3, 1.5e-3, 3.5e-3] {
+            let fit = bench.from_afar(&stepping(RISE, lies + off), &[], &[], &QUIET);
+            let time = better_time(&[&fit.unwrap()], spec).unwrap();
+            let time = time.expect("a better time");
+            assert!((time - lies).abs() < 4e-5, "{off}: {time}");
+        }
+        let right = bench.from_afar(&stepping(RISE, lies), &[], &[], &QUIET);
+        let time = better_time(&[&right.unwrap()], spec).unwrap();
+        assert!(time.is_none_or(|t| (t - lies).abs() < 2e-5), "{time:?}");
+    }
+}

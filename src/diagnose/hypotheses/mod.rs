@@ -1,0 +1,10 @@
+//! TODO-doc
+
+pub(super) mod base_vibration;
+pub(super) mod extra_mode;
+pub(super) mod lag_twins;
+pub(super) mod level_step;
+pub(super) mod level_step_time;
+pub mod propose;
+pub(super) mod raised_level;
+pub(super) mod vibration_clock;

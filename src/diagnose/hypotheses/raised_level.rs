@@ -1,0 +1,104 @@
+//! Recordings whose ground, as it was read, lies higher than that of the others: the mass may have
+//! come to rest over it without touching it. Each recording has a zero of its own, so that a wrong
+//! level hides in that, and only the flights before and after tell.
+
+use super::lag_twins::twin;
+use super::level_step::{BEFORE, always, find_step, level};
+use crate::diagnose::score_test::scan::{Linear, Scan};
+use crate::diagnose::selection::forward::Stand;
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::shooting::workspace::Bench;
+use crate::sim::error::SimError;
+
+/// Fall of chi2 by a higher ground in one recording from which it lies higher, unless a step of the
+/// ground brings that much more.
+const HIGHER: f64 = 40.0;
+
+/// Those of either side of `stand` that may hover; none where its ground steps already, or where
+/// readings or drive lag and all is far off for that.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn lifted(bench: &Bench, stand: &Stand) -> Result<(Vec<usize>, Vec<usize>), SimError> {
+    let step = always().spec;
+    let steps = stand.train.model.effects.iter().any(|e| e.spec == step);
+    let known = bench.found.as_ref();
+    if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let train = bench.may_hover(&bench.train, of(&stand.train, 0)?);
+    let held_out = match (&bench.held_out, &stand.held_out) {
+        (Some(side), Some(fitted)) => {
+            let locked = fitted.problem.space.len();
+            bench.may_hover(side, of(fitted, locked)?)
+        }
+        _ => Vec::new(),
+    };
+    Ok((train, held_out))
+}
+
+/// Those of a fit, of which the first `locked` unknowns stay as they are.
+fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
+    let segments = &fitted.point.segments;
+    let stays = |k: usize| {
+        let own = segments.iter().zip(&fitted.point.used);
+        own.filter(|(s, used)| **used && s.starts_held && s.recording == k)
+            .count()
+    };
+    let mut asked: Vec<usize> = (0..fitted.problem.data.len()).collect();
+    asked.retain(|k| stays(*k) >= BEFORE);
+    if asked.is_empty() {
+        return Ok(asked);
+    }
+    let linear = Linear::new(fitted)?;
+    let products = linear.products(&fitted.model, &[always()])?;
+    let Some(base) = Scan::gather(&linear, &products, 1).base_without(locked) else {
+        return Ok(Vec::new());
+    };
+    let gain = |k: usize| {
+        let promise = level(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
+        promise.map_or(0.0, |p| p.gain)
+    };
+    let mut higher: Vec<(usize, f64)> = asked.into_iter().map(|k| (k, gain(k))).collect();
+    higher.retain(|(_, gain)| *gain > HIGHER);
+    if higher.is_empty() {
+        return Ok(Vec::new());
+    }
+    let steps = find_step(&linear, &fitted.model, locked, &[])?;
+    let step = steps.iter().fold(0.0f64, |most, s| most.max(s.gain));
+    higher.retain(|(_, gain)| *gain > step - HIGHER);
+    Ok(higher.into_iter().map(|(k, _)| k).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::raised_level::*;
+    use crate::diagnose::test_support::{QUIET, bench, parts_of, stepping};
+
+    /// Which of three recordings lie higher where the ground of the second and the third is as
+    /// given: by how much, and since when.
+    fn higher(second: (f64, f64), third: (f64, f64)) -> Vec<usize> {
+        let on = |(by, since): (f64, f64), drive: &str, duration: f64| {
+            let drives = [(drive, duration)];
+            parts_of(&stepping(by, since), &drives, 25e3, 150e-9)
+        };
+        let plain = (0.0, -1e9);
+        let parts = [
+            on(plain, "square:40Hz:8V", 0.1),
+            on(second, "square:15Hz:8V", 0.3),
+            on(third, "sine:50Hz:8V", 0.1),
+        ];
+        let fit = bench(&parts.concat()).baseline(&stepping(plain.0, plain.1), &QUIET);
+        of(&fit.unwrap(), 0).unwrap()
+    }
+
+    #[test]
+    fn the_recording_with_a_higher_ground_is_found() {
+        const ALWAYS: f64 = -1e9;
+        let by = 0.25e-6;
+        assert!(higher((0.0, ALWAYS), (0.0, ALWAYS)).is_empty());
+        assert_eq!(higher((0.0, ALWAYS), (by, ALWAYS)), [2]);
+        // It lies higher in part of one: it steps.
+        assert!(higher((by, 0.15), (0.0, ALWAYS)).is_empty());
+    }
+}

@@ -1,0 +1,256 @@
+//! The catalogue as hypotheses: for each effect some forms of it, each a direction in
+//! which the simulation would move, and what is left free when it is fitted.
+
+use crate::fit::problem::linearize::STEP;
+use crate::fit::problem::parameter_space::linear_unit;
+use crate::model::Model;
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
+use crate::model::parameter::ParameterId;
+
+/// Shortest lag that is tried, as a share of that of its form.
+pub const LEAST_LAG: f64 = 0.3;
+/// Shortest time constant of an amplifier that is looked at \[s\].
+pub const SHORTEST_LAG: f64 = 1e-6;
+
+/// Least distance of electrodes at contact \[m\].
+const LEAST_GAP: f64 = 2e-6;
+
+/// One effect at one set of its nonlinear constants.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Form {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// Values of its parameters, of a size at which it still acts in proportion.
+    pub values: Vec<f64>,
+    /// Which parameter is its strength.
+    pub strength: usize,
+    /// Whether the strength may be negative.
+    pub signed: bool,
+    /// Which parameters are fitted.
+    pub free: Vec<usize>,
+    /// Constants other than the strength make no sense below this.
+    pub least_constant: f64,
+    /// Values to begin with, and which are fitted, where the law is too strong for any model
+    /// without it, if those are others.
+    pub full: Option<(Vec<f64>, Vec<usize>)>,
+    /// Which parameters shape the law, to be fitted besides once it has shown up.
+    pub shape: &'static [usize],
+}
+
+impl Form {
+    /// The effect at `theta` times the form's strength, kept within its limits.
+    pub fn effect(&self, theta: f64) -> ActiveEffect {
+        let mut values = self.values.clone();
+        let (low, high) = self.spec.parameters[self.strength].limits;
+        values[self.strength] = (values[self.strength] * theta).clamp(low, high);
+        ActiveEffect {
+            spec: self.spec,
+            values,
+        }
+    }
+
+    /// Whether the strength is how late something is.
+    pub fn is_lag(&self) -> bool {
+        matches!(self.spec.parameters[self.strength].unit, "s" | "s/V")
+    }
+
+    /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
+    /// a lag, whose answer goes as its square beside a shift of the clocks, calls for a
+    /// shorter form.
+    pub fn least(&self) -> f64 {
+        if self.signed {
+            f64::NEG_INFINITY
+        } else {
+            let share = if self.is_lag() { LEAST_LAG } else { 1e-4 };
+            share * self.values[self.strength]
+        }
+    }
+
+    /// Id of the strength, as `effect.parameter`.
+    pub fn strength_id(&self) -> String {
+        format!(
+            "{}.{}",
+            self.spec.id, self.spec.parameters[self.strength].id
+        )
+    }
+
+    /// Ids of the parameters that are fitted, as `effect.parameter`.
+    pub fn free_ids(&self) -> Vec<String> {
+        own_ids(self.spec, &self.free)
+    }
+}
+
+/// Ids of some parameters of an effect, as `effect.parameter`.
+pub fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
+    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
+    which.iter().map(name).collect()
+}
+
+/// Ids of what shapes a law with a time constant of `spec`.
+pub fn shape_of(spec: &EffectSpec) -> Vec<String> {
+    let all = spec.parameters.iter().enumerate();
+    let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
+    own_ids(spec, &paces.collect::<Vec<_>>())
+}
+
+/// Scales of a device's motion, by which hypotheses are sized.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Largest displacement \[m\].
+    pub length: f64,
+    /// Usual speed \[m/s\].
+    pub speed: f64,
+    /// Force that goes with it \[N\].
+    pub force: f64,
+    /// Time between samples \[s\].
+    pub interval: f64,
+}
+
+impl Scale {
+    /// Of `model`, moving over `length` \[m\] and read every `interval` \[s\].
+    pub fn new(model: &Model, length: f64, interval: f64) -> Self {
+        /// Acceleration of a mass without a spring \[m/s^2\].
+        const FALL: f64 = 9.81;
+        let structure = model.structure();
+        let mass = 1.0 / structure.mobility();
+        let springs = structure.modes.iter().filter(|m| m.frequency > 0.0);
+        let compliance: f64 = springs.clone().map(|m| (m.phi_p / m.omega()).powi(2)).sum();
+        let slowest = springs.map(|m| m.omega()).fold(f64::INFINITY, f64::min);
+        if compliance > 0.0 {
+            Self {
+                length,
+                speed: slowest * length,
+                force: length / compliance,
+                interval,
+            }
+        } else {
+            Self {
+                length,
+                speed: (FALL * length).sqrt(),
+                force: mass * FALL,
+                interval,
+            }
+        }
+    }
+
+    /// Whether a step of the quintic stiffness, which a fit makes in units of its range, is
+    /// small where the device moves: on one that moves by centimetres it is not.
+    fn tells_quintic(&self, spec: &EffectSpec) -> bool {
+        let step = STEP * linear_unit(&spec.parameters[1]);
+        step * self.length.powi(5) < 1e-3 * self.force
+    }
+}
+
+/// Forms of all effects that the linear scan can weigh on this device. Further modes,
+/// vibrations and what happens at the ground are looked for in ways of their own.
+pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
+    let mut out = Vec::new();
+    for spec in CATALOGUE.iter().copied() {
+        let mut add = |values: &[f64], strength, signed, free: &[usize]| {
+            out.push(Form {
+                spec,
+                values: values.to_vec(),
+                strength,
+                signed,
+                free: free.to_vec(),
+                // The electrodes are apart even where the mass touches the ground.
+                least_constant: if spec.id == "electrostatic" {
+                    model.parameters[ParameterId::Dp] + LEAST_GAP
+                } else {
+                    0.0
+                },
+                // A device has either the branches or the loops: between them there is
+                // nothing. At zero the past would not show which way to go.
+                full: (spec.id == "hysteresis_memory").then(|| {
+                    let parameters = spec.parameters.iter();
+                    let mut values: Vec<f64> = parameters.map(|p| p.default).collect();
+                    values[8] = 1e-3;
+                    (values, vec![1, 3, 4, 5, 6, 7, 8, 9, 10])
+                }),
+                shape: match spec.id {
+                    "hysteresis_memory" => &[3, 4, 5, 6, 7, 9, 10],
+                    "cubic_stiffness" if scale.tells_quintic(spec) => &[1],
+                    "long_range_attraction" => &[2],
+                    "amplifier_lag" if strength == 0 => &[1],
+                    "amplifier_lag" => &[0],
+                    "piezo_creep" => &[2, 3],
+                    "zero_drift" if strength == 0 => &[2],
+                    _ => &[],
+                },
+            });
+        };
+        let dp = model.parameters[ParameterId::Dp];
+        let driven = model.piezo.is_some();
+        let ground = model.has_ground;
+        let sprung = model.parameters[ParameterId::F1] > 0.0;
+        match spec.id {
+            "amplifier_lag" if driven => {
+                for tau in [SHORTEST_LAG, 3e-6, 1e-5, 5e-5, 2e-4] {
+                    add(&[tau, 0.0], 0, false, &[0]);
+                }
+                for pace in [1e-6, 5e-6, 2e-5] {
+                    add(&[0.0, pace], 1, false, &[1]);
+                }
+            }
+            "piezo_creep" if driven => {
+                for tau in [2e-3, 8e-3, 30e-3, 0.12, 0.5] {
+                    add(&[0.02, tau, 0.0, tau], 0, false, &[0, 1]);
+                }
+            }
+            "hysteresis_memory" if driven => {
+                // Relays of all widths as in the branches, and rather narrow ones that lie
+                // evenly.
+                for width in [0.5, 1.2] {
+                    for (q, k, b1) in [(0.0, 0.0, 1.0), (0.4, 3.0, 0.0), (0.7, 6.0, 0.0)] {
+                        let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0, 0.0, 0.0];
+                        add(&values, 0, false, &[0, 1]);
+                    }
+                }
+            }
+            "electrostatic" if driven && ground => {
+                for above in [6e-6, 15e-6, 35e-6, 100e-6] {
+                    add(&[9e-9, dp + above], 0, false, &[0, 1]);
+                }
+            }
+            "cubic_stiffness" if sprung => {
+                let k3 = 1e-3 * scale.force / scale.length.powi(3);
+                add(&[k3, 0.0], 0, true, &[0]);
+            }
+            "quadratic_drag" => add(&[1e-3 * scale.force / scale.speed.powi(2)], 0, false, &[0]),
+            "dry_friction" => add(&[1e-3 * scale.force], 0, false, &[0]),
+            "film_spring" if ground => {
+                for tau in [1.6e-6, 8e-6, 4e-5, 2e-4] {
+                    add(&[tau, 0.0], 0, false, &[0]);
+                }
+                for tau in [1.6e-6, 8e-6, 4e-5, 2e-4, 1e-3] {
+                    add(&[tau, 2.0], 0, false, &[0]);
+                }
+            }
+            "long_range_attraction" if ground => {
+                for (reach, power) in [0.6e-6, 2e-6, 6e-6].map(|r| [(r, 2.0), (r, 3.0)]).concat() {
+                    add(&[3e-9, reach, power], 0, false, &[0, 1]);
+                }
+            }
+            "zero_drift" => {
+                for tau in [0.02, 0.1] {
+                    add(&[3e-3 * scale.length, tau, 0.0], 0, true, &[0, 1]);
+                }
+                add(&[0.0, 0.1, 0.02 * scale.length], 2, true, &[2]);
+            }
+            "sensor_lag" => {
+                // Beside a shift of the clocks a lag acts as its square.
+                for share in [0.1, 0.25, 0.6, 2.0] {
+                    add(&[share * scale.interval, 0.0], 0, false, &[0]);
+                }
+                for share in [0.05, 0.25] {
+                    add(&[0.0, share * scale.interval], 1, false, &[1]);
+                }
+            }
+            "gravity" if !sprung => {
+                add(&[1.0], 0, true, &[0]);
+            }
+            _ => {}
+        }
+    }
+    out
+}

@@ -1,0 +1,5 @@
+//! TODO-doc
+
+pub mod basis_forces;
+pub mod forms;
+pub mod scan;

@@ -1,0 +1,157 @@
+//! Which of the hypotheses weighed is the best, and which others do as well.
+
+use super::forward::{Stand, Trial, Weighed};
+use super::law_shape::{mirrored, shaped};
+use crate::diagnose::hypotheses::lag_twins;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::shooting::workspace::Bench;
+use crate::model::effects::{EffectSpec, find};
+
+/// Two hypotheses whose gains differ by less than this share cannot be told apart.
+const ALIKE: f64 = 0.03;
+/// Nor if they differ by less than this.
+const ALIKE_LEAST: f64 = 8.0;
+/// Share of the best one's gain from which the one that looks like it is asked as well: where
+/// it comes to less, flight itself has told.
+const TWIN: f64 = 0.8;
+/// Two that look alike in flight cannot be told there if their gains differ by less than this
+/// share: so much a law of somewhat other form makes up for.
+const TWIN_ALIKE: f64 = 0.1;
+
+/// The best of a round.
+pub struct Choice {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// The fit with it.
+    pub trial: Trial,
+    /// Others that do as well.
+    pub alike: Vec<&'static str>,
+    /// Why one that does as well in flight is not among those.
+    pub told: Option<String>,
+}
+
+/// Adds to what was `weighed` the one that looks like the best in flight, begun from its fit,
+/// if it is asked for and has come to far less: the linearised problem foresees little of a
+/// lag that the clocks have taken.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn add_twin(
+    bench: &Bench,
+    stand: &Stand,
+    weighed: &mut Vec<Weighed>,
+    is_asked: &dyn Fn(&EffectSpec) -> bool,
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    let worth = |w: &Weighed| w.trial.as_ref().map_or(f64::NEG_INFINITY, Trial::worth);
+    let best = weighed
+        .iter()
+        .max_by(|a, b| worth(a).total_cmp(&worth(b)))
+        .and_then(|w| w.trial.as_ref().map(|t| (w.spec, t)));
+    let Some((first, trial)) = best.filter(|(_, t)| !t.by_chance()) else {
+        return Ok(());
+    };
+    let spec = lag_twins::twin(first.id)
+        .and_then(find)
+        .filter(|s| is_asked(s));
+    let Some(spec) = spec.filter(|_| !control.cancelled()) else {
+        return Ok(());
+    };
+    let known = weighed.iter().position(|w| w.spec == spec);
+    let least = known.map_or(f64::NEG_INFINITY, |k| worth(&weighed[k]));
+    if least > TWIN * trial.worth() {
+        return Ok(());
+    }
+    let Some(twin) = mirrored(bench, stand, trial, spec, control)? else {
+        return Ok(());
+    };
+    log::debug!("{} as {}: {:.0}", first.id, spec.id, twin.worth());
+    if twin.worth() > least {
+        let own = Weighed {
+            spec,
+            promise: known.map_or(0.0, |k| weighed[k].promise),
+            trial: Some(twin),
+            by_itself: None,
+        };
+        match known {
+            Some(k) => weighed[k] = own,
+            None => weighed.push(own),
+        }
+    }
+    Ok(())
+}
+
+/// The best of what was `weighed`, in which the two that look alike in flight are given the
+/// shape of their laws if one of them is the best; `None` if nothing could be fitted.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn best(
+    bench: &Bench,
+    stand: &Stand,
+    weighed: &mut [Weighed],
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Choice>, DiagnoseError> {
+    let all = weighed.iter_mut();
+    let all = all.filter_map(|w| w.trial.as_mut().map(|t| (w.spec, t)));
+    let mut trials: Vec<(&'static EffectSpec, &mut Trial)> = all.collect();
+    trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
+    let Some(first) = trials.first() else {
+        return Ok(None);
+    };
+    // In flight the twin may even suit better, where the law is of somewhat other form.
+    let twin = trials.iter().position(|(spec, t)| {
+        lag_twins::looks_like(first.0.id, spec.id)
+            && t.worth() > TWIN * first.1.worth()
+            && !first.1.excels(t)
+    });
+    let mut told = None;
+    let mut best = 0;
+    if let Some(twin) = twin {
+        // A law of another form would leave around bounces what is no matter of the two.
+        for k in [0, twin] {
+            *trials[k].1 = shaped(bench, stand, trials[k].1.clone(), control)?;
+        }
+        let (a, b) = (trials[0].1.worth(), trials[twin].1.worth());
+        log::debug!("{} {a:.0}, {} {b:.0}", trials[0].0.id, trials[twin].0.id);
+        let mut lower = b - a;
+        if a.min(b) > TWIN * a.max(b) {
+            let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
+            let around = lag_twins::told(bench, fits(0), fits(twin))?;
+            if around.sure {
+                let other = if around.fall > 0.0 { 0 } else { twin };
+                told = Some((trials[other].0, around.fall.abs()));
+                lower = around.fall;
+            } else {
+                // Two that look alike are told beside each other, the likelier first.
+                lower += around.fall;
+            }
+        }
+        if lower > 0.0 {
+            best = twin;
+        }
+    }
+    let most = trials.iter().map(|(_, t)| t.worth());
+    let most = most.fold(f64::NEG_INFINITY, f64::max);
+    let first = &trials[best];
+    let least = most - (ALIKE * most).max(ALIKE_LEAST);
+    let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
+    let others = trials.iter().filter(|(spec, t)| {
+        let twin = lag_twins::looks_like(first.0.id, spec.id);
+        let close = t.worth() > least || twin && t.worth() > (1.0 - TWIN_ALIKE) * most;
+        other(spec) && close && !first.1.excels(t)
+    });
+    let alike = others.map(|(spec, _)| spec.id).collect();
+    let told = told.map(|(other, fall)| {
+        format!(
+            "{} would do as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
+            other.name, first.0.name
+        )
+    });
+    Ok(Some(Choice {
+        spec: first.0,
+        trial: first.1.clone(),
+        alike,
+        told,
+    }))
+}

@@ -1,0 +1,318 @@
+//! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
+
+use super::evaluate::{begun_from, likeliest, refitted, with_freedoms};
+use super::forward::{APART, Stand, Trial};
+use super::self_ringing;
+use crate::diagnose::comparison::significance::vanishes;
+use crate::diagnose::discrepancy::missing_force::spans;
+use crate::diagnose::hypotheses::propose::Hypothesis;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::score_test::forms::{LEAST_LAG, SHORTEST_LAG, own_ids, shape_of};
+use crate::diagnose::shooting::workspace::{Bench, with_effect};
+use crate::model::effects::{ActiveEffect, EffectSpec};
+
+/// Fall of chi2 on both sides from which a law has shown up.
+const SHOWS: f64 = 40.0;
+/// Fall of chi2 from which another shape of a law is better by more than chance.
+const SHAPED: f64 = 25.0;
+/// Falls on either side and on both from which another shape is better where the recordings
+/// kept out confirm it.
+const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
+
+/// Fall of chi2 from which a lag is large enough for a part of the stretches to tell it.
+const LARGE: f64 = 1e4;
+
+/// Share of its delay that an amplifier owes to its pace to begin with, where it has a time
+/// constant as well.
+const BY_PACE: f64 = 0.75;
+
+/// Steps of a fit with one more mode beside a further one, which takes long: after these, what is
+/// left goes along what hardly tells, how much moves it and how much of it is seen.
+const BESIDE: usize = 6;
+
+/// Creep of two times begins with them so many times shorter and longer than one of them all.
+const APART_BY: f64 = 3.0;
+
+/// `trial` with its law given the shape that suits best, if that brings more than chance on
+/// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
+/// a hump of one is left; that of creep is a second time. A shape of one number stays free in
+/// later fits; one of more is kept as it is, for they would take too long.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn shaped(
+    bench: &Bench,
+    stand: &Stand,
+    trial: Trial,
+    control: &DiagnoseControl<'_>,
+) -> Result<Trial, DiagnoseError> {
+    let mut trial = trial;
+    let shape = std::mem::take(&mut trial.hypothesis.shape);
+    let hypothesis = &trial.hypothesis;
+    let effects = &trial.train.model.effects;
+    let effect = effects.iter().find(|e| e.spec == hypothesis.start.spec);
+    let known = trial.worth() > SHOWS && !shape.is_empty();
+    let (Some(effect), true) = (effect, known && !control.cancelled()) else {
+        return Ok(trial);
+    };
+    let mut free = hypothesis.free.clone();
+    free.extend_from_slice(&shape);
+    let mut whole = Hypothesis {
+        start: effect.clone(),
+        free,
+        ..hypothesis.clone()
+    };
+    let edge = || {
+        let (_, _, volts) = spans(&trial.train);
+        volts.1 - volts.0
+    };
+    if let Some(both) = settling(effect, edge) {
+        let tau = own_ids(both.spec, &[0])[0].clone();
+        whole.bounds.retain(|(id, _)| *id != tau);
+        whole
+            .bounds
+            .push((tau, (LEAST_LAG * SHORTEST_LAG, f64::INFINITY)));
+        whole.start = both;
+    } else if let Some(both) = creeping(effect) {
+        let ids = own_ids(both.spec, &[0, 1, 2, 3]);
+        for (own, further) in ids[..2].iter().zip(&ids[2..]) {
+            let bound = whole.bounds.iter().find(|(id, _)| id == own);
+            let further = bound.map(|(_, bound)| (further.clone(), *bound));
+            whole.bounds.extend(further);
+        }
+        whole.start = both;
+    }
+    let start = with_effect(&trial.train.model, whole.start.clone());
+    let other = if whole.start.spec.id == "extra_mode" {
+        match self_ringing::one_more(&bench.train, whole, &trial.train)? {
+            Some(both) => likeliest(bench, stand, &both, (&trial.train, BESIDE), control)?,
+            None => None,
+        }
+    } else {
+        begun_from(bench, stand, &whole, (&start, &trial.train), control)?
+    };
+    let Some(mut other) = other else {
+        return Ok(trial);
+    };
+    log::debug!(
+        "with its shape {:.0}, {:.0} kept out in place of {:.0}, {:.0}",
+        other.gain,
+        other.held_gain,
+        trial.gain,
+        trial.held_gain
+    );
+    if shape.len() > 1 {
+        other.hypothesis.free.clone_from(&hypothesis.free);
+    }
+    let held_more = stand.held_out.as_ref();
+    let held_more = held_more.map(|_| other.held_gain - trial.held_gain);
+    // What has left its own strength to its shape is no better told by it.
+    let better = tells(other.gain - trial.gain, held_more)
+        && !vanishes(&other.hypothesis, &other.train.model);
+    Ok(if better { other } else { trial })
+}
+
+/// Whether a shape that brings so much on the fitted recordings, and on those kept out if there
+/// are any, is a better one by more than chance.
+fn tells(more: f64, held_more: Option<f64>) -> bool {
+    let (own, both) = SHAPED_BY_BOTH;
+    let held = held_more.unwrap_or(0.0);
+    let confirmed = more.min(held) > own && more + held > both;
+    more > SHAPED && held_more.is_none_or(|held| held > 0.0) || confirmed
+}
+
+/// Takes back that creep named before the latest effect has two times, where that tells nothing
+/// beside the latest: what it told was the latest one's.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn plainer(
+    bench: &Bench,
+    stand: &mut Stand,
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    let latest = stand.named.last().map(|n| n.spec);
+    let mut effects = stand.train.model.effects.clone();
+    effects.retain(|e| Some(e.spec) != latest && stand.named.iter().any(|n| n.spec == e.spec));
+    for plain in effects.iter().filter_map(of_one_time) {
+        if control.cancelled() {
+            break;
+        }
+        let spec = plain.spec;
+        let start = with_effect(&stand.train.model, plain);
+        let Some((train, held_out)) = refitted(bench, &start, stand, stand, control)? else {
+            continue;
+        };
+        let held = held_out.as_ref().zip(stand.held_out.as_ref());
+        let held_more = held.map(|(plain, shaped)| plain.cost - shaped.cost);
+        let more = train.cost - stand.train.cost;
+        log::debug!("a shape brings {more:.0}, {held_more:?} kept out beside the latest name");
+        if !tells(more, held_more) {
+            for own in stand.named.iter_mut().filter(|n| n.spec == spec) {
+                own.gain.0 -= more;
+                own.gain.1 -= held_more.unwrap_or(0.0);
+            }
+            stand.train = train;
+            stand.held_out = held_out;
+        }
+    }
+    Ok(())
+}
+
+/// Creep of two times as that of one between them; `None` for other effects.
+fn of_one_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
+    let [share, tau, further, tau2] = effect.values[..] else {
+        return None;
+    };
+    let all = share + further;
+    (effect.spec.id == "piezo_creep" && share * further > 0.0).then(|| ActiveEffect {
+        spec: effect.spec,
+        values: vec![
+            all,
+            ((share * tau.ln() + further * tau2.ln()) / all).exp(),
+            0.0,
+            tau2,
+        ],
+    })
+}
+
+/// An amplifier that has a time constant or a bounded pace with both, as late as before for an
+/// edge of `edge()` \[V\]: where one of them is nothing, or too small for the other to matter, no
+/// slope leads away from there. `None` for other effects.
+fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffect> {
+    let [tau, pace] = effect.values[..] else {
+        return None;
+    };
+    if effect.spec.id != "amplifier_lag" || tau > 0.0 && pace > 0.0 {
+        return None;
+    }
+    let edge = Some(edge()).filter(|e| *e > 0.0)?;
+    let late = tau + 0.5 * pace * edge;
+    // Bound by its pace for so long, it is late by r V/2 + tau^2 / (2 r V).
+    let pace = 2.0 * BY_PACE * late / edge;
+    let tau = (2.0 * (1.0 - BY_PACE) * late * pace * edge).sqrt();
+    Some(ActiveEffect {
+        spec: effect.spec,
+        values: vec![tau, pace],
+    })
+}
+
+/// Creep of one time as half of it each of a shorter and of a longer one; `None` for other
+/// effects.
+fn creeping(effect: &ActiveEffect) -> Option<ActiveEffect> {
+    let [share, tau, 0.0, _] = effect.values[..] else {
+        return None;
+    };
+    (effect.spec.id == "piezo_creep").then(|| ActiveEffect {
+        spec: effect.spec,
+        values: vec![0.5 * share, tau / APART_BY, 0.5 * share, tau * APART_BY],
+    })
+}
+
+/// A lag of `spec`, which looks like that of `trial` in flight, as long as that is and begun
+/// from its fit; `None` if that has no time constant or it cannot be simulated.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn mirrored(
+    bench: &Bench,
+    stand: &Stand,
+    trial: &Trial,
+    spec: &'static EffectSpec,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let of = trial.hypothesis.start.spec;
+    let mut start = trial.train.model.clone();
+    let lag = start
+        .get(&format!("{}.tau", of.id))
+        .filter(|tau| *tau > 0.0);
+    let Some(lag) = lag else {
+        return Ok(None);
+    };
+    start.effects.retain(|e| e.spec != of);
+    let mut effect = ActiveEffect::new(spec);
+    effect.values.iter_mut().for_each(|v| *v = 0.0);
+    effect.values[0] = lag;
+    let free = own_ids(spec, &[0]);
+    let hypothesis = Hypothesis {
+        start: effect.clone(),
+        others: Vec::new(),
+        bounds: vec![(free[0].clone(), (LEAST_LAG * lag, f64::INFINITY))],
+        free,
+        full: None,
+        shape: shape_of(spec),
+        promise: 0.0,
+        searched: false,
+        series: trial.hypothesis.series,
+        told_by: None,
+    };
+    let start = with_effect(&start, effect);
+    if trial.worth() > LARGE && trial.leaves_nothing() {
+        // A part of the stretches tells where the two are far apart.
+        let (free, bounds) = with_freedoms(stand, &hypothesis);
+        let sketch = bench.sketch(&start, &free, &bounds, &trial.train, control);
+        if sketch.is_ok_and(|s| s.per_value() > APART * trial.train.per_value()) {
+            return Ok(None);
+        }
+    }
+    begun_from(bench, stand, &hypothesis, (&start, &trial.train), control)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law_shape::*;
+    use crate::model::effects::find;
+
+    /// Mean time by which an edge of `edge` \[V\] is late, by small steps.
+    fn late(values: &[f64], edge: f64) -> f64 {
+        const STEP: f64 = 1e-9;
+        let (mut voltage, mut area) = (0.0, 0.0);
+        while edge - voltage > 1e-9 * edge {
+            area += (edge - voltage) * STEP;
+            let settles = if values[0] > 0.0 {
+                (edge - voltage) / values[0]
+            } else {
+                f64::INFINITY
+            };
+            let most = if values[1] > 0.0 {
+                1.0 / values[1]
+            } else {
+                f64::INFINITY
+            };
+            voltage = (voltage + settles.min(most) * STEP).min(edge);
+        }
+        area / edge
+    }
+
+    #[test]
+    fn creep_of_two_times_is_as_large_and_as_slow_as_that_of_one() {
+        let spec = find("piezo_creep").unwrap();
+        let values = vec![0.05, 12e-3, 0.0, 0.2];
+        let one = ActiveEffect { spec, values };
+        let two = creeping(&one).unwrap();
+        assert!(two.values[1] < 12e-3 && two.values[3] > 12e-3, "{two:?}");
+        assert!(creeping(&two).is_none() && of_one_time(&one).is_none());
+        let back = of_one_time(&two).unwrap();
+        for (back, one) in back.values[..3].iter().zip(&one.values) {
+            assert!((back - one).abs() < 1e-12, "{back} {one}");
+        }
+    }
+
+    #[test]
+    fn an_amplifier_with_both_is_as_late_as_with_one() {
+        let spec = find("amplifier_lag").unwrap();
+        for values in [[20e-6, 0.0], [0.0, 2e-6]] {
+            let effect = ActiveEffect {
+                spec,
+                values: values.to_vec(),
+            };
+            let both = settling(&effect, || 16.0).unwrap();
+            assert!(both.values.iter().all(|v| *v > 0.0), "{both:?}");
+            let (before, after) = (late(&values, 16.0), late(&both.values, 16.0));
+            assert!((after / before - 1.0).abs() < 1e-3, "{before} {after}");
+            // No edge, and nothing to share out.
+            assert!(settling(&effect, || 0.0).is_none());
+            assert!(settling(&both, || 16.0).is_none());
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Clocks of the recordings: readings that are late by several samples spoil every stretch
+//! with a jump of the voltage, and those are what the clocks are told by.
+
+use rayon::prelude::*;
+
+use super::workspace::{FORSAKEN, LOSS, WIDE};
+use crate::diagnose::options::DiagnoseError;
+use crate::fit::problem::{FreeNuisance, Nuisance, Problem};
+use crate::fit::segment::Segment;
+use crate::fit::solve::point::{Point, settle};
+use crate::recording::quantile_in_place;
+use crate::sim::error::SimError;
+use crate::sim::stretch::StretchSimulator;
+
+/// Skews that every recording is tried with \[s\].
+const TRIED: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
+/// Skews nearer than this agree \[s\].
+pub(crate) const NEAR: f64 = 5e-6;
+/// Fall of a recording's cost from which it takes another skew.
+pub const BETTER: f64 = 40.0;
+/// Cost per value up to which a recording is told well as it is.
+const WELL: f64 = 1.1;
+/// Steps of each stretch's own fit, by a loss that forgives nothing and by the usual one.
+pub(crate) const ROUNDS: [usize; 2] = [3, 3];
+/// The same for a first look.
+const LOOK: [usize; 2] = [1, 0];
+/// And for none.
+const AS_IT_IS: [usize; 2] = [0, 0];
+/// Times the present cost up to which a first look at another skew leaves hope.
+const HOPEFUL: f64 = 1.5;
+
+/// The stretches of a fit, to be told what they come to by another clock.
+pub(crate) struct Stretches<'a> {
+    problem: &'a Problem,
+    x: Vec<f64>,
+    segments: Vec<Segment>,
+    simulator: StretchSimulator,
+    states: Vec<Vec<f64>>,
+}
+
+impl<'a> Stretches<'a> {
+    /// Those of `point`.
+    pub(crate) fn of(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
+        let simulator = problem.simulator(&point.x)?;
+        Ok(Self {
+            states: problem.states(&point.x, &simulator, &point.segments),
+            segments: point.segments.clone(),
+            x: point.x.clone(),
+            simulator,
+            problem,
+        })
+    }
+
+    /// What the stretches `own` of one recording cost, its skew, which is unknown number `at`,
+    /// being `skew` \[s\], and their unknowns, fitted in so many `rounds` by either loss from
+    /// where `start` has them.
+    pub(crate) fn told<'s>(
+        &self,
+        own: &[usize],
+        start: &(dyn Fn(usize) -> &'s [f64] + Sync),
+        (at, skew): (usize, f64),
+        rounds: [usize; 2],
+    ) -> (f64, Vec<Vec<f64>>) {
+        let problem = self.problem;
+        let nuisance = &problem.nuisances[at - problem.space.len()];
+        let mut x = self.x.clone();
+        x[at] = skew / nuisance.unit;
+        let nuisances = problem.nuisances_of(&x, nuisance.recording);
+        let fits: Vec<(Vec<f64>, f64)> = own
+            .par_iter()
+            .map(|&i| {
+                let segment = &self.segments[i];
+                let fit = |locals, loss, rounds| {
+                    let (states, simulator) = (&self.states[i], &self.simulator);
+                    problem.refine(segment, states, simulator, &nuisances, locals, loss, rounds)
+                };
+                let near = fit(start(i).to_vec(), WIDE, rounds[0]);
+                let told = fit(near.locals, LOSS, rounds[1]);
+                // What was misread must not decide.
+                let most = FORSAKEN * problem.rows(segment).len() as f64;
+                (told.locals, told.cost.min(most))
+            })
+            .collect();
+        let cost = fits.iter().map(|(_, cost)| cost).sum();
+        (cost, fits.into_iter().map(|(locals, _)| locals).collect())
+    }
+}
+
+/// What it costs that a clock has that skew \[s\].
+pub(crate) fn prior(nuisance: &FreeNuisance, skew: f64) -> f64 {
+    LOSS.cost((skew - nuisance.mean) / nuisance.sigma)
+}
+
+/// Sets the clocks of recordings that another skew tells far better, be it one of some or
+/// that of another recording, and gives their stretches among `eligible` their say back,
+/// from their `first` guess. Whether any was set.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model cannot be simulated.
+pub fn set_clocks(
+    problem: &Problem,
+    point: &mut Point,
+    first: &[Segment],
+    eligible: &[bool],
+) -> Result<bool, DiagnoseError> {
+    let space = problem.space.len();
+    let clocks: Vec<usize> = skews(problem);
+    let unit = |i: usize| problem.nuisances[i - space].unit;
+    let mut tried: Vec<f64> = clocks.iter().map(|&i| point.x[i] * unit(i)).collect();
+    for &skew in &TRIED {
+        if tried.iter().all(|t| (t - skew).abs() > NEAR) {
+            tried.push(skew);
+        }
+    }
+    let with = Stretches::of(problem, point)?;
+    let mut changed = false;
+    for &at in &clocks {
+        let nuisance = &problem.nuisances[at - space];
+        let own: Vec<usize> = (0..point.segments.len())
+            .filter(|&i| eligible[i] && point.segments[i].recording == nuisance.recording)
+            .collect();
+        let told = |skew: f64, rounds| {
+            let start = |i: usize| {
+                let own = if point.used[i] {
+                    &point.segments[i]
+                } else {
+                    &first[i]
+                };
+                &own.locals[..]
+            };
+            let (cost, locals) = with.told(&own, &start, (at, skew), rounds);
+            (cost + prior(nuisance, skew), locals)
+        };
+        let present = point.x[at] * nuisance.unit;
+        let rows: usize = own
+            .iter()
+            .map(|&i| problem.rows(&point.segments[i]).len())
+            .sum();
+        let well = |cost: f64| cost < WELL * rows as f64;
+        // What is told well as it stands need not be fitted to see that.
+        if well(told(present, AS_IT_IS).0) {
+            continue;
+        }
+        let now = told(present, ROUNDS).0;
+        if well(now) {
+            continue;
+        }
+        let looked = told(present, LOOK).0.max(now);
+        let best = tried
+            .iter()
+            .filter(|skew| (**skew - present).abs() > NEAR)
+            .filter(|skew| told(**skew, LOOK).0 < HOPEFUL * looked)
+            .map(|&skew| (skew, told(skew, ROUNDS)))
+            .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        if let Some((skew, (cost, locals))) = best
+            && cost < now - BETTER
+        {
+            log::debug!(
+                "recording {}: skew {:.1} us in place of {:.1} us, chi2 {now:.0} to {cost:.0}",
+                nuisance.recording,
+                1e6 * skew,
+                1e6 * present
+            );
+            point.x[at] = skew / nuisance.unit;
+            for (&i, locals) in own.iter().zip(locals) {
+                point.segments[i].locals = locals;
+                point.used[i] = true;
+            }
+            changed = true;
+        }
+    }
+    if changed {
+        *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    }
+    Ok(changed)
+}
+
+/// Which unknowns are skews.
+pub fn skews(problem: &Problem) -> Vec<usize> {
+    let all = problem.nuisances.iter().enumerate();
+    all.filter(|(_, n)| n.what == Nuisance::Skew)
+        .map(|(i, _)| problem.space.len() + i)
+        .collect()
+}
+
+/// Skews of all recordings of a fit against what they were cut for \[s\].
+pub fn skews_of(problem: &Problem, point: &Point) -> Vec<f64> {
+    let first = problem.space.len();
+    let value = |i: usize| point.x[i] * problem.nuisances[i - first].unit;
+    skews(problem).into_iter().map(value).collect()
+}
+
+/// Skew of the clocks in most recordings of a fit \[s\].
+pub fn usual_skew(problem: &Problem, point: &Point) -> f64 {
+    let skew = quantile_in_place(&mut skews_of(problem, point), 0.5);
+    if skew.is_finite() { skew } else { 0.0 }
+}
+
+/// Moves all skews by `by` \[s\]: a delay of the readings that comes or goes is taken out
+/// of them, or left to them.
+pub fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
+    let first = problem.space.len();
+    for i in skews(problem) {
+        x[i] += by / problem.nuisances[i - first].unit;
+    }
+}

@@ -1,0 +1,107 @@
+//! A model fitted to one side of the recordings.
+
+use std::sync::{Arc, OnceLock};
+
+use super::workspace::LOSS;
+use crate::fit::chain::begins_from_reading;
+use crate::fit::problem::Problem;
+use crate::fit::problem::linearize::Jacobian;
+use crate::fit::segment::Segment;
+use crate::fit::solve::point::Point;
+use crate::model::Model;
+use crate::sim::error::SimError;
+use crate::sim::stretch::StretchSimulator;
+
+/// Noise of a first reading that is taken over, by those that follow, counts for no more than
+/// so many values.
+const MOST_TAKEN: f64 = 20.0;
+
+/// A model fitted to one side.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The model at the fit.
+    pub model: Model,
+    /// The problem with its parameters.
+    pub problem: Problem,
+    /// Where it ended.
+    pub point: Point,
+    /// Robust cost by [`LOSS`], corrected for the stretches' own unknowns.
+    pub cost: f64,
+    /// The stretches' Jacobians there, once they were asked for.
+    pub(crate) jacobians: Arc<OnceLock<Vec<Option<Jacobian>>>>,
+}
+
+impl Fitted {
+    /// What has ended at `point`, settled under [`LOSS`].
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense there.
+    pub(crate) fn at(problem: Problem, point: Point) -> Result<Self, SimError> {
+        let own = unknowns_of(&point.segments);
+        let model = problem.space.model(&point.x);
+        let simulator = problem.simulator(&point.x)?;
+        let segments = point.segments.iter();
+        let taken_over: f64 = segments.map(|s| taken_over(&problem, &simulator, s)).sum();
+        Ok(Self {
+            model,
+            cost: point.cost + own as f64 + taken_over,
+            problem,
+            point,
+            jacobians: Arc::default(),
+        })
+    }
+
+    /// Cost per row: 1 where nothing is missing.
+    pub fn per_value(&self) -> f64 {
+        self.cost / self.point.rows.max(1) as f64
+    }
+
+    /// The stretches' Jacobians under [`LOSS`]; `None` for those that are set aside or cannot be
+    /// simulated.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model makes no sense.
+    pub fn jacobians(&self) -> Result<&[Option<Jacobian>], SimError> {
+        if let Some(known) = self.jacobians.get() {
+            return Ok(known);
+        }
+        let Point {
+            x, segments, used, ..
+        } = &self.point;
+        let fresh = self.problem.jacobians(x, segments, used, LOSS)?;
+        Ok(self.jacobians.get_or_init(|| fresh))
+    }
+
+    /// Number of the stretches' own unknowns.
+    pub fn beginnings(&self) -> usize {
+        unknowns_of(&self.point.segments)
+    }
+
+    /// Rows minus the stretches' own unknowns.
+    pub fn freedom(&self) -> f64 {
+        let rows = self.point.rows.saturating_sub(self.beginnings());
+        rows.max(1) as f64
+    }
+}
+
+/// By how much taking the first readings of `segment` over lowers its cost: a lasting lag of
+/// the readings begins there, so that they are met exactly, and their noise fades in the ones
+/// that follow.
+pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Segment) -> f64 {
+    let Some(at) = simulator
+        .reading_states()
+        .filter(|_| begins_from_reading(segment, simulator))
+    else {
+        return 0.0;
+    };
+    let rate = simulator.state_rates()[at];
+    let data = &problem.data[segment.recording].recording;
+    let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
+    let fades = (-2.0 * rate * segment.interval).exp();
+    channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN))
+}
+
+/// Number of the segments' own unknowns.
+pub(crate) fn unknowns_of(segments: &[Segment]) -> usize {
+    segments.iter().map(|s| s.locals.len()).sum()
+}

@@ -1,0 +1,31 @@
+//! Effects that the re-tuning has to ask for on its way, for no baseline without them comes near.
+
+use super::fitted::Fitted;
+use super::workspace::Bound;
+use crate::model::effects::ActiveEffect;
+
+/// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
+/// along.
+pub const LOST: f64 = 4.0;
+
+/// An effect without which the baseline is far off, as fitted with all else from afar.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The effect that the fit began with.
+    pub start: ActiveEffect,
+    /// Ids of what was fitted of it.
+    pub free: Vec<String>,
+    /// Bounds of that.
+    pub bounds: Vec<Bound>,
+    /// Ids of what else its law may have.
+    pub shape: Vec<String>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+impl Fitted {
+    /// Whether the fit has lost its way.
+    pub fn is_lost(&self) -> bool {
+        self.per_value() > LOST
+    }
+}

@@ -1,0 +1,69 @@
+//! What re-tuning the baseline may move, and how far.
+
+use super::workspace::Bound;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+
+/// Factor by which the frequencies of the modes may be off.
+const FREQUENCY: f64 = 1.5;
+/// The same of their dampings.
+const DAMPING: f64 = 20.0;
+/// A damping ratio may be as large as this whatever it was thought to be.
+const DAMPED: f64 = 0.3;
+/// The same of their shapes.
+const SHAPE: f64 = 3.0;
+
+/// What re-tuning may move: the baseline's own parameters that calm stretches tell, and
+/// how the readings and the drive share in the modes.
+pub(crate) fn freedoms(model: &Model, lone: bool) -> Vec<String> {
+    use crate::model::parameter::ParameterId as P;
+    let own = [
+        P::Eta,
+        P::Dp,
+        P::Zeta1,
+        P::Zeta2,
+        P::Cs,
+        P::Gp,
+        P::F1,
+        P::F2,
+        P::ShapeC1,
+        P::ShapeC2,
+        P::ShapeP2,
+        P::DriveP,
+    ];
+    // Without the cantilever's reading nothing shows its shares.
+    let seen = |p: &P| !lone || !matches!(p, P::ShapeC1 | P::ShapeC2 | P::ShapeP2);
+    let mut free: Vec<String> = own
+        .into_iter()
+        .filter(|p| model.uses(*p) && seen(p))
+        .filter(|p| *p != P::F1 || model.parameters[P::F1] > 0.0)
+        .map(|p| p.spec().id.to_owned())
+        .collect();
+    free.extend(model.effect_ids());
+    free
+}
+
+/// Bounds of the structure's own freedoms: a structure that may become any other would
+/// take over what is missing, or run off to modes that no reading could show.
+pub(crate) fn structure_bounds(model: &Model) -> Vec<Bound> {
+    use crate::model::parameter::ParameterId as P;
+    let near = |id: P, factor: f64| {
+        let value = model.parameters[id];
+        (id.spec().id.to_owned(), (value / factor, value * factor))
+    };
+    let frequencies = [P::F1, P::F2].map(|id| near(id, FREQUENCY));
+    let dampings = [P::Zeta1, P::Zeta2].map(|id| {
+        let (id, (least, most)) = near(id, DAMPING);
+        (id, (least, most.max(DAMPED)))
+    });
+    // Shapes may have either sign: so may the drive's share in a mode.
+    let shapes = [P::ShapeC1, P::ShapeC2, P::ShapeP2].map(|id| {
+        let most = SHAPE * model.parameters[id].abs();
+        (id.spec().id.to_owned(), (-most, most))
+    });
+    frequencies
+        .into_iter()
+        .chain(dampings)
+        .chain(shapes)
+        .collect()
+}

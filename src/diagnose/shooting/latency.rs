@@ -1,0 +1,311 @@
+//! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
+//! the clocks have taken.
+
+use super::clock_skew::{BETTER, NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
+use super::fitted::Fitted;
+use super::workspace::LOSS;
+use crate::diagnose::options::DiagnoseError;
+use crate::fit::problem::{FreeNuisance, Problem};
+use crate::fit::solve::point::{Point, settle};
+use crate::model::Model;
+use crate::recording::extremes;
+use crate::sim::error::SimError;
+use crate::sim::stretch::StretchSimulator;
+
+/// Samples by which readings are late from which they are cut by a voltage as late.
+const LATE: f64 = 0.8;
+/// Skews nearer than this are one that was taken over \[s\].
+const SAME: f64 = 1e-9;
+/// Skews farther apart are not those of one rig \[s\].
+const APART: f64 = 15e-6;
+/// Chi2 per value from which something is missing.
+const MISSING: f64 = 1.1;
+/// A delay of the readings.
+pub const DELAY: &str = "sensor_lag.delay";
+/// Steps in which it takes its share of the clocks.
+const SHARED: usize = 30;
+/// Standard deviations by which a clock is off from which a delay is asked for anew.
+const OFF: f64 = 3.0;
+
+/// Time by which readings are later against the voltage than they were cut for, where that is
+/// more than stretches bear \[s\]: what most recordings agree about, for one cut for another
+/// clock may be told by a wrong one.
+pub fn late(fitted: &Fitted) -> Option<f64> {
+    let data = fitted.problem.data.iter();
+    let longest = data.map(|d| d.recording.interval()).fold(0.0, f64::max);
+    let all = skews_of(&fitted.problem, &fitted.point);
+    // One that took another's has no voice of its own.
+    let own = |k: usize| all[..k].iter().all(|b| (all[k] - b).abs() > SAME);
+    let voices: Vec<f64> = (0..all.len()).filter(|k| own(*k)).map(|k| all[k]).collect();
+    let agreed = |a: f64| -> f64 {
+        let with = voices.iter().map(|b| (-(a - b).abs() / NEAR).exp());
+        with.sum()
+    };
+    let most = all
+        .iter()
+        .max_by(|a, b| agreed(**a).total_cmp(&agreed(**b)))?;
+    (most.abs() > LATE * longest).then_some(-most)
+}
+
+/// By how much the readings of one recording are later than those of another \[s\], where that is
+/// more than clocks of one rig differ by and something is missing: an amplifier that lags delays
+/// the jumps of a voltage, and slow voltages hardly.
+pub fn disagreement(fitted: &Fitted) -> Option<f64> {
+    let all = skews_of(&fitted.problem, &fitted.point);
+    let (low, high) = extremes(&all);
+    let apart = high - low;
+    (apart > APART && fitted.per_value() > MISSING).then_some(apart)
+}
+
+/// A delay of the readings that the clocks may have taken \[s\]: by how much it grows where all of
+/// them give up alike what they lack to be as known, and by how much less they cost then. The two
+/// fit alike, only what is known of the clocks tells them apart.
+pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
+    let first = problem.space.len();
+    // What each clock lacks to be as known, and how well it is known.
+    let lacks: Vec<(f64, f64)> = skews(problem)
+        .into_iter()
+        .map(|i| {
+            let nuisance = &problem.nuisances[i - first];
+            (nuisance.mean - x[i] * nuisance.unit, nuisance.sigma)
+        })
+        .collect();
+    let mut shift = 0.0;
+    for _ in 0..SHARED {
+        let weighed = lacks.iter().map(|(lack, sigma)| {
+            let weight = (LOSS.root_weight((lack - shift) / sigma) / sigma).powi(2);
+            (weight * lack, weight)
+        });
+        let (sum, weight) = weighed.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        if weight > 0.0 {
+            shift = sum / weight;
+        }
+    }
+    let cost = |by: f64| -> f64 {
+        let all = lacks.iter();
+        all.map(|(lack, sigma)| LOSS.cost((lack - by) / sigma))
+            .sum()
+    };
+    (shift, cost(0.0) - cost(shift))
+}
+
+/// Gives a delay of the readings that is free what the clocks have [`taken`] of it: steps of a
+/// fit that foresee how the readings change hardly lead that way.
+pub fn share_delay(problem: &Problem, x: &mut [f64]) {
+    let Some(at) = problem.space.position(DELAY) else {
+        return;
+    };
+    let (shift, _) = taken(problem, x);
+    let mut model = problem.space.model(x);
+    let Some(delay) = model.get(DELAY) else {
+        return;
+    };
+    if model.set(DELAY, (delay + shift).max(0.0)).is_err() {
+        return;
+    }
+    let entry = &problem.space.entries[at];
+    x[at] = problem.space.coordinates(&model)[at].clamp(entry.low, entry.high);
+    let now = problem.space.model(x).get(DELAY).unwrap_or(delay);
+    shift_skews(problem, x, now - delay);
+}
+
+/// A clock of one recording.
+struct Clock<'a> {
+    /// Number of the unknown.
+    at: usize,
+    known: &'a FreeNuisance,
+    /// Its skew \[s\].
+    skew: f64,
+    /// Stretches that are used.
+    own: Vec<usize>,
+}
+
+impl Clock<'_> {
+    /// By how much it lacks what is known of it \[s\].
+    fn lacks(&self) -> f64 {
+        self.known.mean - self.skew
+    }
+
+    fn is_off(&self) -> bool {
+        self.lacks().abs() > OFF * self.known.sigma
+    }
+}
+
+fn clocks_of<'a>(problem: &'a Problem, point: &Point) -> Vec<Clock<'a>> {
+    let one = |(at, skew): (usize, f64)| {
+        let known = &problem.nuisances[at - problem.space.len()];
+        let all = point.segments.iter().enumerate();
+        let used = all.filter(|(k, s)| point.used[*k] && s.recording == known.recording);
+        let own = used.map(|(k, _)| k).collect();
+        Clock {
+            at,
+            known,
+            skew,
+            own,
+        }
+    };
+    let all = skews(problem).into_iter().zip(skews_of(problem, point));
+    all.map(one).collect()
+}
+
+/// Unknowns of the stretches of a recording.
+type Unknowns = Vec<Vec<f64>>;
+
+fn take_over(point: &mut Point, own: &[usize], unknowns: Unknowns) {
+    for (&k, locals) in own.iter().zip(unknowns) {
+        point.segments[k].locals = locals;
+    }
+}
+
+/// Sets each clock that is far off to what is known of it, where that costs less: a delay of the
+/// readings that came or went has moved all of them. Whether any was set.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model cannot be simulated.
+pub fn rest_clocks(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
+    let with = Stretches::of(problem, point)?;
+    let mut changed = false;
+    for clock in clocks_of(problem, point).iter().filter(|c| c.is_off()) {
+        let told = |skew: f64| {
+            let start = |k: usize| &point.segments[k].locals[..];
+            let (cost, unknowns) = with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
+            (cost + prior(clock.known, skew), unknowns)
+        };
+        let (now, (there, unknowns)) = (told(clock.skew).0, told(clock.known.mean));
+        if there < now - BETTER {
+            log::debug!(
+                "recording {} back: {now:.0} to {there:.0}",
+                clock.known.recording
+            );
+            point.x[clock.at] = clock.known.mean / clock.known.unit;
+            take_over(point, &clock.own, unknowns);
+            changed = true;
+        }
+    }
+    if changed {
+        *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    }
+    Ok(changed)
+}
+
+/// Asks each clock anew what it keeps of a delay of the readings that is free, where they differ
+/// about it by more than is known of them: a recording of jumps hardly tells its clock, and has
+/// stayed where it is known to be, at the cost of its jumps. Whether any was set.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model cannot be simulated.
+pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
+    let Some(entry) = problem.space.position(DELAY) else {
+        return Ok(false);
+    };
+    let clocks = clocks_of(problem, point);
+    if !clocks.iter().any(Clock::is_off) {
+        return Ok(false);
+    }
+    let with = Stretches::of(problem, point)?;
+    let start = |k: usize| &point.segments[k].locals[..];
+    let told =
+        |clock: &Clock<'_>, skew: f64| with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
+    let now: Vec<f64> = clocks.iter().map(|c| told(c, c.skew).0).collect();
+    let of_now = clocks.iter().zip(&now);
+    let of_now: f64 = of_now.map(|(c, cost)| cost + prior(c.known, c.skew)).sum();
+    // Clocks that have given the delay what they lack, against those that have kept it.
+    let shared = |by: f64| -> (f64, Vec<Option<Unknowns>>) {
+        let mut sum = 0.0;
+        let one = |(clock, now): (&Clock<'_>, &f64)| {
+            let given = now + prior(clock.known, clock.skew + by);
+            // What one keeps, it reads later by.
+            let (cost, unknowns) = told(clock, clock.skew - by);
+            let kept = cost + prior(clock.known, clock.skew);
+            sum += given.min(kept);
+            (kept < given).then_some(unknowns)
+        };
+        let kept = clocks.iter().zip(&now).map(one).collect();
+        (sum, kept)
+    };
+    let mut asked: Vec<f64> = Vec::new();
+    for by in clocks.iter().map(Clock::lacks) {
+        if by.abs() > NEAR && asked.iter().all(|other| (other - by).abs() > NEAR) {
+            asked.push(by);
+        }
+    }
+    let tried = asked.into_iter().map(|by| (by, shared(by)));
+    let best = tried.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    let Some((by, (cost, kept))) = best.filter(|b| b.1.0 < of_now - BETTER) else {
+        return Ok(false);
+    };
+    let mut model = problem.space.model(&point.x);
+    let delay = model.get(DELAY).unwrap_or(0.0) + by;
+    let bound = &problem.space.entries[entry];
+    if delay < 0.0 || model.set(DELAY, delay).is_err() {
+        return Ok(false);
+    }
+    let wanted = problem.space.coordinates(&model)[entry];
+    if wanted < bound.low || wanted > bound.high {
+        return Ok(false);
+    }
+    log::debug!("delay {:+.1} us: {of_now:.0} to {cost:.0}", 1e6 * by);
+    point.x[entry] = wanted;
+    for (clock, kept) in clocks.iter().zip(kept) {
+        match kept {
+            None => point.x[clock.at] = (clock.skew + by) / clock.known.unit,
+            Some(unknowns) => take_over(point, &clock.own, unknowns),
+        }
+    }
+    *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    Ok(true)
+}
+
+/// Time by which the effects make readings late \[s\].
+pub fn delay(model: &Model) -> Result<f64, SimError> {
+    let options = crate::sim::error::Options::default();
+    Ok(StretchSimulator::new(model, &options)?.reading_delay())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::latency::*;
+    use crate::diagnose::test_support;
+    use crate::diagnose::test_support::QUIET;
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn clocks_give_up_what_they_have_alike() {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let drives = [
+            ("square:40Hz:8V", 0.05),
+            ("sine:50Hz:8V", 0.06),
+            ("square:300Hz:8V", 0.02),
+        ];
+        let fit = test_support::bench_of(&paper, &drives, 25e3, 50e-9);
+        let fit = fit.baseline(&paper, &QUIET).unwrap();
+        let problem = &fit.problem;
+        let clocks = skews(problem);
+        let set = |all: [f64; 3]| {
+            let mut x = fit.point.x.clone();
+            for (&i, skew) in clocks.iter().zip(all) {
+                let nuisance = &problem.nuisances[i - problem.space.len()];
+                x[i] = (nuisance.mean + skew) / nuisance.unit;
+            }
+            taken(problem, &x)
+        };
+        let sigma = problem.nuisances[clocks[0] - problem.space.len()].sigma;
+        let cost = |away: f64| LOSS.cost(away / sigma);
+        let (none, nothing) = set([0.0; 3]);
+        assert!(
+            none.abs() < 1e-12 && nothing.abs() < 1e-9,
+            "{none} {nothing}"
+        );
+        // All alike: all of it, and all that it costs.
+        let (shift, fall) = set([-100e-6; 3]);
+        assert!((shift - 100e-6).abs() < 1e-9, "{shift}");
+        assert!((fall - 3.0 * cost(100e-6)).abs() < 1e-6, "{fall}");
+        // One that is elsewhere draws by the loss's bound at most: what two agree about stays.
+        let (shift, fall) = set([-100e-6, 40e-6, -100e-6]);
+        let pull = 6.0 * sigma / 2.0;
+        assert!((shift - (100e-6 - pull)).abs() < 1e-8, "{shift}");
+        let left = 2.0 * cost(pull) + cost(140e-6 - pull);
+        let before = 2.0 * cost(100e-6) + cost(40e-6);
+        assert!((fall - (before - left)).abs() < 1e-2, "{fall}");
+    }
+}

@@ -1,0 +1,12 @@
+//! TODO-doc
+
+pub(super) mod clock_skew;
+pub(super) mod coarse_fit;
+pub(super) mod fitted;
+pub(super) mod found;
+pub(super) mod free_parameters;
+pub(super) mod latency;
+pub(super) mod local_fit;
+pub(super) mod set_aside;
+pub(super) mod values;
+pub mod workspace;

@@ -1,0 +1,321 @@
+//! Recordings made ready for a diagnosis, and fits of models to them.
+//!
+//! All fits here are over calm stretches ([`super::calm`]): what happens at the ground is
+//! looked at by itself ([`super::events`]).
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use self::freedoms::{freedoms, structure_bounds};
+use super::coarse_fit::Sketch;
+use super::fitted::{Fitted, taken_over};
+use super::found::Found;
+use super::latency::{DELAY, taken};
+use super::local_fit::modes;
+use super::values::Values;
+use crate::diagnose::baseline::retune::{HOVERS, Known};
+use crate::diagnose::baseline::retune::{Hovering, Tuned};
+use crate::diagnose::data::event_free_segments::prepare_calm;
+use crate::diagnose::data::noise_model;
+use crate::diagnose::data::noise_model::{Noise, Stays};
+use crate::diagnose::data::side::Side;
+use crate::diagnose::data::side::drift_of;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::inspect::recording_summary::look_behind;
+use crate::fit::options::{FitOptions, FreeNuisances};
+use crate::fit::problem::Problem;
+use crate::fit::problem::huber::Huber;
+use crate::fit::problem::parameter_space::Space;
+use crate::fit::problem::prepare::{Prepared, default_length, prepare};
+use crate::fit::residual::residual_rows::Sigmas;
+use crate::fit::solve::levenberg_marquardt::{Clock, Plan, improve};
+use crate::fit::solve::point::{Point, settle};
+use crate::model::Model;
+use crate::model::effects::ActiveEffect;
+use crate::sim::stretch::StretchSimulator;
+
+/// Standard deviation of what is known of the skew between the clocks of voltage and
+/// readings \[s\].
+const SKEW: f64 = 5e-6;
+/// A loss that forgives nothing.
+pub const WIDE: Huber = Huber(1e4);
+/// Loss by which fits are compared, in units of the noise.
+pub const LOSS: Huber = Huber(6.0);
+/// Residuals beyond this many standard deviations count no more where stretches are compared.
+const CLIP: f64 = 6.0;
+/// What a value counts for at most where its stretch may be misread [chi2].
+const FORSAKEN: f64 = 30.0;
+/// Share of the cost by which an iteration must lower it to be followed by another, at
+/// the end.
+const FINE: f64 = 2e-6;
+/// The same on the way.
+const ROUGH: f64 = 2e-3;
+
+/// A parameter's id, `effect.parameter`, with its least and largest value.
+pub type Bound = (String, (f64, f64));
+
+/// Everything that does not change while hypotheses are weighed.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    /// To fit.
+    pub train: Side,
+    /// Kept out; without recordings if there are none.
+    pub held_out: Option<Side>,
+    /// Noise of the readings.
+    pub noise: Noise,
+    /// Relative standard error of its size.
+    pub noise_error: f64,
+    /// Ids of the baseline's own freedoms.
+    pub free: Vec<String>,
+    /// The model that the re-tuning began with.
+    pub outset: Model,
+    /// What the re-tuning has found without which the baseline is lost.
+    pub found: Option<Arc<Found>>,
+    bounds: Vec<Bound>,
+    options: FitOptions,
+}
+
+impl Bench {
+    /// Makes recordings ready.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a recording or the model cannot be used.
+    pub fn new(
+        model: &Model,
+        train: &[Part],
+        held_out: &[Part],
+        options: &DiagnoseOptions,
+    ) -> Result<Self, DiagnoseError> {
+        let known = Known::default();
+        Self::of_known(model, (train, held_out), options, &known)
+    }
+
+    /// The same with what was found out about the readings.
+    fn of_known(
+        model: &Model,
+        (train, held_out): (&[Part], &[Part]),
+        options: &DiagnoseOptions,
+        known: &Known,
+    ) -> Result<Self, DiagnoseError> {
+        if train.is_empty() {
+            return Err(DiagnoseError::NoRecording);
+        }
+        let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
+        let free = freedoms(model, lone);
+        // One length for all models, so that all are judged by the same stretches.
+        let simulation = crate::sim::error::Options {
+            tolerance: options.tolerance,
+            ..crate::sim::Options::default()
+        };
+        let longest = default_length(&StretchSimulator::new(model, &simulation)?, lone);
+        let fit = FitOptions {
+            free: free.clone(),
+            longest: Some(longest),
+            nuisances: FreeNuisances {
+                offsets: true,
+                scales: None,
+                skew: Some(SKEW),
+                late: known.late,
+            },
+            tolerance: options.tolerance,
+            ..FitOptions::for_model(model)
+        };
+        let space = Space::new(model, &free)?;
+        let side = |parts: &[Part], hovers: &[usize]| -> Result<Side, FitError> {
+            let mut findings = look_behind(model, parts, known.lag);
+            for &k in hovers {
+                findings[k].level = Err(HOVERS.to_owned());
+                findings[k].change = None;
+            }
+            let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
+            Ok(Side {
+                parts: parts.to_vec(),
+                drift: drift_of(&findings),
+                findings,
+                calm,
+            })
+        };
+        let mut train = side(train, &known.hovers.0)?;
+        let mut held_out = if held_out.is_empty() {
+            None
+        } else {
+            Some(side(held_out, &known.hovers.1)?)
+        };
+        let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
+        let mut information = 0.0;
+        for pick in picks {
+            let mut all: Vec<(usize, &mut f64)> = std::iter::once(&mut train)
+                .chain(&mut held_out)
+                .flat_map(|s| &mut s.calm.prepared.problem.data)
+                .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
+                .collect();
+            information += noise_model::pool(&mut all).powi(-2);
+        }
+        let sides = || std::iter::once(&train).chain(&held_out);
+        let stays: Vec<Stays<'_>> = sides()
+            .flat_map(|s| s.calm.prepared.problem.data.iter().zip(&s.calm.timelines))
+            .map(|(d, timeline)| Stays {
+                recording: &d.recording,
+                timeline,
+                sigma: d.sigmas.xp,
+            })
+            .collect();
+        let noise = noise_model::estimate(&stays);
+        for side in std::iter::once(&mut train).chain(&mut held_out) {
+            side.colour(&noise);
+        }
+        for data in std::iter::once(&train)
+            .chain(&held_out)
+            .flat_map(|s| &s.calm.prepared.problem.data)
+        {
+            log::debug!("{}: {:?}", data.recording.name, data.sigmas);
+        }
+        Ok(Self {
+            train,
+            held_out,
+            noise,
+            noise_error: information.max(1.0).powf(-0.5),
+            free,
+            outset: model.clone(),
+            found: None,
+            bounds: structure_bounds(model),
+            options: fit,
+        })
+    }
+
+    /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].
+    pub fn epochs(&self) -> Vec<f64> {
+        let mut at = 0.0;
+        let parts = self.train.parts.iter();
+        parts
+            .map(|part| {
+                let (begin, end) = part.recording.span();
+                let epoch = at - begin;
+                at += end - begin;
+                epoch
+            })
+            .collect()
+    }
+
+    /// End of the fitted recordings in that series \[s\].
+    pub fn end_of_fitted(&self) -> f64 {
+        let spans = self.train.parts.iter().map(|p| p.recording.span());
+        spans.map(|(begin, end)| end - begin).sum()
+    }
+
+    /// The same recordings as one series in time: what happens to the ground once, happens
+    /// to all later ones. Those kept out come last.
+    pub fn in_series(&self) -> Self {
+        let mut series = self.clone();
+        let mut epochs = self.epochs();
+        let mut at = self.end_of_fitted();
+        for (data, epoch) in series
+            .train
+            .calm
+            .prepared
+            .problem
+            .data
+            .iter_mut()
+            .zip(&epochs)
+        {
+            data.epoch = *epoch;
+        }
+        epochs.clear();
+        if let Some(held_out) = &mut series.held_out {
+            for (data, part) in held_out
+                .calm
+                .prepared
+                .problem
+                .data
+                .iter_mut()
+                .zip(&held_out.parts)
+            {
+                let (begin, end) = part.recording.span();
+                data.epoch = at - begin;
+                at += end - begin;
+            }
+        }
+        series
+    }
+
+    /// Recordings of a side cut with their events, into stretches of at most `longest`
+    /// \[s\], for `model`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn with_events(
+        &self,
+        side: &Side,
+        model: &Model,
+        longest: f64,
+    ) -> Result<Prepared, DiagnoseError> {
+        let space = Space::new(model, &self.free)?;
+        let options = FitOptions {
+            longest: Some(longest),
+            ..self.options.clone()
+        };
+        Ok(prepare(
+            model,
+            &space,
+            &side.parts,
+            &side.findings,
+            &options,
+        )?)
+    }
+
+    fn improve(
+        &self,
+        problem: &Problem,
+        point: Point,
+        locked: &[usize],
+        (iterations, enough): (usize, f64),
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Point, DiagnoseError> {
+        let control = control.quiet();
+        let plan = Plan {
+            stage: "calm stretches",
+            iterations,
+            locked,
+            enough,
+        };
+        let mut clock = Clock::new(iterations);
+        let point = improve(problem, point, &plan, &control, &mut clock)?;
+        log::debug!(
+            "chi2 {:.1} of {} rows in {} steps with {:?}",
+            point.cost,
+            point.rows,
+            clock.done(),
+            Values(problem, &point)
+        );
+        Ok(point)
+    }
+
+    fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
+        let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
+        Ok(Fitted::at(problem, point)?)
+    }
+}
+
+/// `model` with one more effect, in place of one of the same kind.
+pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
+    let mut with = model.clone();
+    with.effects.retain(|e| e.spec != effect.spec);
+    with.effects.push(effect);
+    with
+}
+
+fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
+    ids.iter()
+        .filter_map(|id| problem.space.position(id))
+        .collect()
+}
+
+/// An estimate of the time left from the share done and the time it took.
+pub fn remaining(done: f64, elapsed: Duration) -> Duration {
+    if done <= 0.0 {
+        return Duration::ZERO;
+    }
+    elapsed.mul_f64(((1.0 - done) / done).clamp(0.0, 1e4))
+}

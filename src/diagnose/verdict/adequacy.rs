@@ -1,0 +1,125 @@
+//! What is not explained: by the mean square of what is left, by forces without a name, by single
+//! stretches, by a flight that does not go on, or by what improves the fitted recordings alone.
+
+use super::abstention::CARRIED;
+use crate::diagnose::diagnosis::Left;
+use crate::diagnose::discrepancy::missing_force::Evidence;
+use crate::diagnose::discrepancy::segment_joins::{Breaks, joins};
+use crate::diagnose::discrepancy::{law_form, residual_map};
+use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::selection::forward::{Stand, Trial, Weighed};
+use crate::diagnose::shooting::fitted::Fitted;
+
+/// Fall of chi2 by forces without a name from which something is left.
+const NAMELESS: f64 = 60.0;
+/// A single stretch this far above the others, in units of what chance leaves.
+const LOCAL: f64 = 8.0;
+/// Chi2 per value from which recordings are far off.
+const FAR: f64 = 3.0;
+/// Standard deviations by which the flight does not go on from stretch to stretch from which
+/// something is left.
+pub const BROKEN: f64 = 6.5;
+
+/// Chi2 above the floor, all together.
+pub fn excess(fitted: &Fitted) -> f64 {
+    let rows = fitted.point.rows as f64;
+    (fitted.cost - 1.03 * rows).max(0.0)
+}
+
+/// Whether the effects named leave the fitted recordings so far off that so many `more`, each as
+/// good as the best of them, would not carry what is missing, nor would laws of other form.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model makes no sense.
+pub fn is_beyond(stand: &Stand, more: usize) -> Result<bool, DiagnoseError> {
+    let gains: Vec<f64> = stand.named.iter().map(|n| n.gain.0).collect();
+    let rest = excess(&stand.train);
+    let far = !stand.misread && stand.train.per_value() > FAR;
+    if !far || !fall_short(&gains, more, rest, 0.0) {
+        return Ok(false);
+    }
+    let formal = law_form::gain(&stand.train, &stand.specs())?;
+    log::debug!("those named carry {gains:.0?}, their kin {formal:.0}, and leave {rest:.0}");
+    Ok(fall_short(&gains, more, rest, formal))
+}
+
+/// Whether those that bring `gains`, and so many `more` like the best of them, carry too little
+/// where `rest` is left, of which `formal` goes by laws of other form.
+fn fall_short(gains: &[f64], more: usize, rest: f64, formal: f64) -> bool {
+    let best = gains.iter().copied().fold(0.0, f64::max);
+    let carried: f64 = gains.iter().sum();
+    let most = carried + more as f64 * best + formal;
+    best > 0.0 && most < CARRIED * (carried + rest)
+}
+
+/// What is not explained yet, if there is anything.
+pub fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Option<Left> {
+    let worst = stand
+        .held_out
+        .iter()
+        .map(Fitted::per_value)
+        .fold(stand.train.per_value(), f64::max);
+    log::debug!(
+        "worst {worst:.4}, joint {:.1} by {:?}, broken {broken:.1}",
+        evidence.joint,
+        evidence.strongest
+    );
+    if worst > floor {
+        return Some(Left::Mean(worst));
+    }
+    if evidence.joint > NAMELESS {
+        let what = evidence.strongest.map_or("state", |s| s.0.symbol());
+        return Some(Left::Force(what, evidence.joint));
+    }
+    let local = residual_map::most_local(&stand.train).max(
+        stand
+            .held_out
+            .as_ref()
+            .map_or(0.0, residual_map::most_local),
+    );
+    if local > LOCAL {
+        return Some(Left::Stretch(local));
+    }
+    (broken > BROKEN).then_some(Left::Joins(broken))
+}
+
+/// What improves the fitted recordings by far more than chance, and those kept out not at all.
+pub fn unproved(weighed: &[Weighed]) -> Option<Left> {
+    let trials = weighed.iter().filter_map(|w| Some((w, w.trial.as_ref()?)));
+    let of = |(w, t): (&Weighed, &Trial)| {
+        log::debug!("{}: {:.0}, {:.0} kept out", w.spec.id, t.gain, t.held_gain);
+        t.unproved().then_some((w.spec.name, t.gain))
+    };
+    let most = trials.filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1));
+    most.map(|(name, gain)| Left::Unproved(name, gain))
+}
+
+/// By how much the flight of both sides does not go on from stretch to stretch.
+pub fn breaks(stand: &Stand) -> Result<Breaks, DiagnoseError> {
+    let train = joins(&stand.train)?;
+    let Some(held) = &stand.held_out else {
+        return Ok(train);
+    };
+    let held = joins(held)?;
+    Ok(Breaks {
+        sigmas: (train.sigmas + held.sigmas) / std::f64::consts::SQRT_2,
+        rise: train.rise + held.rise,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::adequacy::*;
+
+    #[test]
+    fn what_two_more_like_the_best_may_carry_is_looked_for() {
+        assert!(!fall_short(&[100.0], 2, 200.0, 0.0));
+        assert!(fall_short(&[50.0], 2, 250.0, 0.0));
+        assert!(!fall_short(&[50.0], 2, 250.0, 100.0));
+        // Fewer are left to be looked for, and less is left.
+        assert!(fall_short(&[60.0, 30.0], 1, 150.0, 0.0));
+        assert!(!fall_short(&[60.0, 30.0], 1, 80.0, 0.0));
+        // Nothing has been found yet.
+        assert!(!fall_short(&[], 3, 1e6, 0.0));
+    }
+}

@@ -1,0 +1,4 @@
+//! TODO-doc
+
+pub(super) mod abstention;
+pub(super) mod adequacy;

@@ -1,0 +1,373 @@
+//! What the recordings say of the ground without its laws: speeds at each bounce, the
+//! pull-off force at each release (eq 13), with the errors that the noise leaves. The
+//! structure, the drive and the film are those of the model; restitution and adhesion are
+//! not asked.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::chain::{residuals, run};
+use super::error::FitError;
+use super::inspect::plausible_units::check_level;
+use super::inspect::preconditions::{check, one_device};
+use super::inspect::recording_summary::{Findings, Part, look};
+use super::options::FitOptions;
+use super::pipeline::estimate_states;
+use super::problem::parameter_space::Space;
+use super::problem::prepare::{Prepared, prepare};
+use super::residual::residual_rows::{Encounter, Nuisances, Run, Setting};
+use super::segment::event_sequence::Kind;
+use super::segment::{Joint, JointKind, Segment};
+use super::solve::levenberg_marquardt::{Clock, Control};
+use super::solve::point::Point;
+use crate::model::Model;
+use crate::recording::quantile_in_place;
+use crate::sim::error::SimError;
+use crate::sim::stretch::propagate::Stretcher;
+
+/// By how much the laws of the ground are loosened: they have no say.
+pub(crate) const LOOSE: f64 = 1e5;
+/// Step of a segment's unknowns for differences, in their own units.
+const STEP: f64 = 1e-3;
+/// Segments further from the data than this many standard deviations are not read.
+const POOR: f64 = 3.0;
+
+/// A bounce.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounce {
+    /// Index of the recording.
+    pub recording: usize,
+    /// When \[s\].
+    pub time: f64,
+    /// Speed of approach \[m/s\].
+    pub approach: f64,
+    /// Velocity after \[m/s\].
+    pub departure: f64,
+    /// `departure / approach`.
+    pub ratio: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// How far above the ground's level the approach is when the departure leaves it \[m\].
+    pub miss: f64,
+    /// Its standard error \[m\].
+    pub miss_error: f64,
+    /// Covariance of `ratio` and `miss` \[m\].
+    pub shared: f64,
+    /// Samples from then to the next event, or as far as is known.
+    pub flight: f64,
+}
+
+impl Bounce {
+    /// Ratio and its standard error if the mass comes and leaves at one instant, to within
+    /// `about` \[s\], at a `level` \[m\] beside the model's and its variance: what was read
+    /// wrong of the instant shows in the height by which the departure misses the approach.
+    pub fn at_once(&self, about: f64, level: (f64, f64)) -> (f64, f64) {
+        let variance = self.off_by(about) + level.1;
+        let per_miss = self.shared / variance.max(f64::MIN_POSITIVE);
+        let left = self.error.powi(2) - per_miss * self.shared;
+        // Rounding may leave less than nothing.
+        let error = left.max(0.0).sqrt();
+        (self.ratio - per_miss * (self.miss - level.0), error)
+    }
+
+    /// Variance of the height that is missed \[m^2\] if the mass leaves within `about` \[s\].
+    pub fn off_by(&self, about: f64) -> f64 {
+        self.miss_error.powi(2) + (about * self.approach).powi(2)
+    }
+}
+
+/// A release.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Release {
+    /// Index of the recording.
+    pub recording: usize,
+    /// When \[s\].
+    pub time: f64,
+    /// Time on the ground before \[s\].
+    pub contact: f64,
+    /// The same in samples.
+    pub samples: f64,
+    /// Pull-off force \[N\].
+    pub force: f64,
+    /// Its standard error \[N\].
+    pub error: f64,
+    /// By how much the drive makes it jump at about that instant \[N\].
+    pub jump: f64,
+}
+
+/// Everything read at the ground, in order of recording and time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Readings {
+    /// Bounces.
+    pub bounces: Vec<Bounce>,
+    /// Releases after stays long enough to tell the force.
+    pub releases: Vec<Release>,
+    /// Bounces that were seen in stretches too far from the model to be read.
+    pub unread: usize,
+    /// Releases that were seen and say no force: in such stretches, or after a contact of
+    /// too few samples or one that began before the recording.
+    pub unread_releases: usize,
+    /// Distance of the model from the stretches that were read, and from those with one event
+    /// at most whether read or not: medians in units of the noise; 0 where there are none.
+    pub off: Off,
+}
+
+/// How far a model is from the recordings, in units of the noise.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Off {
+    /// In the stretches in which bounces or releases were read.
+    pub read: f64,
+    /// In those where hardly anything happens, so that no misread event is to blame.
+    pub calm: f64,
+}
+
+/// Reads bounces and releases in `parts` with `model` as it is.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used.
+pub fn readings(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Readings, FitError> {
+    let space = Space::new(model, &options.free)?;
+    let findings = look(model, parts);
+    sound(model, parts, &findings, options)?;
+    let mut prepared = prepare(model, &space, parts, &findings, options)?;
+    for data in &mut prepared.problem.data {
+        data.sigmas.velocity *= LOOSE;
+        data.sigmas.force *= LOOSE;
+    }
+    let mut clock = Clock::new(options.iterations.min(10));
+    let point = estimate_states(&prepared, model, options, control, &mut clock)?;
+    Ok(read(&prepared, &point)?)
+}
+
+/// Refuses what cannot be read whatever is looked for in it: recordings that are too short,
+/// constant, saturated, in another unit, or of different devices. One without contact is for
+/// a step to speak of: not each needs it.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence.
+pub(crate) fn sound(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+) -> Result<(), FitError> {
+    match check(model, parts, findings, options) {
+        Ok(()) | Err(FitError::NoContact { .. }) => {}
+        Err(error) => return Err(error),
+    }
+    if model.has_ground {
+        check_level(model, parts, findings)?;
+    }
+    one_device(model, parts, findings).map(|_| ())
+}
+
+/// Reads bounces and releases at a point whose segments are fitted with loose laws.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimError> {
+    let problem = &prepared.problem;
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&point.x, &simulator, &point.segments);
+    let own: Vec<(Readings, f64)> = point
+        .segments
+        .par_iter()
+        .enumerate()
+        .map(|(i, segment)| {
+            let mut stretcher = Stretcher::new(&simulator);
+            let setting = problem.setting(segment, &states[i]);
+            let nuisances = problem.nuisances_of(&point.x, segment.recording);
+            let chi2 = distance(segment, &setting, &mut stretcher, &nuisances);
+            let read = (point.used[i] && chi2 < POOR * POOR)
+                .then(|| one(prepared, point, segment, &states[i], &mut stretcher, chi2))
+                .flatten();
+            let mut read = read.unwrap_or_else(|| Readings {
+                unread: seen_in(segment, |kind| matches!(kind, Kind::Bounce { .. })),
+                ..Readings::default()
+            });
+            let releases = seen_in(segment, |kind| matches!(kind, Kind::Release { .. }));
+            read.unread_releases = releases - read.releases.len();
+            (read, chi2.sqrt())
+        })
+        .collect();
+    let told = |r: &Readings| !(r.bounces.is_empty() && r.releases.is_empty());
+    let read = own.iter().filter(|(r, _)| told(r));
+    let calm = own.iter().zip(&point.segments);
+    let calm = calm.filter(|(_, s)| seen_in(s, |_| true) <= 1);
+    let median = |mut off: Vec<f64>| match off.as_mut_slice() {
+        [] => 0.0,
+        off => quantile_in_place(off, 0.5),
+    };
+    let mut all = Readings {
+        off: Off {
+            read: median(read.map(|(_, off)| *off).collect()),
+            calm: median(calm.map(|((_, off), _)| *off).collect()),
+        },
+        ..Readings::default()
+    };
+    for (readings, _) in own {
+        all.bounces.extend(readings.bounces);
+        all.releases.extend(readings.releases);
+        all.unread += readings.unread;
+        all.unread_releases += readings.unread_releases;
+    }
+    let key = |recording: usize, time: f64| (recording, time);
+    all.bounces.sort_by(|a, b| {
+        let (a, b) = (key(a.recording, a.time), key(b.recording, b.time));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    all.releases.sort_by(|a, b| {
+        let (a, b) = (key(a.recording, a.time), key(b.recording, b.time));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    Ok(all)
+}
+
+fn seen_in(segment: &Segment, what: impl Fn(&Kind) -> bool) -> usize {
+    let seen = |j: &&Joint| matches!(&j.what, JointKind::Event(kind) if what(kind));
+    segment.joints.iter().filter(seen).count()
+}
+
+/// Chi2 per degree of freedom of a segment; infinite where it cannot be simulated.
+fn distance(
+    segment: &Segment,
+    setting: &Setting<'_>,
+    stretcher: &mut Stretcher<'_>,
+    nuisances: &Nuisances,
+) -> f64 {
+    let (locals, mut r) = (&segment.locals, Vec::new());
+    if residuals(segment, setting, stretcher, nuisances, locals, &mut r).is_err() {
+        return f64::INFINITY;
+    }
+    let freedom = r.len().saturating_sub(locals.len()).max(1);
+    let chi2 = r.iter().map(|r| r * r).sum::<f64>() / freedom as f64;
+    if chi2.is_finite() {
+        chi2
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// The quantities of interest of a run: ratios and misses of the bounces, forces of the
+/// releases.
+fn quantities(run: &Run) -> Vec<f64> {
+    let mut out = Vec::new();
+    for encounter in &run.encounters {
+        match *encounter {
+            Encounter::Meeting {
+                miss,
+                speed,
+                after: Some(after),
+                ..
+            } => out.extend([after / speed, miss]),
+            Encounter::PullOff(Some(pull)) if pull.telling => out.push(pull.force),
+            _ => {}
+        }
+    }
+    out
+}
+
+/// Readings of one segment at a distance `chi2` from the data; `None` where they cannot be
+/// had.
+fn one(
+    prepared: &Prepared,
+    point: &Point,
+    segment: &Segment,
+    states: &[f64],
+    stretcher: &mut Stretcher<'_>,
+    chi2: f64,
+) -> Option<Readings> {
+    let problem = &prepared.problem;
+    let setting = problem.setting(segment, states);
+    let nuisances = problem.nuisances_of(&point.x, segment.recording);
+    let locals = &segment.locals;
+    let base = run(segment, &setting, stretcher, &nuisances, locals).ok()?;
+    let values = quantities(&base);
+    if values.is_empty() {
+        return Some(Readings::default());
+    }
+    let mut r0 = Vec::new();
+    residuals(segment, &setting, stretcher, &nuisances, locals, &mut r0).ok()?;
+    // How residuals and quantities move with each unknown.
+    let mut of_residuals = DMatrix::zeros(r0.len(), locals.len());
+    let mut of_values = DMatrix::zeros(values.len(), locals.len());
+    let mut r = Vec::new();
+    for j in 0..locals.len() {
+        let mut there = locals.clone();
+        there[j] += STEP;
+        residuals(segment, &setting, stretcher, &nuisances, &there, &mut r).ok()?;
+        let moved = quantities(&run(segment, &setting, stretcher, &nuisances, &there).ok()?);
+        if r.len() != r0.len() || moved.len() != values.len() {
+            return None;
+        }
+        for (i, (a, b)) in r.iter().zip(&r0).enumerate() {
+            of_residuals[(i, j)] = (a - b) / STEP;
+        }
+        for (i, (a, b)) in moved.iter().zip(&values).enumerate() {
+            of_values[(i, j)] = (a - b) / STEP;
+        }
+    }
+    let normal = of_residuals.transpose() * &of_residuals;
+    let ridge = 1e-12 * normal.diagonal().max();
+    let normal = normal + DMatrix::from_diagonal(&DVector::from_element(locals.len(), ridge));
+    let covariance = normal.try_inverse()? * chi2.max(1.0);
+    let spread = &of_values * covariance * of_values.transpose();
+    let error = |i: usize| spread[(i, i)].max(0.0).sqrt();
+    let mut quantity = 0..values.len();
+    let skew = nuisances.skew;
+    let mut readings = Readings::default();
+    let end = problem.data[segment.recording].recording.time[segment.samples.end - 1] + skew;
+    for (i, encounter) in base.encounters.iter().enumerate() {
+        let next = base.encounters[i + 1..].iter().find_map(Encounter::time);
+        match *encounter {
+            Encounter::Meeting {
+                time,
+                miss,
+                speed,
+                after: Some(after),
+            } => {
+                let (ratio, height) = (quantity.next()?, quantity.next()?);
+                readings.bounces.push(Bounce {
+                    recording: segment.recording,
+                    time: time - skew,
+                    approach: speed,
+                    departure: after,
+                    ratio: after / speed,
+                    error: error(ratio),
+                    miss,
+                    miss_error: error(height),
+                    shared: spread[(ratio, height)],
+                    flight: (next.unwrap_or(end) - time) / segment.interval,
+                });
+            }
+            Encounter::PullOff(Some(pull)) if pull.telling => readings.releases.push(Release {
+                recording: segment.recording,
+                time: pull.time - skew,
+                contact: pull.contact,
+                samples: pull.contact / segment.interval,
+                force: pull.force,
+                jump: pull.jump,
+                error: error(quantity.next()?),
+            }),
+            _ => {}
+        }
+    }
+    readings.bounces.retain(|b| {
+        [b.ratio, b.error, b.miss_error, b.shared]
+            .iter()
+            .all(|x| x.is_finite())
+    });
+    readings
+        .releases
+        .retain(|r| r.force.is_finite() && r.error.is_finite());
+    Some(readings)
+}
+
+#[cfg(test)]
+#[path = "contact_readings_tests.rs"]
+mod tests;

@@ -1,0 +1,189 @@
+//! Whether what was read can be what it is said to be: units of the columns, and cells that
+//! are no readings.
+
+use super::recording_summary::{Findings, Part};
+use crate::fit::error::FitError;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::model::unit::{format_number, format_quantity};
+use crate::recording::{Channel, extremes, quantile_in_place};
+
+/// A ground that is this many times deeper or less deep than the starting value, or a
+/// voltage so many times higher or lower than the known ones, is read in another unit.
+const OTHER_UNIT: f64 = 300.0;
+/// Voltage to which the branches of the piezo are known \[V\] (figs. 3 and 4).
+const KNOWN_VOLTAGE: f64 = 8.0;
+/// A voltage that moves less than this is no drive \[V\], in whatever unit.
+pub(crate) const STILL: f64 = 1e-3;
+/// Fewest samples in a period of the first mode.
+const SAMPLES: f64 = 3.0;
+/// Shortest recording, in periods of the first mode.
+const PERIODS: f64 = 0.5;
+/// A reading this many times farther out than the others is none ...
+const SPIKE: f64 = 1e3;
+/// ... if no more than so many are ...
+const CELLS: usize = 5;
+/// ... or this share of all.
+const MANY: f64 = 1e-3;
+
+/// A ground that is hundreds of times deeper or less deep than the device's was read in
+/// another unit.
+///
+/// # Errors
+/// [`FitError::OtherUnit`].
+pub fn check_level(model: &Model, parts: &[Part], findings: &[Findings]) -> Result<(), FitError> {
+    let dp = model.parameters[ParameterId::Dp];
+    for (part, finding) in parts.iter().zip(findings) {
+        let Ok(level) = finding.level else { continue };
+        let ratio = -level / dp;
+        if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
+            let write = |v: f64| format_quantity(v, "m", 4);
+            return Err(FitError::OtherUnit {
+                recording: part.recording.name.clone(),
+                level: write(level),
+                dp: write(dp),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Checks the columns of a part for cells that are no readings, and time and voltage for
+/// units that the device rules out.
+///
+/// # Errors
+/// [`FitError::Spike`], [`FitError::OtherVoltage`] or [`FitError::OtherTime`].
+pub fn check_columns(model: &Model, part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    for channel in [Channel::ProofMass, Channel::Cantilever, Channel::Voltage] {
+        if let Some(values) = r.channel(channel) {
+            check_spikes(part, channel, &values[part.samples.clone()])?;
+        }
+    }
+    check_time(model, part)?;
+    check_voltage(model, part)
+}
+
+fn check_time(model: &Model, part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let f1 = model.parameters[ParameterId::F1];
+    if !model.uses(ParameterId::F1) || f1.is_nan() || f1 <= 0.0 {
+        return Ok(());
+    }
+    let rate = r.sampling_rate();
+    let long = r.time[part.samples.end - 1] - r.time[part.samples.start];
+    let what = if rate < SAMPLES * f1 {
+        format!("has {} samples a second", format_number(rate, 3))
+    } else if long * f1 < PERIODS {
+        format!("lasts {}", format_quantity(long, "s", 3))
+    } else {
+        return Ok(());
+    };
+    Err(FitError::OtherTime {
+        recording: r.name.clone(),
+        what,
+        f1: format_quantity(f1, "Hz", 4),
+    })
+}
+
+fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let Some(volts) = r.voltage.as_deref().filter(|_| model.piezo.is_some()) else {
+        return Ok(());
+    };
+    let (low, high) = extremes(&volts[part.samples.clone()]);
+    let most = high.max(-low);
+    let possible = KNOWN_VOLTAGE / OTHER_UNIT..=KNOWN_VOLTAGE * OTHER_UNIT;
+    if !possible.contains(&most) && high - low > STILL {
+        return Err(FitError::OtherVoltage {
+            recording: r.name.clone(),
+            most: format_quantity(most, "V", 3),
+        });
+    }
+    Ok(())
+}
+
+/// A few cells far beyond all others are no readings. Pulses are none of those, however short
+/// a share of the time they take: many samples of them are as far out.
+fn check_spikes(part: &Part, channel: Channel, values: &[f64]) -> Result<(), FitError> {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    if finite.len() < 2 * CELLS {
+        return Ok(());
+    }
+    let middle = quantile_in_place(&mut finite, 0.5);
+    finite.iter_mut().for_each(|v| *v = (*v - middle).abs());
+    finite.sort_unstable_by(f64::total_cmp);
+    let cells = CELLS.max((MANY * finite.len() as f64) as usize);
+    let far = SPIKE * finite[finite.len() - 1 - cells];
+    let least = if channel == Channel::Voltage {
+        OTHER_UNIT * KNOWN_VOLTAGE
+    } else {
+        0.0
+    };
+    let out = |v: &f64| far > 0.0 && (*v - middle).abs() > far.max(least);
+    let Some(at) = values.iter().position(out) else {
+        return Ok(());
+    };
+    let r = &part.recording;
+    Err(FitError::Spike {
+        recording: r.name.clone(),
+        channel: channel.symbol(),
+        value: format_quantity(values[at], channel.base_unit(), 3),
+        time: format_quantity(r.time[part.samples.start + at], "s", 6),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plausible_units::*;
+    use crate::fit::tests::{made, paper, part};
+    use crate::recording::Recording;
+
+    /// A recording with its columns of time, V and xp changed.
+    fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>, &mut Vec<f64>)) -> Part {
+        let r = made(&paper(), "square:50Hz:6V", 0.03, 1);
+        let (mut time, mut volts, mut xp) = (r.time, r.voltage.unwrap(), r.proof_mass);
+        change(&mut time, &mut volts, &mut xp);
+        part(Recording::new("changed", time, Some(volts), xp, r.cantilever).unwrap())
+    }
+
+    #[test]
+    fn other_units_and_cells_that_are_no_readings_are_named() {
+        let says = |part: Part, words: &str| {
+            let error = check_columns(&paper(), &part).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        let scale = |values: &mut Vec<f64>, by: f64| values.iter_mut().for_each(|v| *v *= by);
+        let slow = changed(|t, _, _| scale(t, 1e3));
+        says(
+            slow,
+            "has 50 samples a second, but the device rings at f1 = 623 Hz",
+        );
+        says(changed(|t, _, _| scale(t, 1e-3)), "lasts 30 µs");
+        says(changed(|_, v, _| scale(v, 1e3)), "the voltage reaches 6 kV");
+        says(
+            changed(|_, v, _| scale(v, 1e-3)),
+            "the voltage reaches 6 mV",
+        );
+        says(changed(|_, _, xp| xp[700] = 1e30), "t = 14 ms");
+        says(changed(|_, v, _| v[3] = -1e9), "V reads -1 GV");
+    }
+
+    #[test]
+    fn a_recording_as_it_should_be_passes() {
+        check_columns(&paper(), &changed(|_, _, _| {})).unwrap();
+        // Short pulses over long rest are far beyond it, and readings for all that.
+        let pulses = changed(|_, v, xp| {
+            for (i, (v, x)) in v.iter_mut().zip(xp).enumerate() {
+                let rest = 1e-9 * ((i * i) as f64).sin();
+                let pulse = i % 1000 < 12;
+                *v = if pulse { 8.0 } else { 1e6 * rest };
+                *x = if pulse { 1e-4 } else { rest };
+            }
+        });
+        check_columns(&paper(), &pulses).unwrap();
+        // A drive that stands still is for others to speak of.
+        let still = changed(|_, v, _| v.iter_mut().for_each(|v| *v = 0.0));
+        check_columns(&paper(), &still).unwrap();
+    }
+}

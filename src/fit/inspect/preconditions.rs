@@ -1,0 +1,352 @@
+//! What makes a fit senseless, said before anything is computed.
+
+use super::channel_noise::noise_of;
+use super::plausible_units::{STILL, check_columns, check_level};
+use super::recording_summary::{Findings, Part, look};
+use super::same_device::{other_rest, same_ring};
+use crate::fit::error::FitError;
+use crate::fit::options::FitOptions;
+use crate::fit::problem::parameter_space::Space;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::model::unit::format_quantity;
+use crate::recording::level::estimate_contact_level;
+use crate::recording::noise::{NoiseError, estimate_noise};
+use crate::recording::{Channel, Recording, extremes};
+use std::sync::Arc;
+
+/// Fewest samples to fit to.
+const LEAST: usize = 20;
+/// Share of the samples at one extreme value that is called saturated, as long as they
+/// come in runs.
+const STUCK: f64 = 0.02;
+/// The same for a reading with noise in steps finer than it, which never stays anywhere.
+const STUCK_IN_NOISE: f64 = 0.002;
+/// Longest run at the extreme that a quantised reading may show, in samples.
+const RUN: usize = 20;
+/// Levels of the ground farther apart than this are of different devices, even where the
+/// zeros of the sensors are badly off \[m\].
+const APART: f64 = 15e-6;
+/// The same for one fit: zeros may be off by some micrometres, and the scales by a percent.
+const APART_IN_A_FIT: f64 = 8e-6;
+/// A voltage reaches this share of its one extreme on the other side, if nothing cuts it.
+const SYMMETRIC: f64 = 0.95;
+/// Noise below this share of the motion is the rounding of a simulation.
+const NOISELESS: f64 = 1e-6;
+
+/// Checks parts and options against each other.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence.
+pub fn check(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+) -> Result<(), FitError> {
+    Space::new(model, &options.free)?;
+    if parts.is_empty() {
+        return Err(FitError::NoRecording);
+    }
+    for part in parts {
+        check_part(model, part)?;
+    }
+    let needs: Vec<&str> = ["dp", "alpha", "Ca", "Ca0", "Cs", "gp"]
+        .into_iter()
+        .filter(|id| options.free.iter().any(|f| f.eq_ignore_ascii_case(id)))
+        .collect();
+    if model.has_ground && !needs.is_empty() && findings.iter().all(|f| f.level.is_err()) {
+        let reason = findings
+            .iter()
+            .find_map(|f| f.level.clone().err())
+            .unwrap_or_default();
+        return Err(FitError::NoContact {
+            parameters: needs.join(", "),
+            reason,
+        });
+    }
+    same_device(parts, findings, APART)
+}
+
+/// Checks what a fit of the free parameters needs beyond [`check`]: that the recordings are
+/// different ones of one device, that there is a drive to be fitted, and that the ground is
+/// where the model may have it. `train` comes with its findings. Sentences on what is
+/// doubtful, if nothing is wrong.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence.
+pub fn check_fit(
+    model: &Model,
+    (train, findings): (&[Part], &[Findings]),
+    held_out: &[Part],
+    options: &FitOptions,
+) -> Result<Vec<String>, FitError> {
+    let all: Vec<Part> = train.iter().chain(held_out).cloned().collect();
+    for (i, a) in all.iter().enumerate() {
+        if let Some(b) = all[..i].iter().find(|b| overlap(a, b)) {
+            return Err(FitError::Twice {
+                recording: a.recording.name.clone(),
+                other: b.recording.name.clone(),
+            });
+        }
+    }
+    if model.piezo.is_some() {
+        all.iter().try_for_each(cut_drive)?;
+    }
+    let free = |id: &str| options.free.iter().any(|f| f.eq_ignore_ascii_case(id));
+    if model.piezo.is_some() && free("eta") && train.iter().all(is_still) {
+        return Err(FitError::StillDrive {
+            recording: train[0].recording.name.clone(),
+        });
+    }
+    if model.has_ground && free("dp") {
+        check_level(model, train, findings)?;
+        let p = &model.parameters;
+        for (part, finding) in train.iter().zip(findings) {
+            let Ok(level) = finding.level else { continue };
+            let write = |v: f64| format_quantity(v, "m", 4);
+            if !free("gp") && -level >= p[ParameterId::Gp] {
+                return Err(FitError::GroundBeyondFilm {
+                    recording: part.recording.name.clone(),
+                    level: write(level),
+                    gp: write(p[ParameterId::Gp]),
+                });
+            }
+        }
+    }
+    let findings = look(model, &all);
+    let ring = one_device(model, &all, &findings)?;
+    Ok(ring
+        .into_iter()
+        .chain(other_rest(&all, &findings))
+        .collect())
+}
+
+/// Checks that the ground and the ring are one device's. A sentence where the ring is in
+/// doubt.
+///
+/// # Errors
+/// [`FitError::DifferentDevices`].
+pub(crate) fn one_device(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+) -> Result<Option<String>, FitError> {
+    same_device(parts, findings, APART_IN_A_FIT)?;
+    same_ring(model, parts, findings)
+}
+
+/// Whether two parts have samples in common, or hold the same ones under two names.
+fn overlap(a: &Part, b: &Part) -> bool {
+    let (r, s) = (&a.recording, &b.recording);
+    let same = |x: Option<&[f64]>, y: Option<&[f64]>| match (x, y) {
+        (Some(x), Some(y)) => {
+            x.len() == y.len() && x.iter().zip(y).all(|(x, y)| x.to_bits() == y.to_bits())
+        }
+        (x, y) => x.is_none() && y.is_none(),
+    };
+    let one = Arc::ptr_eq(r, s)
+        || (same(Some(&r.time), Some(&s.time))
+            && same(Some(&r.proof_mass), Some(&s.proof_mass))
+            && same(r.voltage.as_deref(), s.voltage.as_deref())
+            && same(r.cantilever.as_deref(), s.cantilever.as_deref()));
+    one && a.samples.start < b.samples.end && b.samples.start < a.samples.end
+}
+
+/// Whether the voltage of a part does not move.
+fn is_still(part: &Part) -> bool {
+    let volts = part.recording.voltage.as_deref();
+    volts.is_some_and(|v| {
+        let (low, high) = extremes(&v[part.samples.clone()]);
+        high - low < STILL
+    })
+}
+
+fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let xp = &r.proof_mass[part.samples.clone()];
+    let finite = xp.iter().filter(|x| x.is_finite()).count();
+    if finite < LEAST {
+        return Err(FitError::TooShort {
+            recording: r.name.clone(),
+            samples: finite,
+            needed: LEAST,
+        });
+    }
+    let (low, high) = extremes(xp);
+    if high <= low {
+        return Err(FitError::Constant {
+            recording: r.name.clone(),
+        });
+    }
+    if model.piezo.is_some() && r.drive_table().is_none() {
+        return Err(FitError::NoDrive {
+            recording: r.name.clone(),
+        });
+    }
+    check_columns(model, part)?;
+    let channels = [Channel::ProofMass, Channel::Cantilever];
+    for channel in channels
+        .into_iter()
+        .take(1 + usize::from(model.has_cantilever))
+    {
+        if let Err(error @ NoiseError::TooShort { .. }) = noise_of(r, channel) {
+            return Err(FitError::Noise {
+                recording: r.name.clone(),
+                channel: channel.symbol(),
+                reason: error.to_string(),
+            });
+        }
+    }
+    saturated(r, part, Channel::ProofMass)?;
+    if model.has_ground {
+        ceiling(part)?;
+    }
+    if model.has_cantilever {
+        if let Some(xc) = r.cantilever.as_deref() {
+            let (low, high) = extremes(&xc[part.samples.clone()]);
+            if high <= low {
+                return Err(FitError::StillCantilever {
+                    recording: r.name.clone(),
+                });
+            }
+        }
+        saturated(r, part, Channel::Cantilever)?;
+    }
+    Ok(())
+}
+
+/// A reading that stays exactly at its extreme, time and again, has hit the end of its
+/// range. A mass that rests on the ground does so too, but at a level with noise.
+fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitError> {
+    let Some(values) = r.channel(channel).map(|v| &v[part.samples.clone()]) else {
+        return Ok(());
+    };
+    let (low, high) = extremes(values);
+    // A noiseless simulation rests exactly too; only the upper end is judged then.
+    let noiseless = is_noiseless(r, channel, (low, high));
+    let stepped = noise_of(r, channel).is_ok_and(|n| n.quantised);
+    let most = if noiseless || stepped {
+        STUCK
+    } else {
+        STUCK_IN_NOISE
+    };
+    for (which, extreme) in [("highest", high), ("lowest", low)] {
+        // So it does where a step of the reading is coarser than its noise.
+        if which == "lowest" && (noiseless || stepped) {
+            continue;
+        }
+        if let Some(share) = stuck(values, extreme, most) {
+            return Err(FitError::Saturated {
+                recording: r.name.clone(),
+                channel: channel.symbol(),
+                which,
+                value: format_quantity(extreme, "m", 4),
+                percent: 100.0 * share,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A mass that stops suddenly at its highest and stays there, as it does on the ground, has
+/// left the range of what reads it, be there noise behind that or not.
+fn ceiling(part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let down: Vec<f64> = r.proof_mass.iter().map(|x| -x).collect();
+    let noise = noise_of(r, Channel::ProofMass).ok();
+    let Ok(level) = estimate_contact_level(r.axis(), None, &down, noise) else {
+        return Ok(());
+    };
+    let near = 4.0 * noise.map_or(0.0, |n| n.sigma);
+    let at = down.iter().filter(|x| (**x - level).abs() <= near).count();
+    Err(FitError::Saturated {
+        recording: r.name.clone(),
+        channel: Channel::ProofMass.symbol(),
+        which: "highest",
+        value: format_quantity(-level, "m", 4),
+        percent: 100.0 * at as f64 / down.len() as f64,
+    })
+}
+
+/// Share of the samples at an extreme value, if it is above `most` and the reading stays there.
+fn stuck(values: &[f64], extreme: f64, most: f64) -> Option<f64> {
+    let at = values.iter().filter(|v| **v == extreme).count();
+    let mut longest = 0;
+    let mut run = 0;
+    for v in values {
+        run = if *v == extreme { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    let share = at as f64 / values.len() as f64;
+    (share > most && longest > RUN).then_some(share)
+}
+
+/// A voltage may well stand still at its extremes, as a square does. One that stands at the
+/// one and swings beyond that on the other side was cut off by what read it.
+fn cut_drive(part: &Part) -> Result<(), FitError> {
+    let r = &part.recording;
+    let Some(values) = r.voltage.as_deref().map(|v| &v[part.samples.clone()]) else {
+        return Ok(());
+    };
+    let (low, high) = extremes(values);
+    for (which, extreme, other) in [("highest", high, low), ("lowest", low, high)] {
+        let beyond = extreme * other < 0.0 && extreme.abs() < SYMMETRIC * other.abs();
+        if beyond
+            && stuck(values, other, STUCK).is_none()
+            && let Some(share) = stuck(values, extreme, STUCK)
+        {
+            return Err(FitError::Saturated {
+                recording: r.name.clone(),
+                channel: "V",
+                which,
+                value: format_quantity(extreme, "V", 4),
+                percent: 100.0 * share,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Whether a reading between the extremes `low` and `high` has no noise of its own. Samples
+/// at the extremes do not tell it: where they stand at the end of a range they have none
+/// however noisy the others are. What is found without them must be white, or it is motion.
+fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> bool {
+    let least = NOISELESS * (high - low);
+    if !noise_of(r, channel).is_ok_and(|n| n.sigma < least) {
+        return false;
+    }
+    let mut between = r.channel(channel).unwrap_or_default().to_vec();
+    for v in &mut between {
+        if *v == low || *v == high {
+            *v = f64::NAN;
+        }
+    }
+    !estimate_noise(r.axis(), &between).is_ok_and(|n| n.white && n.sigma >= least)
+}
+
+/// Recordings of one device have the ground at one height, apart from the sensor's zero.
+fn same_device(parts: &[Part], findings: &[Findings], apart: f64) -> Result<(), FitError> {
+    let mut known = parts.iter().zip(findings).filter_map(|(p, f)| {
+        let level = f.level.clone().ok()?;
+        Some((p, level))
+    });
+    let Some((first, reference)) = known.next() else {
+        return Ok(());
+    };
+    for (part, level) in known {
+        if (level - reference).abs() > apart {
+            let write = |v| format_quantity(v, "m", 3);
+            return Err(FitError::DifferentDevices {
+                recording: part.recording.name.clone(),
+                other: first.recording.name.clone(),
+                evidence: format!(
+                    "its ground lies at {}, the other's at {}",
+                    write(level),
+                    write(reference)
+                ),
+            });
+        }
+    }
+    Ok(())
+}

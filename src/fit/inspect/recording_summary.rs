@@ -1,0 +1,346 @@
+//! What recordings alone say, without a model of the motion: noise, and where the ground is.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::channel_noise::noise_of;
+use crate::fit::segment::event_sequence::Timeline;
+use crate::model::Model;
+use crate::recording::events::{EventOptions, Events, HOP, Impact, find_events};
+use crate::recording::features::missing::Missing;
+use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
+use crate::recording::level::estimate_contact_level;
+use crate::recording::level_change::LevelChange;
+use crate::recording::level_change::drift::{LevelDrift, find_level_drift};
+use crate::recording::level_change::step::find_level_step;
+use crate::recording::noise::NoiseEstimate;
+use crate::recording::{Channel, Recording, quantile_in_place};
+
+/// Levels this close are the same ground with the same zero \[m\].
+const SAME_LEVEL: f64 = 2e-6;
+/// Stays on the ground, of two samples or more, from which it is where the mass is lowest.
+const LEAST_STAYS: usize = 3;
+/// A drift shown to this share of a recording's end says how that goes on.
+const BEYOND: f64 = 0.9;
+/// A noise below this share of the motion is taken to be this: the simulation and the
+/// recorder's digits are no better.
+const LEAST_NOISE: f64 = 1e-5;
+
+/// A stretch of a recording to be used.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The recording.
+    pub recording: Arc<Recording>,
+    /// Which samples of it.
+    pub samples: Range<usize>,
+}
+
+impl Part {
+    /// All of a recording.
+    pub fn whole(recording: Arc<Recording>) -> Self {
+        let samples = 0..recording.len();
+        Self { recording, samples }
+    }
+
+    /// A recording cut in two: its first two thirds and the rest.
+    pub fn split(recording: Arc<Recording>) -> (Self, Self) {
+        let at = 2 * recording.len() / 3;
+        let first = Self {
+            samples: 0..at,
+            recording: Arc::clone(&recording),
+        };
+        let rest = Self {
+            samples: at..recording.len(),
+            recording,
+        };
+        (first, rest)
+    }
+}
+
+/// What the data alone say about each part.
+#[derive(Debug, Clone)]
+pub struct Findings {
+    /// Noise of the proof mass and of the cantilever \[m\].
+    pub noise: (f64, Option<f64>),
+    /// Contact level in the reading \[m\], or why there is none.
+    pub level: Result<f64, String>,
+    /// How that level changes in the course of the recording, if it does; `level` is that
+    /// before.
+    pub change: Option<LevelChange>,
+    /// By how much the readings lag \[s\], 0 if they do not: what happens at the ground is found
+    /// in them as they were before that.
+    pub lag: f64,
+}
+
+impl Findings {
+    /// What happens at the ground in `recording`, whose noise is `noise` \[m\].
+    pub fn timeline(&self, recording: &Recording, noise: f64) -> Timeline {
+        match self.level {
+            Ok(level) => {
+                let xp = self.as_moved(recording);
+                let noise = self.noise_of(noise, recording);
+                Timeline::new(&recording.time, &xp, level, noise)
+            }
+            Err(_) => Timeline::default(),
+        }
+    }
+
+    /// Contacts and impacts in `recording`; none where the ground is not known.
+    pub fn events(&self, recording: &Recording) -> Events {
+        let Ok(contact_level) = self.level else {
+            return Events::default();
+        };
+        let options = EventOptions {
+            contact_level,
+            noise: self.noise_of(self.noise.0, recording),
+            hop: HOP,
+        };
+        find_events(recording.axis(), &self.as_moved(recording), &options)
+    }
+
+    /// Reading of the proof mass with a lag and changes of the ground's level taken out \[m\].
+    pub fn as_moved<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
+        as_moved(recording, self.change, self.lag)
+    }
+
+    /// Noise of that where the readings' is `sigma` \[m\].
+    pub fn noise_of(&self, sigma: f64, recording: &Recording) -> f64 {
+        noise_before_lag(sigma, recording.interval(), self.lag)
+    }
+}
+
+/// The lag that the readings of `parts` show \[s\], of which `findings` know nothing yet.
+pub fn lag_of(parts: &[Part], findings: &[Findings]) -> Option<f64> {
+    let both = || parts.iter().zip(findings);
+    let readings: Vec<_> = both().map(|(p, f)| f.as_moved(&p.recording)).collect();
+    let all: Vec<_> = both()
+        .zip(&readings)
+        .map(|((p, f), xp)| (&*p.recording, &**xp, f.noise.0))
+        .collect();
+    find_lag(&all)
+}
+
+/// Looks at parts without a model of the motion.
+pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
+    look_behind(model, parts, 0.0)
+}
+
+/// The same for readings that lag by `lag` \[s\].
+pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
+    let mut findings: Vec<Findings> = parts.iter().map(|p| look_at(model, p, lag)).collect();
+    if !model.has_ground {
+        return findings;
+    }
+    let mut known: Vec<f64> = findings
+        .iter()
+        .filter_map(|f| f.level.clone().ok())
+        .collect();
+    let common = quantile_in_place(&mut known, 0.5);
+    let mut drifts: Vec<LevelDrift> = findings.iter().filter_map(|f| f.change?.drift()).collect();
+    drifts.sort_by(|a, b| a.shown().0.total_cmp(&b.shown().0));
+    for (finding, part) in findings.iter_mut().zip(parts) {
+        if finding.level.is_ok() {
+            continue;
+        }
+        let r = &part.recording;
+        // A zero that moves in one recording may move alike in another, as far as that shows.
+        let (begin, end) = r.span();
+        let lasts = |drift: &&LevelDrift| {
+            drift.begin() <= begin && drift.shown().1 - begin >= BEYOND * (end - begin)
+        };
+        let alike = drifts.iter().filter(lasts);
+        let changes: Vec<Option<LevelChange>> = alike
+            .map(|drift| Some(LevelChange::Drift(*drift)))
+            .collect();
+        let estimate = noise_of(r, Channel::ProofMass).ok();
+        let rest = |change: &Option<LevelChange>| {
+            let level = level_in(r, estimate, *change, lag).ok()?;
+            Some((level, *change))
+        };
+        let turns = |change: Option<LevelChange>| {
+            // Those of other recordings hold where the zero stays.
+            let known = if change.is_none() { common } else { f64::NAN };
+            let xp = as_moved(r, change, lag);
+            let noise = finding.noise_of(finding.noise.0, r);
+            let (level, count) = level_of_impacts(r, &xp, noise, known)?;
+            Some((count, level, change))
+        };
+        let found = changes.iter().find_map(rest).or_else(|| {
+            let all = changes.iter().copied().chain([None]);
+            // Of equals the last, which takes the zero to stay.
+            let most = all.filter_map(turns).max_by_key(|(count, ..)| *count);
+            most.map(|(_, level, change)| (level, change))
+        });
+        if let Some((level, change)) = found {
+            finding.level = Ok(level);
+            finding.change = change;
+        }
+    }
+    findings
+}
+
+fn look_at(model: &Model, part: &Part, lag: f64) -> Findings {
+    let r = &part.recording;
+    let estimate = |channel: Channel| noise_of(r, channel).ok();
+    let noise = |channel: Channel, estimate: Option<NoiseEstimate>| {
+        // A part whose noise cannot be told is refused by the check.
+        let sigma = estimate.map_or(0.0, |n| n.sigma);
+        let values = r.channel(channel).unwrap_or_default();
+        let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+        let low = quantile_in_place(&mut finite, 0.01);
+        let span = quantile_in_place(&mut finite, 0.99) - low;
+        sigma.max(LEAST_NOISE * span).max(f64::MIN_POSITIVE)
+    };
+    let of_xp = estimate(Channel::ProofMass);
+    let (level, change) = if model.has_ground {
+        ground_of(r, of_xp, lag)
+    } else {
+        (Err("the device has no ground".to_owned()), None)
+    };
+    let xc = model.has_cantilever && r.cantilever.is_some();
+    log::debug!("{}: ground at {level:?}, {change:?}", r.name);
+    Findings {
+        noise: (
+            noise(Channel::ProofMass, of_xp),
+            xc.then(|| noise(Channel::Cantilever, estimate(Channel::Cantilever))),
+        ),
+        level,
+        change,
+        lag,
+    }
+}
+
+/// Contact level and how it changes. The end of a drift may pass for a steady level.
+fn ground_of(
+    recording: &Recording,
+    noise: Option<NoiseEstimate>,
+    lag: f64,
+) -> (Result<f64, String>, Option<LevelChange>) {
+    let step = find_level_step(recording, noise).map(LevelChange::Step);
+    let drift = || find_level_drift(recording, noise).map(LevelChange::Drift);
+    let change = step.or_else(drift);
+    let level = level_in(recording, noise, change, lag);
+    (level.map_err(|missing| missing.to_string()), change)
+}
+
+/// Reading of the proof mass with a change of the ground's level and a lag taken out \[m\].
+fn as_moved(recording: &Recording, change: Option<LevelChange>, lag: f64) -> Cow<'_, [f64]> {
+    let (time, xp) = (&recording.time, &recording.proof_mass);
+    let moved = if lag > 0.0 {
+        Cow::Owned(before_lag(time, xp, lag))
+    } else {
+        Cow::Borrowed(&xp[..])
+    };
+    match change {
+        Some(change) => Cow::Owned(change.taken_out(time, &moved)),
+        None => moved,
+    }
+}
+
+/// Contact level at the beginning of a recording in which it changes so.
+fn level_in(
+    recording: &Recording,
+    noise: Option<NoiseEstimate>,
+    change: Option<LevelChange>,
+    lag: f64,
+) -> Result<f64, Missing> {
+    let xp = as_moved(recording, change, lag);
+    let noise = noise.map(|n| NoiseEstimate {
+        sigma: noise_before_lag(n.sigma, recording.interval(), lag),
+        ..n
+    });
+    estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise)
+}
+
+/// Level of a ground on which the mass never rests for long: where it turns suddenly, again and
+/// again, and how often. Where it stays lowest for two samples at a time, that is the ground;
+/// where it never does, it may never be lowest as a sample is taken, and a level known from
+/// another recording is taken if it is near and the mass turns there as often.
+fn level_of_impacts(
+    recording: &Recording,
+    xp: &[f64],
+    noise: f64,
+    common: f64,
+) -> Option<(f64, usize)> {
+    let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
+    let bottom = quantile_in_place(&mut finite, 0.0);
+    let at = |contact_level: f64| EventOptions {
+        contact_level,
+        noise,
+        hop: HOP,
+    };
+    let turns = |level: f64| -> usize {
+        let impacts = find_events(recording.axis(), xp, &at(level)).impacts;
+        let sudden = |i: &&Impact| i.v_after - i.v_before > 2.0 * i.v_error;
+        impacts.iter().filter(sudden).count()
+    };
+    // Twice as far up as noise puts the lowest reading of many below the ground.
+    let low = |x: &f64| *x < bottom + 2.0 * at(bottom).tolerance();
+    let runs = xp.chunk_by(|a, b| low(a) && low(b));
+    let stays: Vec<&[f64]> = runs.filter(|run| run.len() > 1).collect();
+    let stayed = stays.len() >= LEAST_STAYS;
+    let own = if stayed {
+        quantile_in_place(&mut stays.concat(), 0.5)
+    } else {
+        bottom
+    };
+    let own = (own, turns(own));
+    let near = !stayed && (bottom - common).abs() < SAME_LEVEL;
+    let known = near.then(|| (common, turns(common)));
+    let (level, count) = known.filter(|known| known.1 >= own.1).unwrap_or(own);
+    (count >= 2).then_some((level, count))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::recording_summary::*;
+    use crate::fit::tests::{made, paper, part};
+
+    #[test]
+    fn a_drift_is_taken_over_by_a_recording_too_short_to_show_it() {
+        let drifting = |drive: &str, seconds: f64, seed: u64| {
+            let mut recording = made(&paper(), drive, seconds, seed);
+            let times = recording.time.iter();
+            for (x, t) in recording.proof_mass.iter_mut().zip(times) {
+                *x += 5e-6 * (1.0 - (-t / 0.08).exp());
+            }
+            part(recording)
+        };
+        let parts = [
+            drifting("square:15Hz:8V", 0.2, 1),
+            drifting("square:300Hz:6V", 0.05, 2),
+        ];
+        let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
+        for (found, part) in look(&paper(), &parts).iter().zip(&parts) {
+            let level = found.level.clone().expect("a level");
+            assert!((level + dp).abs() < 0.4e-6, "{level}");
+            let moved = found.change.expect("a drift");
+            let end = part.recording.span().1;
+            let rise = -moved.taken_out(&[end], &[0.0])[0];
+            let whole = 5e-6 * (1.0 - (-end / 0.08).exp());
+            assert!((rise - whole).abs() < 0.2e-6, "{rise}");
+        }
+    }
+
+    #[test]
+    fn where_the_mass_is_lowest_again_and_again_is_the_ground_whatever_the_zero_of_others() {
+        let parts = [
+            part(made(&paper(), "square:15Hz:8V", 0.2, 1)),
+            part({
+                let mut recording = made(&paper(), "square:300Hz:6V", 0.05, 2);
+                for x in &mut recording.proof_mass {
+                    *x += 1.5e-6;
+                }
+                recording
+            }),
+        ];
+        let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
+        let found = look(&paper(), &parts);
+        let alone = look(&paper(), &parts[1..]);
+        for (found, zero) in [(&found[0], 0.0), (&found[1], 1.5e-6), (&alone[0], 1.5e-6)] {
+            let level = found.level.clone().expect("a level");
+            assert!((level + dp - zero).abs() < 0.15e-6, "{level}");
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Step 3, adhesion (figs. 7 and 8): the pull-off force at each release by eq (13) against
+//! the time in contact, and the line `Ca t + Ca0` through it, eq (14).
+//!
+//! Not every release lies on that line, even on a device that obeys it. The law is of
+//! *sustained* contact, in which a pull grows until it has become as large as the adhesion.
+//! Where the drive's force jumps, the pull passes the adhesion in one step: the adhesion is
+//! somewhere between before and after. A contact of a few swings of the held cantilever is a
+//! hop, or several that the noise hides: the impact's own kick ends it, a force that goes
+//! through hundreds of nN between two samples. And a mass that is pressed down is not pulled
+//! off at all: there the events were misread. Such releases are set aside and counted.
+
+use std::fmt;
+
+use super::break_off::STAY;
+use super::line_fit::{Line, robust_line};
+use super::{StepError, counted};
+use crate::fit::contact_readings::{Readings, Release};
+use crate::recording::quantile_in_place;
+
+/// Samples that a sustained contact has at least.
+const SAMPLES: f64 = 8.0;
+/// A pressure of so many standard errors is one.
+const PRESSED: f64 = 3.0;
+/// Forces less certain than this share of the largest do not count.
+const CERTAIN: f64 = 0.3;
+/// Fewest releases for a line with an error.
+const LEAST: usize = 3;
+/// The longest contact must be this many times the shortest for a slope: with less, the
+/// errors of the times count as well.
+const SPREAD: f64 = 1.1;
+
+/// Why a release says nothing of the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Aside {
+    /// Contact that is not sustained.
+    Brief,
+    /// The drive's force jumps there.
+    Jump,
+    /// The mass is pressed down as it leaves.
+    Pressed,
+    /// The noise hides the force.
+    Vague,
+}
+
+impl Aside {
+    /// All, in the order in which they are asked.
+    pub const ALL: [Aside; 4] = [Aside::Brief, Aside::Jump, Aside::Pressed, Aside::Vague];
+
+    /// As written in files.
+    pub fn id(self) -> &'static str {
+        match self {
+            Aside::Brief => "brief",
+            Aside::Jump => "jump",
+            Aside::Pressed => "pressed",
+            Aside::Vague => "vague",
+        }
+    }
+
+    fn of(release: &Release, largest: f64) -> Option<Self> {
+        if release.contact < STAY || release.samples < SAMPLES {
+            Some(Aside::Brief)
+        } else if release.jump > release.error {
+            Some(Aside::Jump)
+        } else if release.force < -PRESSED * release.error {
+            Some(Aside::Pressed)
+        } else if release.error.is_nan() || release.error >= CERTAIN * largest {
+            Some(Aside::Vague)
+        } else {
+            None
+        }
+    }
+}
+
+impl fmt::Display for Aside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Aside::Brief => {
+                "after less than 0.5 ms or 8 samples on the ground, no sustained contact"
+            }
+            Aside::Jump => {
+                "where the drive jumps, so that the pull passes the adhesion in one step"
+            }
+            Aside::Pressed => "under pressure, where nothing is pulled off",
+            Aside::Vague => "whose force the noise hides",
+        })
+    }
+}
+
+/// The adhesion law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adhesion {
+    /// Growth `Ca` \[N/s\] and its standard error.
+    pub rate: (f64, f64),
+    /// Start `Ca0` \[N\] and its standard error.
+    pub start: (f64, f64),
+    /// The line, for its confidence band.
+    pub line: Line,
+    /// The releases that count.
+    pub releases: Vec<Release>,
+    /// The releases that do not, and why not.
+    pub aside: Vec<(Release, Aside)>,
+    /// Releases that were seen and could not be read.
+    pub unread: usize,
+    /// Distance of the model from what was read, in units of the noise.
+    pub off: f64,
+}
+
+impl Adhesion {
+    /// Adhesion after `contact` \[s\], and half the width of its 95 % band \[N\].
+    pub fn band(&self, contact: f64) -> (f64, f64) {
+        (self.line.at(contact), self.line.band_at(contact))
+    }
+
+    /// What was set aside, one sentence for each reason there is.
+    pub fn set_aside(&self) -> Vec<String> {
+        said(&self.aside, self.unread)
+    }
+}
+
+fn said(aside: &[(Release, Aside)], unread: usize) -> Vec<String> {
+    let sentences = Aside::ALL.into_iter().filter_map(|reason| {
+        let n = aside.iter().filter(|(_, own)| *own == reason).count();
+        (n > 0).then(|| format!("{} {reason}", counted(n, "release", "releases")))
+    });
+    let unread = (unread > 0).then(|| {
+        format!(
+            "{} that could not be read: too far from the model, after too few samples on the ground, or on the ground since before the recording",
+            counted(unread, "release", "releases")
+        )
+    });
+    sentences.chain(unread).collect()
+}
+
+/// Fits the line.
+///
+/// # Errors
+/// [`StepError::Unsuited`] if too few releases tell the force, or all after equal times.
+pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError> {
+    // Only where a pull grows does the force say how large the others may be.
+    let largest = readings
+        .releases
+        .iter()
+        .filter(|r| Aside::of(r, f64::INFINITY).is_none())
+        .fold(0.0f64, |a, r| a.max(r.force.abs()));
+    let (mut releases, mut aside) = (Vec::new(), Vec::new());
+    for release in &readings.releases {
+        match Aside::of(release, largest) {
+            None => releases.push(*release),
+            Some(reason) => aside.push((*release, reason)),
+        }
+    }
+    let unsuited = |reason: String| StepError::Unsuited {
+        recording: names.to_owned(),
+        reason,
+        remedy: "record 5 Hz ramped squares of several lambda, so that contacts of several lengths end in a slow pull",
+    };
+    if releases.len() < LEAST {
+        let mut reason = format!(
+            "{} the pull-off force, {LEAST} are needed",
+            counted(releases.len(), "release tells", "releases tell")
+        );
+        let said = said(&aside, readings.unread_releases);
+        if !said.is_empty() {
+            reason += &format!(" (set aside: {})", said.join("; "));
+        }
+        return Err(unsuited(reason));
+    }
+    let times = releases.iter().map(|r| r.contact);
+    let (shortest, longest) = times.fold((f64::INFINITY, 0.0f64), |(s, l), t| (s.min(t), l.max(t)));
+    if longest < SPREAD * shortest {
+        return Err(unsuited(format!(
+            "all contacts last {:.1} to {:.1} ms: a slope in time cannot be told",
+            1e3 * shortest,
+            1e3 * longest
+        )));
+    }
+    // An error that comes of linearising can be much too small: none counts as less than
+    // half of all errors are.
+    let mut errors: Vec<f64> = releases.iter().map(|r| r.error).collect();
+    let usual = quantile_in_place(&mut errors, 0.5);
+    let points: Vec<[f64; 3]> = releases
+        .iter()
+        .map(|r| [r.contact, r.force, r.error.max(usual)])
+        .collect();
+    let line = robust_line(&points)
+        .ok_or_else(|| unsuited("the releases determine no line".to_owned()))?;
+    Ok(Adhesion {
+        rate: (line.slope, line.slope_error),
+        start: (line.intercept, line.intercept_error),
+        line,
+        releases,
+        aside,
+        unread: readings.unread_releases,
+        off: readings.off.read,
+    })
+}

@@ -1,0 +1,243 @@
+//! Break-offs in recordings: where a stay on the ground that was seen from its first touch
+//! ends, and the ring after it goes on for long enough to tell how it decays.
+
+use std::sync::Arc;
+
+use crate::fit::contact_readings::LOOSE;
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::{Findings, Part};
+use crate::fit::options::FitOptions;
+use crate::fit::problem::parameter_space::Space;
+use crate::fit::problem::prepare::{Prepared, prepare};
+use crate::fit::segment::JointKind;
+use crate::fit::segment::event_sequence::Kind;
+use crate::model::Model;
+use crate::recording::extremes;
+
+/// A shorter contact is a bounce rather than a stay \[s\].
+pub(crate) const STAY: f64 = 0.5e-3;
+/// Samples on the ground before the break-off: they tell the zero of the reading.
+const LEAD: usize = 12;
+/// How far the instant of release may be from the first guess, as a share of a period: the
+/// mass leaves slowly, and a fast recording shows it late.
+const LEAVING: f64 = 0.06;
+/// Samples that a touch or bounce at the end of the ring is kept away, and the same as a
+/// share of a period.
+const CLEAR: (usize, f64) = (3, 0.01);
+/// Fewest samples of a ring.
+const LEAST: usize = 12;
+/// Length of a ring in periods of the slowest mode: what is left of it after that says
+/// little of the film.
+const PERIODS: f64 = 5.0;
+/// Taken for a period where there is no spring \[s\].
+const UNSPRUNG: f64 = 2e-3;
+/// A ring that the ground ends before this share of a period is not read.
+const SHORT: f64 = 0.5;
+/// Most rings that are read; more of them say the same again.
+pub(crate) const MOST: usize = 8;
+/// Most samples of a ring; a faster recording is thinned.
+const DENSE: usize = 800;
+
+/// The ring after a break-off.
+#[derive(Debug, Clone)]
+pub(crate) struct BreakOff {
+    /// Index of the part.
+    of: usize,
+    /// Its last samples on the ground, and the ring.
+    window: Part,
+    /// From the lowest to the highest reading \[m\], to prefer the larger rings.
+    height: f64,
+}
+
+/// Period of the slowest mode \[s\]; something as long without a spring.
+fn period(model: &Model) -> f64 {
+    let structure = model.structure();
+    let modes = structure.modes.iter().map(|m| m.omega());
+    let slowest = modes.filter(|w| *w > 0.0).fold(f64::INFINITY, f64::min);
+    if slowest.is_finite() {
+        std::f64::consts::TAU / slowest
+    } else {
+        UNSPRUNG
+    }
+}
+
+/// The break-offs in `parts`, at most [`MOST`] of them, taken from the recordings in turn,
+/// the largest rings first.
+pub(crate) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -> Vec<BreakOff> {
+    let period = period(model);
+    let mut found: Vec<(usize, BreakOff)> = Vec::new();
+    for (of, (part, findings)) in parts.iter().zip(findings).enumerate() {
+        let mut own = in_part(part, findings, period);
+        for b in &mut own {
+            b.of = of;
+            let ring = &b.window.recording.proof_mass[b.window.samples.clone()];
+            let (low, high) = extremes(ring);
+            b.height = high - low;
+        }
+        // The sort keeps the order of time among equals.
+        own.sort_by(|a, b| b.height.total_cmp(&a.height));
+        found.extend(own.into_iter().enumerate());
+    }
+    found.sort_by_key(|(turn, _)| *turn);
+    found.truncate(MOST);
+    let mut chosen: Vec<BreakOff> = found.into_iter().map(|(_, b)| b).collect();
+    chosen.sort_by_key(|b| (b.of, b.window.samples.start));
+    chosen
+}
+
+fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
+    let r = &part.recording;
+    let time = &r.time;
+    let interval = r.interval();
+    let contacts = findings.events(r).contacts;
+    let marks = findings.timeline(r, findings.noise.0).marks;
+    // More than the instant of release may move, so that the mass is on the ground first.
+    let lead = (LEAD as f64 * interval).max(1.5 * LEAVING * period);
+    let clear = (CLEAR.0 as f64 * interval).max(CLEAR.1 * period);
+    let mut found = Vec::new();
+    for contact in contacts.iter().filter(|c| !c.cut && c.touching > STAY) {
+        let past = marks.partition_point(|m| m.time <= contact.end + 1.5 * interval);
+        // The touch must have been seen: rest at the recording's begin is no contact.
+        let Some([touch, release]) = past.checked_sub(2).map(|i| [marks[i], marks[i + 1]]) else {
+            continue;
+        };
+        let left = matches!(release.kind, Kind::Release { .. }) && touch.kind == Kind::Touch;
+        if !left || release.time < contact.start {
+            continue;
+        }
+        let before = time.partition_point(|&t| t <= touch.time) + 1;
+        let at = time.partition_point(|&t| t <= release.time);
+        let first = time.partition_point(|&t| t < release.time - lead);
+        let first = first.max(before).max(part.samples.start);
+        let until = marks.get(past).map_or(f64::INFINITY, |m| m.time - clear);
+        let last = time.partition_point(|&t| t < until.min(release.time + PERIODS * period));
+        let mut last = last.min(part.samples.end);
+        if let Some(gap) = (first..last.saturating_sub(1)).find(|&i| r.is_gap(i)) {
+            last = gap + 1;
+        }
+        let told = first < at && at + LEAST <= last;
+        if told && time[last - 1] - release.time >= SHORT * period {
+            found.push(BreakOff {
+                of: 0,
+                window: Part {
+                    recording: Arc::clone(r),
+                    samples: first..last,
+                },
+                height: 0.0,
+            });
+        }
+    }
+    found
+}
+
+/// A problem of the rings alone: each in one piece, from the held mass on, at a free
+/// instant of release; what the ground's laws say of it has no say.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense or a drive is missing.
+pub(crate) fn problem(
+    model: &Model,
+    space: &Space,
+    found: &[BreakOff],
+    findings: &[Findings],
+    options: &FitOptions,
+) -> Result<Prepared, FitError> {
+    let windows: Vec<Part> = found.iter().map(|b| b.window.clone()).collect();
+    let own: Vec<Findings> = found.iter().map(|b| findings[b.of].clone()).collect();
+    let whole = FitOptions {
+        longest: Some(f64::INFINITY),
+        ..options.clone()
+    };
+    let mut prepared = prepare(model, space, &windows, &own, &whole)?;
+    for (data, window) in prepared.problem.data.iter_mut().zip(&windows) {
+        data.sigmas.velocity *= LOOSE;
+        data.sigmas.force *= LOOSE;
+        let dense = window.samples.start + 2 * LEAD;
+        let step = window.samples.len().div_ceil(DENSE);
+        if step > 1 {
+            let mut thin = (*data.recording).clone();
+            for i in (dense..window.samples.end).filter(|i| !(i - dense).is_multiple_of(step)) {
+                thin.proof_mass[i] = f64::NAN;
+                if let Some(xc) = &mut thin.cantilever {
+                    xc[i] = f64::NAN;
+                }
+            }
+            data.recording = Arc::new(thin);
+        }
+    }
+    let leaving = LEAVING * period(model);
+    for joint in prepared.segments.iter_mut().flat_map(|s| &mut s.joints) {
+        if let JointKind::Event(_) = joint.what {
+            joint.reach = joint.reach.max(leaving);
+            joint.sigma = joint.sigma.max(0.4 * leaving);
+        }
+    }
+    prepared.segments.retain(|segment| {
+        let mut events = segment.joints.iter().filter_map(|joint| match joint.what {
+            JointKind::Event(kind) => Some(kind),
+            JointKind::Edge(_) => None,
+        });
+        let leaves = matches!(events.next(), Some(Kind::Release { .. }));
+        segment.starts_held && leaves && events.next().is_none()
+    });
+    Ok(prepared)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::break_off::*;
+    use super::super::tests::{made, recording};
+    use crate::fit::inspect::recording_summary::look;
+    use crate::model::preset::Preset;
+    use crate::recording::Recording;
+
+    fn found(recordings: &[Arc<Recording>]) -> Vec<BreakOff> {
+        let model = Preset::default().model;
+        let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
+        break_offs(&model, &parts, &look(&model, &parts))
+    }
+
+    #[test]
+    fn each_begins_on_the_ground_and_rings_freely() {
+        let square = recording("square:15Hz:8V", 0.2);
+        let found_here = found(std::slice::from_ref(&square));
+        // The drive turns upwards after half a period, and then once a period.
+        let times: Vec<f64> = found_here
+            .iter()
+            .map(|b| 15.0 * square.time[b.window.samples.start])
+            .collect();
+        assert_eq!(times.len(), 3, "{times:?}");
+        for (k, t) in times.iter().enumerate() {
+            assert!((t - 0.5 - k as f64).abs() < 0.02, "{times:?}");
+        }
+        for b in &found_here {
+            let ring = &square.proof_mass[b.window.samples.clone()];
+            assert!(ring[..4].iter().all(|x| (x + 58e-6).abs() < 0.2e-6));
+            let lowest = ring.iter().copied().fold(0.0, f64::min);
+            assert!(lowest > -58.2e-6, "{lowest}");
+        }
+    }
+
+    #[test]
+    fn a_contact_whose_touch_was_not_recorded_does_not_count() {
+        let square = recording("square:15Hz:8V", 0.2);
+        let from = square.time.partition_point(|&t| t < 0.02);
+        let cut = |values: &[f64]| values[from..].to_vec();
+        let voltage = square.voltage.as_deref().map(cut);
+        let xc = square.cantilever.as_deref().map(cut);
+        let xp = cut(&square.proof_mass);
+        let late = Recording::new("late", cut(&square.time), voltage, xp, xc).unwrap();
+        assert_eq!(found(&[Arc::new(late)]).len(), 2);
+    }
+
+    #[test]
+    fn their_number_is_bounded_and_all_recordings_have_a_share() {
+        let drives = ["square:15Hz:8V", "ramped:5Hz:8V:0.25", "square:15Hz:7.5V"];
+        let all = drives.map(|d| made(d, 0.8, 50e3, 0.0, &[]));
+        let found = found(&all);
+        assert_eq!(found.len(), MOST);
+        for of in 0..3 {
+            assert!(found.iter().filter(|b| b.of == of).count() >= 2);
+        }
+    }
+}

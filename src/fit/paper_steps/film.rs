@@ -1,0 +1,366 @@
+//! Step 4, film (fig. 9): the decay of the ring after break-off, with the gas film and
+//! without, and `Cs` and `gp` by which the two agree with the data.
+//!
+//! Only the rings themselves are fitted to, a bounded number of them: the mass is held to
+//! the ground, let go at a free instant and followed up to its next touch. How hard it
+//! was held, and how it bounced before, does not matter. The fit without film is one of
+//! the starts of the fit with film, and what it is worth is compared on the same rings.
+
+use super::break_off::{STAY, break_offs, problem};
+use super::{StepError, counted};
+use crate::fit::chain::run;
+use crate::fit::contact_readings::sound as readable;
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::inspect::recording_summary::look;
+use crate::fit::options::FitOptions;
+use crate::fit::problem::huber::Huber;
+use crate::fit::problem::parameter_space::Space;
+use crate::fit::problem::prepare::Prepared;
+use crate::fit::residual::residual_rows::Encounter;
+use crate::fit::solve::levenberg_marquardt::Control;
+use crate::fit::solve::levenberg_marquardt::{Clock, Plan, improve};
+use crate::fit::solve::point::{Point, settle};
+use crate::fit::uncertainty::fit_result::{FitResult, Misfit};
+use crate::fit::uncertainty::fit_result::{misfits, uncertainty};
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::sim::error::SimError;
+use crate::sim::stretch::propagate::Stretcher;
+
+/// Free parameters, in the order of the coordinates below.
+const FREE: [&str; 2] = ["Cs", "gp"];
+/// Coordinate of the film's strength at contact.
+const STRENGTH: usize = 0;
+/// Coordinate of its thickness there.
+const GAP: usize = 1;
+/// Thicknesses of the film at contact, as shares of `dp`, that the fit without film goes
+/// on with.
+const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
+/// Damping by the film at contact at first, as a share of the slowest mode's frequency.
+const WEAK: f64 = 0.1;
+/// Times the noise that may be left of rings that are followed.
+const FOLLOWS: f64 = 3.0;
+/// Loss at first: hardly robust, as everything is far off.
+const FAR: Huber = Huber(1e3);
+/// Rounds in which each ring's own unknowns are found at first.
+const ROUNDS: usize = 6;
+
+/// One curve of the figure, after one release.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Decay {
+    /// Times after the release \[s\].
+    pub time: Vec<f64>,
+    /// The recording, its zero where the model's is \[m\].
+    pub measured: Vec<f64>,
+    /// Simulated with the film \[m\].
+    pub with_film: Vec<f64>,
+    /// And without \[m\].
+    pub without_film: Vec<f64>,
+}
+
+/// The film.
+#[derive(Debug, Clone)]
+pub struct Film {
+    /// The fit of `Cs` and `gp`.
+    pub fit: FitResult,
+    /// What is left of the rings with the film, and without; never more with it.
+    pub with_film: Misfit,
+    /// See [`Self::with_film`].
+    pub without_film: Misfit,
+    /// Film coefficient at the contact gap, `Cs / (gp - dp)^3` \[N s/m\].
+    pub at_contact: f64,
+    /// How many rings were fitted to.
+    pub break_offs: usize,
+    /// The ring to which the film matters most.
+    pub decay: Option<Decay>,
+}
+
+/// Fits `Cs` and `gp` with the rest of the device as in `model`, and leaves the film out
+/// for comparison.
+///
+/// # Errors
+/// [`StepError::Unsuited`] if no stay on the ground ends in a ring that can be read,
+/// [`StepError::Fit`] if the recordings cannot be used at all.
+pub fn film(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Film, StepError> {
+    let rings = rings_of(model, parts, options)?;
+    Ok(compare(
+        model,
+        &rings.sound,
+        &rings.prepared,
+        &rings.options,
+        control,
+    )?)
+}
+
+/// What the step is taken with.
+pub(crate) struct Rings {
+    /// The model with a film that has a thickness.
+    sound: Model,
+    /// What the fit may do.
+    options: FitOptions,
+    /// One segment for each ring.
+    prepared: Prepared,
+}
+
+impl Rings {
+    /// Names of the recordings that show one.
+    pub(crate) fn recordings(&self) -> Vec<String> {
+        let problem = &self.prepared.problem;
+        let segments = self.prepared.segments.iter();
+        let mut names: Vec<String> = segments
+            .map(|s| problem.data[s.recording].recording.name.clone())
+            .collect();
+        names.dedup();
+        names
+    }
+}
+
+/// The rings that can be fitted to.
+///
+/// # Errors
+/// Those of [`film`], except for what only the fit can show.
+pub(crate) fn rings_of(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+) -> Result<Rings, StepError> {
+    check(model)?;
+    let mut sound = model.clone();
+    let dp = sound.parameters[ParameterId::Dp];
+    if sound.parameters[ParameterId::Gp] <= dp {
+        // The film's thickness is found anew, so that a bad one does not matter.
+        sound.parameters.set(ParameterId::Gp, 1.2 * dp);
+    }
+    sound.check().map_err(FitError::from)?;
+    let options = FitOptions {
+        free: FREE.map(str::to_owned).to_vec(),
+        ..options.clone()
+    };
+    let findings = look(&sound, parts);
+    readable(&sound, parts, &findings, &options)?;
+    let none = || {
+        let names: Vec<&str> = parts.iter().map(|p| p.recording.name.as_str()).collect();
+        StepError::Unsuited {
+            recording: names.join(", "),
+            reason: format!(
+                "no break-off to read: no stay on the ground of {:.1} ms or more ends in half a period of free ring",
+                1e3 * STAY
+            ),
+            remedy: "record a 5 Hz ramped square of 8 V, with touch, break-off and the ring after it",
+        }
+    };
+    let found = break_offs(&sound, parts, &findings);
+    if found.is_empty() {
+        return Err(none());
+    }
+    let space = Space::new(&sound, &options.free)?;
+    let prepared = problem(&sound, &space, &found, &findings, &options)?;
+    if prepared.segments.is_empty() {
+        return Err(none());
+    }
+    Ok(Rings {
+        sound,
+        options,
+        prepared,
+    })
+}
+
+/// Fits the rings without the film and with it.
+fn compare(
+    model: &Model,
+    sound: &Model,
+    prepared: &Prepared,
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Film, FitError> {
+    let problem = &prepared.problem;
+    let space = &problem.space;
+    let starts = THICKNESSES.len() + 2;
+    let mut clock = Clock::new(starts * options.iterations.min(10));
+    let mut x = space.coordinates(sound);
+    x.extend_from_slice(&prepared.nuisances);
+    let begin =
+        |x: &[f64], from: &Point| settle(problem, x, &from.segments, &from.used, FAR, ROUNDS);
+    let raw = Point::unfitted(x.clone(), &prepared.segments);
+    let mut none = x.clone();
+    none[STRENGTH] = space.entries[STRENGTH].low;
+    let bare = Plan {
+        stage: "without film",
+        iterations: options.iterations,
+        locked: &[STRENGTH, GAP],
+        enough: 1e-6,
+    };
+    let mut without = improve(problem, begin(&none, &raw)?, &bare, control, &mut clock)?;
+    let (mut without_film, _) = misfits(prepared, &without)?;
+
+    // The model's own film, and weak ones of several thicknesses beyond the fit without.
+    let mut firsts = vec![(x.clone(), &raw)];
+    let weak = weak(sound);
+    for share in THICKNESSES {
+        let mut there = without.x.clone();
+        there[STRENGTH] = weak;
+        there[GAP] = (share * sound.parameters[ParameterId::Dp]).ln();
+        firsts.push((there, &without));
+    }
+    let all = Plan {
+        stage: "with film",
+        iterations: options.iterations,
+        locked: &[],
+        enough: 1e-6,
+    };
+    let mut best = (without.clone(), without_film.clone());
+    let mut better = false;
+    for (mut there, from) in firsts {
+        if control.cancelled() {
+            break;
+        }
+        for (x, e) in there.iter_mut().zip(&space.entries) {
+            *x = x.clamp(e.low, e.high);
+        }
+        let point = improve(problem, begin(&there, from)?, &all, control, &mut clock)?;
+        let (left, _) = misfits(prepared, &point)?;
+        if left.rms < best.1.rms {
+            best = (point, left);
+            better = true;
+        }
+    }
+    // What the fit with film has found of the rings' beginnings serves that without, too.
+    let (mut point, mut left) = best;
+    if better && !control.cancelled() {
+        let mut there = point.x.clone();
+        there[STRENGTH] = none[STRENGTH];
+        let again = improve(problem, begin(&there, &point)?, &bare, control, &mut clock)?;
+        let (misfit, _) = misfits(prepared, &again)?;
+        if misfit.rms < without_film.rms {
+            (without, without_film) = (again, misfit);
+        }
+        if without_film.rms <= left.rms {
+            (point, left) = (without.clone(), without_film.clone());
+            better = false;
+        }
+    }
+    let mut fit = uncertainty(model, prepared, &point, left.chi2)?;
+    if better && fit.parameters[GAP].std_error.is_infinite() {
+        // A thickness that nothing tells has wandered: it goes back to where it began.
+        let mut back = point.x.clone();
+        back[GAP] = x[GAP];
+        let back = begin(&back, &point)?;
+        let (misfit, _) = misfits(prepared, &back)?;
+        if misfit.rms <= without_film.rms {
+            (point, left) = (back, misfit);
+            fit = uncertainty(model, prepared, &point, left.chi2)?;
+        }
+    }
+    let off = left.rms / left.noise.max(f64::MIN_POSITIVE);
+    let follows = off < FOLLOWS;
+    if !better && follows {
+        fit.remarks =
+            vec!["no film is seen: the rings are followed as well without one".to_owned()];
+    }
+    if !follows {
+        fit.remarks.push(format!(
+            "the rings are not followed: {off:.0} times the noise is left{}. The rest of the device is not right, or these are recordings of several: fit the whole device first; Cs and gp mean little until then",
+            if better { "" } else { ", with a film as without one" }
+        ));
+    }
+    let break_offs = prepared.segments.len();
+    let from = counted(break_offs, "break-off", "break-offs");
+    fit.remarks.push(format!("from {from}"));
+    fit.train = misfits(prepared, &point)?;
+    fit.cancelled = control.cancelled();
+    let p = &fit.model.parameters;
+    let gap = p[ParameterId::Gp] - p[ParameterId::Dp];
+    Ok(Film {
+        at_contact: p[ParameterId::Cs] / gap.powi(3),
+        with_film: left,
+        without_film,
+        break_offs,
+        decay: decay(prepared, &point, &without)?,
+        fit,
+    })
+}
+
+/// Coordinate of a film that hardly damps.
+fn weak(model: &Model) -> f64 {
+    let structure = model.structure();
+    let modes = structure.modes.iter().map(|m| m.omega());
+    let slowest = modes.fold(f64::INFINITY, f64::min).max(1.0);
+    (WEAK * slowest / structure.mobility()).ln()
+}
+
+/// The ring to which the film matters most, at both points.
+fn decay(prepared: &Prepared, with: &Point, without: &Point) -> Result<Option<Decay>, SimError> {
+    let (with, without) = (rings(prepared, with)?, rings(prepared, without)?);
+    let mut shown: Option<(f64, Decay)> = None;
+    for (a, b) in with.into_iter().zip(without) {
+        let (Some(a), Some(b)) = (a, b) else { continue };
+        let matters = a.2.iter().zip(&b.2).map(|(a, b)| (a - b).abs());
+        let matters = matters.fold(0.0, f64::max);
+        if shown.as_ref().is_none_or(|s| matters > s.0) {
+            let kept: Vec<usize> = (0..a.0.len())
+                .filter(|&i| a.0[i] >= 0.0 && a.1[i].is_finite())
+                .collect();
+            let pick = |values: &[f64]| kept.iter().map(|&i| values[i]).collect();
+            let decay = Decay {
+                time: pick(&a.0),
+                measured: pick(&a.1),
+                with_film: pick(&a.2),
+                without_film: pick(&b.2),
+            };
+            shown = Some((matters, decay));
+        }
+    }
+    Ok(shown.map(|s| s.1))
+}
+
+/// Times after the release, the reading without the rig's own, and the simulation.
+type Ring = (Vec<f64>, Vec<f64>, Vec<f64>);
+
+/// Each segment at a point; `None` where it cannot be simulated.
+fn rings(prepared: &Prepared, point: &Point) -> Result<Vec<Option<Ring>>, SimError> {
+    let problem = &prepared.problem;
+    let simulator = problem.simulator(&point.x)?;
+    let states = problem.states(&point.x, &simulator, &point.segments);
+    let mut stretcher = Stretcher::new(&simulator);
+    let each = point.segments.iter().zip(&states);
+    let ring = each.map(|(segment, states)| {
+        let setting = problem.setting(segment, states);
+        let rig = problem.nuisances_of(&point.x, segment.recording);
+        let done = run(segment, &setting, &mut stretcher, &rig, &segment.locals).ok()?;
+        let release = done.encounters.iter().find_map(|e| match e {
+            Encounter::PullOff(Some(pull)) => Some(pull.time - rig.skew),
+            _ => None,
+        })?;
+        let recording = setting.recording;
+        let samples = segment.samples.clone();
+        let time = recording.time[samples.clone()].iter();
+        let read = recording.proof_mass[samples].iter();
+        Some((
+            time.map(|t| t - release).collect(),
+            read.map(|x| (x - rig.offset_p) / rig.scale_p).collect(),
+            done.xp,
+        ))
+    });
+    Ok(ring.collect())
+}
+
+/// Whether a model has what the step is about.
+///
+/// # Errors
+/// [`StepError::Device`] if it has no ground.
+pub fn check(model: &Model) -> Result<(), StepError> {
+    if model.has_ground {
+        return Ok(());
+    }
+    Err(StepError::Device {
+        device: model.name.clone(),
+        what: "ground",
+        step: "the film",
+    })
+}

@@ -1,0 +1,366 @@
+//! The guided identification: which steps the recordings at hand allow, and what is
+//! missing for the others. It asks what the steps ask, by their own functions.
+
+use std::sync::Arc;
+
+use super::StepError;
+use super::adhesion::adhesion;
+use super::drive::fit_drive;
+use super::far_off;
+use super::film::rings_of;
+use super::restitution::restitution;
+use crate::fit::contact_readings::{Readings, readings};
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::options::FitOptions;
+use crate::fit::solve::levenberg_marquardt::Control;
+use crate::model::Model;
+use crate::recording::Recording;
+
+/// Distance of the device from stretches in which hardly anything happens, in units of the
+/// noise, from which no step is of use yet.
+const ASTRAY: f64 = 5.0;
+
+/// A step of the paper's identification.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// The branches of the drive.
+    Drive,
+    /// The coefficient of restitution.
+    Restitution,
+    /// The adhesion law.
+    Adhesion,
+    /// The gas film.
+    Film,
+    /// The sensitivity to the contact distance.
+    Sensitivity,
+}
+
+impl Step {
+    /// All, in the paper's order.
+    pub const ALL: [Step; 5] = [
+        Step::Drive,
+        Step::Restitution,
+        Step::Adhesion,
+        Step::Film,
+        Step::Sensitivity,
+    ];
+
+    /// As typed on the command line.
+    pub fn id(self) -> &'static str {
+        match self {
+            Step::Drive => "drive",
+            Step::Restitution => "restitution",
+            Step::Adhesion => "adhesion",
+            Step::Film => "film",
+            Step::Sensitivity => "sensitivity",
+        }
+    }
+
+    /// The step of that id.
+    pub fn find(id: &str) -> Option<Self> {
+        Step::ALL.into_iter().find(|step| step.id() == id)
+    }
+
+    /// What it finds.
+    pub fn title(self) -> &'static str {
+        match self {
+            Step::Drive => "drive: the two branches of gc(V)",
+            Step::Restitution => "restitution: alpha",
+            Step::Adhesion => "adhesion: Ca and Ca0",
+            Step::Film => "film: Cs and gp",
+            Step::Sensitivity => "sensitivity: all again with dp shifted by 20 um",
+        }
+    }
+
+    /// Whether it finds values that a device can be given; the sensitivity only compares.
+    pub fn finds_values(self) -> bool {
+        self != Step::Sensitivity
+    }
+
+    /// The recording that it needs.
+    pub fn recipe(self) -> &'static str {
+        match self {
+            Step::Drive => "whole slow cycles, for example 5 Hz sines of 6 V and 8 V",
+            Step::Restitution => "a 300 Hz square or sine that just begins to hit the ground",
+            Step::Adhesion => "5 Hz ramped squares of 8 V with several lambda",
+            Step::Film => "a 5 Hz ramped square of 8 V, with the ring after break-off",
+            Step::Sensitivity => "what restitution, adhesion and film need together",
+        }
+    }
+}
+
+/// Whether a step can be taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Allowance {
+    /// The step.
+    pub step: Step,
+    /// Names of the recordings that allow it; or what is missing.
+    pub by: Result<Vec<String>, Missing>,
+}
+
+/// What a step lacks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Missing {
+    /// Why it cannot be taken.
+    pub reason: String,
+    /// What to record so that it can; `None` where no recording helps, as the device lacks
+    /// what the step is about, or the reason already says what to do.
+    pub record: Option<&'static str>,
+}
+
+/// What the recordings allow.
+#[derive(Debug, Clone)]
+pub struct Guidance {
+    /// Every step, in the paper's order.
+    pub allowances: Vec<Allowance>,
+    /// What to do before any step, if the device is too far from the recordings for what
+    /// happens at the ground to be read.
+    pub first: Option<String>,
+    /// Bounces and releases as the steps read them, so that these need not again; `None`
+    /// where they cannot be read.
+    pub readings: Option<Readings>,
+}
+
+/// Asks of the recordings what each step asks of them: bounces and releases are read with
+/// `model` as it is, the rings are looked for, and the drive is fitted. Only the film and
+/// the sensitivity are left to fit then.
+pub fn guide(
+    model: &Model,
+    recordings: &[Arc<Recording>],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Guidance {
+    let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
+    let named = |indices: Vec<usize>| -> Vec<String> {
+        let told = |i: &usize| indices.contains(i);
+        let all = (0..recordings.len()).filter(told);
+        all.map(|i| recordings[i].name.clone()).collect()
+    };
+    let everything = || named((0..recordings.len()).collect());
+    let drive = fit_drive(model, recordings).map(|_| everything());
+    let read = read(model, &parts, options, control);
+    let restitution = read.as_ref().map_err(Clone::clone).and_then(|readings| {
+        let found = restitution("", readings)?;
+        Ok(named(found.bounces.iter().map(|b| b.recording).collect()))
+    });
+    let adhesion = read.as_ref().map_err(Clone::clone).and_then(|readings| {
+        let found = adhesion("", readings)?;
+        Ok(named(found.releases.iter().map(|r| r.recording).collect()))
+    });
+    let off = read
+        .as_ref()
+        .map(|readings| readings.off)
+        .unwrap_or_default();
+    let astray = (off.calm > ASTRAY).then(|| {
+        let off = off.calm;
+        let how = if off.is_finite() {
+            format!("is {off:.0} times the noise off from these recordings")
+        } else {
+            "cannot follow these recordings".to_owned()
+        };
+        format!("The device {how} even where the mass hardly touches: fit it as a whole first.")
+    });
+    let first = astray.or_else(|| far_off(off.read));
+    let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
+    let missing: Vec<&str> = [
+        (Step::Restitution, restitution.is_err()),
+        (Step::Adhesion, adhesion.is_err()),
+        (Step::Film, film.is_err()),
+    ]
+    .into_iter()
+    .filter(|(_, fails)| *fails)
+    .map(|(step, _)| step.id())
+    .collect();
+    let sensitivity = if missing.is_empty() {
+        Ok(everything())
+    } else {
+        let lacks_ground = matches!(read, Err(StepError::Device { .. }));
+        Err(Missing {
+            reason: format!("{} cannot be had yet", missing.join(", ")),
+            record: (!lacks_ground).then(|| Step::Sensitivity.recipe()),
+        })
+    };
+    let asked = |step: Step, by: Result<Vec<String>, StepError>| Allowance {
+        step,
+        by: by.map_err(|error| match error {
+            StepError::Unsuited { reason, .. } => Missing {
+                reason,
+                record: Some(step.recipe()),
+            },
+            StepError::Fit(FitError::NoRecording) => Missing {
+                reason: "there is no recording".to_owned(),
+                record: Some(step.recipe()),
+            },
+            other => Missing {
+                reason: other.to_string(),
+                record: None,
+            },
+        }),
+    };
+    Guidance {
+        allowances: vec![
+            asked(Step::Drive, drive),
+            asked(Step::Restitution, restitution),
+            asked(Step::Adhesion, adhesion),
+            asked(Step::Film, film),
+            Allowance {
+                step: Step::Sensitivity,
+                by: sensitivity,
+            },
+        ],
+        first,
+        readings: read.ok(),
+    }
+}
+
+/// Bounces and releases, if there is a ground to meet.
+fn read(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Readings, StepError> {
+    if !model.has_ground {
+        return Err(StepError::Device {
+            device: model.name.clone(),
+            what: "ground",
+            step: "what happens there",
+        });
+    }
+    if parts.is_empty() {
+        return Err(FitError::NoRecording.into());
+    }
+    Ok(readings(model, parts, options, control)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::super::guide::*;
+    use super::super::tests::{made, recording};
+    use crate::model::parameter::ParameterId;
+    use crate::model::preset::Preset;
+
+    fn look(recordings: &[Arc<Recording>]) -> Guidance {
+        let model = Preset::default().model;
+        let cancel = AtomicBool::new(false);
+        let control = Control {
+            cancel: &cancel,
+            progress: &|_| {},
+        };
+        let options = FitOptions::for_model(&model);
+        guide(&model, recordings, &options, &control)
+    }
+
+    fn allowed(recordings: &[Arc<Recording>]) -> Vec<&'static str> {
+        let allowances = look(recordings).allowances.into_iter();
+        allowances
+            .filter(|allowance| allowance.by.is_ok())
+            .map(|allowance| allowance.step.id())
+            .collect()
+    }
+
+    #[test]
+    fn each_recording_allows_its_step_and_the_rest_is_named() {
+        let taps = recording("square:300Hz:6V", 0.05);
+        let ramps = [0.1, 0.2, 0.3].map(|l| recording(&format!("ramped:5Hz:8V:{l}"), 0.4));
+        let cycles = [6, 8].map(|v| recording(&format!("sine:5Hz:{v}V"), 0.4));
+        assert_eq!(allowed(std::slice::from_ref(&taps)), ["restitution"]);
+        assert_eq!(allowed(&ramps), ["adhesion", "film"]);
+        let mut all = vec![taps];
+        all.extend(ramps);
+        all.extend(cycles);
+        let ids: Vec<&str> = Step::ALL.iter().map(|step| step.id()).collect();
+        assert_eq!(allowed(&all), ids);
+        for allowance in look(&[]).allowances {
+            assert!(allowance.by.is_err(), "{allowance:?}");
+        }
+    }
+
+    #[test]
+    fn a_device_far_from_the_recordings_is_to_be_fitted_first() {
+        let drives = [("square:300Hz:6V", 0.05), ("ramped:5Hz:8V:0.2", 0.4)];
+        let right = drives.map(|(drive, span)| recording(drive, span));
+        assert_eq!(look(&right).first, None);
+        let other = [(ParameterId::Eta, 4.2e-7), (ParameterId::Zeta1, 0.04)];
+        let far = drives.map(|(drive, span)| made(drive, span, 50e3, 20e-9, &other));
+        let first = look(&far).first;
+        println!("{first:?}");
+        assert!(first.is_some_and(|text| text.contains("times the noise")));
+    }
+
+    #[test]
+    fn a_step_that_is_allowed_does_not_fail_for_want_of_events() {
+        // Impacts are seen here whose ratio the noise hides.
+        for (drive, noise) in [
+            ("square:15Hz:8V", 20e-9),
+            ("square:50Hz:6V", 200e-9),
+            ("sine:50Hz:8V", 20e-9),
+        ] {
+            let found = look(&[made(drive, 0.06, 50e3, noise, &[])]);
+            let readings = found.readings.unwrap();
+            for allowance in &found.allowances {
+                let taken = match allowance.step {
+                    Step::Restitution => restitution("", &readings).map(|_| ()),
+                    Step::Adhesion => adhesion("", &readings).map(|_| ()),
+                    _ => continue,
+                };
+                println!("{drive} {allowance:?}");
+                assert_eq!(taken.is_ok(), allowance.by.is_ok(), "{taken:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_device_without_ground_and_drive_is_asked_for_no_recording() {
+        let model = Preset::load("oscillator").unwrap().model;
+        let cancel = AtomicBool::new(false);
+        let control = Control {
+            cancel: &cancel,
+            progress: &|_| {},
+        };
+        let options = FitOptions::for_model(&model);
+        let swing = recording("sine:5Hz:8V", 0.1);
+        for allowance in guide(&model, &[swing], &options, &control).allowances {
+            let missing = allowance.by.unwrap_err();
+            assert_eq!(missing.record, None, "{missing:?}");
+        }
+        for allowance in look(&[]).allowances {
+            let missing = allowance.by.unwrap_err();
+            assert_eq!(missing.record, Some(allowance.step.recipe()), "{missing:?}");
+        }
+    }
+
+    #[test]
+    fn a_saturated_recording_is_said_to_be_so() {
+        let mut clipped = recording("square:300Hz:6V", 0.05).as_ref().clone();
+        let top = clipped.proof_mass.iter().copied().fold(f64::MIN, f64::max);
+        for x in &mut clipped.proof_mass {
+            *x = x.min(0.3 * top);
+        }
+        for allowance in look(&[Arc::new(clipped)]).allowances {
+            let missing = allowance.by.unwrap_err();
+            let rest = allowance.step == Step::Sensitivity;
+            assert!(rest || missing.reason.contains("saturated"), "{missing:?}");
+        }
+    }
+
+    #[test]
+    fn one_is_not_many() {
+        let one = look(&[recording("square:15Hz:8V", 0.0365)]);
+        let texts: Vec<String> = one
+            .allowances
+            .into_iter()
+            .filter_map(|a| a.by.err())
+            .map(|missing| missing.reason)
+            .collect();
+        println!("{texts:?}");
+        assert!(
+            !texts
+                .iter()
+                .any(|t| t.contains("1 bounces") || t.contains("1 releases"))
+        );
+    }
+}

@@ -1,0 +1,95 @@
+//! What a step has found, whichever it is: taken on the command line and in the window
+//! alike, and given to the device for the steps that follow.
+
+use std::sync::Arc;
+
+use super::StepError;
+use super::adhesion::{Adhesion, adhesion};
+use super::drive::{DriveFit, fit_drive};
+use super::film::{Film, film};
+use super::guide::Step;
+use super::restitution::{Restitution, restitution};
+use super::sensitivity::{Sensitivity, sensitivity};
+use crate::fit::contact_readings::{Readings, readings};
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::options::FitOptions;
+use crate::fit::solve::levenberg_marquardt::Control;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::recording::Recording;
+
+/// What a step has found.
+#[derive(Debug, Clone)]
+pub enum Finding {
+    /// Branches of the drive.
+    Drive(Arc<DriveFit>),
+    /// Restitution.
+    Restitution(Arc<Restitution>),
+    /// Adhesion.
+    Adhesion(Arc<Adhesion>),
+    /// The film.
+    Film(Arc<Film>),
+    /// The sensitivity.
+    Sensitivity(Arc<Sensitivity>),
+}
+
+/// Takes a step with `model` as identified so far. `known` is what has been read of the
+/// ground with this model and these recordings, so that it need not be read again.
+///
+/// # Errors
+/// [`StepError`] with one clear sentence.
+pub fn take(
+    step: Step,
+    model: &Model,
+    recordings: &[Arc<Recording>],
+    known: Option<&Arc<Readings>>,
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Finding, StepError> {
+    let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
+    let names = names.join(", ");
+    let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
+    let read = || -> Result<Arc<Readings>, StepError> {
+        if let Some(known) = known {
+            return Ok(Arc::clone(known));
+        }
+        let read = readings(model, &parts, options, control)?;
+        // Readings broken off are some of them: a law through those would not say so.
+        if control.cancelled() {
+            return Err(FitError::Cancelled.into());
+        }
+        Ok(Arc::new(read))
+    };
+    Ok(match step {
+        Step::Drive => Finding::Drive(Arc::new(fit_drive(model, recordings)?)),
+        Step::Restitution => Finding::Restitution(Arc::new(restitution(&names, read()?.as_ref())?)),
+        Step::Adhesion => Finding::Adhesion(Arc::new(adhesion(&names, read()?.as_ref())?)),
+        Step::Film => Finding::Film(Arc::new(film(model, &parts, options, control)?)),
+        Step::Sensitivity => {
+            Finding::Sensitivity(Arc::new(sensitivity(model, &parts, options, control)?))
+        }
+    })
+}
+
+impl Finding {
+    /// Gives the device what was found; the sensitivity is a comparison and changes
+    /// nothing.
+    pub fn apply(&self, model: &mut Model) {
+        let p = &mut model.parameters;
+        match self {
+            Finding::Drive(found) => model.piezo = Some(found.piezo()),
+            Finding::Restitution(found) => p.set(ParameterId::Alpha, found.mean),
+            Finding::Adhesion(found) => {
+                p.set(ParameterId::Ca, found.rate.0.max(0.0));
+                p.set(ParameterId::Ca0, found.start.0.max(0.0));
+            }
+            Finding::Film(found) => {
+                for id in [ParameterId::Cs, ParameterId::Gp] {
+                    p.set(id, found.fit.model.parameters[id]);
+                }
+            }
+            Finding::Sensitivity(_) => {}
+        }
+    }
+}

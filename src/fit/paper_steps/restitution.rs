@@ -1,0 +1,154 @@
+//! Step 2, restitution (fig. 5): the ratio of velocities at each bounce, its mean and
+//! scatter, and whether it depends on the speed.
+
+use std::fmt;
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::line_fit::line;
+use super::{StepError, counted};
+use crate::fit::contact_readings::{Bounce, Readings};
+use crate::fit::segment::event_sequence::LEAST_BOUNCE;
+
+/// Bounces whose ratio is less certain than this do not count.
+const CERTAIN: f64 = 0.2;
+/// Fewest bounces for a mean with a scatter.
+const LEAST: usize = 3;
+
+/// The coefficient of restitution.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Restitution {
+    /// Weighted mean of the ratios.
+    pub mean: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// Standard deviation of the ratios from bounce to bounce.
+    pub scatter: f64,
+    /// Exponent of `ratio ~ speed^-n`, and its standard error.
+    pub exponent: (f64, f64),
+    /// How probable so large an exponent is if the restitution is constant.
+    pub constant: f64,
+    /// The bounces that count.
+    pub bounces: Vec<Bounce>,
+    /// The landings that do not.
+    pub aside: Aside,
+    /// Distance of the model from what was read, in units of the noise.
+    pub off: f64,
+}
+
+/// Landings that were seen but tell no ratio.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Aside {
+    /// In stretches that could not be read, as where a landing chatters: the next impact is
+    /// there before the speed of the last one shows.
+    pub unread: usize,
+    /// So short a hop, or so noisy, that the ratio is not certain.
+    pub vague: usize,
+    /// Too slow a departure to be a bounce: it has stayed on the ground.
+    pub stayed: usize,
+}
+
+impl Aside {
+    /// All of them.
+    pub fn count(self) -> usize {
+        self.unread + self.vague + self.stayed
+    }
+}
+
+/// One sentence about them; empty where there are none.
+impl fmt::Display for Aside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kinds = [
+            (
+                self.vague,
+                "in hops so short or slow that their speeds are not certain",
+            ),
+            (
+                self.unread,
+                "that could not be followed, in chattering or as the device is not right yet (then fit it as a whole first)",
+            ),
+            (self.stayed, "left so slowly that the mass has stayed"),
+        ];
+        let kinds: Vec<String> = (kinds.iter().filter(|(n, _)| *n > 0))
+            .map(|(n, what)| format!("{n} {what}"))
+            .collect();
+        if kinds.is_empty() {
+            return Ok(());
+        }
+        let landings = counted(self.count(), "landing was", "landings were");
+        write!(f, "{landings} set aside: {}.", kinds.join(", "))
+    }
+}
+
+/// Mean, scatter and dependence on speed.
+///
+/// # Errors
+/// [`StepError::Unsuited`] if there are too few bounces that tell.
+pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, StepError> {
+    let mut aside = Aside {
+        unread: readings.unread,
+        ..Aside::default()
+    };
+    let mut bounces: Vec<Bounce> = Vec::new();
+    for b in &readings.bounces {
+        if b.ratio <= LEAST_BOUNCE {
+            aside.stayed += 1;
+        } else if b.error < CERTAIN * b.ratio.max(0.1) {
+            bounces.push(*b);
+        } else {
+            aside.vague += 1;
+        }
+    }
+    if bounces.len() < LEAST {
+        let mut reason = format!(
+            "{} the restitution, {LEAST} are needed",
+            counted(bounces.len(), "bounce tells", "bounces tell")
+        );
+        if aside.count() > 0 {
+            reason += &format!(" ({})", aside.to_string().trim_end_matches('.'));
+        }
+        return Err(StepError::Unsuited {
+            recording: names.to_owned(),
+            reason,
+            remedy: "record a 300 Hz square or sine that just begins to hit the ground",
+        });
+    }
+    let n = bounces.len() as f64;
+    // What the bounces scatter beyond their own errors is part of each weight.
+    let plain = bounces.iter().map(|b| b.ratio).sum::<f64>() / n;
+    let scatter2 = bounces
+        .iter()
+        .map(|b| (b.ratio - plain).powi(2))
+        .sum::<f64>()
+        / (n - 1.0);
+    let noise2 = bounces.iter().map(|b| b.error * b.error).sum::<f64>() / n;
+    let own2 = (scatter2 - noise2).max(0.0);
+    let weight = |b: &Bounce| 1.0 / (b.error * b.error + own2).max(1e-12);
+    let total: f64 = bounces.iter().map(weight).sum();
+    let mean = bounces.iter().map(|b| weight(b) * b.ratio).sum::<f64>() / total;
+    let points: Vec<[f64; 3]> = bounces
+        .iter()
+        .map(|b| {
+            let relative = (b.error / b.ratio).powi(2) + own2 / (mean * mean);
+            [b.approach.ln(), b.ratio.ln(), 1.0 / relative.max(1e-12)]
+        })
+        .collect();
+    let line = line(&points);
+    let exponent = line.map_or((0.0, f64::INFINITY), |l| (-l.slope, l.slope_error));
+    let constant = match StudentsT::new(0.0, 1.0, (n - 2.0).max(1.0)) {
+        Ok(t) if exponent.1.is_finite() && exponent.1 > 0.0 => {
+            2.0 * (1.0 - t.cdf((exponent.0 / exponent.1).abs()))
+        }
+        _ => 1.0,
+    };
+    Ok(Restitution {
+        mean,
+        error: total.recip().sqrt(),
+        scatter: scatter2.sqrt(),
+        exponent,
+        constant,
+        bounces,
+        aside,
+        off: readings.off.read,
+    })
+}

@@ -1,0 +1,226 @@
+//! Step 5, sensitivity (Table 2): everything identified again as if the zero position were
+//! 20 um higher above the ground, beside the original.
+//!
+//! As in the paper, the drive's gain function is shifted by the same displacement: the
+//! motion that was recorded is the same, only the zero from which it is counted is
+//! another. With the gain as it was, no value of the other parameters would follow the
+//! recording to better than micrometres. The second identification goes on from the
+//! first, moved to the new zero, as nothing else in the data has changed; only where it
+//! then fits worse does it search from the beginning.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::Part;
+use crate::fit::options::FitOptions;
+use crate::fit::pipeline::fit;
+use crate::fit::pipeline::{Fitted, fitted, go_on};
+use crate::fit::problem::Nuisance;
+use crate::fit::problem::huber::Huber;
+use crate::fit::problem::prepare::Prepared;
+use crate::fit::solve::levenberg_marquardt::{Control, Progress};
+use crate::fit::solve::point::{Point, settle};
+use crate::fit::uncertainty::fit_result::FitResult;
+use crate::fit::uncertainty::fit_result::Misfit;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::sim::error::SimError;
+
+/// By how much `dp` is shifted [m].
+pub const SHIFT: f64 = 20e-6;
+/// A misfit this many times the original's calls for a search from the beginning.
+const WORSE: f64 = 1.2;
+/// Change of a coefficient, as a share of it, that is none ...
+const INSENSITIVE: f64 = 0.01;
+/// ... nor is one of less than so many of its errors.
+const CERTAIN: f64 = 3.0;
+/// Loss while the moved point settles: hardly robust.
+const FAR: Huber = Huber(1e3);
+/// Rounds in which each segment's own unknowns are found at first.
+const ROUNDS: usize = 6;
+
+/// The rows of Table 2.
+pub const ROWS: [ParameterId; 5] = [
+    ParameterId::Alpha,
+    ParameterId::Ca,
+    ParameterId::Ca0,
+    ParameterId::Cs,
+    ParameterId::Gp,
+];
+
+/// Both identifications.
+#[derive(Debug, Clone)]
+pub struct Sensitivity {
+    /// With `dp` as it is in the model.
+    pub original: FitResult,
+    /// With `dp` shifted; as far as it had come, if it was cancelled.
+    pub altered: FitResult,
+}
+
+impl Sensitivity {
+    /// Whether the coefficients that were fitted depend on the zero, in one sentence, or why
+    /// that cannot be said; `None` where the second identification has not come to as good an
+    /// end as the first.
+    #[must_use]
+    pub fn verdict(&self) -> Option<String> {
+        let (a, b) = (&self.original, &self.altered);
+        if b.cancelled || b.train.0.rms > WORSE * a.train.0.rms {
+            return None;
+        }
+        if a.train.1.iter().any(Misfit::is_bad) {
+            return Some("The device does not fit these recordings, so that the comparison says nothing of the zero: fit the whole device first.".to_owned());
+        }
+        let row = |id: &ParameterId| {
+            let of = |fit: &FitResult| {
+                let fitted = fit.parameters.iter().find(|p| p.id == id.spec().id);
+                fitted.map(|p| (p.value, p.std_error))
+            };
+            Some((id.spec().id, of(a)?, of(b)?))
+        };
+        // The gap is counted from the zero and has to move.
+        let others = ROWS.iter().filter(|id| **id != ParameterId::Gp);
+        let told = |fitted: (f64, f64)| fitted.1.is_finite();
+        let rows: Vec<_> = others
+            .filter_map(row)
+            .filter(|(_, a, b)| told(*a) && told(*b))
+            .collect();
+        if rows.is_empty() {
+            return Some("These recordings tell none of the coefficients, so that the comparison says nothing of the zero.".to_owned());
+        }
+        let moved: Vec<String> = rows
+            .into_iter()
+            .filter(|(_, a, b)| {
+                let by = (a.0 - b.0).abs();
+                let told = by > CERTAIN * a.1.hypot(b.1);
+                told && by > INSENSITIVE * a.0.abs().max(b.0.abs())
+            })
+            .map(|(id, a, b)| format!("{id} by {:+.1} %", 100.0 * (b.0 / a.0 - 1.0)))
+            .collect();
+        Some(if moved.is_empty() {
+            "No coefficient moves beyond its error: where the zero of the drive lies does not matter to them, which is what the comparison is made for.".to_owned()
+        } else {
+            format!("With the zero move: {}.", moved.join(", "))
+        })
+    }
+}
+
+/// Identifies twice. `dp` is kept fixed, the film is as thick at contact at the start, and
+/// each reading's zero is free. Progress counts both together.
+///
+/// # Errors
+/// [`FitError`] if the recordings do not allow it, or the first was cancelled.
+pub fn sensitivity(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Sensitivity, FitError> {
+    let mut options = options.clone();
+    options.free.retain(|id| id != "dp");
+    let most = AtomicUsize::new(0);
+    let report = |p: &Progress| {
+        most.fetch_max(p.expected, Ordering::Relaxed);
+        (control.progress)(&Progress {
+            stage: "1 of 2: dp as it is",
+            expected: p.expected + options.iterations,
+            ..p.clone()
+        });
+    };
+    let first = Control {
+        progress: &report,
+        ..*control
+    };
+    let original = fitted(model, parts, &[], &options, &first)?;
+    if original.result.cancelled {
+        return Err(FitError::Cancelled);
+    }
+    let before = most.load(Ordering::Relaxed);
+    let report = |p: &Progress| {
+        (control.progress)(&Progress {
+            stage: "2 of 2: dp shifted",
+            iteration: before + p.iteration,
+            expected: before + p.expected,
+            ..p.clone()
+        });
+    };
+    let second = Control {
+        progress: &report,
+        ..*control
+    };
+    let there = shifted(&original.result.model);
+    let begin = |prepared: &Prepared| moved(&original, prepared, &there);
+    let mut altered = go_on(&there, parts, begin, &options, &second)?;
+    if altered.train.0.rms > WORSE * original.result.train.0.rms && !altered.cancelled {
+        let anew = fit(&there, parts, &[], &options, &second)?;
+        if anew.train.0.rms < altered.train.0.rms {
+            altered = anew;
+        }
+    }
+    Ok(Sensitivity {
+        original: original.result,
+        altered,
+    })
+}
+
+/// The device seen from a zero that is higher by [`SHIFT`]: ground and film are as much
+/// further away, and the gain takes the mass as much lower at each voltage.
+fn shifted(model: &Model) -> Model {
+    let mut there = model.clone();
+    for id in [ParameterId::Dp, ParameterId::Gp] {
+        let value = there.parameters[id];
+        there.parameters.set(id, value + SHIFT);
+    }
+    let per_force = model.structure().static_gain().filter(|g| *g != 0.0);
+    let eta = model.parameters[ParameterId::Eta];
+    if let (Some(piezo), Some(per_force)) = (&mut there.piezo, per_force)
+        && eta != 0.0
+    {
+        let gain = SHIFT / (eta * per_force);
+        piezo.rising[0] -= gain;
+        piezo.falling[0] -= gain;
+    }
+    there
+}
+
+/// Where a fit ended, moved to the new zero: the readings' zeros and the coordinates of
+/// each segment's beginning by what the static state moves.
+fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, SimError> {
+    let problem = &prepared.problem;
+    let own = problem.space.coordinates(there);
+    let mut x = from.point.x.clone();
+    x[..own.len()].copy_from_slice(&own);
+    let old = from.prepared.problem.simulator(&from.point.x)?;
+    let new = problem.simulator(&x)?;
+    let structure = there.structure();
+    let modes = || structure.modes.iter().filter(|m| m.frequency > 0.0);
+    let at = |shape: fn(&crate::model::structure::Mode) -> f64| -> f64 {
+        modes()
+            .map(|m| m.phi_drive * shape(m) / m.omega().powi(2))
+            .sum()
+    };
+    let (p, c) = (at(|m| m.phi_p), at(|m| m.phi_c));
+    for (value, free) in x[own.len()..].iter_mut().zip(&problem.nuisances) {
+        let share = match free.what {
+            Nuisance::OffsetP => 1.0,
+            Nuisance::OffsetC if p != 0.0 => c / p,
+            _ => 0.0,
+        };
+        if there.piezo.is_some() {
+            *value += share * SHIFT / free.unit;
+        }
+    }
+    let mut segments = from.point.segments.clone();
+    for segment in &mut segments {
+        let data = &problem.data[segment.recording];
+        let start = data.recording.time[segment.samples.start];
+        let rest = |sim: &crate::sim::stretch::StretchSimulator| {
+            let level = segment.starts_held.then(|| sim.ground_level(start));
+            sim.rest_state(&segment.pieces, start, level).q
+        };
+        let (before, after) = (rest(&old), rest(&new));
+        for (i, (before, after)) in before.iter().zip(&after).enumerate() {
+            segment.locals[i] += (after - before) / segment.units[i];
+        }
+    }
+    settle(problem, &x, &segments, &from.point.used, FAR, ROUNDS)
+}

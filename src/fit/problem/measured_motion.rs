@@ -1,0 +1,220 @@
+//! The motion as it was read, at any time: what it leaves in an effect's states goes by it.
+
+use std::cell::{Cell, RefCell};
+use std::sync::OnceLock;
+
+use crate::fit::residual::residual_rows::Nuisances;
+use crate::recording::{Channel, Recording};
+use crate::sim::stretch::Points;
+
+/// A velocity that changes so many times more than around it, and than the noise lets it, has
+/// jumped.
+const SHARP: f64 = 3.0;
+/// Samples on either side by which a velocity is read.
+const NEAR: usize = 2;
+/// Samples on either side of a jump by which it is told.
+const AROUND: usize = 3;
+
+/// The motion in a recording.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// How it was read.
+    pub rig: Nuisances,
+    /// Noise of the proof mass \[m\].
+    pub noise: f64,
+}
+
+/// The motion in a recording at the times, in order, at which the first one who asked has read
+/// it: devices that differ by little ask for the same ones.
+#[derive(Debug, Default)]
+pub struct Seen(OnceLock<Vec<(f64, Points)>>);
+
+/// A motion that is read in order of time, where it has not been seen.
+#[derive(Debug)]
+pub struct Reading<'a> {
+    motion: &'a Motion<'a>,
+    seen: Option<&'a [(f64, Points)]>,
+    next: Cell<usize>,
+    own: RefCell<Vec<(f64, Points)>>,
+}
+
+impl Seen {
+    /// A motion that is read from the beginning.
+    pub fn reading<'a>(&'a self, motion: &'a Motion<'a>) -> Reading<'a> {
+        Reading {
+            motion,
+            seen: self.0.get().map(Vec::as_slice),
+            next: Cell::new(0),
+            own: RefCell::default(),
+        }
+    }
+
+    /// Keeps what a first one has read.
+    pub fn keep(&self, reading: Reading<'_>) {
+        if reading.seen.is_none() {
+            self.0.get_or_init(|| reading.own.into_inner());
+        }
+    }
+}
+
+impl Reading<'_> {
+    /// See [`Motion::at`]; seldom before what was asked for last.
+    pub fn at(&self, t: f64) -> Points {
+        let Some(seen) = self.seen else {
+            let points = self.motion.at(t);
+            self.own.borrow_mut().push((t, points));
+            return points;
+        };
+        let mut next = self.next.get();
+        next += seen[next..].iter().take_while(|(at, _)| *at < t).count();
+        self.next.set(next);
+        match seen.get(next) {
+            Some((at, points)) if at.to_bits() == t.to_bits() => *points,
+            _ => self.motion.at(t),
+        }
+    }
+}
+
+impl Motion<'_> {
+    /// Displacements and velocities at `t` \[s\], by the reading's clock; 0 where they are not
+    /// known.
+    pub fn at(&self, t: f64) -> Points {
+        let rig = &self.rig;
+        let (xp, vp) = self
+            .around_a_blow(t)
+            .unwrap_or_else(|| self.smooth(Channel::ProofMass, t));
+        let (xc, vc) = self.smooth(Channel::Cantilever, t);
+        Points {
+            xp: (xp - rig.offset_p) / rig.scale_p,
+            vp: vp / rig.scale_p,
+            xc: (xc - rig.offset_c) / rig.scale_c,
+            vc: vc / rig.scale_c,
+        }
+    }
+
+    /// Reading and slope over samples on either side: less noise, and still quick.
+    fn smooth(&self, channel: Channel, t: f64) -> (f64, f64) {
+        let at = |t| self.recording.value_at(channel, t);
+        let away = NEAR as f64 * self.recording.interval();
+        let slope = || Some((at(t + away)? - at(t - away)?) / (2.0 * away));
+        (at(t).unwrap_or(0.0), slope().unwrap_or(0.0))
+    }
+
+    /// Reading and slope of the proof mass from the side of a blow on which `t` is, if it
+    /// meets the ground so close by that the slope over both sides would be of neither.
+    fn around_a_blow(&self, t: f64) -> Option<(f64, f64)> {
+        let r = self.recording;
+        let i = r.sample_before(t)?;
+        let first = i.checked_sub(NEAR + AROUND - 1)?;
+        let x = r.proof_mass.get(first..=i + NEAR + AROUND)?;
+        let h = r.interval();
+        let even = r.time[i + NEAR + AROUND] - r.time[first];
+        if (even / h - (x.len() - 1) as f64).abs() > 0.5 {
+            return None;
+        }
+        let slope = |k: usize| (x[k + 1] - x[k]) / h;
+        let jump = |j: usize| slope(j + 1) - slope(j - 1);
+        let struck = |j: &usize| {
+            let usual = |k: usize| (slope(k + 1) - slope(k)).abs();
+            let usual = usual(j - 2).max(usual(j + 1)) + 2.0 * self.noise / h;
+            slope(j - 1) < 0.0 && jump(*j) > SHARP * usual
+        };
+        // Sample `j` is the last one before it.
+        let blows = (AROUND - 1..x.len() - AROUND).filter(struck);
+        let j = blows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
+        let bend = |k: usize| (slope(k + 1) - slope(k)) / h;
+        let (before, after) = (bend(j - 2), bend(j + 1));
+        let (down, up) = (
+            slope(j - 1) + 0.5 * h * before,
+            slope(j + 1) - 0.5 * h * after,
+        );
+        let when = ((x[j + 1] - x[j] - up * h) / (down - up)).clamp(0.0, h);
+        let since = t - r.time[first + j];
+        Some(if since < when {
+            let x = x[j] + since * (down + 0.5 * since * before);
+            (x, down + since * before)
+        } else {
+            let since = since - h;
+            (
+                x[j + 1] + since * (up + 0.5 * since * after),
+                up + since * after,
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measured_motion::*;
+
+    /// A fall from rest by `g`, thrown back at half its speed at 1.0037 ms.
+    fn bounce(t: f64) -> (f64, f64) {
+        const HIT: f64 = 1.0037e-3;
+        const G: f64 = 300.0;
+        let s = t - HIT;
+        let speed = G * HIT;
+        if s < 0.0 {
+            (-speed * s - 0.5 * G * s * s, -speed - G * s)
+        } else {
+            (0.5 * speed * s - 0.5 * G * s * s, 0.5 * speed - G * s)
+        }
+    }
+
+    #[test]
+    fn a_velocity_is_read_from_its_own_side_of_a_blow() {
+        let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
+        let rig = Nuisances {
+            offset_p: 3e-6,
+            scale_p: 1.01,
+            ..Nuisances::default()
+        };
+        let read = |t: &f64| rig.offset_p + rig.scale_p * bounce(*t).0;
+        let xp: Vec<f64> = time.iter().map(read).collect();
+        let recording = Recording::new("blow", time, None, xp, None).unwrap();
+        let motion = Motion {
+            recording: &recording,
+            rig,
+            noise: 1e-9,
+        };
+        for k in 0..400 {
+            let t = 8e-4 + 1e-6 * f64::from(k) + 3e-7;
+            let (at, truth) = (motion.at(t), bounce(t));
+            assert!((at.xp - truth.0).abs() < 2e-8, "{t}: {at:?} {truth:?}");
+            assert!((at.vp - truth.1).abs() < 1e-6, "{t}: {at:?} {truth:?}");
+        }
+        // What is not known is at rest.
+        assert_eq!(motion.at(-1.0).vp, 0.0);
+        assert_eq!(motion.at(5e-4).vc, 0.0);
+    }
+
+    #[test]
+    fn a_motion_that_has_been_seen_is_the_same() {
+        let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
+        let xp: Vec<f64> = time.iter().map(|t| bounce(*t).0).collect();
+        let recording = Recording::new("blow", time, None, xp, None).unwrap();
+        let motion = Motion {
+            recording: &recording,
+            rig: Nuisances::default(),
+            noise: 1e-9,
+        };
+        let seen = Seen::default();
+        let first = seen.reading(&motion);
+        let times: Vec<f64> = (0..80).map(|k| 8e-4 + 5e-6 * f64::from(k)).collect();
+        for t in &times {
+            assert_eq!(first.at(*t), motion.at(*t));
+        }
+        seen.keep(first);
+        // The same times, others between them, before and after, and some left out.
+        let mut others: Vec<f64> = times.iter().step_by(3).copied().collect();
+        others.extend(times.iter().map(|t| t + 1e-6));
+        others.extend([2e-4, 1.7e-3]);
+        others.sort_by(f64::total_cmp);
+        let again = seen.reading(&motion);
+        for t in others {
+            assert_eq!(again.at(t), motion.at(t), "{t}");
+        }
+        assert!(again.own.borrow().is_empty(), "it kept what it need not");
+    }
+}

@@ -1,0 +1,214 @@
+//! From recordings and what they say by themselves to a problem with its segments.
+
+use std::sync::Arc;
+
+use super::parameter_space::Space;
+use super::segment::{Cut, cut};
+use super::{Data, FreeNuisance, Nuisance, Problem};
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::{Findings, Part};
+use crate::fit::options::FitOptions;
+use crate::fit::residual::coloured_noise::Colour;
+use crate::fit::residual::residual_rows::Sigmas;
+use crate::fit::segment::Segment;
+use crate::fit::segment::voltage_track::Track;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::recording::Recording;
+use crate::sim::error::{Options, SimError};
+use crate::sim::stretch::StretchSimulator;
+
+/// The laws of the ground hold to this share of the noise.
+const LAW: f64 = 0.1;
+
+/// A problem with its segments.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// The problem.
+    pub problem: Problem,
+    /// Its segments, unknowns at their first guess.
+    pub segments: Vec<Segment>,
+    /// Nuisances at their first guess, one for each free one.
+    pub nuisances: Vec<f64>,
+}
+
+/// Makes a problem of `parts` for the parameters of `space`, guessed as in `model`.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense, a drive is missing or nothing can be used.
+pub fn prepare(
+    model: &Model,
+    space: &Space,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+) -> Result<Prepared, FitError> {
+    let simulation = Options {
+        tolerance: options.tolerance,
+        ..Options::default()
+    };
+    let simulator = StretchSimulator::new(model, &simulation)?;
+    let mut problem = Problem {
+        space: space.clone(),
+        data: Vec::with_capacity(parts.len()),
+        nuisances: Vec::new(),
+        options: simulation,
+    };
+    let mut segments = Vec::new();
+    for (index, (part, finding)) in parts.iter().zip(findings).enumerate() {
+        let mut recording = Arc::clone(&part.recording);
+        if finding.noise.1.is_none() && recording.cantilever.is_some() {
+            // The device has no such point.
+            let mut without = (*recording).clone();
+            without.cantilever = None;
+            recording = Arc::new(without);
+        }
+        let track = Track::new(model, &recording, options.nuisances.late)?;
+        let lone = finding.noise.1.is_none();
+        let sigmas = sigmas(model, &simulator, finding);
+        let timeline = finding.timeline(&recording, sigmas.xp);
+        let longest = options
+            .longest
+            .unwrap_or_else(|| default_length(&simulator, lone));
+        let own = cut(
+            &Cut {
+                index,
+                recording: &recording,
+                track: &track,
+                timeline: &timeline,
+                simulator: &simulator,
+                longest,
+                lone,
+                noise: sigmas.xp,
+            },
+            part.samples.clone(),
+        );
+        if own.is_empty() {
+            return Err(FitError::NoSegments {
+                recording: recording.name.clone(),
+                reason: "it is too short, or broken by gaps".to_owned(),
+            });
+        }
+        segments.extend(own);
+        free_nuisances(
+            model,
+            options,
+            index,
+            &recording,
+            &sigmas,
+            &mut problem.nuisances,
+        );
+        problem.data.push(Data {
+            recording,
+            track,
+            sigmas,
+            epoch: 0.0,
+        });
+    }
+    let nuisances = vec![0.0; problem.nuisances.len()];
+    Ok(Prepared {
+        problem,
+        segments,
+        nuisances,
+    })
+}
+
+/// Longest segment \[s\]: some periods of the slowest mode where both points were
+/// recorded, many where only one was.
+pub fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
+    let slowest = simulator
+        .flight_omega2()
+        .filter(|w| *w > 0.0)
+        .fold(f64::INFINITY, f64::min)
+        .sqrt();
+    let period = std::f64::consts::TAU / slowest;
+    if !period.is_finite() || period <= 0.0 {
+        return f64::INFINITY;
+    }
+    period
+        * if simulator.modes() < 2 {
+            10.0
+        } else if lone {
+            6.0
+        } else {
+            2.5
+        }
+}
+
+fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &Findings) -> Sigmas {
+    let xp = finding.noise.0;
+    let (phi_p, _) = simulator.flight_shapes();
+    let springs = simulator
+        .flight_omega2()
+        .zip(phi_p)
+        .filter(|(w, _)| *w > 0.0);
+    let compliance: f64 = springs.map(|(w, phi)| phi * phi / w).sum();
+    let slowest = simulator
+        .flight_omega2()
+        .filter(|w| *w > 0.0)
+        .fold(f64::INFINITY, f64::min)
+        .sqrt();
+    let slowest = if slowest.is_finite() { slowest } else { 1.0 };
+    let stiffness = if compliance > 0.0 {
+        1.0 / compliance
+    } else {
+        model.proof_mass
+    };
+    Sigmas {
+        xp,
+        xc: finding.noise.1.unwrap_or(xp),
+        height: LAW * xp,
+        velocity: LAW * xp * slowest,
+        force: xp * stiffness,
+        rest: xp,
+        colour: Colour::WHITE,
+    }
+}
+
+fn free_nuisances(
+    model: &Model,
+    options: &FitOptions,
+    recording: usize,
+    data: &Recording,
+    sigmas: &Sigmas,
+    out: &mut Vec<FreeNuisance>,
+) {
+    let mut free = |what, unit, (mean, sigma): (f64, f64)| {
+        out.push(FreeNuisance {
+            recording,
+            what,
+            unit,
+            mean,
+            sigma,
+        });
+    };
+    let unknown = (0.0, f64::INFINITY);
+    let nuisances = &options.nuisances;
+    let both = data.cantilever.is_some();
+    // Without spring and drive nothing tells where zero is.
+    let anchored = model.parameters[ParameterId::F1] > 0.0;
+    if nuisances.offsets && anchored {
+        free(Nuisance::OffsetP, sigmas.xp, unknown);
+        if both {
+            free(Nuisance::OffsetC, sigmas.xc, unknown);
+        }
+    }
+    if let Some(sigma) = nuisances.scales {
+        free(Nuisance::ScaleP, 1e-4, (0.0, sigma));
+        if both {
+            free(Nuisance::ScaleC, 1e-4, (0.0, sigma));
+        }
+    }
+    if let Some(sigma) = nuisances.skew
+        && model.piezo.is_some()
+    {
+        let unit = 0.02 * data.interval();
+        free(Nuisance::Skew, unit, (nuisances.late, sigma));
+    }
+}
+
+impl From<crate::model::ModelError> for FitError {
+    fn from(error: crate::model::ModelError) -> Self {
+        FitError::Start(SimError::from(error))
+    }
+}

@@ -1,0 +1,385 @@
+//! From a bad start to the best fit.
+//!
+//! What the data say directly comes first: `dp` from the height of the ground, `alpha` from
+//! the speeds at bounces. Then what
+//! acts linearly (the drive's gain, offsets, dampings) is fitted with the rest locked,
+//! and last everything, from several thicknesses of the film: strength and thickness of
+//! the film trade against each other along a curved valley.
+
+use super::event_revision::{hopeless, revise, set_suspects_aside};
+use super::levenberg_marquardt::{Clock, Control, Plan, Progress, improve};
+use super::point::{Point, settle, threshold};
+use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::{Findings, Part};
+use crate::fit::options::FitOptions;
+use crate::fit::problem::Nuisance;
+use crate::fit::problem::huber::Huber;
+use crate::fit::problem::parameter_space::Space;
+use crate::fit::problem::prepare::{Prepared, prepare};
+use crate::fit::segment::event_sequence::LEAST_BOUNCE;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
+use crate::recording::events::Impact;
+use crate::recording::quantile_in_place;
+use crate::sim::error::SimError;
+
+/// Thicknesses of the film at contact that are tried, as shares of `dp`.
+const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
+/// Score of a fit that needs no other start.
+const GOOD: f64 = 1.5;
+/// Damping by the film at contact at first, as a share of the first mode's frequency: a
+/// film that is too strong would hold the mass where it is.
+const WEAK: f64 = 0.1;
+/// Stages of as many iterations as are allowed that an attempt may take.
+const MOST: usize = 3;
+/// Iterations that an attempt takes as a rule once it has begun, for the time left.
+const USUAL: usize = 30;
+/// How much looser the laws of the ground are at first.
+const SOFT: f64 = 30.0;
+/// How often events are read again.
+const ROUNDS: usize = 2;
+/// Share of a recording with a say below which its rig is looked for anew.
+const HARDLY: f64 = 0.2;
+/// Loss at first: hardly robust, as everything is far off.
+const FAR: Huber = Huber(1e4);
+
+/// The same for what belongs to the recordings alone, and rounds in which segments settle at
+/// first.
+const LOST: Huber = Huber(1e3);
+/// See [`LOST`].
+const SETTLING: usize = 6;
+/// Most iterations for that.
+const FEW: usize = 10;
+
+/// The best fit of `parts`, the problem, and its first guess.
+///
+/// # Errors
+/// [`FitError`] if the start makes no sense or nothing can be used.
+pub fn search(
+    model: &Model,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<(Prepared, Point), FitError> {
+    let mut start = model.clone();
+    let space = Space::new(model, &options.free)?;
+    if space.position("dp").is_some() {
+        let mut levels: Vec<f64> = findings
+            .iter()
+            .filter_map(|f| f.level.clone().ok())
+            .collect();
+        let level = quantile_in_place(&mut levels, 0.5);
+        if level < 0.0 {
+            start.parameters.set(ParameterId::Dp, -level);
+        }
+    }
+    if space.position("alpha").is_some()
+        && let Some(alpha) = restitution_of_impacts(parts, findings)
+    {
+        start.parameters.set(ParameterId::Alpha, alpha);
+    }
+    let film = start.has_ground && space.position("gp").is_some();
+    let thicknesses = if film {
+        &THICKNESSES[..]
+    } else {
+        &THICKNESSES[..1]
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    let tries = thicknesses.len() + options.starts;
+    let mut starts = Vec::with_capacity(tries);
+    for k in 0..tries {
+        let mut first = start.clone();
+        if k >= thicknesses.len() {
+            scatter(&mut first, &space, &mut rng);
+        }
+        first_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
+        match first.check() {
+            Err(error) if k < thicknesses.len() => return Err(error.into()),
+            // One drawn at random may make no sense.
+            Err(_) => {}
+            Ok(()) => starts.push(first),
+        }
+    }
+    let try_one = |first: &Model, control: &Control<'_>, clock: &mut Clock| {
+        let (prepared, point) = attempt(first, &space, parts, findings, options, control, clock)?;
+        let aside = point.used.iter().filter(|u| !**u).count() as f64;
+        let share = aside / point.used.len().max(1) as f64;
+        // Segments that are set aside must not make a bad fit look good.
+        let score = point.cost / point.rows.max(1) as f64 + share;
+        Ok::<_, FitError>((prepared, point, score))
+    };
+    let most = MOST * options.iterations;
+    // The first start is as a rule the last, unless further ones were asked for.
+    let later = if options.starts == 0 { 0 } else { tries - 1 };
+    clock.expected = clock.done() + most + USUAL * later;
+    let first = try_one(&starts[0], control, clock)?;
+    // Starts that were asked for are made, however good the fit is already.
+    if starts.len() == 1 || control.cancelled() || (first.2 < GOOD && options.starts == 0) {
+        return Ok((first.0, first.1));
+    }
+    let usual = clock.done().max(1);
+    // Of starts that run at once the best is shown.
+    let shown: Mutex<Option<Progress>> = Mutex::new(None);
+    let tell = |progress: &Progress| {
+        let mut best = shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut now = progress.clone();
+        // Misfits of different stages cannot be compared.
+        let ahead = |b: &&Progress| b.stage == now.stage && b.misfit < now.misfit;
+        if let Some(other) = best.as_ref().filter(ahead) {
+            now.misfit = other.misfit;
+            now.values.clone_from(&other.values);
+        }
+        (control.progress)(&now);
+        *best = Some(now);
+    };
+    let watched = Control {
+        cancel: control.cancel,
+        progress: &tell,
+    };
+    // One of them that cannot be simulated takes nothing from the first.
+    let others: Vec<_> = starts[1..]
+        .par_iter()
+        .filter_map(|first| {
+            let mut clock = clock.clone();
+            clock.expected = usual * tries + most.saturating_sub(USUAL);
+            try_one(first, &watched, &mut clock).ok()
+        })
+        .collect();
+    let better = others.into_iter().filter(|other| other.2 < first.2);
+    let best = better.min_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or(first);
+    Ok((best.0, best.1))
+}
+
+/// Median ratio of the speeds at the clear bounces; `None` below three of them.
+fn restitution_of_impacts(parts: &[Part], findings: &[Findings]) -> Option<f64> {
+    let mut ratios = Vec::new();
+    for (part, finding) in parts.iter().zip(findings) {
+        let impacts = finding.events(&part.recording).impacts;
+        let ratio = |i: &Impact| -i.v_after / i.v_before;
+        ratios.extend(
+            impacts
+                .iter()
+                .map(ratio)
+                .filter(|r| *r > LEAST_BOUNCE && *r < 1.0),
+        );
+    }
+    (ratios.len() >= 3).then(|| quantile_in_place(&mut ratios, 0.5))
+}
+
+/// The best fit from one start.
+fn attempt(
+    start: &Model,
+    space: &Space,
+    parts: &[Part],
+    findings: &[Findings],
+    options: &FitOptions,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<(Prepared, Point), FitError> {
+    let mut prepared = prepare(start, space, parts, findings, options)?;
+    soften(&mut prepared, SOFT);
+    let problem = &prepared.problem;
+    let mut x = space.coordinates(start);
+    x.extend_from_slice(&prepared.nuisances);
+    let used = vec![true; prepared.segments.len()];
+    let point = settle(problem, &x, &prepared.segments, &used, FAR, 3)?;
+    let ground = ["gp", "Cs", "Ca", "Ca0", "alpha"];
+    let mut later: Vec<usize> = ground.iter().filter_map(|id| space.position(id)).collect();
+    if later.len() == space.len() {
+        later.clear();
+    }
+    let skews = problem.nuisances.iter().enumerate();
+    later.extend(
+        skews
+            .filter(|(_, n)| n.what == Nuisance::Skew)
+            .map(|(i, _)| space.len() + i),
+    );
+    let first = Plan {
+        stage: "drive and structure",
+        iterations: 6,
+        locked: &later,
+        enough: 1e-6,
+    };
+    let point = improve(problem, point, &first, control, clock)?;
+    clock.expected -= (MOST * options.iterations).saturating_sub(USUAL);
+    let all = all_parameters(options);
+    let mut best = improve(problem, point, &all, control, clock)?;
+    best = read_again(&prepared, best, &all, control, clock)?;
+    soften(&mut prepared, 1.0 / SOFT);
+    best = improve(&prepared.problem, best, &all, control, clock)?;
+    best = read_again(&prepared, best, &all, control, clock)?;
+    Ok((prepared, best))
+}
+
+/// The plan by which everything moves.
+pub(crate) fn all_parameters(options: &FitOptions) -> Plan<'static> {
+    Plan {
+        stage: "all parameters",
+        iterations: options.iterations,
+        locked: &[],
+        enough: 1e-6,
+    }
+}
+
+/// Sets segments aside that do not fit, fits the others, and reads the events of the
+/// former again, as long as that brings some back.
+pub(crate) fn read_again(
+    prepared: &Prepared,
+    mut best: Point,
+    plan: &Plan<'_>,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Point, FitError> {
+    let problem = &prepared.problem;
+    for _ in 0..ROUNDS {
+        if hopeless(&best) {
+            break;
+        }
+        let huber = threshold(problem, &best)?;
+        if control.cancelled() || set_suspects_aside(problem, &mut best, huber, control)? == 0 {
+            break;
+        }
+        best = improve(problem, best, plan, control, clock)?;
+        recover(prepared, &mut best, control, clock)?;
+        let huber = threshold(problem, &best)?;
+        let watch = (control, &*clock);
+        if revise(problem, &mut best, &prepared.segments, huber, watch)? == 0 {
+            break;
+        }
+        best = improve(problem, best, plan, control, clock)?;
+    }
+    Ok(best)
+}
+
+/// The plan by which what belongs to the recordings is found, with `locked` held.
+pub(crate) fn beginnings(locked: &[usize], iterations: usize) -> Plan<'_> {
+    Plan {
+        stage: "beginnings and events",
+        iterations: iterations.min(FEW),
+        locked,
+        enough: 1e-6,
+    }
+}
+
+/// The point that `plan` leads to at unknowns `x`, the segments that are `used` being as
+/// first guessed.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at `x`.
+pub(crate) fn begun(
+    prepared: &Prepared,
+    x: &[f64],
+    used: &[bool],
+    plan: &Plan<'_>,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<Point, SimError> {
+    let problem = &prepared.problem;
+    let point = settle(problem, x, &prepared.segments, used, LOST, SETTLING)?;
+    improve(problem, point, plan, control, clock)
+}
+
+/// Finds the rig of each recording anew of which hardly anything has a say, with the device as
+/// it is: with a zero that has gone astray nothing of it would ever fit again.
+fn recover(
+    prepared: &Prepared,
+    best: &mut Point,
+    control: &Control<'_>,
+    clock: &mut Clock,
+) -> Result<(), FitError> {
+    let problem = &prepared.problem;
+    let parameters = problem.space.len();
+    for recording in 0..problem.data.len() {
+        let own: Vec<bool> = best
+            .segments
+            .iter()
+            .map(|s| s.recording == recording)
+            .collect();
+        let samples = |has_say: bool| -> usize {
+            let segments = best.segments.iter().zip(&best.used);
+            let own = segments
+                .zip(&own)
+                .filter(|((_, used), own)| **own && (**used || !has_say));
+            own.map(|((s, _), _)| s.samples.len()).sum()
+        };
+        if samples(true) as f64 >= HARDLY * samples(false) as f64 || control.cancelled() {
+            continue;
+        }
+        let mut x = best.x.clone();
+        let mut locked: Vec<usize> = (0..parameters).collect();
+        for (i, nuisance) in problem.nuisances.iter().enumerate() {
+            if nuisance.recording == recording {
+                x[parameters + i] = prepared.nuisances[i];
+            } else {
+                locked.push(parameters + i);
+            }
+        }
+        let point = begun(
+            prepared,
+            &x,
+            &own,
+            &beginnings(&locked, FEW),
+            control,
+            clock,
+        )?;
+        best.x[parameters..].copy_from_slice(&point.x[parameters..]);
+        for (i, _) in own.iter().enumerate().filter(|(_, own)| **own) {
+            best.segments[i] = point.segments[i].clone();
+        }
+    }
+    Ok(())
+}
+
+/// Loosens the laws of bounce and release by a factor: as long as some events are
+/// misread, the data alone shall say how fast and when the mass leaves the ground, or
+/// those that are read rightly would not fit to the wrong law that the others make.
+fn soften(prepared: &mut Prepared, factor: f64) {
+    for data in &mut prepared.problem.data {
+        data.sigmas.velocity *= factor;
+        data.sigmas.force *= factor;
+    }
+}
+
+/// Draws a start around the given one, each parameter up to a factor of two off.
+fn scatter(model: &mut Model, space: &Space, rng: &mut ChaCha8Rng) {
+    for entry in &space.entries {
+        let factor = 2f64.powf(2.0 * rng.random::<f64>() - 1.0);
+        if let Some(value) = model.get(&entry.id)
+            && entry.id != "dp"
+            && entry.spec.refusal(value * factor).is_none()
+        {
+            // The id is one of the model's own.
+            let _ = model.set(&entry.id, value * factor);
+        }
+    }
+}
+
+/// Sets a weak film of a given thickness at contact where film parameters are free, one
+/// as thick as asked for otherwise.
+fn first_film(model: &mut Model, space: &Space, share: f64) {
+    let p = &mut model.parameters;
+    let dp = p[ParameterId::Dp];
+    if model.has_ground && space.position("gp").is_some() {
+        p.set(ParameterId::Gp, dp * (1.0 + share));
+    }
+    let thickness = p[ParameterId::Gp] - dp;
+    if model.has_ground && space.position("Cs").is_some() {
+        let structure = model.structure();
+        let slowest = structure
+            .modes
+            .iter()
+            .map(|m| m.omega())
+            .fold(f64::INFINITY, f64::min);
+        let weak = WEAK * slowest.max(1.0) / structure.mobility() * thickness.powi(3);
+        let p = &mut model.parameters;
+        let cs = p[ParameterId::Cs];
+        p.set(ParameterId::Cs, if cs > 0.0 { cs.min(weak) } else { weak });
+    }
+}

@@ -1,0 +1,91 @@
+//! The normal equations, and the damped step within the bounds that they give.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::fit::problem::Problem;
+use crate::fit::problem::huber::Huber;
+use crate::fit::problem::linearize::Reduced;
+
+/// Largest step of a parameter's coordinate (a factor of e on a logarithm).
+const LARGEST: f64 = 1.0;
+
+/// Normal equations of all segments: matrix and gradient.
+pub fn normal_equations(
+    problem: &Problem,
+    x: &[f64],
+    reduced: &[Option<Reduced>],
+    huber: Huber,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let n = problem.unknowns();
+    let mut normal = DMatrix::zeros(n, n);
+    let mut gradient = DVector::zeros(n);
+    // One after the other, so that rounding is the same on any number of cores.
+    for r in reduced.iter().flatten() {
+        let (h, g) = (r.s.tr_mul(&r.s), r.s.tr_mul(&r.c));
+        for (i, &ci) in r.columns.iter().enumerate() {
+            gradient[ci] += g[i];
+            for (j, &cj) in r.columns.iter().enumerate() {
+                normal[(ci, cj)] += h[(i, j)];
+            }
+        }
+    }
+    for (i, slope, value) in problem.priors(x) {
+        let w = huber.root_weight(value).powi(2);
+        normal[(i, i)] += w * slope * slope;
+        gradient[i] += w * slope * value;
+    }
+    (normal, gradient)
+}
+
+/// Damped step within the bounds; a parameter that would leave them stays at its bound,
+/// one that would go far goes a part of the way, and the others make the best of it.
+pub(super) fn bounded_step(
+    problem: &Problem,
+    x: &[f64],
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+    locked: &[usize],
+) -> Option<Vec<f64>> {
+    let n = x.len();
+    let parameters = problem.space.len();
+    let mut fixed = vec![false; n];
+    locked.iter().for_each(|&i| fixed[i] = true);
+    let mut step = vec![0.0; n];
+    // Each round can only fix more unknowns.
+    for _ in 0..=parameters {
+        let free: Vec<usize> = (0..n).filter(|&i| !fixed[i]).collect();
+        let k = free.len();
+        let mut a = DMatrix::from_fn(k, k, |i, j| normal[(free[i], free[j])]);
+        let mut b = DVector::from_fn(k, |i, _| -gradient[free[i]]);
+        for (i, _) in free.iter().enumerate() {
+            // What fixed unknowns have moved is taken over by the others.
+            for j in (0..n).filter(|&j| fixed[j]) {
+                b[i] -= normal[(free[i], j)] * step[j];
+            }
+        }
+        for i in 0..k {
+            a[(i, i)] += damping * a[(i, i)] + 1e-9;
+        }
+        let solved = a.cholesky()?.solve(&b);
+        let mut violated = false;
+        for (i, &at) in free.iter().enumerate() {
+            let mut d = solved[i];
+            if at < parameters {
+                let entry = &problem.space.entries[at];
+                let near = d.clamp(-LARGEST, LARGEST);
+                let bounded = (x[at] + near).clamp(entry.low, entry.high) - x[at];
+                if bounded != d {
+                    fixed[at] = true;
+                    violated = true;
+                    d = bounded;
+                }
+            }
+            step[at] = d;
+        }
+        if !violated {
+            break;
+        }
+    }
+    step.iter().all(|d| d.is_finite()).then_some(step)
+}

@@ -1,0 +1,116 @@
+//! The reading of a segment's events that the model itself predicts.
+
+use std::sync::Arc;
+
+use super::event_revision::Trial;
+use super::readings::{Part, put_together, taken_apart};
+use crate::fit::segment::event_sequence::Kind;
+use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::model::drive::Waveform;
+use crate::model::drive::table::VoltageTable;
+use crate::model::parameter::ParameterId;
+use crate::sim::error::Options;
+use crate::sim::runner::Runner;
+use crate::sim::stretch::StretchState;
+use crate::sim::trace::EventKind;
+
+/// Samples before the first event from which a prediction starts.
+const LEAST_BEFORE: usize = 12;
+
+impl Trial<'_> {
+    /// The reading that the model itself predicts from the state at the segment's start,
+    /// which is fitted to what comes before its first event.
+    pub(crate) fn predicted(&self, segment: &Segment, factor: f64) -> Option<Segment> {
+        let data = &self.problem.data[segment.recording];
+        let time = &data.recording.time;
+        let nuisances = self.problem.nuisances_of(self.x, segment.recording);
+        let (_, parts) = taken_apart(segment);
+        let is_event = |p: &Part| matches!(p.0.what, JointKind::Event(_));
+        let before = match parts.iter().find(|p| is_event(p)) {
+            Some(p) => time.partition_point(|&t| t < p.0.time - 0.5 * segment.interval),
+            None => (segment.samples.start + 2 * LEAST_BEFORE).min(segment.samples.end - 1),
+        };
+        let mut state = segment.clone();
+        if before > segment.samples.start + LEAST_BEFORE {
+            state.samples = segment.samples.start..before;
+            let quiet = |p: &&Part| !is_event(p) && p.0.time < time[before];
+            let (own, _) = taken_apart(segment);
+            state = put_together(&state, own, parts.iter().filter(quiet).cloned().collect());
+            self.fit(&mut state);
+        }
+        let (own, known) = taken_apart(&state);
+        let edges: Vec<Part> = parts
+            .iter()
+            .filter(|p| !is_event(p))
+            .map(|p| {
+                known
+                    .iter()
+                    .find(|k| k.0.time == p.0.time)
+                    .unwrap_or(p)
+                    .clone()
+            })
+            .collect();
+        let start = time[segment.samples.start] + nuisances.skew;
+        let end = time[segment.samples.end - 1] + nuisances.skew;
+        let mut pieces = segment.pieces.clone();
+        for (joint, unknowns) in &edges {
+            if let JointKind::Edge(piece) = joint.what {
+                let at = joint.time + unknowns[0] * segment.time_unit();
+                pieces[piece - 1].end = at;
+                pieces[piece].start = at;
+            }
+        }
+        let margin = 10.0 * segment.interval;
+        let table =
+            VoltageTable::from_pieces(&pieces, start - margin, end + margin, segment.interval);
+        let drive = Waveform::Table(Arc::new(table.ok()?));
+        let n = own.len() / 2;
+        let value = |i: usize| own[i] * segment.units[i];
+        let from = StretchState {
+            q: (0..n).map(value).collect(),
+            v: (n..2 * n).map(value).collect(),
+            z: self.states.to_vec(),
+        };
+        let since = segment.starts_held.then(|| segment.since.unwrap_or(start));
+        let options = Options {
+            max_events: 200,
+            ..self.problem.options
+        };
+        let mut model = self.model.clone();
+        let alpha = model.parameters[ParameterId::Alpha];
+        model
+            .parameters
+            .set(ParameterId::Alpha, (factor * alpha).min(1.0));
+        let runner = Runner::from_state(&model, &drive, &options, start, &from, since);
+        let mut runner = runner.ok()?;
+        let mut trace = runner.new_trace();
+        runner.advance(end, &mut trace).ok()?;
+        let mut all = edges;
+        for e in trace.events.iter().filter(|e| e.time < end) {
+            let kind = match e.kind {
+                EventKind::Impact => Kind::Bounce {
+                    v_after: e.velocity_after,
+                },
+                EventKind::Stick => Kind::Touch,
+                EventKind::Release => Kind::Release {
+                    telling: e.contact_duration > 1.5 * segment.interval
+                        && (!segment.starts_held || segment.since.is_some()),
+                },
+                EventKind::DriveStep => continue,
+            };
+            let joint = Joint {
+                time: e.time - nuisances.skew,
+                reach: 5.0 * segment.interval,
+                sigma: 2.0 * segment.interval,
+                what: JointKind::Event(kind),
+            };
+            let mut unknowns = vec![0.0];
+            if let Kind::Bounce { v_after } = kind {
+                unknowns.push(v_after / segment.velocity_unit);
+            }
+            all.push((joint, unknowns));
+        }
+        all.sort_by(|a, b| a.0.time.total_cmp(&b.0.time));
+        Some(put_together(segment, own, all))
+    }
+}

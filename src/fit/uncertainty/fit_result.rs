@@ -1,0 +1,396 @@
+//! What a fit has found, how sure it is, and how far it is from the data.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::sandwich_covariance::{by_curvature, by_scatter, slopes_of};
+use crate::fit::error::FitError;
+use crate::fit::problem::prepare::Prepared;
+use crate::fit::residual::residual_rows::Row;
+use crate::fit::solve::normal_equations::normal_equations;
+use crate::fit::solve::point::{Point, residuals_at, threshold};
+use crate::model::Model;
+use crate::model::parameter::Scale;
+use crate::model::unit::{format_number, format_quantity};
+use crate::sim::error::SimError;
+
+/// Correlation from which two parameters count as not told apart.
+const EXTREME: f64 = 0.95;
+/// A standard error of this many ranges of the parameter is none.
+const UNTOLD: f64 = 3.0;
+/// A mean square of the residuals above this is no scatter of the noise, nor is an rms of
+/// as many times the noise.
+const BAD: f64 = 3.0;
+/// Share of a recording beyond which what could be followed of it says nothing.
+const NONE_LEFT: f64 = 0.99;
+/// Times the noise up to which readings are followed to it.
+const NEAR: f64 = 1.5;
+/// So many samples set aside are more than events that were hard to read.
+const ASIDE: f64 = 0.5;
+/// A standard error of this share of the value says that the data hardly tell it.
+const VAGUE: f64 = 0.5;
+
+/// One fitted parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedParameter {
+    /// Id.
+    pub id: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard error, SI; infinite if the data do not tell the parameter.
+    pub std_error: f64,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value before the fit.
+    pub start: f64,
+    /// Whether it ran into a bound.
+    pub at_bound: bool,
+}
+
+/// Distance between simulation and one recording.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Misfit {
+    /// Name of the recording, or empty for all together.
+    pub name: String,
+    /// Root mean square of (simulation - recording) of the proof mass \[m\].
+    pub rms: f64,
+    /// Standard deviation of the noise of the proof mass \[m\].
+    pub noise: f64,
+    /// Mean square of all residuals in units of their noise, corrected for the unknowns.
+    pub chi2: f64,
+    /// Samples of the proof mass compared.
+    pub samples: usize,
+    /// Share of the samples in segments that could not be brought to the noise, whose
+    /// events stay unread, or that cannot be simulated; the parameters are without both,
+    /// `rms` is with the former.
+    pub set_aside: f64,
+    /// Share of `chi2` that the laws of touch, bounce and release carry.
+    pub at_ground: f64,
+}
+
+impl Misfit {
+    /// Whether what is left is clearly more than noise, in what was fitted or in all
+    /// that had to be set aside for that.
+    #[must_use]
+    pub fn is_bad(&self) -> bool {
+        self.chi2 > BAD || (self.set_aside > ASIDE && self.rms > BAD * self.noise)
+    }
+}
+
+/// What a fit has found.
+#[derive(Debug, Clone)]
+pub struct FitResult {
+    /// The model with the fitted values.
+    pub model: Model,
+    /// The fitted parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// Correlations of their values, in the same order.
+    pub correlations: DMatrix<f64>,
+    /// Eigenvalues of the Fisher matrix of relative changes, largest first.
+    pub fisher_values: Vec<f64>,
+    /// Its eigenvectors, one a column.
+    pub fisher_vectors: DMatrix<f64>,
+    /// Sentences on what the data do not tell.
+    pub remarks: Vec<String>,
+    /// All recordings fitted to, together and one by one.
+    pub train: (Misfit, Vec<Misfit>),
+    /// Those kept out.
+    pub held_out: Option<(Misfit, Vec<Misfit>)>,
+    /// Whether it was cancelled.
+    pub cancelled: bool,
+}
+
+/// Values with standard errors, correlations and Fisher's eigenvalues.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense at the point.
+pub(crate) fn uncertainty(
+    start: &Model,
+    prepared: &Prepared,
+    point: &Point,
+    chi2: f64,
+) -> Result<FitResult, FitError> {
+    let problem = &prepared.problem;
+    let space = &problem.space;
+    let n = space.len();
+    let huber = threshold(problem, point)?;
+    let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber, &[])?;
+    let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
+    let promised = inverse(&normal);
+    let wider = by_scatter(&promised, slopes_of(&reduced), chi2);
+    let covariance = by_curvature(problem, point, huber, promised * chi2.max(1.0))?;
+    let covariance = DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
+        covariance[(i, j)] * wider[i] * wider[j]
+    });
+    let slopes = space.slopes(&point.x);
+    let own = covariance.view((0, 0), (n, n)).into_owned();
+    let values = space.values(&point.x);
+    let of_values = &slopes * own * slopes.transpose();
+    // What is no number tells nothing; it must not become an error of zero.
+    let error = |variance: f64| match variance.is_nan() {
+        true => f64::INFINITY,
+        false => variance.max(0.0).sqrt(),
+    };
+    let errors: Vec<f64> = (0..n).map(|i| error(of_values[(i, i)])).collect();
+    let correlations = DMatrix::from_fn(n, n, |i, j| {
+        let scale = errors[i] * errors[j];
+        if i == j {
+            1.0
+        } else if scale > 0.0 && scale.is_finite() {
+            (of_values[(i, j)] / scale).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    });
+    let parameters: Vec<FittedParameter> = (0..n)
+        .map(|i| {
+            let entry = &space.entries[i];
+            let near = 1e-9 * (1.0 + point.x[i].abs());
+            let range = entry.spec.range.1 - entry.spec.range.0;
+            let told = errors[i] < UNTOLD * range.max(values[i].abs());
+            FittedParameter {
+                id: entry.id.clone(),
+                value: values[i],
+                std_error: if told { errors[i] } else { f64::INFINITY },
+                unit: entry.spec.unit,
+                start: start.get(&entry.id).unwrap_or(f64::NAN),
+                at_bound: point.x[i] <= entry.low + near || point.x[i] >= entry.high - near,
+            }
+        })
+        .collect();
+    // Relative changes where a ratio means something, shares of the range elsewhere.
+    let units: Vec<f64> = (0..n)
+        .map(|i| {
+            let spec = &space.entries[i].spec;
+            match spec.scale {
+                Scale::Log if values[i] != 0.0 => values[i].abs(),
+                _ if values[i].abs() > 1e-3 * (spec.range.1 - spec.range.0) => values[i].abs(),
+                _ => spec.range.1 - spec.range.0,
+            }
+        })
+        .collect();
+    let relative = DMatrix::from_fn(n, n, |i, j| of_values[(i, j)] / (units[i] * units[j]));
+    let eigen = SymmetricEigen::new(relative);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let fisher_values = order
+        .iter()
+        .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
+        .collect();
+    let fisher_vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
+    // What a parameter does by itself, whatever the others then do about it.
+    let range = |i: usize| space.entries[i].high - space.entries[i].low;
+    let bears: Vec<bool> = (0..n)
+        .map(|i| normal[(i, i)] * range(i) * range(i) >= 1.0)
+        .collect();
+    let remarks = remarks(&parameters, &correlations, &units, &bears);
+    Ok(FitResult {
+        model: space.model(&point.x),
+        parameters,
+        correlations,
+        fisher_values,
+        fisher_vectors,
+        remarks,
+        train: Default::default(),
+        held_out: None,
+        cancelled: false,
+    })
+}
+
+/// Inverse of a positive semidefinite matrix, scaled to its diagonal; directions that
+/// the data do not tell get a very large variance.
+pub(crate) fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = normal.nrows();
+    let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
+    let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let eigen = SymmetricEigen::new(scaled);
+    let inverted = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-13));
+    let whole =
+        &eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(n, n, |i, j| whole[(i, j)] * scale[i] * scale[j])
+}
+
+fn remarks(
+    parameters: &[FittedParameter],
+    correlations: &DMatrix<f64>,
+    units: &[f64],
+    bears: &[bool],
+) -> Vec<String> {
+    let mut out = Vec::new();
+    for (i, p) in parameters.iter().enumerate() {
+        if p.at_bound {
+            out.push(format!(
+                "{} ran into its bound at {}: the data ask for more than the model allows",
+                p.id,
+                format_quantity(p.value, p.unit, 4)
+            ));
+        } else if p.std_error.is_infinite() {
+            let why = if bears[i] {
+                "the other parameters make up for any change of it"
+            } else {
+                "no event that could be read depends on it"
+            };
+            out.push(format!("this data does not tell {}: {why}", p.id));
+        } else if p.std_error > VAGUE * units[i] {
+            out.push(format!(
+                "this data hardly tells {}: {} +- {}",
+                p.id,
+                format_quantity(p.value, p.unit, 3),
+                format_quantity(p.std_error, p.unit, 2)
+            ));
+        }
+    }
+    for i in 0..parameters.len() {
+        for j in i + 1..parameters.len() {
+            let r = correlations[(i, j)];
+            if r.abs() > EXTREME {
+                out.push(format!(
+                    "this data cannot tell {} from {} (correlation {r:+.3})",
+                    parameters[i].id, parameters[j].id
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// Sentences on the recordings that do not fit.
+pub(crate) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
+    each.iter()
+        .filter(|m| m.is_bad())
+        .map(|m| {
+            if m.chi2 <= BAD && m.set_aside < NONE_LEFT {
+                return format!(
+                    "{:.0} % of {} could not be followed from event to event and has no say; what could fits. Hits that follow each other too fast for the noise do that; where the recording itself looks unlike the simulation, it is of another device or the model lacks something",
+                    100.0 * m.set_aside,
+                    m.name
+                );
+            }
+            let readings = m.chi2 * (1.0 - m.at_ground);
+            if readings <= BAD && m.set_aside <= ASIDE && m.rms < NEAR * m.noise {
+                return format!(
+                    "{} is followed to the noise, but what happens at the ground in it does not obey the model's laws of bounce and release (chi2 {}): where a release falls on a jump of the drive, adhesion is not told there; otherwise a diagnosis looks for what is missing",
+                    m.name,
+                    format_number(m.chi2, 3)
+                );
+            }
+            format!(
+                "{} does not fit (rms {} against noise {}, chi2 {}, {:.0} % set aside): it is of another device, the model lacks something, or hits follow each other too fast to be read; values and errors mean little then. A diagnosis looks for what is missing",
+                m.name,
+                format_quantity(m.rms, "m", 3),
+                format_quantity(m.noise, "m", 3),
+                format_number(m.chi2, 3),
+                100.0 * m.set_aside
+            )
+        })
+        .collect()
+}
+
+/// Distances to the data at a point: all together, and each recording.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense at the point.
+pub(crate) fn misfits(
+    prepared: &Prepared,
+    point: &Point,
+) -> Result<(Misfit, Vec<Misfit>), SimError> {
+    let problem = &prepared.problem;
+    let all = residuals_at(problem, point, |_, _| true)?;
+    let sums: Vec<Sums> = point
+        .segments
+        .iter()
+        .zip(all)
+        .enumerate()
+        .map(|(i, (segment, r))| {
+            let mut sums = Sums {
+                unknowns: segment.locals.len(),
+                ..Sums::default()
+            };
+            let sigma = problem.data[segment.recording].sigmas.xp;
+            let Some(r) = r else {
+                let rows = problem.rows(segment);
+                let lost = rows.iter().filter(|row| **row == Row::ProofMass).count();
+                return Sums {
+                    lost,
+                    ..Sums::default()
+                };
+            };
+            for (row, r) in problem.rows(segment).iter().zip(&r) {
+                if *row == Row::ProofMass {
+                    sums.square += r * r * sigma * sigma;
+                    sums.samples += 1;
+                }
+                if point.used[i] {
+                    sums.chi2 += r * r;
+                    sums.rows += 1;
+                    if matches!(row, Row::Height | Row::Velocity | Row::Force) {
+                        sums.ground += r * r;
+                    }
+                }
+            }
+            if !point.used[i] {
+                sums.aside = sums.samples;
+                sums.unknowns = 0;
+            }
+            sums
+        })
+        .collect();
+    let of = |name: &str, pick: &dyn Fn(usize) -> bool| {
+        let mut total = Sums::default();
+        let mut noise = 0.0;
+        for (sums, segment) in sums.iter().zip(&point.segments) {
+            if pick(segment.recording) {
+                total.add(sums);
+                let sigma = problem.data[segment.recording].sigmas.xp;
+                noise += sigma * sigma * sums.samples as f64;
+            }
+        }
+        let samples = total.samples.max(1) as f64;
+        let freedom = total.rows.saturating_sub(total.unknowns).max(1) as f64;
+        Misfit {
+            name: name.to_owned(),
+            rms: (total.square / samples).sqrt(),
+            noise: (noise / samples).sqrt(),
+            chi2: total.chi2 / freedom,
+            samples: total.samples,
+            set_aside: (total.aside + total.lost) as f64
+                / (total.samples + total.lost).max(1) as f64,
+            at_ground: total.ground / total.chi2.max(f64::MIN_POSITIVE),
+        }
+    };
+    let each = problem.data.iter().enumerate();
+    let each = each
+        .map(|(k, d)| of(&d.recording.name, &|r| r == k))
+        .collect();
+    Ok((of("", &|_| true), each))
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    square: f64,
+    samples: usize,
+    chi2: f64,
+    /// Of that, what the laws of the ground leave.
+    ground: f64,
+    rows: usize,
+    unknowns: usize,
+    aside: usize,
+    /// Samples in segments that cannot be simulated.
+    lost: usize,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.square += other.square;
+        self.samples += other.samples;
+        self.chi2 += other.chi2;
+        self.ground += other.ground;
+        self.rows += other.rows;
+        self.unknowns += other.unknowns;
+        self.aside += other.aside;
+        self.lost += other.lost;
+    }
+}
+
+#[cfg(test)]
+#[path = "fit_result_tests.rs"]
+mod tests;

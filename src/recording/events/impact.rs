@@ -1,0 +1,229 @@
+//! Impacts: kinks of the sampled position, timed between samples, with the speeds on
+//! both sides.
+//!
+//! Each side is fitted by a polynomial of its own samples only; the impact is where
+//! the two meet. The polynomial is as high as the noise allows, for the second mode
+//! of the device (6.4 kHz) goes through half a cycle within the window.
+
+use super::{EventOptions, Impact};
+use crate::recording::grid::TimeAxis;
+use nalgebra::{DMatrix, DVector};
+use std::ops::RangeInclusive;
+
+/// Time on each side of an impact from which the speeds are fitted \[s\].
+const FIT_SPAN: f64 = 1e-4;
+/// Fewest and most samples on each side.
+const FIT_SAMPLES: (usize, usize) = (3, 50);
+/// Highest degree of a side's polynomial.
+const MOST_DEGREE: usize = 4;
+/// Degrees above one must leave the speed certain to this share.
+const CERTAIN: f64 = 0.03;
+/// A change of speed below this share of the arriving speed is no impact.
+const LEAST_CHANGE: f64 = 0.3;
+/// Faster departures than this share of the arrival are thrown, not bounced.
+const MOST_RESTITUTION: f64 = 1.2;
+
+/// Impacts among samples `first..=last`, which are near the ground. `limits`: the
+/// last sample of the stay before and the first of the next, which no fit may cross.
+pub(crate) fn find_impacts(
+    time: TimeAxis,
+    xp: &[f64],
+    options: &EventOptions,
+    (first, last): (usize, usize),
+    limits: (usize, usize),
+) -> Vec<Impact> {
+    let interval = time.interval(xp.len());
+    let candidates = kinks(time, xp, options.noise, interval, (first, last));
+    let reach = ((FIT_SPAN / interval).round() as usize).clamp(FIT_SAMPLES.0, FIT_SAMPLES.1);
+    let fits = |k: usize, &i: &usize| {
+        // A fit stays on its own side of the neighbouring kinks.
+        let from = k.checked_sub(1).map_or(limits.0, |p| candidates[p] + 1);
+        let to = candidates.get(k + 1).map_or(limits.1, |next| next - 1);
+        let from = from.min(i - 1).max((i - 1).saturating_sub(reach - 1));
+        let to = to.max(i + 1).min(i + reach).min(xp.len() - 1);
+        meet(time, xp, options, i, from..=i - 1, i + 1..=to)
+            // The sample in the middle belongs to one of the sides.
+            .and_then(|(at, _, _)| match at {
+                _ if at > 0.1 * interval => meet(time, xp, options, i, from + 1..=i, i + 1..=to),
+                _ if at < -0.1 * interval => meet(time, xp, options, i, from..=i - 1, i..=to - 1),
+                _ => meet(time, xp, options, i, from..=i - 1, i + 1..=to),
+            })
+            .and_then(|(at, before, after)| {
+                judge(options, interval, time.at(i), at, &before, &after)
+            })
+    };
+    candidates
+        .iter()
+        .enumerate()
+        .filter_map(|(k, i)| fits(k, i))
+        .collect()
+}
+
+/// Samples at which the slope jumps up most, compared with the noise and with their
+/// neighbours.
+fn kinks(
+    time: TimeAxis,
+    xp: &[f64],
+    noise: f64,
+    interval: f64,
+    (first, last): (usize, usize),
+) -> Vec<usize> {
+    let n = xp.len();
+    let slope = |i: usize| (xp[i + 1] - xp[i]) / (time.at(i + 1) - time.at(i));
+    let kink = |i: usize| {
+        if i == 0 || i + 1 >= n {
+            f64::NAN
+        } else {
+            slope(i) - slope(i - 1)
+        }
+    };
+    let threshold = 6.0 * noise * 6f64.sqrt() / interval;
+    let from = first.saturating_sub(1).max(1);
+    let to = (last + 1).min(n.saturating_sub(2));
+    let mut found: Vec<usize> = Vec::new();
+    for i in from..=to {
+        let here = kink(i);
+        // A kink between two samples shows at both; the larger one stands for it.
+        let largest = !(kink(i - 1) > here || kink(i + 1) > here);
+        let clear = here > threshold && here > 0.0;
+        if clear && largest && found.last().is_none_or(|last| i - last >= 2) {
+            found.push(i);
+        }
+    }
+    found
+}
+
+/// Whether two sides that meet at `at` (from sample time `t`) are an impact.
+fn judge(
+    options: &EventOptions,
+    interval: f64,
+    t: f64,
+    at: f64,
+    before: &Curve,
+    after: &Curve,
+) -> Option<Impact> {
+    let (v_before, v_after) = (before.slope(at), after.slope(at));
+    let change = v_after - v_before;
+    let blur = before.slope_error.max(after.slope_error);
+    let sudden = change > (LEAST_CHANGE * v_before.abs()).max(3.0 * blur);
+    // Nothing leaves the ground faster than it came: that would be a push.
+    let thrown = v_after > MOST_RESTITUTION * v_before.abs() + 2.0 * blur;
+    // The height where the curves meet is uncertain by a share of the way of a
+    // sample; a ring above the ground turns as sharply, but higher.
+    let slack = options.tolerance() + 0.2 * change.abs() * interval;
+    let near = (before.value(at) - options.contact_level).abs() <= slack.min(options.clear_hop());
+    (v_before < -blur && sudden && near && !thrown).then_some(Impact {
+        time: t + at,
+        v_before,
+        v_after,
+        v_error: before.doubt.max(after.doubt),
+    })
+}
+
+/// Fits both sides and finds where they meet, as time from sample `i` \[s\].
+fn meet(
+    time: TimeAxis,
+    xp: &[f64],
+    options: &EventOptions,
+    i: usize,
+    left: RangeInclusive<usize>,
+    right: RangeInclusive<usize>,
+) -> Option<(f64, Curve, Curve)> {
+    let origin = time.at(i);
+    let before = Curve::fit(time, xp, left, origin, options.noise)?;
+    let after = Curve::fit(time, xp, right, origin, options.noise)?;
+    let (lower, upper) = (time.at(i - 1) - origin, time.at(i + 1) - origin);
+    let mut at = 0.0;
+    // Newton's steps on the distance; two are enough, and it cannot leave the bounds.
+    for _ in 0..4 {
+        let distance = before.value(at) - after.value(at);
+        let next = at + distance / (after.slope(at) - before.slope(at));
+        if !next.is_finite() {
+            break;
+        }
+        at = next.clamp(lower, upper);
+    }
+    Some((at, before, after))
+}
+
+/// A polynomial in time from an origin.
+#[derive(Debug, Clone)]
+struct Curve {
+    /// Coefficients, constant first, of time over `unit`.
+    coefficients: Vec<f64>,
+    unit: f64,
+    /// Standard deviation of the slope at the origin from the noise \[m/s\].
+    slope_error: f64,
+    /// That, and how much one degree less would change the slope \[m/s\].
+    doubt: f64,
+}
+
+impl Curve {
+    /// Least squares through some samples; the degree is the highest that leaves the
+    /// slope certain. `None` below two finite samples.
+    fn fit(
+        time: TimeAxis,
+        xp: &[f64],
+        range: RangeInclusive<usize>,
+        origin: f64,
+        noise: f64,
+    ) -> Option<Self> {
+        let points: Vec<(f64, f64)> = range
+            .filter_map(|i| xp.get(i).map(|x| (time.at(i) - origin, *x)))
+            .filter(|(t, x)| t.is_finite() && x.is_finite())
+            .collect();
+        let n = points.len();
+        // Time in units of the window keeps the equations well conditioned.
+        let unit = points.iter().fold(0.0, |m: f64, p| m.max(p.0.abs()));
+        if n < 2 || unit <= 0.0 {
+            return None;
+        }
+        let values = DVector::from_fn(n, |i, _| points[i].1);
+        let of_degree = |degree: usize| {
+            if degree == 0 {
+                return None;
+            }
+            let design =
+                DMatrix::from_fn(n, degree + 1, |i, j| (points[i].0 / unit).powi(j as i32));
+            let inverse = design.pseudo_inverse(1e-12).ok()?;
+            let solved = &inverse * &values;
+            Some(Curve {
+                coefficients: solved.iter().copied().collect(),
+                unit,
+                slope_error: noise * inverse.row(1).norm() / unit,
+                doubt: 0.0,
+            })
+        };
+        // Degrees above the line need one sample more than coefficients, or a bad
+        // sample would be followed exactly.
+        let highest = MOST_DEGREE.min(n.saturating_sub(1)).max(1);
+        let certain = |d: &usize| {
+            of_degree(*d).is_some_and(|c| c.slope_error <= CERTAIN * c.slope(0.0).abs())
+        };
+        let fallback = if n >= 4 { 2 } else { 1 };
+        let degree = (2..=highest).rev().find(certain).unwrap_or(fallback);
+        let mut chosen = of_degree(degree)?;
+        let lower = of_degree(degree - 1).map_or(f64::NAN, |c| c.slope(0.0));
+        let change = chosen.slope(0.0) - lower;
+        chosen.doubt = if change.is_finite() {
+            chosen.slope_error.hypot(change)
+        } else {
+            chosen.slope_error
+        };
+        Some(chosen)
+    }
+
+    fn value(&self, t: f64) -> f64 {
+        let s = t / self.unit;
+        self.coefficients
+            .iter()
+            .rev()
+            .fold(0.0, |sum, c| sum * s + c)
+    }
+
+    fn slope(&self, t: f64) -> f64 {
+        let s = t / self.unit;
+        let terms = self.coefficients.iter().enumerate().skip(1).rev();
+        terms.fold(0.0, |sum, (k, c)| sum * s + k as f64 * c) / self.unit
+    }
+}

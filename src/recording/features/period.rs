@@ -1,0 +1,212 @@
+//! The cycles of a drive, from its recorded voltage.
+
+use super::missing::Missing;
+use crate::recording::events::Contact;
+use crate::recording::grid::TimeAxis;
+use crate::recording::noise::estimate_noise;
+use crate::recording::{median_in_place, quantile_in_place};
+
+/// Cycles whose lengths differ by more than this share are not periodic.
+const REGULAR: f64 = 0.03;
+/// Share of the swing that counts as being at the top or at the bottom.
+const EDGE: f64 = 0.02;
+
+/// One cycle of the drive. All times in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cycle {
+    /// The voltage crosses its middle upwards.
+    pub start: f64,
+    /// It does so again.
+    pub end: f64,
+    /// The voltage leaves its top: from here it falls or is held low.
+    pub fall: f64,
+    /// The voltage leaves its bottom: from here it rises.
+    pub rise: f64,
+}
+
+/// The whole cycles among `n` samples. With a given `period` and no voltage the
+/// cycles are laid so that no contact crosses their ends.
+///
+/// # Errors
+/// [`Missing`] if there is neither a period nor a periodic voltage.
+pub fn find_cycles(
+    time: TimeAxis,
+    voltage: Option<&[f64]>,
+    n: usize,
+    period: Option<f64>,
+    contacts: &[Contact],
+) -> Result<Vec<Cycle>, Missing> {
+    match (voltage, period.filter(|p| p.is_finite() && *p > 0.0)) {
+        (Some(voltage), period) => match from_voltage(time, voltage) {
+            Err(_) if period.is_some() => Ok(by_clock(time, n, period.unwrap_or(1.0), contacts)),
+            found => found,
+        },
+        (None, Some(period)) => Ok(by_clock(time, n, period, contacts)),
+        (None, None) => Err(Missing::NoVoltage),
+    }
+}
+
+/// Cycles by the clock: each starts a little before a contact would.
+fn by_clock(time: TimeAxis, n: usize, period: f64, contacts: &[Contact]) -> Vec<Cycle> {
+    let Some(last) = n.checked_sub(1) else {
+        return Vec::new();
+    };
+    let (from, to) = (time.at(0), time.at(last));
+    let phase = contacts
+        .iter()
+        .find(|c| !c.cut)
+        .map_or(0.0, |c| (c.start - 0.05 * period - from).rem_euclid(period));
+    let whole = ((to - from - phase) / period + 1e-9).floor();
+    // More cycles than samples would be no cycles.
+    if !(whole >= 1.0 && whole <= n as f64) {
+        return Vec::new();
+    }
+    (0..whole as usize)
+        .map(|k| from + phase + k as f64 * period)
+        .map(|start| Cycle {
+            start,
+            end: start + period,
+            // Without a voltage nothing is known of its fall: the whole cycle counts.
+            fall: start,
+            rise: start + period,
+        })
+        .collect()
+}
+
+/// First and last sample at the top or the bottom.
+type Stay = (usize, usize);
+
+/// When the voltage leaves its top or bottom [s]: at the end of a plateau, but in the
+/// middle of a turn such as a sine's, where it goes back from one sample to the next.
+/// A turn is about `edge` [V] deep, a plateau as deep as the noise.
+fn leaving(time: TimeAxis, voltage: &[f64], (first, last): Stay, edge: f64) -> f64 {
+    let (from, to) = (time.at(first), time.at(last));
+    let mean = |low: f64, high: f64| {
+        let (mut sum, mut count) = (0.0, 0);
+        for (i, &v) in voltage.iter().enumerate().take(last + 1).skip(first) {
+            let place = (2.0 * time.at(i) - from - to) / (to - from);
+            if v.is_finite() && (low..=high).contains(&place.abs()) {
+                sum += v;
+                count += 1;
+            }
+        }
+        (count > 0).then(|| sum / f64::from(count))
+    };
+    let (Some(edges), Some(middle)) = (mean(0.5, 1.0), mean(0.0, 0.2)) else {
+        return to;
+    };
+    // How far the outermost samples are from the extreme tells the depth of the stay; of
+    // a parabola's depth the outer half keeps 0.58, of a plateau's next to nothing.
+    let depth = 0.5 * (voltage[first] + voltage[last]) - middle;
+    if depth.abs() > 0.3 * edge && (edges - middle) * depth.signum() > 0.3 * depth.abs() {
+        0.5 * (from + to)
+    } else {
+        to
+    }
+}
+
+fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> {
+    let mut sorted: Vec<f64> = voltage.iter().copied().filter(|v| v.is_finite()).collect();
+    if sorted.len() < 4 {
+        return Err(Missing::TooShort {
+            samples: sorted.len(),
+        });
+    }
+    let low = quantile_in_place(&mut sorted, 0.005);
+    let high = quantile_in_place(&mut sorted, 0.995);
+    let swing = high - low;
+    let noise = estimate_noise(time, voltage).map_or(0.0, |n| n.sigma);
+    if swing.is_nan() || swing <= 10.0 * noise || swing <= 1e-9 * high.abs().max(low.abs()) {
+        return Err(Missing::ConstantVoltage);
+    }
+    let edge = (EDGE * swing).max(3.0 * noise);
+    let (top, middle, bottom) = (high - edge, 0.5 * (high + low), low + edge);
+    let band = 0.1 * swing;
+    // Upward crossings of the middle, armed by having been clearly below it.
+    let mut crossings: Vec<f64> = Vec::new();
+    let mut tops: Vec<f64> = Vec::new();
+    let mut bottoms: Vec<f64> = Vec::new();
+    let mut armed = false;
+    let (mut was_top, mut was_bottom): (Option<Stay>, Option<Stay>) = (None, None);
+    let mut previous: Option<(f64, f64)> = None;
+    let mut pending: Option<f64> = None;
+    for (i, &v) in voltage.iter().enumerate() {
+        if !v.is_finite() {
+            continue;
+        }
+        let t = time.at(i);
+        if let Some((t_before, v_before)) = previous {
+            if v_before < middle && v >= middle {
+                pending = Some(t_before + (t - t_before) * (middle - v_before) / (v - v_before));
+            } else if v < middle {
+                pending = None;
+            }
+        }
+        if v < middle - band {
+            armed = true;
+            if let Some(stay) = was_top.take() {
+                tops.push(leaving(time, voltage, stay, edge));
+            }
+        }
+        if v > middle + band {
+            if let (true, Some(crossing)) = (armed, pending) {
+                crossings.push(crossing);
+                armed = false;
+            }
+            if let Some(stay) = was_bottom.take() {
+                bottoms.push(leaving(time, voltage, stay, edge));
+            }
+        }
+        if v >= top {
+            was_top = Some((was_top.map_or(i, |(first, _)| first), i));
+        }
+        if v <= bottom {
+            was_bottom = Some((was_bottom.map_or(i, |(first, _)| first), i));
+        }
+        previous = Some((t, v));
+    }
+    let first = (0..voltage.len()).find(|i| voltage[*i].is_finite());
+    let begins_at_top = first.is_some_and(|i| voltage[i] >= top);
+    if crossings.len() < 2 {
+        return Err(if crossings.is_empty() && tops.is_empty() {
+            Missing::ConstantVoltage
+        } else {
+            // A square that starts at its top has just risen.
+            let found = crossings.len().min(usize::from(begins_at_top));
+            Missing::TooFewPeriods { found }
+        });
+    }
+    let lengths: Vec<f64> = crossings.windows(2).map(|w| w[1] - w[0]).collect();
+    let usual = median_in_place(&mut lengths.clone());
+    // A square that starts at its top has just risen: its first period counts too.
+    if let Some(i) = first.filter(|_| begins_at_top)
+        && ((crossings[0] - time.at(i)) / usual - 1.0).abs() <= REGULAR
+    {
+        crossings.insert(0, time.at(i));
+    }
+    let mut deviations: Vec<f64> = lengths.iter().map(|l| (l / usual - 1.0).abs()).collect();
+    // The upper quartile: a gap or two may lengthen a few cycles, a sweep changes most.
+    let spread = quantile_in_place(&mut deviations, 0.75);
+    if spread > REGULAR {
+        return Err(Missing::NotPeriodic {
+            spread_percent: 100.0 * spread,
+        });
+    }
+    let last_between = |events: &[f64], from: f64, to: f64| {
+        let end = events.partition_point(|t| *t <= to);
+        end.checked_sub(1).map(|i| events[i]).filter(|t| *t >= from)
+    };
+    Ok(crossings
+        .windows(2)
+        .filter(|w| ((w[1] - w[0]) / usual - 1.0).abs() <= 2.0 * REGULAR)
+        .map(|w| {
+            let (start, end) = (w[0], w[1]);
+            Cycle {
+                start,
+                end,
+                fall: last_between(&tops, start, end).unwrap_or(start),
+                rise: last_between(&bottoms, start, end).unwrap_or(end),
+            }
+        })
+        .collect())
+}

@@ -1,0 +1,119 @@
+//! Where the mass comes to rest in flight while the voltage stands still, from data alone.
+
+use super::{Recording, extremes};
+
+/// A voltage that moves by less than this share of its range stands still.
+const STILL: f64 = 0.005;
+/// Shortest time that it must stand for the ring to die away \[s\].
+const LONG: f64 = 20e-3;
+/// The last of that time, in which the mass is looked at, as a share.
+const LAST: f64 = 0.5;
+/// What is left of the ring moves the mass less than this in it \[m\]: over many periods it
+/// averages out to a percent.
+const AT_REST: f64 = 60e-6;
+/// The two halves of that time are this near, noise aside \[m\].
+const STEADY: f64 = 1e-6;
+/// Lowest height that is not the ground \[m\].
+const CLEAR: f64 = 5e-6;
+
+/// A rest in flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rest {
+    /// Voltage meanwhile \[V\].
+    pub voltage: f64,
+    /// Height above the ground \[m\].
+    pub height: f64,
+}
+
+/// The rests in a recording, `xp` its proof mass with a lag and changes of
+/// the ground's level taken out,
+/// whose ground is at `level` and whose noise is `noise` \[m\], in order of time. Empty without a
+/// voltage.
+#[must_use]
+pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<Rest> {
+    let Some(volts) = recording.voltage.as_deref() else {
+        return Vec::new();
+    };
+    let (low, high) = extremes(volts);
+    if low > high {
+        return Vec::new();
+    }
+    let still = STILL * (high - low);
+    let mut found = Vec::new();
+    let mut begin = 0;
+    for i in 1..=volts.len() {
+        if i < volts.len() && (volts[i] - volts[begin]).abs() <= still && !recording.is_gap(i - 1) {
+            continue;
+        }
+        let long = recording.time[i - 1] - recording.time[begin];
+        if long >= LONG {
+            let from = i - ((LAST * (i - begin) as f64) as usize).max(1);
+            let middle = (from + i) / 2;
+            let halves = [from..middle, middle..i].map(|half| mean(&xp[half]));
+            if let [Some((a, x)), Some((b, y))] = halves {
+                let height = 0.5 * (a + b) - level;
+                let spread = x.1.max(y.1) - x.0.min(y.0);
+                let steady = (a - b).abs() < STEADY + noise;
+                if height > CLEAR && spread < AT_REST + 8.0 * noise && steady {
+                    found.push(Rest {
+                        voltage: volts[begin],
+                        height,
+                    });
+                }
+            }
+        }
+        begin = i;
+    }
+    found
+}
+
+/// Mean of the values that are there, and the lowest and highest; `None` of too few.
+fn mean(values: &[f64]) -> Option<(f64, (f64, f64))> {
+    let finite = || values.iter().copied().filter(|x| x.is_finite());
+    let count = finite().count();
+    (count >= 20).then(|| (finite().sum::<f64>() / count as f64, extremes(values)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rest_positions::*;
+
+    /// A voltage of 8 V and -8 V in turn, 30 ms each; the mass rests 40 um above zero at the
+    /// one, after a ring, and on the ground 58 um below it at the other.
+    fn tapping() -> Recording {
+        let time: Vec<f64> = (0..6000).map(|i| 2e-5 * f64::from(i)).collect();
+        let up = |t: f64| ((t / 30e-3) as usize).is_multiple_of(2);
+        let volts = time
+            .iter()
+            .map(|t| if up(*t) { 8.0 } else { -8.0 })
+            .collect();
+        let xp = time.iter().map(|&t| {
+            let since = t % 30e-3;
+            let ring = 5e-6 * (-since / 2e-3).exp() * (4e3 * since).cos();
+            if up(t) { 40e-6 + ring } else { -58e-6 }
+        });
+        Recording::new("tapping", time.clone(), Some(volts), xp.collect(), None).unwrap()
+    }
+
+    #[test]
+    fn it_is_above_the_ground_where_the_ring_has_died_away() {
+        let found = rests(&tapping(), &tapping().proof_mass, -58e-6, 20e-9);
+        assert_eq!(found.len(), 2, "{found:?}");
+        for rest in found {
+            assert!((rest.height - 98e-6).abs() < 0.1e-6, "{rest:?}");
+            assert_eq!(rest.voltage, 8.0);
+        }
+    }
+
+    #[test]
+    fn there_is_none_while_the_mass_moves_or_without_a_voltage() {
+        let mut moving = tapping();
+        for (x, t) in moving.proof_mass.iter_mut().zip(&moving.time) {
+            *x += 40e-6 * (3e3 * t).sin();
+        }
+        assert!(rests(&moving, &moving.proof_mass, -58e-6, 20e-9).is_empty());
+        let mut blind = tapping();
+        blind.voltage = None;
+        assert!(rests(&blind, &blind.proof_mass, -58e-6, 20e-9).is_empty());
+    }
+}

@@ -1,0 +1,369 @@
+//! A state carried through a stretch, step by step, and read on the way.
+
+use super::sample_clock::Beat;
+use super::{StretchSimulator, StretchState, segment_at};
+use crate::model::MAX_MODES;
+use crate::model::drive::Segment;
+use crate::model::sensor::Point;
+use crate::sim::crossing::first_below;
+use crate::sim::error::{Burden, SimError};
+use crate::sim::nodes::S;
+use crate::sim::output::FastModes;
+use crate::sim::step::Step;
+use crate::sim::step::tables::LEVELS;
+
+/// Steps after which a stretch is given up, to begin with: where the film is thought to be
+/// all but singular, a fit must not crawl through it.
+const MOST_STEPS: u64 = 20_000;
+/// And so many more for each reading.
+const STEPS_PER_READING: u64 = 200;
+
+/// A step of another's length may err by so many times the tolerance.
+const LENIENT: f64 = 100.0;
+
+/// The lengths of steps that were taken, carry by carry. What differs by little is to be
+/// compared in the same steps: each choice of steps has a discretisation error of its own,
+/// which a difference would divide by its step (Bock 1981, internal differentiation).
+#[derive(Debug, Clone, Default)]
+pub struct Pace(pub(super) Vec<Vec<usize>>);
+
+/// Steps through stretches of one simulator with scratch of its own.
+#[derive(Debug)]
+pub struct Stretcher<'a> {
+    simulator: &'a StretchSimulator,
+    flight: Step,
+    held: Step,
+    level: usize,
+    noted: Option<Pace>,
+    followed: Option<(&'a Pace, usize)>,
+}
+
+impl<'a> Stretcher<'a> {
+    /// For stretches of `simulator`.
+    pub fn new(simulator: &'a StretchSimulator) -> Self {
+        Self {
+            simulator,
+            flight: Step::new(simulator.modes(), &simulator.device.rates),
+            held: Step::new(simulator.device.held_modes.len(), &simulator.device.rates),
+            level: 0,
+            noted: None,
+            followed: None,
+        }
+    }
+
+    /// From now on notes the lengths of its steps.
+    pub fn note_pace(&mut self) {
+        self.noted = Some(Pace::default());
+    }
+
+    /// The lengths of the steps since [`Self::note_pace`]; none are noted any more.
+    pub fn noted_pace(&mut self) -> Pace {
+        self.noted.take().unwrap_or_default()
+    }
+
+    /// Takes the next carries in steps as long as those of `pace`, as far as they go and do
+    /// not err by far more than allowed.
+    pub fn follow(&mut self, pace: &'a Pace) {
+        self.followed = Some((pace, 0));
+    }
+
+    /// The simulator.
+    pub fn simulator(&self) -> &'a StretchSimulator {
+        self.simulator
+    }
+
+    /// Carries `state` from `from` to `to` \[s\], in flight (`held` is `None`) or with the
+    /// mass held at a level \[m\]. At each of the increasing `times` within, `out` gets the
+    /// number of the time, and the readings of `xp` and `xc` without the sensor's offsets
+    /// \[m\].
+    ///
+    /// The drive is a list of segments in order of time; the first and last reach on.
+    ///
+    /// # Errors
+    /// [`SimError`] if the motion diverges or no step is small enough.
+    #[allow(clippy::too_many_arguments)]
+    pub fn carry(
+        &mut self,
+        drive: &[Segment],
+        held: Option<f64>,
+        from: f64,
+        to: f64,
+        state: &mut StretchState,
+        times: &[f64],
+        mut out: impl FnMut(usize, f64, f64),
+    ) -> Result<(), SimError> {
+        let device = &self.simulator.device;
+        let mut t = from;
+        let mut next = 0;
+        let mut steps = 0;
+        let most = MOST_STEPS + STEPS_PER_READING * times.len() as u64;
+        // Each stretch starts afresh, so that its answer does not depend on the one before.
+        self.level = 0;
+        self.flight.sliding = 0.0;
+        self.flight.forget();
+        self.held.forget();
+        if let Some(pace) = &mut self.noted {
+            pace.0.push(Vec::new());
+        }
+        let mut before: &[usize] = &[];
+        if let Some((pace, carry)) = &mut self.followed {
+            before = pace.0.get(*carry).map_or(&[], Vec::as_slice);
+            *carry += 1;
+        }
+        let (on_ground, mut held) = (held.is_some(), held);
+        let beat = Beat::new(device, times);
+        while t < to {
+            let mut segment = segment_at(drive, t);
+            if device.has_effects() {
+                segment = device.piece(segment, t, &state.z);
+            }
+            if device.friction > 0.0 && !on_ground {
+                self.rub(&segment, t, &mut held, state);
+            }
+            let end = to.min(if segment.end > t { segment.end } else { to });
+            let h = match self.step_as(&mut before, &segment, held, t, state) {
+                Some(h) => h,
+                None => self.step(&segment, held, t, end, state, (&mut steps, most))?,
+            };
+            let mut share = ((end - t) / h).min(1.0);
+            let mut reached = if share < 1.0 { end } else { t + h };
+            let step = if held.is_some() {
+                &self.held
+            } else {
+                &self.flight
+            };
+            let (mut turned, mut smooth) = (false, None);
+            if device.friction > 0.0 && !on_ground {
+                let turn = match held {
+                    None => step.first_turn(
+                        smooth.insert(step.smooth(&device.phi_p)),
+                        &device.phi_p,
+                        share,
+                    ),
+                    Some(_) if step.stays_below(device, device.friction) => None,
+                    Some(x) => {
+                        let pull = |s: f64| step.held_pull(device, &segment, t, s, x);
+                        first_below(|s| device.friction - pull(s).abs(), share, 0.0)
+                    }
+                };
+                if let Some(s) = turn {
+                    (share, reached, turned) = (s, t + s * h, true);
+                }
+            }
+            if times.get(next).is_some_and(|&s| s <= reached) {
+                let none = [0.0; MAX_MODES];
+                let (phi_p, phi_c, level_p, level_c) = match held {
+                    None => (&device.phi_p[..], &device.phi_c[..], 0.0, 0.0),
+                    Some(level) => (
+                        &none[..device.held_modes.len()],
+                        &device.held.cantilever[..],
+                        level,
+                        level * device.anchor_c,
+                    ),
+                };
+                let p = smooth.unwrap_or_else(|| step.smooth(phi_p));
+                let c = step.smooth(phi_c);
+                let courses = step.courses(device);
+                let mut fast = FastModes::new(&step.swings, beat.motions(held.is_some()));
+                let mut before = t;
+                while let Some(&at) = times.get(next).filter(|&&s| s <= reached) {
+                    let s = ((at - t) / h).max(0.0);
+                    let (mut xp, mut xc) = (level_p + p.value(s), level_c + c.value(s));
+                    if !beat.is_one(at - before) {
+                        fast.restart();
+                    }
+                    fast.advance(s * h);
+                    before = at;
+                    for ((x, _), (p, c)) in fast.now().iter().zip(phi_p.iter().zip(phi_c)) {
+                        xp += p * x;
+                        xc += c * x;
+                    }
+                    if device.alters_readings {
+                        let z = step.states_beside(&courses, s, fast.now());
+                        xp = device.apparent(xp, Point::ProofMass, at, z.as_slice());
+                        xc = device.apparent(xc, Point::Cantilever, at, z.as_slice());
+                    }
+                    out(next, xp, xc);
+                    next += 1;
+                }
+            }
+            if share >= 1.0 {
+                state.q.copy_from_slice(step.q_at(S - 1));
+                state.v.copy_from_slice(step.v_at(S - 1));
+                state.z.copy_from_slice(step.z_at(S - 1));
+            } else {
+                step.modal_at(share, &mut state.q, &mut state.v);
+                state.z.copy_from_slice(step.states_at(share).as_slice());
+            }
+            t = reached;
+            if turned && held.is_none() {
+                // At rest to the last bit, for what follows to be decided by the forces.
+                let x = self.simulator.flight_points(state).xp;
+                self.simulator.kick(x, 0.0, state);
+                self.flight.sliding = 0.0;
+            }
+            if device.has_effects() && t >= segment.end {
+                device.end_piece(&segment, t, &mut state.z);
+            }
+        }
+        if let (Some(x), false) = (held, on_ground) {
+            self.simulator.lift(x, state);
+            held = None;
+        }
+        // What is asked for at the very start, of a stretch without length.
+        while let Some(&at) = times.get(next).filter(|&&s| s <= to) {
+            debug_assert!(at >= from - 1e-9);
+            let points = match held {
+                None => self.simulator.flight_points(state),
+                Some(level) => self.simulator.held_points(level, state),
+            };
+            let xp = device.apparent(points.xp, Point::ProofMass, at, &state.z);
+            let xc = device.apparent(points.xc, Point::Cantilever, at, &state.z);
+            out(next, xp, xc);
+            next += 1;
+        }
+        Ok(())
+    }
+
+    /// Friction away from the ground: a mass that does not slide yet sets out as it moves
+    /// or as it is pulled, or is held at `held` until it is pulled hard enough.
+    fn rub(&mut self, segment: &Segment, t: f64, held: &mut Option<f64>, state: &mut StretchState) {
+        let sim = self.simulator;
+        let device = &sim.device;
+        if let Some(level) = *held {
+            let pull = sim.pull_off(&[*segment], t, level, state);
+            // What was freed at a root of the force is on the edge, and pulled outward.
+            if pull.abs() < device.friction * (1.0 - 1e-12) {
+                return;
+            }
+            sim.lift(level, state);
+            *held = None;
+            self.flight.sliding = pull.signum();
+        } else if self.flight.sliding == 0.0 {
+            let points = sim.flight_points(state);
+            if points.vp.abs() > 1e-12 {
+                self.flight.sliding = points.vp.signum();
+                return;
+            }
+            sim.land(points.xp, state);
+            let pull = sim.pull_off(&[*segment], t, points.xp, state);
+            if pull.abs() > device.friction {
+                sim.lift(points.xp, state);
+                self.flight.sliding = pull.signum();
+            } else {
+                *held = Some(points.xp);
+            }
+        }
+    }
+
+    /// One step into the scratch as long as the next one of those taken `before`; returns
+    /// its length, or `None` if there is none or it will not do, and then forgets the rest.
+    fn step_as(
+        &mut self,
+        before: &mut &[usize],
+        segment: &Segment,
+        held: Option<f64>,
+        t: f64,
+        state: &StretchState,
+    ) -> Option<f64> {
+        let (&level, rest) = before.split_first()?;
+        *before = rest;
+        let taken = self.step_at(level, segment, held, t, state);
+        if taken.is_none_or(|(_, excess)| excess.is_nan() || excess > LENIENT) {
+            *before = &[];
+            return None;
+        }
+        taken.map(|(length, _)| length)
+    }
+
+    /// One step of a level into the scratch; returns its length and its error over what is
+    /// allowed, or `None` if it cannot be taken.
+    fn step_at(
+        &mut self,
+        level: usize,
+        segment: &Segment,
+        held: Option<f64>,
+        t: f64,
+        state: &StretchState,
+    ) -> Option<(f64, f64)> {
+        let sim = self.simulator;
+        let (device, tolerance) = (&sim.device, sim.tolerance);
+        let from = (&state.q[..], &state.v[..], &state.z[..]);
+        let (taken, step, length) = match held {
+            Some(ground) => (
+                self.held.held(
+                    device, &sim.held, level, segment, t, from, ground, tolerance,
+                ),
+                &self.held,
+                sim.held.length(level),
+            ),
+            None => (
+                self.flight
+                    .flight(device, &sim.flight, level, segment, t, from, tolerance),
+                &self.flight,
+                sim.flight.length(level),
+            ),
+        };
+        let allowed = tolerance + 16.0 * f64::EPSILON * step.xp[0].abs();
+        taken.is_ok().then_some((length, step.error / allowed))
+    }
+
+    /// One step into the scratch; returns its length.
+    fn step(
+        &mut self,
+        segment: &Segment,
+        held: Option<f64>,
+        t: f64,
+        end: f64,
+        state: &StretchState,
+        (steps, most): (&mut u64, u64),
+    ) -> Result<f64, SimError> {
+        let sim = self.simulator;
+        let tables = if held.is_some() {
+            &sim.held
+        } else {
+            &sim.flight
+        };
+        let mut level = self.level.max(tables.covering(end - t));
+        if held.is_some() {
+            level = level.max(sim.coarsest);
+        }
+        let mut rejected = false;
+        loop {
+            *steps += 1;
+            if *steps > most {
+                return Err(SimError::too_much(t, "steps", *steps, Burden::Film));
+            }
+            if let Some((length, excess)) = self.step_at(level, segment, held, t, state)
+                && excess <= 1.0
+            {
+                let turns = || {
+                    let share = ((end - t) / length).min(1.0);
+                    self.flight.may_turn(&sim.device.phi_p, share)
+                };
+                if held.is_none() && level < sim.coarsest && turns() {
+                    level = sim.coarsest;
+                    continue;
+                }
+                if rejected {
+                    self.level = level;
+                } else if excess < 1.0 / 64.0 && level == self.level && level > 0 {
+                    self.level -= 1;
+                }
+                if let Some(carry) = self.noted.as_mut().and_then(|pace| pace.0.last_mut()) {
+                    carry.push(level);
+                }
+                return Ok(length);
+            }
+            rejected = true;
+            level += 1;
+            if level >= LEVELS {
+                return Err(if state.q.iter().all(|q| q.is_finite()) {
+                    SimError::step_too_small(t)
+                } else {
+                    SimError::diverged(t)
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! A trial as files: recordings as CSV, the truth beside them under its own name.
+
+use super::draw::{Recordings, TrialError};
+use super::truth::Envelope;
+use crate::recording::Recording;
+use crate::recording::csv::write::write_recording;
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// The files of a trial.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CaseFiles {
+    /// Recordings to fit.
+    pub train: Vec<PathBuf>,
+    /// Recordings kept out.
+    pub held_out: Vec<PathBuf>,
+}
+
+fn failed(path: &Path, error: impl std::fmt::Display) -> TrialError {
+    TrialError::Write {
+        path: path.display().to_string(),
+        reason: error.to_string(),
+    }
+}
+
+/// Writes the recordings into `folder`, which is made: `train-1.csv` ...,
+/// `held-out-1.csv` ....
+///
+/// # Errors
+/// [`TrialError::Write`] with the file that could not be written.
+pub fn write_case(folder: &Path, recordings: &Recordings) -> Result<CaseFiles, TrialError> {
+    fs::create_dir_all(folder).map_err(|e| failed(folder, e))?;
+    let write = |group: &str, list: &[std::sync::Arc<Recording>]| {
+        let mut paths = Vec::with_capacity(list.len());
+        for (i, recording) in list.iter().enumerate() {
+            let path = folder.join(format!("{group}-{}.csv", i + 1));
+            let file = fs::File::create(&path).map_err(|e| failed(&path, e))?;
+            let mut out = BufWriter::new(file);
+            write_recording(&mut out, recording).map_err(|e| failed(&path, e))?;
+            out.flush().map_err(|e| failed(&path, e))?;
+            paths.push(path);
+        }
+        Ok::<_, TrialError>(paths)
+    };
+    Ok(CaseFiles {
+        train: write("train", &recordings.train)?,
+        held_out: write("held-out", &recordings.held_out)?,
+    })
+}
+
+/// Opens the envelope into the file `path`; its SHA-256 is the seal.
+///
+/// # Errors
+/// [`TrialError::Write`].
+pub fn write_truth(path: &Path, envelope: Envelope) -> Result<(), TrialError> {
+    let (_, text) = envelope.open();
+    fs::write(path, text).map_err(|e| failed(path, e))
+}

@@ -1,0 +1,40 @@
+//! Sealed trials: recordings of a device with a concealed effect, made by another model
+//! and another solver than the instrument's, and the score of what a diagnosis says.
+//!
+//! Nothing here uses the simulator or the laws of the instrument. A device is a set of
+//! mass, damping and stiffness matrices ([`structure`], [`beam`]) under forces in
+//! formulations of their own ([`terms`], [`law`], [`preisach`]), followed by a
+//! Runge-Kutta pair with root finding ([`integrator`], [`hybrid`]). [`Case::draw`] draws
+//! device, rig and effect from a seed, sized by how visible they are ([`visibility`]).
+//!
+//! [`Recordings`] is all that a diagnosis is given; the truth waits in an [`Envelope`]
+//! whose seal is published first.
+
+// Sums over indices read as in the texts; a comparison is negated where a NaN must fail it.
+#![allow(
+    clippy::needless_range_loop,
+    clippy::manual_memcpy,
+    clippy::neg_cmp_op_on_partial_ord
+)]
+
+#[cfg(test)]
+pub(crate) mod case_tests;
+pub mod concealed;
+pub mod demo;
+pub mod device;
+pub(crate) mod draw;
+pub(crate) mod files;
+pub mod hybrid;
+pub mod instrument;
+pub mod rng;
+pub mod score;
+pub(crate) mod shuffle;
+pub(crate) mod truth;
+pub mod visibility;
+pub mod voltage;
+
+pub use self::draw::size::visibility;
+pub use self::draw::{Case, Mix, Recordings, Settings, TrialError};
+pub use self::files::{CaseFiles, write_case, write_truth};
+pub use self::instrument::StructureKind;
+pub use self::truth::{Class, ConcealedEffect, Envelope, RecordingNote, Truth};

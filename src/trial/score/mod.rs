@@ -1,0 +1,331 @@
+//! Scoring: what a diagnosis said against what was concealed, over many trials.
+
+pub(crate) mod located;
+pub(crate) mod parameters;
+pub(crate) mod reported;
+pub(crate) mod share;
+pub(crate) mod table;
+
+pub use self::parameters::{TrueValue, true_value};
+pub use self::reported::{BeforeAfter, Diagnosis, Estimate, Misfit, Named, Place, Verdict};
+pub use self::share::Share;
+pub use self::table::{Row, Table, aggregate};
+
+use super::truth::{Class, Truth};
+use located::located;
+use serde::{Deserialize, Serialize};
+
+/// Sizes from this on count as visible: below, abstaining is right.
+pub const VISIBLE: f64 = 3.0;
+/// Stated errors are good if the truth lies within this many of them.
+pub const COVERED: f64 = 3.0;
+
+/// How a diagnosis did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mark {
+    /// The right answer: the effects and no other, or that nothing or something unknown
+    /// is there.
+    Right,
+    /// Each missing name is in the group that was told beside a name given.
+    Group,
+    /// Some, not all, of two effects named, nothing wrong.
+    Part,
+    /// It named nothing where there was something to name.
+    Abstained,
+    /// It named what is not there.
+    Wrong,
+    /// It named an effect, or called something unexplained, where nothing was left out.
+    FalseAlarm,
+}
+
+impl Mark {
+    /// All, best first.
+    pub const ALL: [Self; 6] = [
+        Self::Right,
+        Self::Group,
+        Self::Part,
+        Self::Abstained,
+        Self::Wrong,
+        Self::FalseAlarm,
+    ];
+
+    /// For people.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Group => "in group",
+            Self::Part => "part",
+            Self::Abstained => "abstained",
+            Self::Wrong => "wrong",
+            Self::FalseAlarm => "false alarm",
+        }
+    }
+}
+
+/// One trial's score.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Seed of the trial.
+    pub seed: u64,
+    /// Class of the trial.
+    pub class: Class,
+    /// Whether each recording was given the voltage of another: then the right answer
+    /// names nothing.
+    pub shuffled: bool,
+    /// What was concealed.
+    pub concealed: Vec<String>,
+    /// What was named.
+    pub named: Vec<String>,
+    /// Verdict given.
+    pub verdict: Verdict,
+    /// Size of the least visible concealed effect over the smallest visible; zero if
+    /// nothing was concealed.
+    pub size: f64,
+    /// The mark.
+    pub mark: Mark,
+    /// The mark that an information criterion alone would have got; `None` where two
+    /// effects were concealed, of which it names one at most.
+    pub criterion_mark: Option<Mark>,
+    /// Held-out rms of the proof mass over the noise, before and after.
+    pub rms_over_noise: [f64; 2],
+    /// Whether the held-out rms grew.
+    pub grew: bool,
+    /// Stated parameters against the truth, where the names are right.
+    pub coverage: Coverage,
+    /// Share of the told mismatch that lies where the concealed effects act; `None`
+    /// where they act everywhere, or nothing is told.
+    pub located: Option<f64>,
+}
+
+/// Stated parameters against the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Coverage {
+    /// Parameters that can be compared.
+    pub compared: usize,
+    /// How many lie within [`COVERED`] of their standard errors.
+    pub within: usize,
+    /// The same where what the rig conceals counts as error too.
+    pub within_with_rig: usize,
+}
+
+/// Scores a diagnosis. `may_add` lists effects that may stand beside the right ones
+/// without harm (a further mode where the device is a beam).
+#[must_use]
+pub fn score(truth: &Truth, said: &Diagnosis, may_add: &[&str]) -> Outcome {
+    let concealed: Vec<String> = truth.effects.iter().map(|e| e.id.clone()).collect();
+    let named: Vec<String> = said.named.iter().map(|n| n.id.clone()).collect();
+    let mark = mark(truth.class, &concealed, said, may_add);
+    let coverage = if mark == Mark::Right {
+        coverage(truth, said)
+    } else {
+        Coverage::default()
+    };
+    let noise = truth.instruments.noise;
+    let concealed_ids = concealed.clone();
+    let held = &said.held_out;
+    let smallest = truth
+        .effects
+        .iter()
+        .map(|e| e.times_smallest_visible)
+        .fold(f64::INFINITY, f64::min);
+    Outcome {
+        seed: truth.seed,
+        class: truth.class,
+        shuffled: false,
+        concealed,
+        named,
+        verdict: said.verdict,
+        size: if smallest.is_finite() { smallest } else { 0.0 },
+        mark,
+        criterion_mark: criterion_mark(truth.class, &concealed_ids, said, may_add),
+        rms_over_noise: [held.before.rms / noise, held.after.rms / noise],
+        grew: held.after.rms > held.before.rms,
+        coverage,
+        located: located(truth, &said.places),
+    }
+}
+
+/// Scores a diagnosis of recordings with exchanged voltages: right if nothing is named.
+#[must_use]
+pub fn score_shuffled(truth: &Truth, said: &Diagnosis) -> Outcome {
+    Outcome {
+        shuffled: true,
+        mark: if said.named.is_empty() {
+            Mark::Right
+        } else {
+            Mark::Wrong
+        },
+        coverage: Coverage::default(),
+        located: None,
+        ..score(truth, said, &[])
+    }
+}
+
+/// The mark of an information criterion alone. It has no word for what the catalogue does
+/// not hold: naming nothing is right there.
+fn criterion_mark(
+    class: Class,
+    concealed: &[String],
+    said: &Diagnosis,
+    may_add: &[&str],
+) -> Option<Mark> {
+    let name = said
+        .by_criterion
+        .as_ref()
+        .filter(|id| concealed.contains(id) || !may_add.contains(&id.as_str()));
+    match (class, name) {
+        (Class::Two, _) => None,
+        (Class::Nothing | Class::Outside, None) => Some(Mark::Right),
+        (Class::Nothing, Some(_)) => Some(Mark::FalseAlarm),
+        (Class::Outside, Some(_)) => Some(Mark::Wrong),
+        (Class::One, None) => Some(Mark::Abstained),
+        (Class::One, Some(id)) if concealed.contains(id) => Some(Mark::Right),
+        (Class::One, Some(_)) => Some(Mark::Wrong),
+    }
+}
+
+fn coverage(truth: &Truth, said: &Diagnosis) -> Coverage {
+    let mut coverage = Coverage::default();
+    for effect in &said.named {
+        for estimate in &effect.parameters {
+            let Some(real) = true_value(truth, effect, &estimate.id) else {
+                continue;
+            };
+            // One that says of itself that it does not know is no statement.
+            if !estimate.std_error.is_finite() {
+                continue;
+            }
+            let off = (estimate.value - real.value).abs();
+            let room = COVERED * estimate.std_error;
+            coverage.compared += 1;
+            coverage.within += usize::from(off <= room);
+            coverage.within_with_rig += usize::from(off <= room + real.rig);
+        }
+    }
+    coverage
+}
+
+fn mark(class: Class, concealed: &[String], said: &Diagnosis, may_add: &[&str]) -> Mark {
+    let names: Vec<&Named> = said
+        .named
+        .iter()
+        .filter(|n| concealed.contains(&n.id) || !may_add.contains(&n.id.as_str()))
+        .collect();
+    match class {
+        Class::Nothing if names.is_empty() && said.verdict == Verdict::Adequate => Mark::Right,
+        Class::Nothing if names.is_empty() && said.verdict == Verdict::MissingPhysics => {
+            // Only what may be added was named.
+            Mark::Right
+        }
+        Class::Nothing => Mark::FalseAlarm,
+        Class::Outside if !names.is_empty() => Mark::Wrong,
+        Class::Outside if said.verdict == Verdict::Unexplained => Mark::Right,
+        Class::Outside => Mark::Abstained,
+        Class::One | Class::Two => {
+            if names.is_empty() {
+                return Mark::Abstained;
+            }
+            let given = |id: &String| names.iter().any(|n| n.id == *id);
+            let hinted =
+                |id: &String| given(id) || names.iter().any(|n| n.confusion_group.contains(id));
+            // A name is excused if its own group holds an effect that is there.
+            let excused = |n: &&Named| {
+                concealed.contains(&n.id)
+                    || n.confusion_group
+                        .iter()
+                        .any(|g| concealed.contains(g) && !given(g))
+            };
+            let clean = names.iter().all(|n| concealed.contains(&n.id));
+            if clean && concealed.iter().all(given) {
+                Mark::Right
+            } else if !names.iter().all(excused) {
+                Mark::Wrong
+            } else if concealed.iter().all(hinted) {
+                Mark::Group
+            } else {
+                Mark::Part
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::score::*;
+
+    fn said(verdict: Verdict, names: &[(&str, &[&str])]) -> Diagnosis {
+        let misfit = |rms| Misfit { rms, chi2: 1.0 };
+        let both = BeforeAfter {
+            before: misfit(4e-8),
+            after: misfit(2e-8),
+        };
+        Diagnosis {
+            verdict,
+            named: names
+                .iter()
+                .map(|(id, group)| Named {
+                    id: (*id).into(),
+                    probability: 0.9,
+                    confusion_group: group.iter().map(|g| (*g).to_owned()).collect(),
+                    parameters: Vec::new(),
+                })
+                .collect(),
+            places: Vec::new(),
+            train: both,
+            held_out: both,
+            by_criterion: names.first().map(|(id, _)| (*id).to_owned()),
+        }
+    }
+
+    #[test]
+    fn marks() {
+        use super::reported::Verdict::{Adequate, MissingPhysics as Missing, Unexplained};
+        let one = ["sensor_lag".to_owned()];
+        let two = ["sensor_lag".to_owned(), "gap_step".to_owned()];
+        let of =
+            |class, concealed: &[String], d: Diagnosis| mark(class, concealed, &d, &["extra_mode"]);
+        assert_eq!(of(Class::Nothing, &[], said(Adequate, &[])), Mark::Right);
+        assert_eq!(
+            of(Class::Nothing, &[], said(Unexplained, &[])),
+            Mark::FalseAlarm
+        );
+        let lag = ("sensor_lag", &[] as &[&str]);
+        assert_eq!(
+            of(Class::Nothing, &[], said(Missing, &[lag])),
+            Mark::FalseAlarm
+        );
+        assert_eq!(of(Class::One, &one, said(Missing, &[lag])), Mark::Right);
+        let mode = ("extra_mode", &[] as &[&str]);
+        assert_eq!(
+            of(Class::One, &one, said(Missing, &[lag, mode])),
+            Mark::Right
+        );
+        let amplifier = ("amplifier_lag", &["sensor_lag"] as &[&str]);
+        assert_eq!(
+            of(Class::One, &one, said(Missing, &[amplifier])),
+            Mark::Group
+        );
+        assert_eq!(
+            of(Class::One, &one, said(Missing, &[lag, amplifier])),
+            Mark::Wrong
+        );
+        assert_eq!(of(Class::One, &one, said(Adequate, &[])), Mark::Abstained);
+        assert_eq!(of(Class::Two, &two, said(Missing, &[lag])), Mark::Part);
+        assert_eq!(
+            of(Class::Outside, &one, said(Unexplained, &[])),
+            Mark::Right
+        );
+        assert_eq!(of(Class::Outside, &one, said(Missing, &[lag])), Mark::Wrong);
+        let alone = |class, concealed: &[String], d: &Diagnosis| {
+            criterion_mark(class, concealed, d, &["extra_mode"])
+        };
+        let named = said(Missing, &[lag]);
+        assert_eq!(alone(Class::One, &one, &named), Some(Mark::Right));
+        assert_eq!(alone(Class::Nothing, &[], &named), Some(Mark::FalseAlarm));
+        assert_eq!(alone(Class::Two, &two, &named), None);
+        let mode = said(Missing, &[mode]);
+        assert_eq!(alone(Class::One, &one, &mode), Some(Mark::Abstained));
+    }
+}

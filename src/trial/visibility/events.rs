@@ -1,0 +1,195 @@
+//! What the events at the ground add.
+
+use super::stretch::jumps_within;
+use super::{Made, Normal};
+use crate::trial::device::structure::dot;
+use crate::trial::hybrid::{Event, Kind};
+use crate::trial::instrument::Instruments;
+use crate::trial::voltage::Piece;
+
+/// Samples after a jump of the drive in which it is what tears the mass off.
+const TORN: f64 = 4.0;
+
+/// Rows of the events: restitution, level of the ground, pull-off force.
+pub(crate) fn add_events(
+    normal: &mut Normal,
+    made: &Made<'_>,
+    base: usize,
+    zeros: usize,
+    instruments: &Instruments,
+) {
+    let sigma = instruments.noise;
+    let events = &made.run.events;
+    for (i, event) in events.iter().enumerate() {
+        let before = i.checked_sub(1).map_or(0.0, |j| events[j].time);
+        let after = events.get(i + 1).map_or(f64::INFINITY, |e| e.time);
+        let flight = (event.time - before).min(after - event.time).min(4e-4);
+        let samples = flight * instruments.rate;
+        if samples < 4.0 {
+            continue;
+        }
+        let level_sigma = 2.0 * sigma / samples.sqrt();
+        normal.add(
+            &[(base, -1.0), (zeros, 1.0)],
+            event.level + made.plain.dp,
+            1.0 / level_sigma.powi(2),
+        );
+        match event.kind {
+            Kind::Impact if event.before < -5e-3 => {
+                // Slope at the end of a parabola through the samples.
+                let slope = 4.0 * sigma * instruments.rate * (12.0 / samples.powi(3)).sqrt();
+                let expected = -made.plain.alpha * event.before;
+                let variance = slope * slope * (1.0 + made.plain.alpha.powi(2));
+                let row = [(base + 1, -event.before)];
+                normal.add(&row, event.after - expected, 1.0 / variance);
+            }
+            // Where a step of the drive tore it off at once, the pull says nothing of adhesion.
+            Kind::Release if !event.torn => {
+                // The held cantilever's stiffness against the mass is about 0.07 N/m.
+                let held = (0.07 * sigma / samples.sqrt()).max(3e-10);
+                let instants = instant(made, event, samples, instruments).hypot(step_instant(
+                    made,
+                    event,
+                    instruments,
+                ));
+                let force = held.hypot(event.pull_rate * instants);
+                let line = made.plain.ca * event.contact + made.plain.ca0;
+                let row = [(base + 2, event.contact), (base + 3, 1.0)];
+                normal.add(&row, event.pull - line, 1.0 / (force * force));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Standard error of an instant \[s\] from which a point moves off with `acceleration` \[m/s^2\],
+/// seen for so many samples. What it would have done had it begun later is known: only the
+/// velocity that it lacks for that shows.
+fn begins(acceleration: f64, samples: f64, instruments: &Instruments) -> f64 {
+    let speed = |i: usize| acceleration * i as f64 / instruments.rate;
+    let told: f64 = (1..=samples as usize).map(|i| speed(i).powi(2)).sum();
+    instruments.noise / told.sqrt().max(f64::MIN_POSITIVE)
+}
+
+/// Standard error of the instant of a release \[s\], as the mass shows it that flies off.
+fn instant(made: &Made<'_>, event: &Event, samples: f64, instruments: &Instruments) -> f64 {
+    begins(
+        event.pull * made.plain.structure.mobility,
+        samples,
+        instruments,
+    )
+}
+
+/// Standard error of the instant \[s\] of the step of the drive that tears the mass off, zero if
+/// there is none: a sampled voltage says between which samples it is, the cantilever that it
+/// throws, if it is seen, where.
+fn step_instant(made: &Made<'_>, event: &Event, instruments: &Instruments) -> f64 {
+    let since = event.time - TORN / instruments.rate;
+    let Some(&i) = jumps_within(made.pieces, since, event.time).last() else {
+        return 0.0;
+    };
+    let within_sample = 1.0 / instruments.rate / 12f64.sqrt();
+    if !instruments.cantilever {
+        return within_sample;
+    }
+    let (plain, at) = (made.plain, made.pieces[i].start);
+    let gc = |piece: &Piece| plain.gc(piece, piece.shape.at(at));
+    let jump = (gc(&made.pieces[i]) - gc(&made.pieces[i - 1])).abs();
+    let s = &plain.structure;
+    let thrown = plain.eta * jump * dot(s.n, &s.read_c, &s.push_drive).abs();
+    begins(thrown, TORN, instruments).min(within_sample)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::events::*;
+    use crate::trial::hybrid::Run;
+    use crate::trial::instrument;
+    use crate::trial::instrument::StructureKind;
+    use crate::trial::rng::Dice;
+    use crate::trial::voltage::{Waveform, pieces};
+
+    const RATE: f64 = 50e3;
+    const SQUARE: Waveform = Waveform::Square {
+        frequency: 50.0,
+        amplitude: 7.0,
+    };
+
+    /// A release at `time` whose pull grows by `rate`.
+    fn release(time: f64, rate: f64) -> Event {
+        Event {
+            time,
+            kind: Kind::Release,
+            before: 0.0,
+            after: 0.0,
+            level: -60e-6,
+            pull: 80e-9,
+            pull_rate: rate,
+            contact: 5e-3,
+            torn: false,
+        }
+    }
+
+    /// Information on adhesion at touch \[1/N^2\] in a release under a square wave of 50 Hz, after
+    /// which the mass touches again `flight` \[s\] later.
+    fn told(event: Event, flight: f64, cantilever: bool) -> f64 {
+        let (plain, _) = instrument::device(StructureKind::Lumped, &mut Dice::new(5, 0)).unwrap();
+        let instruments = instrument::instruments(RATE, 20e-9, cantilever, 9, &mut Dice::new(5, 1));
+        let run = Run {
+            events: vec![
+                event,
+                Event {
+                    time: event.time + flight,
+                    kind: Kind::Stick,
+                    ..event
+                },
+            ],
+            ..Run::default()
+        };
+        let made = Made {
+            run: &run,
+            plain: &plain,
+            pieces: &pieces(&SQUARE, 0.1),
+            times: &[],
+        };
+        let mut normal = Normal {
+            matrix: nalgebra::DMatrix::zeros(6, 6),
+            right: nalgebra::DVector::zeros(6),
+            energy: 0.0,
+        };
+        add_events(&mut normal, &made, 0, 4, &instruments);
+        normal.matrix[(3, 3)]
+    }
+
+    #[test]
+    fn a_release_tells_the_less_of_adhesion_the_faster_the_pull_grows() {
+        for (flight, held) in [(1e-3, 3.13e-10), (85e-6, 6.79e-10)] {
+            let quiet = told(release(0.035, 0.0), flight, true).sqrt();
+            assert!((quiet * held - 1.0).abs() < 0.02, "{quiet}");
+            // Nothing but the instant: sigma / (a dt sqrt(1 + 4 + ...)) at 80 nN.
+            let steep = 1.0 / told(release(0.035, 1.0), flight, true).sqrt();
+            let (plain, _) =
+                instrument::device(StructureKind::Lumped, &mut Dice::new(5, 0)).unwrap();
+            let n = (f64::min(flight, 4e-4) * RATE).floor();
+            let squares = n * (n + 1.0) * (2.0 * n + 1.0) / 6.0;
+            let instant = 20e-9 * RATE / (80e-9 * plain.structure.mobility * squares.sqrt());
+            assert!((steep / instant - 1.0).abs() < 0.02, "{steep} {instant}");
+        }
+    }
+
+    #[test]
+    fn a_step_of_the_drive_that_tears_the_mass_off_tells_less_of_adhesion() {
+        let step = 0.03;
+        // It grows by 10 nN in each microsecond: where in its sample the step was matters, unless
+        // the cantilever that it throws is seen.
+        for (cantilever, share) in [(true, 1.0), (false, 0.01)] {
+            let told = |after: f64| told(release(step + after, 1e-2), 1e-3, cantilever);
+            let torn = told(30e-6) / told(200e-6);
+            assert!(torn > 0.0 && torn < share, "{torn}");
+            assert!((told(-30e-6) / told(200e-6) - 1.0).abs() < 1e-9);
+        }
+        let mut at_once = release(step + 200e-6, 1e-2);
+        at_once.torn = true;
+        assert_eq!(told(at_once, 1e-3, true), 0.0);
+    }
+}
