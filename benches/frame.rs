@@ -15,7 +15,7 @@ use eframe::egui::{
     Context, Event, FullOutput, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape,
     ViewportId, pos2, vec2,
 };
-use impactscope::app::WindowOptions;
+use impactscope::app::shell::options::WindowOptions;
 use impactscope::app::shell::picture::PictureOutcome;
 use impactscope::app::shell::window::Shell;
 use impactscope::model::preset::Preset;

@@ -1,11 +1,11 @@
 //! Import of a long CSV recording, beside the plain `csv` crate reading the same
 //! text into `f64`. Rows: 1e6, or `IMPORT_ROWS`.
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use impactscope::recording::csv::import_auto;
-use impactscope::recording::csv::write::write_csv;
-use impactscope::recording::grid::TimeAxis;
 use std::io::Write;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use impactscope::recording::TimeAxis;
+use impactscope::recording::csv::{import_auto, write_csv};
 
 /// A recording of `rows` samples at 50 kHz as a recorder writes it: six decimals of
 /// time, four of voltage and displacement.

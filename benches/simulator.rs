@@ -12,8 +12,8 @@ use std::time::Instant;
 use criterion::Criterion;
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
+use impactscope::sim::{Options, simulate};
+
 use oracle::native::run_native;
 use oracle::{Device, Drive, Outcome, Tolerance, run};
 
@@ -136,9 +136,7 @@ fn ours<'a>(case: &'a Case, reference: &Outcome, tolerance: f64) -> Figures<'a> 
     };
     let run = move || simulate(&model, &case.waveform, case.duration, &options).unwrap();
     let trace = run();
-    let contact = |e: &&impactscope::sim::trace::Event| {
-        e.kind != impactscope::sim::trace::EventKind::DriveStep
-    };
+    let contact = |e: &&impactscope::sim::Event| e.kind != impactscope::sim::EventKind::DriveStep;
     let events = trace.events.iter().filter(contact).count();
     Figures {
         label: format!("simulator, tolerance {tolerance:.0e} m"),

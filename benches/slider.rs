@@ -6,8 +6,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use impactscope::app::files::built_in;
-use impactscope::app::setup::setup::{Mode, Overlay};
-use impactscope::app::simulation::worker::{News, Wish, Worker};
+use impactscope::app::setup::drive_choice::Mode;
+use impactscope::app::setup::overlay::Overlay;
+use impactscope::app::simulation::request::Wish;
+use impactscope::app::simulation::worker::{News, Worker};
 use impactscope::model::drive::Waveform;
 use impactscope::model::parameter::ParameterId;
 use impactscope::recording::Recording;

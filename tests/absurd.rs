@@ -1,13 +1,11 @@
 //! Parameters that no device has: the simulator ends within the steps it is given, with a
 //! sound trace or with an error that says what is wrong.
 
-use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
-use impactscope::model::effects::{self, ActiveEffect};
+use impactscope::model::effects::ActiveEffect;
 use impactscope::model::preset::Preset;
-use impactscope::sim::error::{Options, SimError};
-use impactscope::sim::simulate;
-use impactscope::sim::trace::Trace;
+use impactscope::model::{Model, effects};
+use impactscope::sim::{Options, SimError, Trace, simulate};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

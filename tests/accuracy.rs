@@ -4,9 +4,8 @@ mod oracle;
 
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::{Event, EventKind, Trace};
+use impactscope::sim::{Event, EventKind, Options, Trace, simulate};
+
 use oracle::{Device, Drive, Kind, Outcome, Tolerance, run};
 
 /// Largest disagreements of one case.

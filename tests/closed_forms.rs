@@ -2,14 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
-use impactscope::model::effects::{self, ActiveEffect};
+use impactscope::model::effects::ActiveEffect;
 use impactscope::model::preset::Preset;
 use impactscope::model::structure::Mode;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::Trace;
+use impactscope::model::{Model, effects};
+use impactscope::sim::{Options, Trace, simulate};
 
 fn preset(name: &str) -> Model {
     Preset::embedded(name).unwrap().model

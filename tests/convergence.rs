@@ -4,8 +4,8 @@ mod oracle;
 
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
+use impactscope::sim::{Options, simulate};
+
 use oracle::{Device, Drive, Tolerance, run};
 
 /// Film coefficient that is some 60 times the device's: the modes are cheap to follow

@@ -4,10 +4,10 @@
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
-use impactscope::diagnose::ambiguous_contact::diagnose;
-use impactscope::diagnose::diagnosis::{Diagnosis, Verdict};
-use impactscope::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use impactscope::fit::inspect::recording_summary::Part;
+use impactscope::diagnose::{
+    DiagnoseControl, DiagnoseError, DiagnoseOptions, Diagnosis, Verdict, diagnose,
+};
+use impactscope::fit::Part;
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
 use impactscope::model::effects::{ActiveEffect, find};
@@ -15,10 +15,8 @@ use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
 use impactscope::model::sensor::Sensor;
 use impactscope::recording::Recording;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
-use impactscope::trial::draw::{Case, Mix, Settings};
-use impactscope::trial::truth::Class;
+use impactscope::sim::{Options, simulate};
+use impactscope::trial::{Case, Class, Mix, Settings};
 
 /// Diagnoses a few recordings of a trial, for the sake of time.
 fn ask(seed: u64, mix: Mix, cancelled: bool) -> Result<Diagnosis, DiagnoseError> {
@@ -58,7 +56,7 @@ fn answer(
     cancelled: bool,
 ) -> Result<Diagnosis, DiagnoseError> {
     let cancel = AtomicBool::new(cancelled);
-    let quiet = |_: &impactscope::diagnose::options::DiagnoseProgress| {};
+    let quiet = |_: &impactscope::diagnose::DiagnoseProgress| {};
     let control = DiagnoseControl {
         cancel: &cancel,
         progress: &quiet,

@@ -7,15 +7,13 @@ mod difference;
 #[path = "effects/twin/mod.rs"]
 mod twin;
 
+use impactscope::model::Model;
+use impactscope::model::drive::{VoltageTable, Waveform};
+use impactscope::model::preset::Preset;
+use impactscope::sim::{Options, Trace, simulate};
+
 use device::with;
 use difference::largest_difference;
-use impactscope::model::Model;
-use impactscope::model::drive::Waveform;
-use impactscope::model::drive::table::VoltageTable;
-use impactscope::model::preset::Preset;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::Trace;
 use twin::{Drive, Effects, Memory, Run, Twin};
 
 const RATE: f64 = 20e3;

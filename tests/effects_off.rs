@@ -8,16 +8,14 @@ mod difference;
 
 use std::sync::Arc;
 
-use device::with;
-use difference::largest_difference;
 use impactscope::model::Model;
-use impactscope::model::drive::Waveform;
-use impactscope::model::drive::table::VoltageTable;
+use impactscope::model::drive::{VoltageTable, Waveform};
 use impactscope::model::effects::{ActiveEffect, CATALOGUE, find};
 use impactscope::model::preset::Preset;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::Trace;
+use impactscope::sim::{Options, Trace, simulate};
+
+use device::with;
+use difference::largest_difference;
 
 /// Parameters whose zero switches an effect off.
 const STRENGTHS: [(&str, &[&str]); 17] = [

@@ -4,17 +4,15 @@
 #[path = "support/device.rs"]
 mod device;
 
-use device::{add, with};
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
 use impactscope::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
 use impactscope::model::unit::parse_quantity;
-use impactscope::sim::error::{Options, SimError};
-use impactscope::sim::runner::Runner;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::{EventKind, Trace};
+use impactscope::sim::{EventKind, Options, Runner, SimError, Trace, simulate};
+
+use device::{add, with};
 
 fn bounded(name: &str, model: &Model, drive: &Waveform, duration: f64) -> Trace {
     let trace = simulate(model, drive, duration, &Options::default())

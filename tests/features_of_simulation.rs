@@ -3,11 +3,9 @@
 
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
+use impactscope::recording::TimeAxis;
 use impactscope::recording::features::{FeatureOptions, features};
-use impactscope::recording::grid::TimeAxis;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::{EventKind, Trace};
+use impactscope::sim::{EventKind, Options, Trace, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -7,15 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use impactscope::fit::inspect::recording_summary::Part;
-use impactscope::fit::options::FitOptions;
-use impactscope::fit::pipeline::fit;
-use impactscope::fit::solve::levenberg_marquardt::Control;
-use impactscope::fit::uncertainty::fit_result::FitResult;
+use impactscope::fit::{Control, FitOptions, FitResult, Part, fit};
 use impactscope::model::Model;
 use impactscope::model::preset::Preset;
 use impactscope::model::sensor::Sensor;
 use impactscope::recording::Recording;
+
 use oracle::{Device, Drive, Tolerance, run};
 
 const RATE: f64 = 50e3;

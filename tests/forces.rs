@@ -4,8 +4,8 @@ mod oracle;
 
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
+use impactscope::sim::{Options, simulate};
+
 use oracle::{Device, Drive, Kind, Tolerance, run};
 
 /// Largest deviations [N] of drive, film, adhesion, ground and pull-off force.

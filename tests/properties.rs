@@ -3,14 +3,10 @@
 use std::sync::Arc;
 
 use impactscope::model::Model;
-use impactscope::model::drive::Waveform;
-use impactscope::model::drive::table::VoltageTable;
+use impactscope::model::drive::{VoltageTable, Waveform};
 use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
-use impactscope::sim::error::Options;
-use impactscope::sim::runner::Runner;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::{EventKind, Trace};
+use impactscope::sim::{EventKind, Options, Runner, Trace, simulate};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rayon::prelude::*;

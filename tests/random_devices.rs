@@ -5,12 +5,11 @@ mod oracle;
 
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
-use impactscope::sim::error::Options;
-use impactscope::sim::simulate;
-use impactscope::sim::trace::EventKind;
-use oracle::{Device, Drive, Kind, Tolerance, run};
+use impactscope::sim::{EventKind, Options, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use oracle::{Device, Drive, Kind, Tolerance, run};
 
 /// One drawn case in SI: values of the table and the drive.
 #[derive(Debug)]

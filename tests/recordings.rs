@@ -1,11 +1,11 @@
 //! The real recordings of the shared folder, if it is there.
 
-use impactscope::recording::csv::import_auto;
-use impactscope::recording::csv::sniff::preview;
+use std::path::PathBuf;
+
+use impactscope::recording::csv::{import_auto, preview};
 use impactscope::recording::features::{FeatureOptions, recording_features};
 use impactscope::recording::noise::recording_noise;
 use impactscope::recording::{Channel, Recording};
-use std::path::PathBuf;
 
 fn real_files() -> Vec<PathBuf> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings");

@@ -8,7 +8,7 @@ use clap::Args;
 use super::watch::watched;
 use super::{Failure, interrupt, output};
 use crate::diagnose::report;
-use crate::fit::inspect::recording_summary::Part;
+use crate::fit::Part;
 use crate::model::preset::Preset;
 use crate::trial::demo;
 

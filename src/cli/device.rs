@@ -5,12 +5,11 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 
 use super::{Failure, wrong_command};
-use crate::model::Model;
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
-use crate::model::effects::{self, ActiveEffect};
+use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::effects::ActiveEffect;
 use crate::model::preset::Preset;
 use crate::model::unit::{format_quantity, parse_quantity};
+use crate::model::{Model, effects};
 use crate::recording::csv::import_voltage;
 
 /// How far outside its slider's range a value is odd: this many times.

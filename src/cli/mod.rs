@@ -72,7 +72,7 @@ pub fn main() -> ExitCode {
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Trial(arguments)) => trial::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
-        None => app::run(app::WindowOptions {
+        None => app::run(crate::app::shell::options::WindowOptions {
             files: cli.window.files,
             preset: cli.window.preset,
             workspace: cli.window.workspace,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::anyhow;
 
 use super::{Failure, wrong_command};
-use crate::fit::inspect::recording_summary::Part;
+use crate::fit::Part;
 use crate::recording::Recording;
 use crate::recording::csv::import_auto;
 

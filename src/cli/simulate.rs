@@ -7,17 +7,16 @@ use anyhow::Context;
 use clap::Args;
 
 use super::device::{add_effect, read_drive, set_parameter, warn_of_odd_values};
-use super::output;
-use super::{Failure, wrong_command};
+use super::{Failure, output, wrong_command};
 use crate::model::effects;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::model::unit::parse_quantity;
-use crate::recording::csv::write::write_csv;
-use crate::recording::grid::TimeAxis;
+use crate::recording::TimeAxis;
+use crate::recording::csv::write_csv;
 use crate::sim;
-use crate::sim::error::{Options, SimError};
+use crate::sim::{Options, SimError};
 
 /// Parameters, effects and waveforms, for `--help`.
 fn lists() -> String {

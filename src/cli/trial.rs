@@ -11,18 +11,15 @@ use serde_json::{Value, json};
 use super::watch::watched;
 use super::{Failure, interrupt, output, wrong_command};
 use crate::diagnose::report;
-use crate::fit::inspect::recording_summary::Part;
+use crate::fit::Part;
 use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::parse_quantity;
 use crate::recording::Recording;
-use crate::trial::draw::{Case, Mix, Settings, TrialError};
-use crate::trial::files::{write_case, write_truth};
-use crate::trial::instrument::StructureKind;
-use crate::trial::score::reported::Diagnosis;
-use crate::trial::score::table::aggregate;
-use crate::trial::score::{Outcome, score, score_shuffled};
-use crate::trial::truth::Class;
+use crate::trial::score::{Diagnosis, Outcome, aggregate, score, score_shuffled};
+use crate::trial::{
+    Case, Class, Mix, Settings, StructureKind, TrialError, write_case, write_truth,
+};
 
 /// Arguments of the command.
 #[derive(Debug, Args)]

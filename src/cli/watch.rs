@@ -4,10 +4,10 @@ use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 
 use super::{interrupt, output};
-use crate::diagnose::ambiguous_contact::diagnose;
-use crate::diagnose::diagnosis::Diagnosis;
-use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
-use crate::fit::inspect::recording_summary::Part;
+use crate::diagnose::{
+    DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose,
+};
+use crate::fit::Part;
 use crate::model::Model;
 
 /// Runs a diagnosis and shows how far it is: on a terminal in one line that changes,

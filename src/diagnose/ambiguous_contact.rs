@@ -1,14 +1,14 @@
 //! A diagnosis; where nothing explains the recordings and the mass may hover in some, with those
 //! read the other way as well, unless the others are far off by themselves.
 
-use super::baseline::retune::Hovering;
+use super::data::reading_assumptions::Hovering;
 use super::diagnosis::{Diagnosis, Verdict};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::pipeline::read;
-use crate::fit::inspect::recording_summary::Part;
+use crate::fit::Part;
 use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Chi2 per value from which recordings are far off.
 const FAR: f64 = 2.0;

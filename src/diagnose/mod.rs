@@ -10,7 +10,7 @@
 //! `readings` asks it twice where it is in doubt how the recordings are to be read.
 //! [`report`] writes it down for people and programs.
 
-mod ambiguous_contact;
+pub(crate) mod ambiguous_contact;
 pub mod answer;
 pub mod baseline;
 pub mod comparison;

@@ -5,9 +5,8 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::fit::error::FitError;
-use crate::fit::solve::levenberg_marquardt::Control;
-use crate::sim::error::SimError;
+use crate::fit::{Control, FitError};
+use crate::sim::SimError;
 
 /// What a diagnosis is asked to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,4 +117,12 @@ pub fn simulated<T>(made: Result<T, DiagnoseError>) -> Result<Option<T>, Diagnos
         Err(DiagnoseError::Sim(_)) => Ok(None),
         Err(error) => Err(error),
     }
+}
+
+/// An estimate of the time left from the share done and the time it took.
+pub fn remaining(done: f64, elapsed: Duration) -> Duration {
+    if done <= 0.0 {
+        return Duration::ZERO;
+    }
+    elapsed.mul_f64(((1.0 - done) / done).clamp(0.0, 1e4))
 }

@@ -2,42 +2,45 @@
 
 use std::time::Instant;
 
+use super::answer::assemble::{misread, shown_alike};
+use super::answer::candidate_table::candidates;
 use super::answer::effect_size;
-use super::answer::named_effects::{Side, candidates, events_seen, names, next};
-use super::answer::proof::strips;
-use super::baseline::retune::Hovering;
+use super::answer::events_seen::events_seen;
+use super::answer::named_effects::names;
+use super::answer::next_experiment::next;
+use super::answer::proof::{Side, strips};
 use super::comparison::significance::TRAIN_GAIN;
+use super::comparison::trial::Stand;
 use super::contact::decide::Rules;
 use super::contact::event_readings;
-use super::contact::restitution;
-use super::contact::restitution::LawTest;
+use super::contact::law_test::LawTest;
+use super::data::reading_assumptions::Hovering;
 use super::data::screening::condition;
 use super::diagnosis::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
-use super::discrepancy::missing_force;
-use super::discrepancy::residual_map;
 use super::discrepancy::residual_map::Sample;
-use super::discrepancy::{law_form, probes, product, swing};
+use super::discrepancy::{law_form, missing_force, probes, product, residual_map, swing};
 use super::hypotheses::raised_level::lifted;
 use super::hypotheses::vibration_clock::Clocks;
-use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+use super::options::{
+    DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, remaining,
+};
 use super::selection::forward;
-use super::selection::forward::Stand;
-use super::shooting::fitted::Fitted;
-use super::shooting::workspace::{Bench, remaining, with_effect};
+use super::shooting::fitted::{Fitted, excess};
+use super::shooting::workspace::Bench;
 use super::verdict::abstention::{Rest, attraction_reaches_far, of_displacement};
-use super::verdict::adequacy::{BROKEN, breaks, excess, unproved, whats_left};
-use crate::fit::inspect::recording_summary::Part;
-use crate::model::Model;
+use super::verdict::adequacy::{BROKEN, breaks, unproved, whats_left};
+use crate::fit::Part;
 use crate::model::effects::EffectSpec;
+use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Chi2 per value from which something is left if the noise were known exactly.
 const FLOOR: f64 = 1.04;
 /// Standard errors by which chi2 must exceed that where the noise is known only so well.
 const SURELY: f64 = 3.5;
 /// Readings that count for nothing from which that is said \[%\].
-const MISREAD: f64 = 3.0;
+pub(crate) const MISREAD: f64 = 3.0;
 /// Share of what is left from which it is a matter of the named laws' form.
 const FORM: f64 = 0.8;
 
@@ -116,7 +119,7 @@ pub fn read(
         None,
         control,
     )?;
-    let mut tests = restitution::tests(&seen);
+    let mut tests = super::contact::decide::tests(&seen);
     let rules = Rules {
         by_hand: options.by_hand.as_deref(),
         held_out: bench.held_out.is_some(),
@@ -137,7 +140,7 @@ pub fn read(
     if found.baseline.train.cost < first_cost {
         let (t, h) = (&found.baseline.train, found.baseline.held_out.as_ref());
         seen = event_readings::read(&bench, t, h, Some(&seen), control)?;
-        tests = restitution::tests(&seen);
+        tests = super::contact::decide::tests(&seen);
     }
     let mut named_laws: Vec<LawTest> = Vec::new();
     if ready.may_name {
@@ -145,7 +148,13 @@ pub fn read(
         if !found.stand.named.is_empty() {
             say("ground", "bounces and releases again", 0.78);
             let (t, h) = (&found.stand.train, found.stand.held_out.as_ref());
-            tests = restitution::tests(&event_readings::read(&bench, t, h, Some(&seen), control)?);
+            tests = super::contact::decide::tests(&event_readings::read(
+                &bench,
+                t,
+                h,
+                Some(&seen),
+                control,
+            )?);
         }
         named_laws = rules.named(&first, &tests, &found.stand.specs());
     }
@@ -257,7 +266,7 @@ pub fn read(
     }
     say("proof", "", 0.92);
     let model_of = |stand: &Stand, laws_too: bool| {
-        let mut m = restitution::baseline(&stand.train.model, &seen.train);
+        let mut m = super::contact::nominal::baseline(&stand.train.model, &seen.train);
         for test in named_laws.iter().filter(|_| laws_too) {
             m = with_effect(&m, test.effect.clone());
             for (id, value) in &test.sets {
@@ -301,7 +310,11 @@ pub fn read(
         .fold(0.0f64, |a, v| a.max(v.abs()));
     let next_experiment = next(&found, &named, volts, noise, &bare);
     let mut mismatch = residual_map::mismatches(&shown.0.train, &before.train);
-    mismatch.extend(restitution::mismatches(&named_laws, &seen, &found.baseline));
+    mismatch.extend(super::answer::events_seen::mismatches(
+        &named_laws,
+        &seen,
+        &found.baseline,
+    ));
     let (mut along, mut proof) = strips((&shown.0.train, &before.train), &after.train, false);
     if let Some(held) = &shown.0.held_out {
         let (s, p) = strips((held, &before.held_out), &after.held_out, true);
@@ -367,29 +380,4 @@ fn beside(stand: &Stand, doubted: &(Vec<usize>, Vec<usize>)) -> Result<Option<f6
         (cost, rows) = (cost + own.0, rows + own.1);
     }
     Ok(Some(cost / rows as f64))
-}
-
-/// Both with the same stretches in their fits: see [`Bench::alike`].
-fn shown_alike(
-    bench: &Bench,
-    before: &Stand,
-    after: &Stand,
-) -> Result<(Stand, Stand), DiagnoseError> {
-    let mut shown = (before.clone(), after.clone());
-    let train = bench.alike(&bench.train, [&before.train, &after.train])?;
-    [shown.0.train, shown.1.train] = train;
-    if let (Some(side), Some(a), Some(b)) = (&bench.held_out, &before.held_out, &after.held_out) {
-        let held_out = bench.alike(side, [a, b])?;
-        [shown.0.held_out, shown.1.held_out] = held_out.map(Some);
-    }
-    Ok(shown)
-}
-
-/// How much of either side counts for nothing, where that is much.
-fn misread(shown: &Stand) -> Option<String> {
-    let held_out = shown.held_out.as_ref().map_or(0.0, Fitted::aside);
-    let (train, held_out) = (100.0 * shown.train.aside(), 100.0 * held_out);
-    (train.max(held_out) > MISREAD).then(|| {
-        format!("{train:.0} % of the fitted readings and {held_out:.0} % of those kept out count for nothing: an event near them was overlooked or is in the wrong place")
-    })
 }

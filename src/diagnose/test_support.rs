@@ -5,16 +5,15 @@ use std::sync::atomic::AtomicBool;
 
 use super::options::{DiagnoseControl, DiagnoseOptions};
 use super::shooting::fitted::Fitted;
-use super::shooting::workspace::{Bench, with_effect};
-use crate::fit::inspect::recording_summary::Part;
-use crate::model::Model;
+use super::shooting::workspace::Bench;
+use crate::fit::Part;
 use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
+use crate::model::{Model, with_effect};
 use crate::recording::Recording;
-use crate::sim::error::{Options, SimError};
-use crate::sim::simulate;
+use crate::sim::{Options, SimError, simulate};
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 /// Goes on to the end and tells nothing.

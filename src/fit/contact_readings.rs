@@ -6,24 +6,24 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::chain::{residuals, run};
 use super::error::FitError;
 use super::inspect::plausible_units::check_level;
 use super::inspect::preconditions::{check, one_device};
-use super::inspect::recording_summary::{Findings, Part, look};
-use super::options::FitOptions;
-use super::pipeline::estimate_states;
+use super::inspect::recording_summary::{Findings, look};
+use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
 use super::problem::prepare::{Prepared, prepare};
 use super::residual::residual_rows::{Encounter, Nuisances, Run, Setting};
+use super::residual::residuals::residuals;
+use super::residual::simulate_segment::run;
 use super::segment::event_sequence::Kind;
 use super::segment::{Joint, JointKind, Segment};
+use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control};
 use super::solve::point::Point;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{SimError, Stretcher};
 
 /// By how much the laws of the ground are loosened: they have no say.
 pub(crate) const LOOSE: f64 = 1e5;

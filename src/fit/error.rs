@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Why there is no fit.
 #[derive(Debug, Clone, PartialEq, Error)]

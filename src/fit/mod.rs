@@ -16,7 +16,7 @@ mod free_tests;
 pub mod inspect;
 pub mod options;
 pub mod paper_steps;
-mod pipeline;
+pub(crate) mod pipeline;
 pub mod problem;
 pub mod residual;
 pub mod segment;
@@ -27,7 +27,7 @@ mod tests;
 pub mod uncertainty;
 
 pub use self::error::FitError;
-pub use self::inspect::recording_summary::Part;
+pub use self::options::Part;
 pub use self::options::{FitOptions, FreeNuisances, default_free};
 pub use self::pipeline::{fit, free_run, judge};
 pub use self::solve::levenberg_marquardt::{Control, Progress};

@@ -1,7 +1,10 @@
 //! What a fit is asked to do.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use crate::model::Model;
-use crate::model::parameter::ParameterId;
+use crate::recording::Recording;
 
 /// What of a rig is not known exactly and no finding either.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,4 +92,35 @@ pub fn default_free(model: &Model) -> Vec<String> {
     }
     free.extend(model.effect_ids());
     free
+}
+
+/// A stretch of a recording to be used.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The recording.
+    pub recording: Arc<Recording>,
+    /// Which samples of it.
+    pub samples: Range<usize>,
+}
+
+impl Part {
+    /// All of a recording.
+    pub fn whole(recording: Arc<Recording>) -> Self {
+        let samples = 0..recording.len();
+        Self { recording, samples }
+    }
+
+    /// A recording cut in two: its first two thirds and the rest.
+    pub fn split(recording: Arc<Recording>) -> (Self, Self) {
+        let at = 2 * recording.len() / 3;
+        let first = Self {
+            samples: 0..at,
+            recording: Arc::clone(&recording),
+        };
+        let rest = Self {
+            samples: at..recording.len(),
+            recording,
+        };
+        (first, rest)
+    }
 }

@@ -2,24 +2,22 @@
 
 use super::error::FitError;
 use super::inspect::preconditions::{check, check_fit};
-use super::inspect::recording_summary::{Part, look};
-use super::options::FitOptions;
+use super::inspect::recording_summary::look;
+use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
 use super::problem::prepare::{Prepared, prepare};
-use super::solve::event_revision::{revise, set_suspects_aside};
+use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
-use super::solve::multistart::{all_parameters, beginnings, begun, read_again, search};
+use super::solve::multistart::{all_parameters, read_again, search};
 use super::solve::normal_equations::normal_equations;
 use super::solve::point::{Point, settle, threshold};
 use super::uncertainty::device_consistency::disagreements;
 use super::uncertainty::fit_result::{FitResult, Misfit, misfit_remarks, misfits, uncertainty};
 use crate::model::Model;
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
+use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
-use crate::sim::error::{Options, SimError};
-use crate::sim::simulate;
+use crate::sim::{Options, SimError, simulate};
 
 /// Iterations in which states and nuisances are estimated as a rule, for the time left.
 const ESTIMATE: usize = 5;
@@ -264,30 +262,6 @@ fn judged_on(
     Ok(misfits(&prepared, &point)?)
 }
 
-/// The point at a model's own values, all else estimated.
-pub(super) fn estimate_states(
-    prepared: &Prepared,
-    model: &Model,
-    options: &FitOptions,
-    control: &Control<'_>,
-    clock: &mut Clock,
-) -> Result<Point, FitError> {
-    let problem = &prepared.problem;
-    let mut x = problem.space.coordinates(model);
-    let locked: Vec<usize> = (0..x.len()).collect();
-    x.extend_from_slice(&prepared.nuisances);
-    let used = vec![true; prepared.segments.len()];
-    let plan = beginnings(&locked, options.iterations);
-    let mut point = begun(prepared, &x, &used, &plan, control, clock)?;
-    let huber = threshold(problem, &point)?;
-    if set_suspects_aside(problem, &mut point, huber, control)? > 0 {
-        let watch = (control, &*clock);
-        revise(problem, &mut point, &prepared.segments, huber, watch)?;
-        point = improve(problem, point, &plan, control, clock)?;
-    }
-    Ok(point)
-}
-
 /// Root mean square of (simulation - recording) of the proof mass over a whole run from
 /// rest, for information: impacts make it grow however good the model is. `None` where
 /// the two have nothing in common.
@@ -311,7 +285,7 @@ pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, Sim
         return Ok(None);
     }
     let trace = simulate(model, &drive, end, &options)?;
-    let grid = crate::recording::grid::Grid {
+    let grid = crate::recording::Grid {
         t0: trace.t0,
         dt: trace.dt,
         values: &trace.proof_mass,

@@ -1,13 +1,13 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
 use crate::fit::*;
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
-use crate::sim::error::Options;
-use crate::sim::simulate;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use crate::sim::{Options, simulate};
 
 pub(super) fn paper() -> Model {
     Preset::embedded("paper").unwrap().model
@@ -358,8 +358,14 @@ fn rest_on_the_ground_without_noise_is_no_saturation() {
         let xp = trace.proof_mass.clone();
         let r = Recording::new("clean", trace.times(), Some(volts), xp, Some(xc)).unwrap();
         let parts = [part(r)];
-        let findings = findings::look(&model, &parts);
-        check::check(&model, &parts, &findings, &options(&["eta", "dp"])).unwrap();
+        let findings = crate::fit::inspect::recording_summary::look(&model, &parts);
+        crate::fit::inspect::preconditions::check(
+            &model,
+            &parts,
+            &findings,
+            &options(&["eta", "dp"]),
+        )
+        .unwrap();
     }
 }
 

@@ -303,3 +303,11 @@ impl Model {
         ))
     }
 }
+
+/// `model` with one more effect, in place of one of the same kind.
+pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
+    let mut with = model.clone();
+    with.effects.retain(|e| e.spec != effect.spec);
+    with.effects.push(effect);
+    with
+}

@@ -12,9 +12,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::read::{read_effects, read_modes, read_parameters, read_ranges};
+use super::Model;
+use super::drive::Waveform;
 use super::parameter::ParameterId;
 use super::piezo::Piezo;
-use super::{Model, drive::Waveform};
 
 /// Version of the preset format that is written.
 const FORMAT: u32 = 1;

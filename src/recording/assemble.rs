@@ -1,8 +1,7 @@
 //! From columns of numbers to a [`Recording`]: the rules for time, gaps and missing
 //! samples, the same for every format.
 
-use super::error::counted;
-use super::error::{ImportError, ImportWarning, WarningKind};
+use super::error::{ImportError, ImportWarning, WarningKind, counted};
 use super::{Channel, Recording, median_interval};
 use crate::model::unit::format_quantity;
 

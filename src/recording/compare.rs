@@ -1,9 +1,10 @@
 //! What is left of a recording when a simulation is taken away.
 
+use thiserror::Error;
+
 use super::align::Alignment;
 use super::grid::Grid;
 use super::{Channel, Recording};
-use thiserror::Error;
 
 /// Why there is nothing to compare.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -8,13 +8,13 @@
 //! numbers of Table A.1.
 
 pub mod align;
-mod assemble;
+pub(crate) mod assemble;
 pub mod compare;
 pub mod csv;
-mod error;
+pub(crate) mod error;
 pub mod events;
 pub mod features;
-mod grid;
+pub(crate) mod grid;
 pub mod lag;
 pub mod level;
 pub mod level_change;
@@ -29,8 +29,9 @@ pub use self::assemble::GAP_FACTOR;
 pub use self::error::{ImportError, ImportWarning, WarningKind};
 pub use self::grid::{Grid, TimeAxis};
 
-use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// One measured quantity of a recording.

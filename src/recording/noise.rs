@@ -9,9 +9,10 @@
 //! The noise is taken to be white up to half the sampling rate. Behind a low-pass
 //! filter the estimate is too small; [`NoiseEstimate::white`] says so.
 
+use thiserror::Error;
+
 use super::grid::TimeAxis;
 use super::{Channel, Recording, median_in_place, quantile_in_place};
-use thiserror::Error;
 
 /// Orders tried, highest first; a short record cannot afford a high one.
 const ORDERS: [usize; 5] = [12, 8, 6, 4, 3];

@@ -5,14 +5,14 @@
 
 mod crossing;
 mod device;
-mod error;
+pub(crate) mod error;
 mod linear;
 mod nodes;
 mod output;
-mod runner;
+pub(crate) mod runner;
 mod step;
-mod stretch;
-mod trace;
+pub(crate) mod stretch;
+pub(crate) mod trace;
 
 pub use self::error::{Options, SimError};
 pub use self::runner::Runner;

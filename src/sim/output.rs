@@ -1,14 +1,13 @@
 //! Uniform samples cut out of the steps.
 
-use crate::model::MAX_MODES;
-use crate::model::drive::Segment;
-use crate::model::effects::Kinematics;
-use crate::model::sensor::Point;
-
 use super::device::Device;
 use super::error::Options;
 use super::linear::{Oscillator, Swing, apply};
 use super::trace::Trace;
+use crate::model::MAX_MODES;
+use crate::model::drive::Segment;
+use crate::model::effects::Kinematics;
+use crate::model::sensor::Point;
 
 /// Sample times that fall into a part of a step.
 pub(super) struct Sink {

@@ -107,8 +107,10 @@ fn strength_zero_is_the_baseline() {
                 // A ground of no compliance, gas of no elasticity and lags of no length
                 // are limits, not values: the lags are brought nearer theirs, not below the
                 // microsecond of the grid on which an amplifier is followed.
-                let lag = matches!(choice.law, Law::Term(terms::Term::SensorLag { .. }))
-                    || matches!(choice.law, Law::Amplifier(_));
+                let lag = matches!(
+                    choice.law,
+                    Law::Term(crate::trial::concealed::hidden_forces::Term::SensorLag { .. })
+                ) || matches!(choice.law, Law::Amplifier(_));
                 if lag {
                     let (a, b) = (worst(1.0, 1), worst(0.1, 1));
                     assert!(b < 0.3 * a, "{id} {}: {a:e} {b:e}", choice.formulation);
@@ -147,10 +149,12 @@ fn a_weight_is_invisible_to_first_order() {
     // leaves of it is of second order and falls with its square.
     for structure in [StructureKind::Lumped, StructureKind::Beam] {
         let size = |force: f64| {
-            let (device, _) = rig::device(structure, &mut Dice::new(5, 0)).unwrap();
-            let instruments = rig::instruments(50e3, 20e-9, true, 9, &mut Dice::new(5, 1));
-            let law = Law::Term(terms::Term::Weight { force });
-            draw::visibility(&device, &instruments, &law).unwrap()
+            let (device, _) =
+                crate::trial::instrument::device(structure, &mut Dice::new(5, 0)).unwrap();
+            let instruments =
+                crate::trial::instrument::instruments(50e3, 20e-9, true, 9, &mut Dice::new(5, 1));
+            let law = Law::Term(crate::trial::concealed::hidden_forces::Term::Weight { force });
+            crate::trial::draw::size::visibility(&device, &instruments, &law).unwrap()
         };
         let (full, tenth, none) = (size(3.4e-9), size(3.4e-10), size(0.0));
         println!("{structure:?}: {full} {tenth} {none}");

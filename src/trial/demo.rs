@@ -3,12 +3,10 @@
 
 use std::sync::Arc;
 
-use crate::recording::Recording;
-use crate::recording::csv::import_bytes_auto;
-use crate::recording::error::ImportError;
-
 use super::draw::Recordings;
 use super::truth::Truth;
+use crate::recording::csv::import_bytes_auto;
+use crate::recording::{ImportError, Recording};
 
 /// A file that comes with the program: name and text.
 type File = (&'static str, &'static str);

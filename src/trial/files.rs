@@ -1,12 +1,13 @@
 //! A trial as files: recordings as CSV, the truth beside them under its own name.
 
-use super::draw::{Recordings, TrialError};
-use super::truth::Envelope;
-use crate::recording::Recording;
-use crate::recording::csv::write::write_recording;
 use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+use super::draw::{Recordings, TrialError};
+use super::truth::Envelope;
+use crate::recording::Recording;
+use crate::recording::csv::write_recording;
 
 /// The files of a trial.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,12 +1,13 @@
 //! The rig that every trial has: a device that is not the preset, and instruments that
 //! are slightly off. None of it is physics that was left out.
 
+use serde::{Deserialize, Serialize};
+
 use super::device::Device;
 use super::device::beam::Beam;
 use super::device::reference_device::{STATIC_PER_GC, table_device, table_modes};
 use super::device::structure::Structure;
 use super::rng::Dice;
-use serde::{Deserialize, Serialize};
 
 /// Which structure a trial's device has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

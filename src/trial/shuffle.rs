@@ -1,8 +1,9 @@
 //! Recordings that no physics can explain: each with the voltage of another.
 
+use std::sync::Arc;
+
 use super::draw::{Recordings, TrialError};
 use crate::recording::Recording;
-use std::sync::Arc;
 
 impl Recordings {
     /// The same motions, each with the voltage of the next recording, over again where

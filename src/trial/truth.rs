@@ -1,8 +1,9 @@
 //! What a trial conceals, in an envelope that is sealed with a hash before it is opened.
 
-use super::instrument::{DeviceParameters, Instruments, StructureKind};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+
+use super::instrument::{DeviceParameters, Instruments, StructureKind};
 
 /// What kind of answer is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]

@@ -1,8 +1,9 @@
 //! Drive voltages as smooth pieces, and what the amplifier makes of them.
 
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 
 /// Distance of the points of a delayed voltage \[s\].
 const GRID: f64 = 1e-6;

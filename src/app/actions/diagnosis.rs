@@ -2,10 +2,11 @@
 
 use eframe::egui::Context;
 
-use crate::app::flows::load_example;
+use crate::app::flows::{load_example, sealed_trial};
 use crate::app::setup::command::Command;
+use crate::app::setup::overlay::OverlayId;
 use crate::app::shell::window::Shell;
-use crate::app::workspaces;
+use crate::app::state::State;
 
 /// Runs one of them, and shows the workspace where its outcome is seen.
 pub fn run(shell: &mut Shell, context: &Context, command: Command) {
@@ -49,4 +50,11 @@ fn accept(shell: &mut Shell) {
         false,
         "The device has the diagnosed values and effects now; Ctrl+Z takes them back",
     );
+}
+
+/// Takes what the threads beside the window have brought. `last` is the number of the
+/// last recording. Returns whether a diagnosis has just ended.
+pub fn poll(state: &mut State, last: &mut OverlayId) -> bool {
+    sealed_trial::poll(state, last);
+    state.diagnosing.take()
 }

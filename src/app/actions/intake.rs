@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
-use crate::app::files::open::{FileEvent, Purpose};
-use crate::app::files::session::Loaded;
-use crate::app::files::session_text::RecordingEntry;
-use crate::app::setup::setup::{DriveChoice, Overlay, OverlayId};
+use crate::app::files::event::{FileEvent, Purpose};
+use crate::app::files::session_text::{Loaded, RecordingEntry};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::notice::About;
+use crate::app::setup::overlay::{Overlay, OverlayId};
 use crate::app::shell::reference_curve::Return;
 use crate::app::shell::window::{Shell, import_entry};
-use crate::app::state::{About, Cursors};
-use crate::app::workspaces::tune;
+use crate::app::state::Cursors;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
@@ -48,10 +48,7 @@ pub fn take(shell: &mut Shell) -> bool {
                 shell.dialogs.ask_import(path, preview, known);
             }
             FileEvent::Preset { preset } => {
-                crate::app::workspaces::tune::parameters::choose_preset(
-                    &mut shell.state.setup,
-                    &preset,
-                )
+                crate::app::setup::setup::choose_preset(&mut shell.state.setup, &preset)
             }
             FileEvent::Session { path, loaded } => adopt_session(shell, path, *loaded),
             FileEvent::Saved { purpose, path } => {

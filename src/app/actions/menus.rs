@@ -3,11 +3,12 @@
 use eframe::egui::{Button, Ui};
 
 use super::run::is_possible;
-use crate::app::files::session;
+use crate::app::files::recent;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{Mode, Picture};
+use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::view::Picture;
 use crate::app::shell::window::Shell;
-use crate::app::workspaces::{self, tune};
+use crate::app::workspaces;
 use crate::model::preset::{EMBEDDED, Preset};
 
 /// The menus, all made of commands.
@@ -16,7 +17,7 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
     ui.menu_button("File", |ui| {
         items(shell, ui, &[C::Open, C::OpenPath]);
         ui.menu_button("Open recent", |ui| {
-            let recent = session::recent();
+            let recent = recent::recent();
             if recent.is_empty() {
                 ui.weak("nothing yet");
             }
@@ -33,10 +34,7 @@ pub fn menus(shell: &mut Shell, ui: &mut Ui) {
                 if ui.button(name).clicked()
                     && let Some(preset) = Preset::embedded(name)
                 {
-                    crate::app::workspaces::tune::parameters::choose_preset(
-                        &mut shell.state.setup,
-                        &preset,
-                    );
+                    crate::app::setup::setup::choose_preset(&mut shell.state.setup, &preset);
                 }
             }
         });

@@ -4,23 +4,21 @@ use std::sync::Arc;
 
 use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
-use crate::recording::Channel;
-use crate::recording::align::auto_align;
-use crate::recording::grid::Grid;
-
+use super::save::save;
 use crate::app::analysis::diagnosis;
 use crate::app::dialogs::{Answer, Target};
 use crate::app::files::built_in;
-use crate::app::files::open::{FileEvent, Purpose};
+use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{DriveChoice, Mode, Overlay, View};
+use crate::app::setup::drive_choice::{DriveChoice, Mode};
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::view::View;
 use crate::app::shell::window::Shell;
 use crate::app::state::{Cursors, State};
-use crate::app::workspaces::tune;
+use crate::recording::align::auto_align;
+use crate::recording::{Channel, Grid};
 
-use super::intake::take as take_files;
-pub use menus::menus;
-use save::save;
+pub use super::menus::menus;
 
 /// Whether a shortcut was pressed; takes the key press. The modifiers are those of the
 /// press itself: on a slow display they are released before the frame is drawn. They

@@ -3,21 +3,20 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::app::analysis::sealed_trial::own_setup;
 use crate::app::export;
-use crate::app::files::open::{FileEvent, Purpose};
-use crate::app::files::session;
-use crate::app::files::session::write_atomically;
+use crate::app::files::atomic_write::write_atomically;
+use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::files::session_text::RecordingEntry;
-use crate::app::setup::setup::DriveChoice;
+use crate::app::files::{recent, session};
+use crate::app::flows::sealed_trial::own_setup;
+use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::shell::window::Shell;
 use crate::app::state::State;
 use crate::diagnose::report;
 use crate::model::preset::Preset;
-use crate::recording::csv;
+use crate::recording::TimeAxis;
 use crate::recording::events::events_csv;
-use crate::recording::grid::TimeAxis;
-use crate::sim::trace::Trace;
+use crate::sim::Trace;
 
 /// Saves what is asked for to a path, as it is now.
 pub fn save(shell: &Shell, purpose: Purpose, path: PathBuf) {
@@ -50,7 +49,7 @@ fn write(
     match purpose {
         Purpose::Session => {
             session::save(path, own_setup(state), &state.view, absent).map_err(|e| text(&e))?;
-            session::remember(path, None);
+            recent::remember(path, None);
             Ok(())
         }
         Purpose::Preset => {
@@ -95,7 +94,7 @@ fn preset(state: &State) -> Preset {
 fn table(trace: &Trace) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let cantilever = (!trace.cantilever.is_empty()).then_some(trace.cantilever.as_slice());
-    crate::recording::csv::write::write_csv(
+    crate::recording::csv::write_csv(
         &mut bytes,
         TimeAxis::Samples(&trace.times()),
         Some(&trace.voltage),

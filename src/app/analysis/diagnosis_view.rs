@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::diagnosis::Answer;
+use super::diagnosis_answer::Answer;
 
 /// A picture that supports what is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

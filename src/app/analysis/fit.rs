@@ -7,13 +7,11 @@ use std::sync::Arc;
 use eframe::egui::Context;
 
 use super::job::Job;
-use crate::app::setup::setup::{Overlay, Role, Setup};
-use crate::fit::inspect::recording_summary::Part;
-use crate::fit::options::{FitOptions, default_free};
-use crate::fit::pipeline::fit;
-use crate::fit::solve::levenberg_marquardt::{Control, Progress};
-use crate::fit::uncertainty::fit_result::FitResult;
-use crate::fit::uncertainty::profile_likelihood::{ProfilePoint, profile_of};
+use crate::app::setup::overlay::{Overlay, Role};
+use crate::app::setup::setup::Setup;
+use crate::fit::{
+    Control, FitOptions, FitResult, Part, ProfilePoint, Progress, default_free, fit, profile_of,
+};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
 

@@ -8,12 +8,12 @@ use eframe::egui::Context;
 
 use super::fit::{Fitting, aligned};
 use super::job::Job;
-use crate::app::setup::setup::{OverlayId, Role, Setup};
+use crate::app::setup::overlay::{OverlayId, Role};
+use crate::app::setup::setup::Setup;
 use crate::fit::contact_readings::Readings;
-use crate::fit::options::FitOptions;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::paper_steps::outcome::{Finding, take};
-use crate::fit::solve::levenberg_marquardt::{Control, Progress};
+use crate::fit::{Control, FitOptions, Progress};
 use crate::model::Model;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;

@@ -7,8 +7,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use eframe::egui::Context;
 
-use crate::app::simulation::worker::panic_text;
-
 #[derive(Debug)]
 struct Shared<P, T> {
     cancel: AtomicBool,
@@ -104,6 +102,15 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
     pub fn take(&self) -> Option<Result<T, String>> {
         lock(&self.0.result).take()
     }
+}
+
+/// What a panic said.
+pub fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    panic
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned())
+        .or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
 }
 
 #[cfg(test)]

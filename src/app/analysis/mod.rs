@@ -1,6 +1,7 @@
 //! TODO-doc
 
 pub mod diagnosis;
+pub(super) mod diagnosis_answer;
 pub mod diagnosis_view;
 pub mod fit;
 pub mod identification;

@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use eframe::egui::{Id, Ui};
 
-use crate::app::setup::setup::Overlay;
+use crate::app::setup::overlay::Overlay;
 use crate::diagnose::data::noise_model::ONE_NOISE;
 use crate::model::unit::format_quantity;
 use crate::recording::noise::{NoiseEstimate, recording_noise};

@@ -1,6 +1,7 @@
 //! What each recording is used for. Until a person chooses, it is chosen for them.
 
-use crate::app::setup::setup::{Overlay, OverlayId, Role, Setup};
+use crate::app::setup::overlay::{Overlay, OverlayId, Role};
+use crate::app::setup::setup::Setup;
 
 /// One in so many recordings is kept out by itself.
 const KEPT_OUT: usize = 4;
@@ -70,7 +71,7 @@ pub fn forget(setup: &mut Setup) {
 mod tests {
     use super::super::recording_roles::*;
     use crate::app::files::built_in;
-    use crate::app::setup::setup::Role::{HeldOut, Train, Unused};
+    use crate::app::setup::overlay::Role::{HeldOut, Train, Unused};
 
     fn with(count: u64) -> Setup {
         let mut setup = built_in::setup();

@@ -6,21 +6,14 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use eframe::egui::Context;
-use sha2::{Digest, Sha256};
 
-use super::diagnosis::Answer;
+use super::diagnosis_answer::Answer;
 use super::job::Job;
-use crate::app::files::built_in;
-use crate::app::flows::load_example;
-use crate::app::setup::setup::{OverlayId, Setup};
-use crate::app::state::State;
-use crate::diagnose::diagnosis::Diagnosis;
-use crate::model::preset::Preset;
-use crate::trial::draw::{Case, Mix, Recordings, Settings};
-use crate::trial::instrument::StructureKind;
-use crate::trial::score;
-use crate::trial::score::{Mark, score};
-use crate::trial::truth::{Class, Envelope, Truth};
+use crate::app::setup::overlay::OverlayId;
+use crate::app::setup::setup::Setup;
+use crate::diagnose::Diagnosis;
+use crate::trial::score::Mark;
+use crate::trial::{Case, Class, Envelope, Mix, Recordings, Settings, StructureKind, Truth, score};
 
 /// What may be concealed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -91,10 +84,10 @@ pub struct Opened {
 
 /// What was put aside for a trial.
 #[derive(Debug, Clone)]
-struct Own {
-    setup: Setup,
-    automatic: Option<Arc<Answer>>,
-    by_hand: Option<Arc<Answer>>,
+pub(crate) struct Own {
+    pub(crate) setup: Setup,
+    pub(crate) automatic: Option<Arc<Answer>>,
+    pub(crate) by_hand: Option<Arc<Answer>>,
 }
 
 /// A trial whose recordings are loaded.
@@ -109,14 +102,14 @@ pub struct Sealed {
     /// The envelope's contents, once it is open.
     pub opened: Option<Opened>,
     /// Whether the device is a beam, to which a further mode belongs.
-    beam: bool,
-    envelope: Envelope,
-    recordings: Vec<OverlayId>,
-    own: Box<Own>,
+    pub(crate) beam: bool,
+    pub(crate) envelope: Envelope,
+    pub(crate) recordings: Vec<OverlayId>,
+    pub(crate) own: Box<Own>,
 }
 
 /// Recordings and envelope of a trial that was made: its seed, and whether it is a beam.
-type Made = (Recordings, Envelope, u64, bool);
+pub(crate) type Made = (Recordings, Envelope, u64, bool);
 
 /// The sealed trial's state.
 #[derive(Debug, Clone)]
@@ -202,122 +195,14 @@ impl Trial {
     }
 }
 
-/// Takes a trial that was made, and notices one whose recordings were taken back.
-pub(crate) fn poll(state: &mut State, last: &mut OverlayId) {
-    if let Some(made) = state.diagnosing.trial.making.as_ref().and_then(Job::take) {
-        state.diagnosing.trial.making = None;
-        match made {
-            Ok(made) => begin(state, made, last),
-            Err(error) => state.diagnosing.trial.error = Some(error),
-        }
-    }
-    let trial = &mut state.diagnosing.trial;
-    let there = |sealed: &Sealed| {
-        let overlays = &state.setup.overlays;
-        overlays.iter().any(|o| sealed.recordings.contains(&o.id))
-    };
-    if trial.sealed.as_ref().is_some_and(|sealed| !there(sealed)) {
-        // Undone: what was the person's own is back by that already.
-        trial.sealed = None;
-    }
-}
-
-/// Loads a trial's recordings in place of the person's own, which are put aside.
-fn begin(state: &mut State, (recordings, envelope, seed, beam): Made, last: &mut OverlayId) {
-    end(state);
-    let setup = built_in::from_preset(Preset::default());
-    let own = Box::new(Own {
-        setup: std::mem::replace(&mut state.setup, setup),
-        automatic: state.diagnosing.automatic.take(),
-        by_hand: state.diagnosing.by_hand.take(),
-    });
-    state.diagnosing.picked = None;
-    state.diagnosing.error = None;
-    if let Some(running) = state.diagnosing.running.take() {
-        running.job.cancel();
-    }
-    let ids = load_example::add(&mut state.setup, recordings, false, last);
-    state.selected = None;
-    state.diagnosing.trial.sealed = Some(Sealed {
-        seed,
-        seal: envelope.seal().to_owned(),
-        guess: None,
-        opened: None,
-        beam,
-        envelope,
-        recordings: ids,
-        own,
-    });
-}
-
-/// Ends the trial: the person's own recordings, device and answers come back.
-pub fn end(state: &mut State) {
-    let Some(sealed) = state.diagnosing.trial.sealed.take() else {
-        return;
-    };
-    if let Some(running) = state.diagnosing.running.take() {
-        running.job.cancel();
-    }
-    let own = *sealed.own;
-    state.setup = own.setup;
-    state.selected = state.setup.overlays.first().map(|overlay| overlay.id);
-    let diagnosing = &mut state.diagnosing;
-    diagnosing.automatic = own.automatic;
-    diagnosing.by_hand = own.by_hand;
-    diagnosing.picked = None;
-    diagnosing.error = None;
-    if let Some(answer) = diagnosing.shown().cloned() {
-        diagnosing.look.begin(&answer);
-    }
-}
-
-/// The setup that is the person's own: a trial is no part of a session.
-pub fn own_setup(state: &State) -> &Setup {
-    match &state.diagnosing.trial.sealed {
-        Some(sealed) => &sealed.own.setup,
-        None => &state.setup,
-    }
-}
-
-/// Opens the envelope: scores guess and answer, and adds them to the tally.
-pub fn open(state: &mut State) {
-    let diagnosing = &mut state.diagnosing;
-    let answer = diagnosing.automatic.clone();
-    let trial = &mut diagnosing.trial;
-    let Some(sealed) = trial.sealed.as_mut().filter(|s| s.opened.is_none()) else {
-        return;
-    };
-    let (truth, text) = sealed.envelope.clone().open();
-    let hash: String = Sha256::digest(text.as_bytes())
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    let may_add: &[&str] = if sealed.beam { &["extra_mode"] } else { &[] };
-    let mark = |said: &score::Diagnosis| score(&truth, said, may_add).mark;
-    let tool = answer.map(|answer| mark(&score::Diagnosis::from(&answer.diagnosis)));
-    let person = sealed.guess.as_ref().map(|guess| mark(&said(guess)));
-    let count = |(right, of): &mut (usize, usize), mark: Option<Mark>| {
-        *of += usize::from(mark.is_some());
-        *right += usize::from(mark.is_some_and(is_right));
-    };
-    count(&mut trial.tally.tool, tool);
-    count(&mut trial.tally.person, person);
-    sealed.opened = Some(Opened {
-        seal_holds: hash == sealed.seal,
-        truth,
-        tool,
-        person,
-    });
-}
-
 /// Whether a mark counts as right: also the name of one that cannot be told from it.
 pub fn is_right(mark: Mark) -> bool {
     matches!(mark, Mark::Right | Mark::Group)
 }
 
 /// A guess as it is scored.
-fn said(guess: &Guess) -> score::Diagnosis {
-    use crate::trial::score::score::Verdict;
+pub(crate) fn said(guess: &Guess) -> score::Diagnosis {
+    use crate::trial::score::Verdict;
     let nowhere = score::Misfit {
         rms: f64::NAN,
         chi2: f64::NAN,
@@ -351,7 +236,7 @@ fn said(guess: &Guess) -> score::Diagnosis {
 
 /// What a diagnosis answers in a few words.
 pub fn answer_text(diagnosis: &Diagnosis) -> String {
-    use crate::diagnose::diagnosis::Verdict;
+    use crate::diagnose::Verdict;
     let names: Vec<&str> = diagnosis.named.iter().map(|n| n.name.as_str()).collect();
     match diagnosis.verdict {
         Verdict::Adequate => "nothing was left out".to_owned(),

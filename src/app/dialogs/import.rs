@@ -6,12 +6,11 @@ use eframe::egui::{Align2, Button, Grid, Id, RichText, TextEdit, Ui, Window};
 
 use super::columns::{Names, chooser, lines_before, micrometres, pick, scale};
 use super::sample::{Cells, Sample};
-use super::table::{self, Roles};
-use super::{Answer, enter, escape};
+use super::table::Roles;
+use super::{Answer, enter, escape, table};
 use crate::app::theme;
 use crate::model::unit::{format_quantity, parse_quantity};
-use crate::recording::csv::sniff::Preview;
-use crate::recording::csv::{Decimal, Delimiter, ImportSettings};
+use crate::recording::csv::{Decimal, Delimiter, ImportSettings, Preview};
 
 /// Units offered for each quantity.
 const TIME_UNITS: [&str; 3] = ["s", "ms", "us"];

@@ -15,12 +15,10 @@ use std::path::PathBuf;
 
 use eframe::egui::{Id, Key, Popup, Ui};
 
-use crate::recording::csv::ImportSettings;
-use crate::recording::csv::sniff::Preview;
-
-use super::files::open::Purpose;
+use super::files::event::Purpose;
 use super::setup::command::Command;
-use super::setup::setup::OverlayId;
+use super::setup::overlay::OverlayId;
+use crate::recording::csv::{ImportSettings, Preview};
 
 pub use self::import::ImportDialog;
 pub use self::palette::Palette;

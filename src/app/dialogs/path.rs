@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, channel};
 use eframe::egui::{Align2, Context, Id, TextEdit, Ui, Window};
 
 use super::{Answer, Target, enter, escape};
-use crate::app::files::open::Purpose;
+use crate::app::files::event::Purpose;
 use crate::app::theme;
 
 /// Names from a folder that are offered.

@@ -8,8 +8,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::app::dialogs::*;
-use crate::recording::csv::sniff::preview;
-use crate::recording::csv::{Decimal, Delimiter};
+use crate::recording::csv::{Decimal, Delimiter, preview};
 
 const CSV: &str = "time, a [um], b [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
 
@@ -279,7 +278,7 @@ fn the_palette_finds_and_returns_a_command() {
     harness.run_steps(3);
     harness.key_press(Key::Enter);
     harness.run_steps(3);
-    let forces = Command::TogglePicture(crate::app::setup::setup::Picture::Forces);
+    let forces = Command::TogglePicture(crate::app::setup::view::Picture::Forces);
     assert_eq!(harness.state().answers, [Answer::Command(forces)]);
     assert!(!harness.state().dialogs.is_open());
 }

@@ -21,7 +21,7 @@ use thiserror::Error;
 use self::canvas::Canvas;
 use self::page::Page;
 use self::sheet::Sheet;
-use super::files::session::write_atomically;
+use super::files::atomic_write::write_atomically;
 use super::state::State;
 
 /// Width of a page inside its axes [points].
@@ -75,7 +75,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     write_atomically(path, bytes).map_err(|error| ExportError::Writing {
         path: path.to_owned(),
         reason: match error {
-            super::files::session::SessionError::Io { source, .. } => {
+            super::files::atomic_write::SessionError::Io { source, .. } => {
                 format!("{source}; check that the folder exists and can be written")
             }
             other => other.to_string(),

@@ -3,11 +3,10 @@
 use eframe::egui::Color32;
 use plotters::prelude::DrawingBackend;
 
-use super::sheet::{Line, Panel, Sheet};
-use crate::app::plots::frame::layer::Mark;
-
 use super::ExportError;
 use super::canvas::{Anchor, Canvas, Frame, Place, text_width};
+use super::sheet::{Line, Panel, Sheet};
+use crate::app::plots::frame::layer::Mark;
 
 /// Text of axes and legends [points].
 const TEXT: f64 = 12.0;

@@ -4,20 +4,16 @@
 use eframe::egui::{Color32, Context, RawInput, Ui};
 
 use crate::app::analysis::recording_noise;
-use crate::app::setup::setup::Picture;
-use crate::app::state::State;
-use crate::app::theme;
-
-use crate::app::plots::frame::axes;
 use crate::app::plots::frame::axes::Unit;
 use crate::app::plots::frame::layer::Mark;
-use crate::app::plots::frame::style;
 use crate::app::plots::frame::style::Palette;
-use crate::app::plots::frame::time_plot;
 use crate::app::plots::frame::time_plot::TimePlot;
-use crate::app::plots::frame::time_window;
 use crate::app::plots::frame::xy::XyPlot;
+use crate::app::plots::frame::{axes, style, time_plot, time_window};
 use crate::app::plots::{describe, plane};
+use crate::app::setup::view::Picture;
+use crate::app::state::State;
+use crate::app::theme;
 
 /// Longest wait for the noise of long recordings [s].
 const PATIENCE: f64 = 2.0;

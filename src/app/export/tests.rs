@@ -4,15 +4,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::app::export::*;
-use crate::app::files::built_in;
-use crate::app::setup::setup::{DriveChoice, Overlay, Picture, Setup, View};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::setup::Setup;
+use crate::app::setup::view::{Picture, View};
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
-use crate::sim::error::Options;
-use crate::sim::simulate;
-use crate::sim::trace::Trace;
+use crate::sim::{Options, Trace, simulate};
 
 /// The `paper` device run for 0.15 s, with a recording over it that lies 2 um higher.
 fn state() -> State {
@@ -54,14 +54,14 @@ fn with_overlays(preset: Preset, drive: Waveform, overlays: Vec<Overlay>) -> Sta
         drive: DriveChoice::Waveform(drive),
         duration: 0.15,
         overlays,
-        ..first_start::from_preset(preset)
+        ..crate::app::files::built_in::from_preset(preset)
     };
     let view = View {
         pictures: Picture::ALL.into(),
         dark: false,
         ..View::default()
     };
-    built_in::state(setup, view)
+    crate::app::state::state(setup, view)
 }
 
 /// Checks that every element is closed in its turn and nothing is left unescaped.

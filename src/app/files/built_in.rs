@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::setup::Setup;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -9,14 +12,8 @@ use crate::recording::align::Alignment;
 use crate::recording::csv::{ImportSettings, import_bytes_auto};
 use crate::trial::demo;
 
-use crate::app::analysis::diagnosis::Diagnosing;
-use crate::app::analysis::fit::Fitting;
-use crate::app::analysis::identification::Identification;
-use crate::app::setup::setup::{DriveChoice, Overlay, Setup, View};
-use crate::app::state::{Cursors, State};
-
 /// The made-up recording that is shipped: the `paper` device with other parameters.
-pub const MADE_UP: &[u8] = include_bytes!("../../assets/made-up-paper.csv");
+pub const MADE_UP: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
 /// Its name in the list of recordings.
 pub const MADE_UP_NAME: &str = "made-up recording";
 
@@ -74,29 +71,6 @@ pub fn unread(id: u64, recording: Arc<Recording>) -> Overlay {
         color: 0,
         made_up: true,
         role: None,
-    }
-}
-
-/// A state around a setup, nothing computed yet.
-pub fn state(setup: Setup, view: View) -> State {
-    State {
-        selected: setup.overlays.first().map(|overlay| overlay.id),
-        setup,
-        view,
-        snapshot: None,
-        ghost: None,
-        refusal: None,
-        paused: false,
-        scrub: None,
-        cursors: Cursors::default(),
-        reveal: None,
-        commands: Vec::new(),
-        notices: Vec::new(),
-        drive_editor_open: false,
-        validation_open: false,
-        fitting: Fitting::default(),
-        identification: Identification::default(),
-        diagnosing: Diagnosing::default(),
     }
 }
 

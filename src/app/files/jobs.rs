@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use super::open::FileEvent;
-use crate::app::simulation::worker::panic_text;
+use super::event::FileEvent;
+use crate::app::analysis::job::panic_text;
 
 /// A file being worked on.
 #[derive(Debug)]

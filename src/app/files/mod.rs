@@ -1,6 +1,8 @@
 //! TODO-doc
 
+pub(crate) mod atomic_write;
 pub mod built_in;
+pub(super) mod event;
 pub(super) mod jobs;
 pub mod open;
 pub(super) mod reading;

@@ -2,9 +2,10 @@ use std::path::Path;
 use std::sync::atomic::AtomicUsize;
 
 use crate::app::files::open::*;
-use crate::app::files::{built_in, session};
+use crate::app::files::{built_in, recent, session};
 use crate::app::setup::setup::Setup;
-use crate::app::setup::setup::View;
+use crate::app::setup::view::View;
+use crate::model::preset::Preset;
 
 const CLEAR: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
 const UNCLEAR: &str = "time, a, b\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
@@ -98,7 +99,7 @@ fn an_unclear_one_asks_and_is_remembered() {
         proof_mass: column(2, "um"),
         ..preview.settings.clone()
     };
-    session::remember_import(&path, &settings);
+    recent::remember(&path, Some(&settings));
     let found = events(|files| files.open(path.clone()));
     assert!(
         matches!(&found[..], [FileEvent::Recording { settings: s, .. }] if *s == settings),

@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::event::{FileEvent, failed};
 use super::jobs::Context;
-use super::open::{FileEvent, failed};
 use super::session;
 use super::session_text::RecordingEntry;
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
+use crate::app::files::recent;
+use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::preset::Preset;
-use crate::recording::csv::sniff::preview;
-use crate::recording::csv::{ImportSettings, import, import_voltage};
-use crate::recording::error::{ImportError, ImportWarning};
+use crate::recording::csv::{ImportSettings, import, import_voltage, preview};
+use crate::recording::{ImportError, ImportWarning};
 
 pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
     let name = path.to_string_lossy().to_lowercase();
@@ -23,7 +22,7 @@ pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
         Ok(preview) => preview,
         Err(error) => return Some(failed(&error)),
     };
-    match session::import_settings_for(&path) {
+    match recent::import_settings_for(&path) {
         // A file that was written anew may need other settings than it did.
         Some(settings) => {
             // What nobody was asked about is said again.
@@ -57,7 +56,7 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
                     let message = format!("{}: {message}", path.display());
                     let _ = context.send.send(FileEvent::Failed { message });
                 }
-                session::remember(&path, None);
+                recent::remember(&path, None);
                 FileEvent::Session {
                     path,
                     loaded: Box::new(loaded),
@@ -70,7 +69,7 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
     }
     match Preset::load(&path.to_string_lossy()) {
         Ok(preset) => {
-            session::remember(&path, None);
+            recent::remember(&path, None);
             FileEvent::Preset {
                 preset: Box::new(preset),
             }
@@ -98,7 +97,7 @@ pub(super) fn import_with(
                 changed(&path)
             } else {
                 if entry.is_none() {
-                    session::remember(&path, Some(&settings));
+                    recent::remember(&path, Some(&settings));
                 }
                 FileEvent::Recording {
                     path,

@@ -7,9 +7,8 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
+use super::atomic_write::{data_dir, keep_unreadable, write_atomically};
 use crate::recording::csv::ImportSettings;
-
-use super::session::{data_dir, keep_unreadable, write_atomically};
 
 /// Files kept in the list.
 const RECENT: usize = 12;
@@ -102,11 +101,6 @@ pub fn remember(path: &Path, settings: Option<&ImportSettings>) {
         let path = absolute(path);
         Memory::change(&folder, |memory| memory.put(path, settings));
     }
-}
-
-/// Remembers how a recording was read.
-pub fn remember_import(path: &Path, settings: &ImportSettings) {
-    remember(path, Some(settings));
 }
 
 /// How a recording was read last time.

@@ -1,16 +1,17 @@
 use std::sync::Arc;
 
+use crate::app::files::atomic_write::keep_unreadable;
 use crate::app::files::built_in;
 use crate::app::files::session::*;
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::{Overlay, Role};
 use crate::app::setup::reference_curve::Kept;
-use crate::app::setup::setup::{DriveChoice, Overlay, Role};
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
-use crate::model::effects::{self, ActiveEffect};
+use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::effects;
+use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
-use crate::recording::csv::import;
-use crate::recording::csv::sniff::preview;
+use crate::recording::csv::{import, preview};
 
 const CSV: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n0.003, -8, 2\n";
 
@@ -212,7 +213,7 @@ fn every_cut_gives_an_error_and_no_panic() {
     save(&path, &setup, &View::default(), &[]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
-        if let Ok(loaded) = session_file::from_text(&text[..end]) {
+        if let Ok(loaded) = crate::app::files::session_text::from_text(&text[..end]) {
             // Only what has a default may be missing.
             assert_eq!(loaded.setup.preset, setup.preset, "cut at {end}");
             assert_eq!(loaded.setup.locked, setup.locked, "cut at {end}");

@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::built_in;
+use crate::app::setup::drive_text::DriveEntry;
+use crate::app::setup::overlay::{Overlay, Role};
+use crate::app::setup::setup::Setup;
+use crate::app::setup::view::View;
 use crate::model::preset::Preset;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
-
-use super::built_in;
-use super::session::Loaded;
-use crate::app::setup::drive_text::DriveEntry;
-use crate::app::setup::setup::{Overlay, Role, Setup, View};
 
 /// Version that is written and read.
 pub const FORMAT: u32 = 1;
@@ -279,6 +279,28 @@ fn check(file: &File) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// A session read from its file, its recordings not yet.
+#[derive(Debug)]
+pub struct Loaded {
+    /// Everything but the recordings from files.
+    pub setup: Setup,
+    /// How it was looked at.
+    pub view: View,
+    /// Recordings to import.
+    pub recordings: Vec<RecordingEntry>,
+    /// What could not be brought back, with the remedy: lines for the window.
+    pub missing: Vec<String>,
+}
+
+impl Loaded {
+    /// The highest number of any recording, to number new ones from.
+    pub fn last_id(&self) -> u64 {
+        let shown = self.setup.overlays.iter().map(|overlay| overlay.id);
+        let to_come = self.recordings.iter().map(|entry| entry.id);
+        shown.chain(to_come).max().unwrap_or(0)
+    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! The example: recordings that come with the program, to see a diagnosis at once.
 
 use crate::app::files::built_in;
-use crate::app::setup::setup::{Overlay, OverlayId, Role, Setup};
+use crate::app::setup::overlay::{Overlay, OverlayId, Role};
+use crate::app::setup::setup::Setup;
 use crate::app::state::State;
-use crate::app::workspaces::tune;
 use crate::model::preset::Preset;
-use crate::trial::demo;
-use crate::trial::draw::Recordings;
+use crate::trial::{Recordings, demo};
 
 /// Loads the example beside the person's own recordings, which are left out of it; the
 /// device is the paper's. One step of undo takes it back.
@@ -15,7 +14,7 @@ use crate::trial::draw::Recordings;
 /// Why the recordings cannot be read.
 pub fn load(state: &mut State, last: &mut OverlayId) -> Result<(), String> {
     let recordings = demo::recordings().map_err(|error| error.to_string())?;
-    crate::app::workspaces::tune::parameters::choose_preset(&mut state.setup, &Preset::default());
+    crate::app::setup::setup::choose_preset(&mut state.setup, &Preset::default());
     let overlays = &mut state.setup.overlays;
     // What comes with the program makes room for what comes with the program.
     overlays.retain(|overlay| !overlay.made_up);
@@ -52,7 +51,7 @@ pub(crate) fn add(
             visible: color == 0,
             made_up,
             color,
-            ..first_start::unread(*last, recording)
+            ..crate::app::files::built_in::unread(*last, recording)
         });
     }
     ids

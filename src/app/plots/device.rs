@@ -14,13 +14,12 @@ mod tests;
 
 use eframe::egui::{Id, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
+use self::moment::{Extremes, Moment};
+use self::paint::{Colors, text};
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
-
-use self::moment::{Extremes, Moment};
-use self::paint::{Colors, text};
 
 /// Least and greatest height of the picture [points].
 const HEIGHT: (f32, f32) = (110.0, 420.0);

@@ -5,17 +5,15 @@ use std::sync::Arc;
 
 use eframe::egui::{Id, Ui};
 
-use crate::app::setup::setup::Picture;
-use crate::app::state::State;
-use crate::model::Model;
-use crate::sim::trace::{Event, EventKind, ForceTraces, Trace};
-
-use super::frame::cache;
 use super::frame::cache::Source;
 use super::frame::curve::Curve;
-use super::frame::style;
 use super::frame::time_plot::TimePlot;
+use super::frame::{cache, style};
+use crate::app::setup::view::Picture;
 use crate::app::simulation::min_max_pyramid::Pyramid;
+use crate::app::state::State;
+use crate::model::Model;
+use crate::sim::{Event, EventKind, ForceTraces, Trace};
 
 /// The largest force, and a picture of the voltage: beside it the others are flat lines.
 const DRIVE: &str = "drive";
@@ -156,7 +154,7 @@ mod tests {
     use super::super::forces::*;
     use crate::model::parameter::ParameterId;
     use crate::model::preset::Preset;
-    use crate::sim::error::Options;
+    use crate::sim::Options;
     use crate::sim::simulate;
 
     #[test]

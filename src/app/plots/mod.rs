@@ -15,8 +15,7 @@ use eframe::egui::{Id, Key, Popup, RichText, ScrollArea, Ui, vec2};
 
 use self::frame::readout::Readout;
 use self::frame::time_plot::{Common, TimePlot};
-use super::setup::setup::Picture;
-use super::shell::layout_dump;
+use super::setup::view::Picture;
 use super::state::{Cursors, State};
 
 /// Space between two pictures [points].
@@ -131,7 +130,7 @@ fn menu_open(ui: &Ui) -> bool {
 
 /// The pictures against time that are switched on, and lines for those that have
 /// nothing to show.
-fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
+pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
     let (mut plots, mut lines) = (Vec::new(), Vec::new());
     for picture in &state.view.pictures {
         match picture {
@@ -213,7 +212,7 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(
             rect.max.y += TIME_AXIS;
             ui.scroll_to_rect(rect, None);
         }
-        layout_dump::note(ui.ctx(), &name, reply.response.rect);
+        self::frame::layout_note::note(ui.ctx(), &name, reply.response.rect);
         frame::time_window::react(ui, state, &reply);
         if !lowest {
             frame::split::handle(ui, heights[i], heights[i + 1], SPACING);
@@ -233,7 +232,7 @@ fn side_by_side(ui: &mut Ui, state: &State, planes: &[Picture], height: f32) {
 }
 
 /// One of them, `size` points big.
-fn plane(ui: &Ui, state: &State, picture: Picture, size: [f32; 2]) -> frame::xy::XyPlot {
+pub(crate) fn plane(ui: &Ui, state: &State, picture: Picture, size: [f32; 2]) -> frame::xy::XyPlot {
     match picture {
         Picture::PhasePortrait => phase_portrait::describe(ui, state, size),
         _ => drive_loop::describe(ui, state, size),

@@ -5,16 +5,15 @@ use std::sync::Arc;
 
 use eframe::egui::{Stroke, Ui};
 
-use crate::app::setup::setup::{Overlay, Picture};
+use super::frame::cache::Source;
+use super::frame::curve::Placed;
+use super::frame::{axes, cache, readout, style, time_window, xy};
+use super::trajectory;
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::view::Picture;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::recording::Channel;
-
-use super::frame::cache;
-use super::frame::cache::Source;
-use super::frame::curve::Placed;
-use super::frame::{axes, readout, style, time_window, xy};
-use super::trajectory;
 
 /// The picture, `size` points big.
 pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use eframe::egui::Ui;
 
-use crate::app::analysis::recording_noise;
-use crate::app::setup::setup::{Overlay, Picture};
-use crate::app::simulation::snapshot::OverlayComparison;
-use crate::app::state::State;
-
 use super::frame::curve::Curve;
 use super::frame::style;
 use super::frame::time_plot::TimePlot;
+use crate::app::analysis::recording_noise;
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::view::Picture;
+use crate::app::simulation::snapshot::OverlayComparison;
+use crate::app::state::State;
 
 /// The picture, or a line that says why there is none.
 pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {

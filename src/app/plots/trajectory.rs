@@ -4,15 +4,14 @@ use std::sync::Arc;
 
 use eframe::egui::Ui;
 
-use crate::app::setup::setup::{Overlay, Picture};
-use crate::app::state::State;
-use crate::recording::Channel;
-
-use super::frame::cache;
 use super::frame::curve::{Curve, Placed};
-use super::frame::style;
 use super::frame::style::{THICK, THIN};
 use super::frame::time_plot::{Level, TimePlot};
+use super::frame::{cache, style};
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::view::Picture;
+use crate::app::state::State;
+use crate::recording::Channel;
 
 /// The picture.
 pub fn describe(ui: &Ui, state: &State) -> TimePlot {

@@ -2,15 +2,13 @@
 
 use eframe::egui::Ui;
 
-use crate::app::setup::setup::Picture;
+use super::frame::curve::Curve;
+use super::frame::time_plot::TimePlot;
+use super::frame::{cache, style};
+use super::trajectory::recorded;
+use crate::app::setup::view::Picture;
 use crate::app::state::State;
 use crate::recording::Channel;
-
-use super::frame::cache;
-use super::frame::curve::Curve;
-use super::frame::style;
-use super::frame::time_plot::TimePlot;
-use super::trajectory::recorded;
 
 /// The picture.
 pub fn describe(ui: &Ui, state: &State) -> TimePlot {

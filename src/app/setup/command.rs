@@ -2,7 +2,8 @@
 
 use eframe::egui::{Key, KeyboardShortcut, ModifierNames, Modifiers};
 
-use super::setup::{Mode, Picture};
+use super::drive_choice::Mode;
+use super::view::Picture;
 use crate::app::workspaces;
 
 /// Everything a person can ask for that is not a value in a field.

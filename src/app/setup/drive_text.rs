@@ -4,10 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
-
-use super::setup::DriveChoice;
+use super::drive_choice::DriveChoice;
+use crate::model::drive::{VoltageTable, Waveform};
 
 /// The drive of a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]

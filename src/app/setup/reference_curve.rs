@@ -6,14 +6,14 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::drive_choice::{DriveChoice, Mode};
+use super::drive_text::DriveEntry;
+use super::overlay::Overlay;
+use crate::app::simulation::request::Wish;
+use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::sim::simulate;
-
-use super::drive_text::DriveEntry;
-use super::setup::{DriveChoice, Mode, Overlay};
-use crate::app::simulation::snapshot::Snapshot;
-use crate::app::simulation::worker::Wish;
 
 /// What a kept curve was computed from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

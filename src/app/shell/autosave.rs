@@ -7,12 +7,13 @@ use std::time::Duration;
 use eframe::egui::Ui;
 
 use super::window::Shell;
-use crate::app::analysis::sealed_trial::own_setup;
+use crate::app::files::atomic_write::SessionError;
 use crate::app::files::session;
-use crate::app::files::session::SessionError;
 use crate::app::files::session_text::RecordingEntry;
-use crate::app::setup::setup::{Setup, View};
-use crate::app::state::Notice;
+use crate::app::flows::sealed_trial::own_setup;
+use crate::app::setup::notice::Notice;
+use crate::app::setup::setup::Setup;
+use crate::app::setup::view::View;
 
 /// Quiet time before the session is autosaved [s].
 const AUTOSAVE_AFTER: f64 = 2.0;
@@ -20,7 +21,7 @@ const AUTOSAVE_AFTER: f64 = 2.0;
 /// Writes the session beside the window: a slow disk must not hold it up. The newest
 /// state wins, whichever thread comes first.
 #[derive(Debug, Default)]
-pub(super) struct Autosave {
+pub(crate) struct Autosave {
     asked: u64,
     /// Number of the state that was written last, and why it could not be.
     written: Arc<Mutex<(u64, Option<String>)>>,
@@ -135,7 +136,9 @@ impl Shell {
 }
 
 /// The autosaved session, if there is one that can be read; one that cannot is kept.
-pub(super) fn restore(notices: &mut Vec<Notice>) -> Option<session::Loaded> {
+pub(super) fn restore(
+    notices: &mut Vec<Notice>,
+) -> Option<crate::app::files::session_text::Loaded> {
     let path = session::autosave_path()?;
     if !path.exists() {
         return None;
@@ -143,7 +146,7 @@ pub(super) fn restore(notices: &mut Vec<Notice>) -> Option<session::Loaded> {
     match session::load(&path) {
         Ok(loaded) => Some(loaded),
         Err(error) => {
-            let kept = match session::keep_unreadable(&path) {
+            let kept = match crate::app::files::atomic_write::keep_unreadable(&path) {
                 Ok(kept) => format!("a copy was kept as {}", kept.display()),
                 Err(error) => format!("no copy could be kept: {error}"),
             };

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{self, Panel, Ui};
+use eframe::egui;
+use eframe::egui::{Panel, Ui};
 
-use super::layout_dump;
 use super::window::Shell;
 use crate::app::actions::run;
 use crate::app::files::built_in;
@@ -24,7 +24,11 @@ impl Shell {
                 for workspace in &workspaces::ALL {
                     let here = self.state.view.workspace == workspace.name;
                     let tab = ui.selectable_label(here, workspace.title);
-                    layout_dump::note(ui.ctx(), &format!("tab {}", workspace.name), tab.rect);
+                    crate::app::plots::frame::layout_note::note(
+                        ui.ctx(),
+                        &format!("tab {}", workspace.name),
+                        tab.rect,
+                    );
                     if tab.on_hover_text(workspace.help).clicked() {
                         self.state.ask(Command::Workspace(workspace.name));
                     }

@@ -1,14 +1,12 @@
 //! What diagnoses and sealed trials bring, wherever the person looks meanwhile.
 
 use super::window::Shell;
-use crate::app::analysis::diagnosis;
-use crate::app::workspaces;
-use crate::diagnose::report::words::verdict_sentence;
+use crate::diagnose::report::verdict_sentence;
 
 impl Shell {
     /// Takes what diagnoses and trials have brought; says so to whoever looks elsewhere.
     pub(super) fn take_diagnosis(&mut self) {
-        let ended = diagnosis::poll(&mut self.state, &mut self.next_overlay);
+        let ended = crate::app::actions::diagnosis::poll(&mut self.state, &mut self.next_overlay);
         if !ended || self.state.view.workspace == crate::app::workspaces::diagnose::NAME {
             return;
         }

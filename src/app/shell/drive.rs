@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::window::Shell;
-use crate::app::setup::setup::{DriveChoice, Overlay};
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::Overlay;
+use crate::model::drive::{VoltageTable, Waveform};
 
 impl Shell {
     /// The drive with a recording's voltage resolved; made once per recording.

@@ -6,18 +6,9 @@ use std::path::PathBuf;
 use eframe::egui::{Context, Id, Rect};
 use serde_json::{Map, Value, json};
 
-use crate::app::files::session::write_atomically;
+use crate::app::files::atomic_write::write_atomically;
 use crate::app::state::State;
-use crate::diagnose::report::words::headline;
-
-/// Notes a widget's place in this frame.
-pub fn note(context: &Context, name: &str, rect: Rect) {
-    context.data_mut(|data| {
-        let places: &mut Vec<(String, Rect)> = data.get_temp_mut_or_default(Id::unique("layout"));
-        places.retain(|(known, _)| known != name);
-        places.push((name.to_owned(), rect));
-    });
-}
+use crate::diagnose::report::headline;
 
 /// Writes the file when its contents change.
 pub struct Layout {

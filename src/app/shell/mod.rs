@@ -5,7 +5,8 @@ pub(super) mod bars;
 pub(super) mod diagnosis;
 pub(super) mod drive;
 pub(super) mod layout_dump;
-pub(super) mod picture;
+pub mod options;
+pub mod picture;
 pub(super) mod reference_curve;
 #[cfg(test)]
 pub(super) mod tests;

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use eframe::egui::{self, Ui, ViewportCommand};
+use eframe::egui;
+use eframe::egui::{Ui, ViewportCommand};
 
+use super::options::AppError;
 use super::window::Shell;
-use crate::app::AppError;
-use crate::app::setup::setup::Mode;
+use crate::app::setup::drive_choice::Mode;
 
 /// Quiet frames before the picture is taken.
 const SETTLED_FRAMES: u32 = 12;

@@ -3,16 +3,17 @@
 
 use super::drive::recorded_drive;
 use super::window::Shell;
-use crate::app::files::open::FileEvent;
+use crate::app::files::event::FileEvent;
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::OverlayId;
 use crate::app::setup::reference_curve::Kept;
-use crate::app::setup::setup::{DriveChoice, OverlayId};
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::model::drive::Waveform;
 
 /// Whether the curve of a session is being brought back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(in crate::app) enum Return {
+pub(crate) enum Return {
     /// Not asked for yet.
     #[default]
     Open,

@@ -8,8 +8,8 @@ use eframe::egui::{Align, Align2, Area, Frame, Id, Layout, Order, RichText, Ui, 
 use super::window::Shell;
 use crate::app::dialogs::Target;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::OverlayId;
-use crate::app::state::{About, Notice};
+use crate::app::setup::notice::{About, Notice};
+use crate::app::setup::overlay::OverlayId;
 use crate::app::theme;
 
 /// Notices shown at once, the newest.

@@ -6,22 +6,26 @@ use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
-use crate::model::drive::Waveform;
-use crate::model::preset::Preset;
-use crate::sim::error::SimError;
-
 use super::layout_dump::Layout;
+use super::options::WindowOptions;
+use super::picture::PictureOutcome;
 use crate::app::dialogs::Dialogs;
 use crate::app::files::open::{Files, absolute};
-use crate::app::files::{built_in, session};
+use crate::app::files::{built_in, session_text};
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{OverlayId, Picture, Setup, View};
+use crate::app::setup::notice::{About, Notice, Refusal};
+use crate::app::setup::overlay::OverlayId;
+use crate::app::setup::setup::Setup;
 use crate::app::setup::undo::History;
-use crate::app::simulation::worker::{News, Wish, Worker};
-use crate::app::state::{About, Notice, Refusal, State};
-use crate::app::{WindowOptions, theme, workspaces};
+use crate::app::setup::view::{Picture, View};
+use crate::app::simulation::request::Wish;
+use crate::app::simulation::worker::{News, Worker};
+use crate::app::state::State;
+use crate::app::{theme, workspaces};
+use crate::model::drive::Waveform;
+use crate::model::preset::Preset;
+use crate::sim::SimError;
 
-use super::picture::PictureOutcome;
 pub(crate) use super::reference_curve::Return;
 
 /// The application.
@@ -38,7 +42,7 @@ pub struct Shell {
     pub(crate) next_overlay: OverlayId,
     /// Recordings of the session that could not be loaded: kept in it, for when their
     /// files are back.
-    pub(crate) absent: Vec<session::RecordingEntry>,
+    pub(crate) absent: Vec<session_text::RecordingEntry>,
     /// Files in the order in which they were asked for: recordings stand in the list so,
     /// whichever is read first.
     pub(crate) order: Vec<PathBuf>,
@@ -48,19 +52,19 @@ pub struct Shell {
     pub(crate) kept: Return,
     worker: Worker,
     sent: Option<Wish>,
-    recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
-    saved: (Setup, View),
-    changed_at: Option<f64>,
+    pub(crate) recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
+    pub(crate) saved: (Setup, View),
+    pub(crate) changed_at: Option<f64>,
     layout: Layout,
-    autosave: super::autosave::Autosave,
+    pub(crate) autosave: super::autosave::Autosave,
     /// Theme that the colours are set for.
     themed: Option<bool>,
     /// Whether the worker panicked over what was last sent.
-    broken: bool,
-    picture: Option<super::picture::Wanted>,
+    pub(crate) broken: bool,
+    pub(crate) picture: Option<super::picture::Wanted>,
     /// The first thing that failed while a picture is wanted.
-    failed: Option<String>,
-    outcome: PictureOutcome,
+    pub(crate) failed: Option<String>,
+    pub(crate) outcome: PictureOutcome,
 }
 
 impl Shell {
@@ -117,7 +121,7 @@ impl Shell {
         }
         theme::apply(context, view.dark);
         let shown = setup.overlays.iter().map(|o| o.id).max().unwrap_or(0);
-        let mut state = built_in::state(setup, view);
+        let mut state = crate::app::state::state(setup, view);
         if let Some(workspace) = options.workspace {
             state.view.workspace = workspace;
         }
@@ -212,7 +216,7 @@ impl Shell {
         let setup = &self.state.setup;
         if self.speed_of != setup.preset.model.name {
             self.speed_of.clone_from(&setup.preset.model.name);
-            self.state.view.slow_down = crate::app::workspaces::tune::transport::usual_speed(setup);
+            self.state.view.slow_down = crate::app::workspaces::tune::usual_speed(setup);
         }
     }
 
@@ -307,7 +311,7 @@ impl eframe::App for Shell {
 
 impl Shell {
     /// One frame of the window.
-    fn show(&mut self, ui: &mut Ui) {
+    pub(crate) fn show(&mut self, ui: &mut Ui) {
         self.take_news();
         let idle = self.files.pending() == 0;
         // Nothing was being read, and nothing has come that may have begun to read more and be done
@@ -347,7 +351,7 @@ fn refusal(error: &SimError) -> Refusal {
 }
 
 /// Starts the import of a session's recording.
-pub(crate) fn import_entry(files: &Files, entry: &session::RecordingEntry) {
+pub(crate) fn import_entry(files: &Files, entry: &session_text::RecordingEntry) {
     if let Some(path) = &entry.path {
         files.import(path.clone(), entry.import.clone(), Some(entry.clone()));
     }

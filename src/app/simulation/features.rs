@@ -6,14 +6,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use crate::model::parameter::ParameterId;
-use crate::recording::Recording;
-use crate::recording::features::{FeatureOptions, Features, features, recording_features};
-use crate::recording::grid::TimeAxis;
-
+use super::request::Wish;
 use super::snapshot::Snapshot;
-use super::worker::Wish;
-use crate::app::setup::setup::{Overlay, OverlayId};
+use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::model::parameter::ParameterId;
+use crate::recording::features::{FeatureOptions, Features, features, recording_features};
+use crate::recording::{Recording, TimeAxis};
 
 /// Features of recordings, computed once each.
 pub struct Summaries {

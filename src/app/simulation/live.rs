@@ -3,14 +3,11 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::request::Wish;
+use super::snapshot::{LiveState, Snapshot};
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::sim::error::SimError;
-use crate::sim::runner::Runner;
-use crate::sim::trace::Trace;
-
-use super::snapshot::{LiveState, Snapshot};
-use super::worker::Wish;
+use crate::sim::{Runner, SimError, Trace};
 
 /// Samples kept for scrubbing: 40 s of device time at 50 kHz.
 const HISTORY: usize = 2_000_000;

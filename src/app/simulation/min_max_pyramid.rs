@@ -7,8 +7,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::recording::assemble::GAP_FACTOR;
-use crate::recording::median_interval;
+use crate::recording::{GAP_FACTOR, median_interval};
 
 /// Samples in a block of the first level.
 const BLOCK: usize = 16;

@@ -3,16 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::min_max_pyramid::Pyramid;
+use crate::app::setup::overlay::{Overlay, OverlayId};
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::recording::Channel;
 use crate::recording::compare::{Comparison, compare};
 use crate::recording::features::Features;
-use crate::recording::grid::Grid;
-use crate::sim::trace::Trace;
-
-use super::min_max_pyramid::Pyramid;
-use crate::app::setup::setup::{Overlay, OverlayId};
+use crate::recording::{Channel, Grid};
+use crate::sim::Trace;
 
 /// A simulated run with everything that is drawn of it.
 #[derive(Debug, Clone)]

@@ -1,6 +1,7 @@
 use crate::app::files::built_in;
 use crate::app::setup::setup::Setup;
 use crate::app::simulation::worker::*;
+use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, EffectSpec, Need};
 use crate::model::parameter::ParameterId;
 

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align2, Area, Frame, Id, Order, Rect, Ui, vec2};
 
-use crate::app::workspaces::tune::small;
+use super::text::small;
 
 /// Widest text [points].
 const WIDTH: f32 = 280.0;
@@ -19,7 +19,7 @@ pub fn error(ui: &Ui, salt: impl std::hash::Hash + std::fmt::Debug, beside: Rect
     } else {
         (Align2::LEFT_TOP, beside.right_top() + vec2(8.0, -2.0))
     };
-    let color = crate::app::workspaces::tune::error_color(ui);
+    let color = super::text::error_color(ui);
     Area::new(Id::unique(("callout", salt)))
         .order(Order::Foreground)
         .interactable(false)

@@ -6,3 +6,4 @@ pub(crate) mod icon;
 pub(super) mod parameter_slider;
 pub(super) mod quantity_field;
 pub(super) mod slider_track;
+pub(super) mod text;

@@ -139,7 +139,7 @@ impl ParameterSlider<'_> {
     fn symbol(&self, ui: &mut Ui, size: f32) {
         let mut text = RichText::new(self.spec.symbol).size(size).strong();
         if self.problem.is_some() {
-            text = text.color(crate::app::workspaces::tune::error_color(ui));
+            text = text.color(super::text::error_color(ui));
         }
         let label = ui.add(Label::new(text).truncate().selectable(false));
         label.on_hover_ui(|ui| self.tooltip(ui));
@@ -162,7 +162,7 @@ impl ParameterSlider<'_> {
         .show(ui);
         if self.scope.is_empty() {
             let name = format!("slider {}", self.id);
-            crate::app::shell::layout_dump::note(ui.ctx(), &name, shown.response.rect);
+            crate::app::plots::frame::layout_note::note(ui.ctx(), &name, shown.response.rect);
         }
         if let Some(fraction) = shown.fraction {
             let pixel = 1.0 / f64::from(width.max(1.0)) * if shown.fine { 0.1 } else { 1.0 };

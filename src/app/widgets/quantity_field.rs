@@ -92,7 +92,7 @@ impl QuantityField<'_> {
             .as_ref()
             .is_some_and(|d| d.text != d.start && read(&d.text).is_err());
         let color = if wrong {
-            crate::app::workspaces::tune::error_color(ui)
+            super::text::error_color(ui)
         } else {
             ui.visuals().text_color()
         };
@@ -147,7 +147,7 @@ impl QuantityField<'_> {
         }
         let error = draft.as_ref().and_then(|d| d.error.clone());
         if error.is_some() {
-            let stroke = (1.0, crate::app::workspaces::tune::error_color(ui));
+            let stroke = (1.0, super::text::error_color(ui));
             ui.painter()
                 .rect_stroke(response.rect, 2.0, stroke, StrokeKind::Outside);
         }

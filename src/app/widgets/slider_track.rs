@@ -238,7 +238,7 @@ impl Rail<'_> {
         let rect = response.rect;
         let (radius, y) = (self.radius(), rect.center().y);
         let accent = if self.error {
-            crate::app::workspaces::tune::error_color(ui)
+            super::text::error_color(ui)
         } else if self.enabled {
             visuals.hyperlink_color
         } else {

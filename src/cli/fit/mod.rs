@@ -12,13 +12,9 @@ use anyhow::anyhow;
 use clap::Args;
 
 use self::profile::Profile;
-use self::{result, steps};
 use super::device::{add_effect, set_parameter};
 use super::{Failure, interrupt, output, read, wrong_command};
-use crate::fit::error::FitError;
-use crate::fit::options::FitOptions;
-use crate::fit::pipeline::fit as run_fit;
-use crate::fit::solve::levenberg_marquardt::{Control, Progress};
+use crate::fit::{Control, FitError, FitOptions, Progress, fit as run_fit};
 use crate::model::preset::Preset;
 use crate::model::unit::format_number;
 

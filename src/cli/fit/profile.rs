@@ -3,14 +3,8 @@
 
 use serde_json::{Value, json};
 
-use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Part;
-use crate::fit::options::FitOptions;
-use crate::fit::solve::levenberg_marquardt::Control;
 use crate::fit::uncertainty::confidence_interval::{CERTAIN, interval};
-use crate::fit::uncertainty::fit_result::FitResult;
-use crate::fit::uncertainty::profile_likelihood::ProfilePoint;
-use crate::fit::uncertainty::profile_likelihood::profile_of;
+use crate::fit::{Control, FitError, FitOptions, FitResult, Part, ProfilePoint, profile_of};
 use crate::model::unit::{format_number, format_quantity};
 
 /// Where the parameter is held, in its standard errors from the best.

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::fit::uncertainty::fit_result::{FitResult, Misfit};
 use crate::fit::uncertainty::identifiability::{Combinations, told};
+use crate::fit::{FitResult, Misfit};
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};
 

@@ -7,8 +7,6 @@ use serde_json::{Value, json};
 
 use super::result;
 use crate::cli::output;
-use crate::fit::error::FitError;
-use crate::fit::options::FitOptions;
 use crate::fit::paper_steps::adhesion::Adhesion;
 use crate::fit::paper_steps::drive::{BranchFit, DriveFit};
 use crate::fit::paper_steps::far_off;
@@ -17,8 +15,7 @@ use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::paper_steps::outcome::{Finding, take};
 use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{ROWS, SHIFT, Sensitivity};
-use crate::fit::solve::levenberg_marquardt::Control;
-use crate::fit::uncertainty::fit_result::FitResult;
+use crate::fit::{Control, FitError, FitOptions, FitResult};
 use crate::model::Model;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;

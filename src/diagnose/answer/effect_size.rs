@@ -1,9 +1,9 @@
 //! How large an effect is beside the forces already in the model.
 
+use crate::diagnose::comparison::trial::Explanation;
 use crate::diagnose::diagnosis::ForceCurve;
 use crate::diagnose::discrepancy::missing_force::SINCE_CONTACT;
 use crate::diagnose::discrepancy::residual_map::Sample;
-use crate::diagnose::selection::forward::Explanation;
 use crate::model::Model;
 use crate::model::effects::{Action, ActiveEffect, Kinematics, Surroundings};
 use crate::model::parameter::ParameterId;

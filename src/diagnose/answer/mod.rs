@@ -1,7 +1,10 @@
 //! TODO-doc
 
+pub(super) mod assemble;
+pub(super) mod candidate_table;
 pub(super) mod effect_size;
-pub(super) mod named_effects;
+pub(super) mod events_seen;
+pub(crate) mod named_effects;
 pub mod next_experiment;
 pub(super) mod proof;
 pub(super) mod systematic_error;

@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::diagnose::diagnosis::NextExperiment;
+use crate::diagnose::comparison::trial::Explanation;
+use crate::diagnose::diagnosis::{NamedEffect, NextExperiment};
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::sim::error::Options;
-use crate::sim::simulate;
-use crate::sim::trace::Trace;
+use crate::sim::{Options, Trace, simulate};
 
 /// Length of the trial runs \[s\].
 const DURATION: f64 = 0.2;
@@ -72,4 +71,46 @@ fn difference(a: &Trace, b: &Trace, noise: f64) -> f64 {
         .min(b.proof_mass.len());
     let square = |i: usize| ((a.proof_mass[i] - b.proof_mass[i]) / noise).powi(2);
     (0..n).map(square).sum()
+}
+
+/// The recording that would tell the best name from the next.
+pub fn next(
+    found: &Explanation,
+    named: &[NamedEffect],
+    volts: f64,
+    noise: f64,
+    bare: &Model,
+) -> Option<crate::diagnose::diagnosis::NextExperiment> {
+    let mut trials: Vec<_> = found
+        .weighed
+        .iter()
+        .filter_map(|w| w.trial.as_ref().map(|t| (w.spec.id, t)))
+        .filter(|(_, t)| t.gain > 0.0)
+        .collect();
+    trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
+    let whole = |m: &Model| {
+        let mut m = m.clone();
+        for (id, value) in bare.parameters.iter() {
+            use crate::model::parameter::ParameterId as P;
+            if matches!(id, P::Alpha | P::Ca | P::Ca0) {
+                m.parameters.set(id, value);
+            }
+        }
+        m
+    };
+    match (trials.first(), trials.get(1)) {
+        (Some(a), Some(b))
+            if named.is_empty() || found.stand.named.iter().any(|n| n.spec.id == a.0) =>
+        {
+            let (ma, mb) = (whole(&a.1.train.model), whole(&b.1.train.model));
+            experiment((&ma, a.0), (&mb, b.0), volts, noise)
+        }
+        (Some(a), None) => experiment(
+            (&whole(&a.1.train.model), a.0),
+            (bare, "nothing"),
+            volts,
+            noise,
+        ),
+        _ => None,
+    }
 }

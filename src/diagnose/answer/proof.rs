@@ -1,7 +1,10 @@
 //! Residuals along each recording, before and after, and how far it is told.
 
+use crate::diagnose::comparison::trial::Stand;
 use crate::diagnose::diagnosis::{BeforeAfter, Distance, ProofOf, Regime, Strip};
+use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::discrepancy::residual_map::{Sample, mean_square};
+use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
 
 /// Bins of a strip.
@@ -115,4 +118,29 @@ pub fn strips(
         });
     }
     (strips, proofs)
+}
+
+/// Samples of both sides.
+pub struct Side {
+    /// Of the fitted recordings.
+    pub train: Vec<Sample>,
+    /// Of those kept out.
+    pub held_out: Vec<Sample>,
+}
+
+impl Side {
+    /// Looks at a stand.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if its model cannot be simulated.
+    pub fn look(stand: &Stand) -> Result<Self, DiagnoseError> {
+        let held_out = match &stand.held_out {
+            Some(fitted) => residual_map::samples(fitted)?,
+            None => Vec::new(),
+        };
+        Ok(Self {
+            train: residual_map::samples(&stand.train)?,
+            held_out,
+        })
+    }
 }

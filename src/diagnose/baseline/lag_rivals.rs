@@ -5,15 +5,15 @@
 
 use std::sync::Arc;
 
-use super::retune::Known;
+use crate::diagnose::data::reading_assumptions::Known;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
-use crate::diagnose::score_test::forms::{LEAST_LAG, own_ids, shape_of};
-use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::score_test::forms::{LEAST_LAG, shape_of};
+use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::found::Found;
-use crate::diagnose::shooting::workspace::{Bench, Bound, with_effect};
+use crate::diagnose::shooting::workspace::Bench;
 use crate::fit::inspect::recording_summary::lag_of;
-use crate::model::Model;
-use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
+use crate::model::{Model, with_effect};
 use crate::recording::extremes;
 
 /// What makes readings late by rounding edges off, and which of its parameters says by how much:
@@ -213,7 +213,7 @@ fn lag(
 #[cfg(test)]
 mod tests {
     use super::super::lag_rivals::*;
-    use super::super::retune::Hovering;
+    use crate::diagnose::data::reading_assumptions::Hovering;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::model::preset::Preset;

@@ -1,20 +1,19 @@
 //! The baseline re-tuned to the fitted recordings: from far off, in steps.
 
 use crate::diagnose::data::level_drift;
-use crate::diagnose::data::misread_segments::{heal, thinned};
+use crate::diagnose::data::misread_segments::heal;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::clock_skew::{set_clocks, skews};
-use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::found::Found;
 use crate::diagnose::shooting::set_aside::taken_in;
-use crate::diagnose::shooting::workspace::{
-    Bench, Bound, FINE, FORSAKEN, LOSS, ROUGH, WIDE, positions, with_effect,
-};
+use crate::diagnose::shooting::warm_start::thinned;
+use crate::diagnose::shooting::workspace::{Bench, FINE, FORSAKEN, LOSS, ROUGH, WIDE, positions};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
-use crate::model::Model;
 use crate::model::parameter::ParameterId;
+use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
 
 /// Others that are tried where much is left.

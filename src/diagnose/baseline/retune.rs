@@ -4,6 +4,7 @@
 use std::mem::replace;
 use std::sync::Arc;
 
+use crate::diagnose::data::reading_assumptions::{Hovering, Known};
 use crate::diagnose::data::side::Side;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
@@ -13,7 +14,7 @@ use crate::diagnose::shooting::workspace::Bench;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// How often recordings are cut again for readings that are late.
 const AGAIN: usize = 2;
@@ -26,28 +27,6 @@ const APART: f64 = 1.4;
 
 /// Why a recording has no stays on the ground that seems to have some.
 pub(crate) const HOVERS: &str = "the mass comes to rest over the ground without touching it";
-
-/// What is found out about the readings on the way.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Known {
-    /// By how much they are late against the voltage \[s\].
-    pub late: f64,
-    /// By how much they lag as the data show it, 0 if they do not \[s\].
-    pub lag: f64,
-    /// In which recordings of either side the mass rests over the ground.
-    pub hovers: (Vec<usize>, Vec<usize>),
-}
-
-/// How recordings are read of which it is in doubt whether the mass hovers in them.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Hovering {
-    /// As suits the baseline better.
-    AsTold,
-    /// The other way, on the side where it is in doubt first.
-    Otherwise,
-    /// In these of either side it does.
-    Over(Vec<usize>, Vec<usize>),
-}
 
 /// How far a stretch is from the model.
 struct Distance {

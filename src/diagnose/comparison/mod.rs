@@ -1,3 +1,5 @@
 //! TODO-doc
 
+pub(super) mod hypothesis;
 pub(super) mod significance;
+pub(super) mod trial;

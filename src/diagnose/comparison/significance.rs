@@ -1,6 +1,6 @@
 //! By how much chance lets chi2 fall.
 
-use crate::diagnose::hypotheses::propose::Hypothesis;
+use super::hypothesis::Hypothesis;
 use crate::model::Model;
 
 /// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
@@ -74,9 +74,9 @@ fn least(hypothesis: &Hypothesis) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::significance::*;
-    use crate::diagnose::shooting::workspace::with_effect;
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::preset::Preset;
+    use crate::model::with_effect;
 
     fn of(id: &str, searched: bool) -> Hypothesis {
         Hypothesis {

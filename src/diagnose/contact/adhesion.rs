@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::event_readings::Ground;
-use super::restitution::{ALSO_HELD_OUT, LEAST, LawTest, TOLD};
+use super::law_test::LawTest;
+use super::restitution::{ALSO_HELD_OUT, LEAST, TOLD};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
 use crate::fit::contact_readings::Release;
 use crate::model::effects::{ActiveEffect, find};

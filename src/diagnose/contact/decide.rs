@@ -1,7 +1,11 @@
 //! Which laws of the ground are named: what the events say by the baseline, and what they
 //! still say once the flight is told.
 
-use super::restitution::LawTest;
+use super::adhesion;
+use super::compliance::compliance;
+use super::event_readings::Ground;
+use super::law_test::LawTest;
+use super::restitution::restitution;
 use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN};
 use crate::model::effects::EffectSpec;
 
@@ -97,6 +101,26 @@ impl Rules<'_> {
         let others = others.filter(|t| beside(t) && self.passes(t) && sure(t));
         soft.into_iter().chain(others).cloned().collect()
     }
+}
+
+/// All laws of the ground that the model may lack.
+pub fn tests(ground: &Ground) -> Vec<LawTest> {
+    let all = [
+        restitution(ground),
+        adhesion::test(ground),
+        compliance(ground),
+    ];
+    let all: Vec<LawTest> = all.into_iter().flatten().collect();
+    for t in &all {
+        log::debug!(
+            "{} gains {:.1}, {:.1} kept out: {}",
+            t.id,
+            t.gain,
+            t.held_gain,
+            t.evidence
+        );
+    }
+    all
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 //! model of flight as fitted and no law of the ground; the laws are then fitted to the
 //! readings, and each that the model lacks is a hypothesis like any other.
 
-use crate::diagnose::data::misread_segments::adopt;
 use crate::diagnose::data::side::Side;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::shooting::warm_start::adopt;
 use crate::diagnose::shooting::workspace::{Bench, LOSS};
 use crate::fit::contact_readings;
 use crate::fit::contact_readings::Readings;
@@ -16,7 +16,7 @@ use crate::fit::segment::Segment;
 use crate::fit::solve::event_revision::{hopeless, revise, set_suspects_aside};
 use crate::fit::solve::levenberg_marquardt::Clock;
 use crate::fit::solve::point::{Point, settle};
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::StretchSimulator;
 
 /// Longest stretch around events \[s\]: few events in each, so that one that is misread
 /// spoils no others.
@@ -231,8 +231,7 @@ fn near_by(
 #[cfg(test)]
 mod tests {
     use super::super::event_readings::*;
-    use super::super::restitution;
-    use crate::diagnose::shooting::workspace::with_effect;
+
     use crate::diagnose::test_support::{QUIET, bench_of};
     use crate::fit::contact_readings::Bounce;
     use crate::fit::segment::event_sequence::Kind;
@@ -240,6 +239,7 @@ mod tests {
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::parameter::ParameterId;
     use crate::model::preset::Preset;
+    use crate::model::with_effect;
 
     #[test]
     fn bounces_that_were_misread_at_first_are_read_again() {
@@ -256,7 +256,7 @@ mod tests {
         let ground = read(&bench, &base, None, None, &QUIET).unwrap();
         let (before, after) = (once.bounces.len(), ground.train.bounces.len());
         assert!(after >= before + 4, "{before} {after}");
-        let told = restitution::tests(&ground);
+        let told = super::super::decide::tests(&ground);
         let told = told.iter().find(|t| t.id == "velocity_restitution");
         let (found, error) = told.map(|t| (t.effect.values[0], t.errors[0])).unwrap();
         assert!((found - POWER).abs() < 4.0 * error, "{found} {error}");

@@ -1,8 +1,11 @@
 //! Laws of the ground from readings made up here.
 
-use crate::diagnose::contact::restitution::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use crate::diagnose::contact::decide::tests;
+use crate::diagnose::contact::restitution::*;
+use crate::fit::contact_readings::Readings;
 
 /// Standard error of the ratios.
 const ERROR: f64 = 4e-3;

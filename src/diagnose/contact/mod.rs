@@ -2,7 +2,10 @@
 
 pub(super) mod adhesion;
 pub(super) mod bounce_readings;
+pub(super) mod compliance;
 pub(super) mod decide;
 pub mod event_readings;
+pub(super) mod law_test;
+pub(super) mod nominal;
 pub mod restitution;
 pub(super) mod robust_curve;

@@ -5,17 +5,15 @@
 
 use std::ops::Range;
 
-use crate::fit::error::FitError;
 use crate::fit::inspect::recording_summary::Findings;
-use crate::fit::inspect::recording_summary::Part;
-use crate::fit::options::FitOptions;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
 use crate::fit::segment::event_sequence::{Kind, Timeline};
 use crate::fit::segment::{Cut, Segment, cut};
+use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::recording::{Recording, quantile_in_place};
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::StretchSimulator;
 
 /// Fewest samples of a stretch.
 const LEAST: usize = 16;

@@ -2,10 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnose::score_test::forms::own_ids;
-use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 use crate::recording::extremes;
-use crate::recording::level_change::drift::LevelDrift;
+use crate::recording::level_change::LevelDrift;
 
 /// Times at which a course is looked at.
 const TIMES: usize = 60;

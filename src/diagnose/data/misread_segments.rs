@@ -6,12 +6,10 @@ use rayon::prelude::*;
 use super::missed_contacts::{grazes, until_lowest};
 use crate::diagnose::shooting::workspace::{LOSS, WIDE};
 use crate::fit::problem::Problem;
-use crate::fit::segment::initial_guess::state_units;
-use crate::fit::segment::{Joint, Segment};
+use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::point::Point;
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
-use crate::sim::stretch::{StretchSimulator, StretchState};
+use crate::sim::{SimError, StretchSimulator, StretchState};
 
 /// A stretch this many times farther off than is usual was misread.
 const OFF: f64 = 2.5;
@@ -32,9 +30,9 @@ const FEW: usize = 5;
 /// Most steps of a stretch's own fit.
 const ROUNDS: usize = 8;
 /// One in this many stretches is used on the way.
-const THIN: usize = 3;
+pub(crate) const THIN: usize = 3;
 /// So many of each recording, in flight and held, are used at least.
-const AT_LEAST: usize = 6;
+pub(crate) const AT_LEAST: usize = 6;
 
 /// Looks after stretches that are far off where the others are not: a new start from the
 /// first guess, or no say, for then an event in them was overlooked. Whether anything
@@ -224,7 +222,7 @@ fn hovering(
 }
 
 /// State at a stretch's start, and how many of its unknowns that takes.
-fn start_of(segment: &Segment) -> (StretchState, usize) {
+pub(crate) fn start_of(segment: &Segment) -> (StretchState, usize) {
     let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
     let own = segment.locals.len() - joints;
     let value = |i: usize| segment.value(&segment.locals, i);
@@ -254,60 +252,6 @@ fn in_flight(held: &Segment, simulator: &StretchSimulator, level: f64, noise: f6
         units,
         ..held.clone()
     }
-}
-
-/// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
-/// other modes, of which those that both have come first. A new mode begins at rest.
-pub fn adopt(
-    known: &[Segment],
-    fresh: Vec<Segment>,
-    (old, new): (&StretchSimulator, &StretchSimulator),
-    problem: &Problem,
-) -> Vec<Segment> {
-    if known.len() != fresh.len() {
-        return fresh;
-    }
-    let one = |(k, mut f): (&Segment, Segment)| {
-        if k.samples != f.samples {
-            return f;
-        }
-        let (mut state, states) = start_of(k);
-        let data = &problem.data[k.recording];
-        let level = old.ground_level(data.recording.time[k.samples.start] + data.epoch);
-        if k.starts_held {
-            old.lift(level, &mut state);
-        }
-        state.q.resize(new.modes(), 0.0);
-        state.v.resize(new.modes(), 0.0);
-        if f.starts_held {
-            new.land(level, &mut state);
-        }
-        let own = state.q.iter().chain(&state.v);
-        f.locals = own.zip(&f.units).map(|(x, unit)| x / unit).collect();
-        f.units.truncate(f.locals.len());
-        f.locals.extend_from_slice(&k.locals[states..]);
-        f.units.extend_from_slice(&k.units[states..]);
-        f.joints.clone_from(&k.joints);
-        f
-    };
-    known.iter().zip(fresh).map(one).collect()
-}
-
-/// Which stretches are used on the way: some of each recording, in flight and held.
-pub fn thinned(segments: &[Segment]) -> Vec<bool> {
-    let mut used = vec![false; segments.len()];
-    let mut groups: std::collections::BTreeMap<(usize, bool), Vec<usize>> = Default::default();
-    for (i, s) in segments.iter().enumerate() {
-        groups
-            .entry((s.recording, s.starts_held))
-            .or_default()
-            .push(i);
-    }
-    for group in groups.values() {
-        let stride = THIN.min(group.len() / AT_LEAST).max(1);
-        group.iter().step_by(stride).for_each(|&i| used[i] = true);
-    }
-    used
 }
 
 #[cfg(test)]

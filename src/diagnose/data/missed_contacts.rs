@@ -4,7 +4,7 @@
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::StretchSimulator;
 
 /// Ways between samples over the ground up to which a reading that lags may turn.
 const LATE: f64 = 2.0;

@@ -5,5 +5,6 @@ pub(super) mod level_drift;
 pub(super) mod misread_segments;
 pub(super) mod missed_contacts;
 pub mod noise_model;
+pub(super) mod reading_assumptions;
 pub mod screening;
 pub(super) mod side;

@@ -4,12 +4,10 @@
 use std::sync::Arc;
 
 use crate::diagnose::options::DiagnoseError;
-use crate::fit::error::FitError;
 use crate::fit::inspect::preconditions::check;
-use crate::fit::inspect::recording_summary::Part;
 use crate::fit::inspect::recording_summary::look;
 use crate::fit::inspect::same_device::same_ring;
-use crate::fit::options::FitOptions;
+use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
 

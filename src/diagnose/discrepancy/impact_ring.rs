@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::model::drive::Segment as Piece;
 use crate::model::parameter::ParameterId;
 use crate::recording::events::Impact;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Dampings that are tried, as shares of critical damping.
 const DAMPINGS: [f64; 3] = [0.003, 0.008, 0.02];

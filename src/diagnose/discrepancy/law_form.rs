@@ -6,17 +6,18 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::missing_force::spans;
 use crate::diagnose::score_test::basis_forces;
 use crate::diagnose::score_test::basis_forces::{Against, hat, side_by_side, window};
-use crate::diagnose::score_test::scan::{Linear, Scan};
+use crate::diagnose::score_test::linearized::Linear;
+use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::drive::Segment;
 use crate::model::effects::{Action, ActiveEffect, CATALOGUE, EffectSpec, Kinematics, Need};
 use crate::model::parameter::ParameterSpec;
 use crate::model::piezo::Branch;
 use crate::model::sensor::Point;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// By what share a law may be off in a window.
 const OFF: f64 = 0.3;

@@ -1,16 +1,15 @@
 //! The force that is missing, measured point by point without a name ([`super::generic`]),
 //! and how much of the misfit such forces could take away at all.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::residual_map::calm_since;
 use crate::diagnose::diagnosis::ForceCurve;
 use crate::diagnose::score_test::basis_forces::{Against, side_by_side, window};
-use crate::diagnose::score_test::scan::{Linear, Products, Scan};
+use crate::diagnose::score_test::linearized::{Linear, Products};
+use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::ActiveEffect;
-use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Size of a trial force \[N\].
 const FORCE: f64 = 1e-10;
@@ -146,82 +145,4 @@ fn since_contact(linear: &Linear<'_>, fitted: &Fitted) -> Result<Option<ForceCur
         std_error: own.errors.iter().map(|e| e * FORCE).collect(),
         law: Vec::new(),
     }))
-}
-
-/// Ranges of height \[m\], velocity \[m/s\] and voltage \[V\] in the recordings.
-pub(crate) fn spans(fitted: &Fitted) -> ((f64, f64), (f64, f64), (f64, f64)) {
-    let (mut x, mut v, mut u) = (Vec::new(), Vec::new(), Vec::new());
-    for data in &fitted.problem.data {
-        let r = &data.recording;
-        let xp = &r.proof_mass;
-        let step = 4.0 * r.interval();
-        for i in (2..xp.len().saturating_sub(2)).step_by(5) {
-            if xp[i].is_finite() {
-                x.push(xp[i]);
-            }
-            let slope = (xp[i + 2] - xp[i - 2]) / step;
-            if slope.is_finite() {
-                v.push(slope);
-            }
-        }
-        if let Some(volts) = &r.voltage {
-            u.extend(volts.iter().copied().filter(|v| v.is_finite()).step_by(5));
-        }
-    }
-    let range = |values: &mut Vec<f64>, edge: f64| {
-        if values.is_empty() {
-            return (0.0, 0.0);
-        }
-        let low = quantile_in_place(values, edge);
-        (low, quantile_in_place(values, 1.0 - edge))
-    };
-    (range(&mut x, 0.01), range(&mut v, 0.01), range(&mut u, 0.0))
-}
-
-/// What several directions would bring together.
-#[derive(Debug, Clone)]
-pub struct Joint {
-    /// Fall of chi2.
-    pub gain: f64,
-    /// Directions that are told.
-    pub rank: usize,
-    /// How far to go along each.
-    pub theta: Vec<f64>,
-    /// Standard errors of that.
-    pub errors: Vec<f64>,
-}
-
-/// Solves normal equations of directions that may be all but dependent.
-pub fn solve(normal: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<Joint> {
-    let n = gradient.len();
-    let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
-    let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
-    let slope = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);
-    let eigen = scaled.symmetric_eigen();
-    let mut theta = DVector::zeros(n);
-    let mut variance = DVector::zeros(n);
-    let (mut gain, mut rank) = (0.0, 0);
-    for k in 0..n {
-        let value = eigen.eigenvalues[k];
-        if value.is_nan() {
-            return None;
-        }
-        if value < 1e-5 {
-            continue;
-        }
-        let v = eigen.eigenvectors.column(k);
-        let along = v.dot(&slope);
-        gain += along * along / value;
-        rank += 1;
-        theta -= v * (along / value);
-        variance += v.map(|c| c * c / value);
-    }
-    Some(Joint {
-        gain,
-        rank,
-        theta: (0..n).map(|i| theta[i] * scale[i]).collect(),
-        errors: (0..n)
-            .map(|i| variance[i].max(0.0).sqrt() * scale[i])
-            .collect(),
-    })
 }

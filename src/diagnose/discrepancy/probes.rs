@@ -1,12 +1,13 @@
 //! Whether what passes for dry friction is one: friction that grows with the load rubs at some
 //! heights more than at others.
 
-use super::missing_force::spans;
 use crate::diagnose::score_test::basis_forces::{hat, number, side_by_side};
-use crate::diagnose::score_test::scan::{Linear, Scan};
+use crate::diagnose::score_test::linearized::Linear;
+use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Windows of height.
 const WINDOWS: usize = 7;

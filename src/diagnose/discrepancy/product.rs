@@ -1,12 +1,13 @@
 //! Whether what passes for a force over the displacement of the mass is one: a force that goes with
 //! both displacements follows the cantilever's own motion as well.
 
-use super::missing_force::spans;
 use crate::diagnose::score_test::basis_forces::number;
-use crate::diagnose::score_test::scan::{Linear, Scan};
+use crate::diagnose::score_test::linearized::Linear;
+use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Force of the probe at the greatest height \[N\].
 const FORCE: f64 = 1e-10;

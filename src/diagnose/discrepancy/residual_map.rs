@@ -6,12 +6,11 @@ use rayon::prelude::*;
 use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::fit::problem::{Data, Problem};
-use crate::fit::residual::residual_rows;
 use crate::fit::residual::residual_rows::Setting;
+use crate::fit::residual::simulate_segment;
 use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{SimError, Stretcher};
 
 /// Nearer to the ground than this share of the travel counts as near.
 const NEAR: f64 = 0.15;
@@ -68,7 +67,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let mut stretcher = Stretcher::new(&simulator);
         let locals = &segment.locals;
-        let Ok(run) = residual_rows::run(segment, &setting, &mut stretcher, &nuisances, locals)
+        let Ok(run) = simulate_segment::run(segment, &setting, &mut stretcher, &nuisances, locals)
         else {
             return Vec::new();
         };

@@ -10,7 +10,7 @@ use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::Row;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::residuals_at;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Spacing of the frequencies looked at \[Hz\].
 pub(crate) const SPACING: f64 = 100.0;

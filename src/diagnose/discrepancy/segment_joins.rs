@@ -10,7 +10,7 @@ use crate::diagnose::shooting::fitted::{Fitted, taken_over};
 use crate::diagnose::shooting::workspace::LOSS;
 use crate::fit::problem::Data;
 use crate::fit::segment::Segment;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Steps of the fit of two stretches as one.
 const ROUNDS: usize = 6;
@@ -118,7 +118,7 @@ mod tests {
     use crate::diagnose::options::DiagnoseOptions;
     use crate::diagnose::shooting::workspace::Bench;
     use crate::diagnose::test_support::QUIET;
-    use crate::fit::inspect::recording_summary::Part;
+    use crate::fit::Part;
     use crate::model::preset::Preset;
     use crate::recording::Recording;
 

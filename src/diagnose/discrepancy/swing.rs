@@ -3,12 +3,13 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use super::missing_force::spans;
 use crate::diagnose::score_test::basis_forces::number;
-use crate::diagnose::score_test::scan::{Linear, Scan};
+use crate::diagnose::score_test::linearized::Linear;
+use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Share of the vibration's force that the size of the probe has at the greatest height.
 const SMALL: f64 = 0.1;
@@ -81,10 +82,11 @@ mod tests {
 
     use super::super::swing::*;
     use crate::diagnose::options::DiagnoseOptions;
-    use crate::diagnose::shooting::workspace::{Bench, with_effect};
+    use crate::diagnose::shooting::workspace::Bench;
     use crate::diagnose::test_support::QUIET;
-    use crate::fit::inspect::recording_summary::Part;
+    use crate::fit::Part;
     use crate::model::preset::Preset;
+    use crate::model::with_effect;
     use crate::recording::Recording;
 
     /// A mass on a spring that rings while `force(t, x)` acts on a unit of its mass, small

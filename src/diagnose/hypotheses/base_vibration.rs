@@ -6,10 +6,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use crate::diagnose::score_test::scan::{Base, Linear, Products, Scan, UNTOLD};
+use crate::diagnose::score_test::linearized::{Linear, Products};
+use crate::diagnose::score_test::scan::{Base, Scan, UNTOLD};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Frequencies that are looked at \[Hz\].
 const LINES: (f64, f64) = (8.0, 2100.0);

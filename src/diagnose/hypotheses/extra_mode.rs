@@ -1,16 +1,21 @@
 //! The hypothesis of a further mode: by a hump in the spectrum of what is left, or by a ring in it
 //! that is in step with what sets it off.
 
-use super::propose::{Hypothesis, PROMISING};
+use super::propose::PROMISING;
+use crate::diagnose::comparison::hypothesis::Hypothesis;
+use crate::diagnose::comparison::trial::Stand;
+use crate::diagnose::data::side::Side;
 use crate::diagnose::discrepancy::impact_ring::{Blows, Struck};
 use crate::diagnose::discrepancy::residual_spectrum;
-use crate::diagnose::discrepancy::residual_spectrum::LOWEST;
+use crate::diagnose::discrepancy::residual_spectrum::{BESIDE, LOWEST, Ring};
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::score_test::forms::own_ids;
-use crate::diagnose::selection::forward::Stand;
-use crate::diagnose::shooting::workspace::{Bench, Bound};
+use crate::diagnose::selection::self_ringing::{FIRST, MOST, NEXT, NOTICED};
+use crate::diagnose::shooting::fitted::{Bound, Fitted};
+use crate::diagnose::shooting::workspace::Bench;
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, EffectSpec};
+use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
+use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
+use crate::sim::SimError;
 
 /// Share of a further mode's motion at the mass, of that of all modes.
 const UNNOTICED: f64 = 0.06;
@@ -131,6 +136,106 @@ pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bo
     bounds.map(|bound| (ids.next().unwrap_or_default(), bound))
 }
 
+/// The hypothesis `known`, a further mode as fitted, with one more of which `fitted`, of the
+/// recordings of `side`, leaves a hump, or that rings in step with what sets it off; `None` if it
+/// leaves none.
+///
+/// # Errors
+/// [`SimError`] if the model makes no sense.
+pub fn one_more(
+    side: &Side,
+    known: Hypothesis,
+    fitted: &Fitted,
+) -> Result<Option<Hypothesis>, SimError> {
+    let blows = Blows::new(side, fitted)?;
+    let told = |ring: Struck| (ring.gain, told_by(&ring, &fitted.model));
+    let hump = residual_spectrum::find(fitted)?.filter(|r| r.significance > NOTICED);
+    let (_, quickest) = EFFECT.parameters[OF_ONE].range;
+    let signs = Signs {
+        rate: residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY),
+        hump,
+        outstanding: blows.outstanding(quickest).map(told),
+        near: &|frequency| struck_near(&blows, frequency).map(told),
+    };
+    Ok(beside(known, &signs))
+}
+
+/// A line about one more mode beside a further one, if there is one.
+pub fn beside_it(effect: &ActiveEffect) -> Option<String> {
+    let f = frequency_beside(effect)?;
+    Some(format!(
+        "one more mode goes with it, at {:.1} kHz; its coupling to the drive is hardly told apart from its shapes, and is kept as it was first found",
+        1e-3 * f
+    ))
+}
+
+/// Frequency of one more mode \[Hz\].
+pub(crate) fn frequency_beside(effect: &ActiveEffect) -> Option<f64> {
+    (*effect.spec == EFFECT && effect.bears(OF_ONE)).then(|| effect.values[OF_ONE])
+}
+
+/// What a ring in step with what sets it off brings, and the mode it is of.
+pub(crate) type Told = (f64, [f64; OF_ONE]);
+
+/// Signs of one more mode.
+pub(crate) struct Signs<'a> {
+    /// At which the recordings are sampled \[Hz\].
+    rate: f64,
+    hump: Option<Ring>,
+    /// The ring in step that stands out.
+    outstanding: Option<Told>,
+    /// The one near a frequency \[Hz\].
+    near: &'a dyn Fn(f64) -> Option<Told>,
+}
+
+/// `known` with one more mode, of which there are those signs.
+pub(crate) fn beside(known: Hypothesis, signs: &Signs<'_>) -> Option<Hypothesis> {
+    let spec = known.start.spec;
+    let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
+    // From the proof mass alone nothing is seen of the cantilever.
+    let size = known.start.values[2].abs().max(known.start.values[3].abs());
+    let read = |hump: &Ring| {
+        let (p, c) = hump.shape;
+        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
+        let one = move |place| {
+            // Its shape goes into the readings times what it is driven by, impacts and film apart.
+            let read = [place, 0.02, FIRST * size * c, FIRST * size * p, size];
+            (signs.near)(place).unwrap_or((0.0, read))
+        };
+        all.map(one).collect()
+    };
+    let mut places: Vec<Told> = signs.hump.as_ref().map_or(Vec::new(), read);
+    places.extend(signs.outstanding);
+    let apart = |other: f64| other > BESIDE * f || BESIDE * other < f;
+    places.retain(|place| apart(place.1[0]) && place.1[0] < quickest);
+    // Where one frequency is read as several, modes are most likely neighbours.
+    let unlikely = |own: &Told| (own.1[0] / (NEXT * f)).ln().abs();
+    places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
+    // But the phase in which it begins tells them apart.
+    let best = places.iter().map(|p| p.0).fold(0.0, f64::max);
+    if best > DECISIVE {
+        places.retain(|place| place.0 > TOLD * best);
+        places.sort_by(|a, b| b.0.total_cmp(&a.0));
+    }
+    // One that stands out may be the hump's as well.
+    places.dedup_by(|a, b| (a.1[0] / b.1[0]).ln().abs() < ALIKE);
+    let at = |(_, own): Told| {
+        let mut start = known.start.clone();
+        start.values[OF_ONE..].copy_from_slice(&own);
+        let mut bounds = known.bounds.clone();
+        bounds.extend(near_mode(spec, [5, 6], own[0], signs.rate));
+        (start, bounds)
+    };
+    let mut all = places.into_iter().take(MOST).map(at);
+    let (start, bounds) = all.next()?;
+    Some(Hypothesis {
+        start,
+        bounds,
+        others: all.collect(),
+        ..known
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::extra_mode::*;
@@ -149,5 +254,150 @@ mod tests {
         frequencies(48.5e3, 50e3, (43.65e3, 48.65e3));
         frequencies(26.5e3, 25e3, (26.35e3, 29.15e3));
         frequencies(60e3, 50e3, (54e3, 66e3));
+    }
+}
+
+#[cfg(test)]
+mod neighbour_tests {
+    use super::*;
+    use crate::diagnose::discrepancy::residual_spectrum::Ring;
+    use crate::model::effects::find;
+
+    const RATE: f64 = 50e3;
+
+    fn known(f: f64) -> Hypothesis {
+        let start = ActiveEffect {
+            spec: &EFFECT,
+            values: vec![f, 0.02, -6e4, 3e3, 5e4, f, 0.01, 0.0, 0.0, 0.0],
+        };
+        Hypothesis {
+            bounds: near_mode(start.spec, [0, 1], f, RATE).to_vec(),
+            free: vec!["extra_mode.f".to_owned()],
+            start,
+            others: Vec::new(),
+            full: None,
+            shape: Vec::new(),
+            promise: 0.0,
+            searched: false,
+            series: false,
+            told_by: None,
+        }
+    }
+
+    fn hump(frequency: f64) -> Ring {
+        Ring {
+            frequency,
+            rate: RATE,
+            shape: (0.1, 0.995),
+            significance: 10.0,
+            gain: 100.0,
+        }
+    }
+
+    /// A mode at `f` \[Hz\] with one more, of which a hump alone tells.
+    fn read(f: f64, there: f64) -> Option<Hypothesis> {
+        beside(known(f), &told(Some(hump(there)), None, &|_| None))
+    }
+
+    fn told(
+        hump: Option<Ring>,
+        outstanding: Option<Told>,
+        near: &dyn Fn(f64) -> Option<Told>,
+    ) -> Signs<'_> {
+        Signs {
+            rate: RATE,
+            hump,
+            outstanding,
+            near,
+        }
+    }
+
+    #[test]
+    fn a_neighbour_is_looked_for_first() {
+        let both = read(19.2e3, 10.8e3).unwrap();
+        let f2 = |effect: &ActiveEffect| effect.values[OF_ONE];
+        assert_eq!(f2(&both.start), 39.2e3);
+        assert_eq!(both.others.len(), MOST - 1);
+        assert_eq!(f2(&both.others[0].0), 60.8e3);
+        // Each keeps to its place, and the mode that is known to its own.
+        for bounds in [&both.bounds, &both.others[0].1] {
+            assert_eq!(bounds.len(), 4);
+            assert_eq!(bounds[0].1, (0.9 * 19.2e3, 1.1 * 19.2e3));
+        }
+        assert_eq!(both.bounds[2].0, "extra_mode.f2");
+        assert_eq!(
+            both.start.values[..OF_ONE],
+            known(19.2e3).start.values[..OF_ONE]
+        );
+    }
+
+    #[test]
+    fn from_the_proof_mass_alone_it_has_a_shape_there() {
+        let mut known = known(19.2e3);
+        known.start.values[2] = 0.0;
+        let shape = (1.0, 0.0);
+        let seen = Ring {
+            shape,
+            ..hump(10.8e3)
+        };
+        let both = beside(known, &told(Some(seen), None, &|_| None));
+        let both = both.unwrap().start;
+        assert!(frequency_beside(&both).is_some());
+        assert!(both.values[9] != 0.0, "nothing drives it");
+    }
+
+    #[test]
+    fn what_stands_beside_the_known_mode_is_looked_for_at_its_mirrors() {
+        let both = read(10.5e3, 10.8e3).unwrap();
+        assert_eq!(both.start.values[OF_ONE], 39.2e3);
+    }
+
+    #[test]
+    fn the_phase_in_which_it_begins_tells_where_it_is() {
+        let at = |gain: f64, place: f64| (gain, [place, 0.008, -3e4, 2e3, -7e4]);
+        let with = |far: f64, near: f64| {
+            let struck = |f: f64| match f {
+                60.8e3 => Some(at(far, f)),
+                39.2e3 => Some(at(near, f)),
+                _ => None,
+            };
+            let signs = told(Some(hump(10.8e3)), None, &struck);
+            beside(known(19.2e3), &signs).unwrap()
+        };
+        let far = with(500.0, 100.0);
+        assert_eq!(far.start.values[OF_ONE..], at(0.0, 60.8e3).1);
+        assert!(far.others.is_empty());
+        // Where both may be, what brings more comes first; where little tells, the neighbour.
+        let both = with(500.0, 300.0);
+        assert_eq!(both.start.values[OF_ONE], 60.8e3);
+        assert_eq!(both.others[0].0.values[OF_ONE], 39.2e3);
+        assert_eq!(with(40.0, 20.0).start.values[OF_ONE], 39.2e3);
+    }
+
+    #[test]
+    fn one_that_stands_out_needs_no_hump() {
+        let out = (160.0, [38.5e3, 0.008, -6e4, 3e3, -7e4]);
+        let alone = told(None, Some(out), &|_| None);
+        let alone = beside(known(19.2e3), &alone).unwrap();
+        assert_eq!(alone.start.values[OF_ONE..], out.1);
+        assert!(alone.others.is_empty());
+        // It may be the hump's.
+        let struck = |f: f64| (f == 39.2e3).then_some((150.0, [38.6e3, 0.008, -6e4, 3e3, -7e4]));
+        let both = told(Some(hump(10.8e3)), Some(out), &struck);
+        assert!(beside(known(19.2e3), &both).unwrap().others.is_empty());
+        // The mode that is known is none beside it.
+        let same = told(None, Some((160.0, [19.0e3; OF_ONE])), &|_| None);
+        assert!(beside(known(19.2e3), &same).is_none());
+        assert!(beside(known(19.2e3), &told(None, None, &|_| None)).is_none());
+    }
+
+    #[test]
+    fn what_is_not_there_is_not_told() {
+        let one = known(19.2e3).start;
+        assert_eq!(beside_it(&one), None);
+        let two = read(19.2e3, 10.8e3).unwrap().start;
+        assert!(beside_it(&two).unwrap().contains("39.2 kHz"));
+        let other = ActiveEffect::new(find("hysteresis_memory").unwrap());
+        assert!(beside_it(&other).is_none());
     }
 }

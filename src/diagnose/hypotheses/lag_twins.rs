@@ -246,12 +246,12 @@ fn costs_at(problem: &Problem, point: &Point, asked: &[bool]) -> Result<Vec<f64>
 #[cfg(test)]
 mod tests {
     use super::super::lag_twins::*;
-    use crate::diagnose::shooting::workspace::with_effect;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::model::Model;
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::preset::Preset;
+    use crate::model::with_effect;
 
     #[test]
     fn bounces_tell_only_with_one_voice() {

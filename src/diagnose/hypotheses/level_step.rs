@@ -3,10 +3,11 @@
 
 use nalgebra::DVector;
 
-use crate::diagnose::score_test::scan::{Base, Linear, Products, Promise, Scan};
+use crate::diagnose::score_test::linearized::{Linear, Products};
+use crate::diagnose::score_test::scan::{Base, Promise, Scan};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Fewest stays on the ground that tell its level, such as before a step of it.
 pub const BEFORE: usize = 3;

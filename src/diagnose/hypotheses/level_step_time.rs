@@ -3,15 +3,14 @@
 
 use rayon::prelude::*;
 
-use super::propose::Hypothesis;
-use crate::diagnose::selection::forward::Trial;
+use crate::diagnose::comparison::hypothesis::Hypothesis;
+use crate::diagnose::comparison::trial::Trial;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::LOSS;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::{SimError, StretchSimulator};
 
 /// Times looked at in each round. Those of the first lie so close that readings show to either
 /// side of each whether the mass has gone along, those of the last as close as samples do.

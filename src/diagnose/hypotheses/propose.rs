@@ -4,15 +4,17 @@
 use super::base_vibration::find_line;
 use super::extra_mode;
 use super::level_step::{RISE, find_step, first_level};
+use crate::diagnose::comparison::hypothesis::Hypothesis;
+use crate::diagnose::comparison::trial::Stand;
 use crate::diagnose::data::level_drift;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::score_test::forms::{Form, Scale, forms, own_ids};
-use crate::diagnose::score_test::scan::{Linear, Promise, Scan};
-use crate::diagnose::selection::forward::Stand;
+use crate::diagnose::score_test::forms::{Form, Scale, forms};
+use crate::diagnose::score_test::linearized::Linear;
+use crate::diagnose::score_test::scan::{Promise, Scan};
 use crate::diagnose::shooting::latency::{DELAY, taken};
-use crate::diagnose::shooting::workspace::{Bench, Bound};
+use crate::diagnose::shooting::workspace::Bench;
 use crate::fit::segment::Segment;
-use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 
 /// Stays that begin so close to each other may begin with the step \[s\].
 const WHILE: f64 = 1e-3;
@@ -33,34 +35,6 @@ pub const FOUND: f64 = 25.0;
 const CLOSE: f64 = 0.8;
 /// A hypothesis is refitted from this promised fall of chi2 on.
 pub const PROMISING: f64 = 15.0;
-
-/// A hypothesis about what was left out.
-#[derive(Debug, Clone)]
-pub struct Hypothesis {
-    /// The effect to begin with.
-    pub start: ActiveEffect,
-    /// Others to begin with that look like it, and their own bounds: the one that brings most
-    /// is kept.
-    pub others: Vec<(ActiveEffect, Vec<Bound>)>,
-    /// Ids of its parameters that are fitted.
-    pub free: Vec<String>,
-    /// The effect to begin with, and ids of the parameters that are fitted, where the law is
-    /// too strong for any model without it, if those are others.
-    pub full: Option<(ActiveEffect, Vec<String>)>,
-    /// Ids of those that shape the law, fitted besides once it has shown up.
-    pub shape: Vec<String>,
-    /// Parameters that stay within bounds.
-    pub bounds: Vec<Bound>,
-    /// Fall of chi2 promised by the linearised problem.
-    pub promise: f64,
-    /// Whether it is the best of many times or frequencies that were searched.
-    pub searched: bool,
-    /// Whether its times go through the series of recordings.
-    pub series: bool,
-    /// If it begins after the fitted recordings: that of those kept out by which it is told, to
-    /// be proved by the others.
-    pub told_by: Option<usize>,
-}
 
 /// The largest promise among the hypotheses of an effect.
 fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {

@@ -4,11 +4,12 @@
 
 use super::lag_twins::twin;
 use super::level_step::{BEFORE, always, find_step, level};
-use crate::diagnose::score_test::scan::{Linear, Scan};
-use crate::diagnose::selection::forward::Stand;
+use crate::diagnose::comparison::trial::Stand;
+use crate::diagnose::score_test::linearized::Linear;
+use crate::diagnose::score_test::scan::Scan;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Bench;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Fall of chi2 by a higher ground in one recording from which it lies higher, unless a step of the
 /// ground brings that much more.

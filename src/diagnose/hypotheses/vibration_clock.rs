@@ -10,12 +10,13 @@ use rayon::prelude::*;
 
 use super::base_vibration::{Comb, SHAKE, Turned, probes};
 use crate::diagnose::diagnosis::Diagnosis;
-use crate::diagnose::score_test::scan::{Linear, Products, Scan};
+use crate::diagnose::score_test::linearized::{Linear, Products};
+use crate::diagnose::score_test::scan::Scan;
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::fit::inspect::recording_summary::Part;
+use crate::fit::Part;
 use crate::model::effects::{EffectSpec, find};
 use crate::recording::Recording;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Fall of chi2 by a vibration with phases of its own from which it is one, and by which they
 /// must bring more than one phase for all.
@@ -271,11 +272,11 @@ fn shaken(
 #[cfg(test)]
 mod tests {
     use super::super::vibration_clock::*;
-    use crate::diagnose::shooting::workspace::with_effect;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::model::effects::ActiveEffect;
     use crate::model::preset::Preset;
+    use crate::model::with_effect;
 
     #[test]
     fn amplitudes_of_one_vibration_are_alike() {

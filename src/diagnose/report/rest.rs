@@ -1,6 +1,7 @@
 //! What the named effects leave unexplained.
 
-use super::words::{self, listed};
+use super::words;
+use super::words::listed;
 use crate::diagnose::diagnosis::{Diagnosis, Distance, Left, Regime};
 
 /// A mean square this close to the noise alone is not worth words: the noise itself is

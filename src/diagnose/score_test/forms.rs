@@ -1,10 +1,10 @@
 //! The catalogue as hypotheses: for each effect some forms of it, each a direction in
 //! which the simulation would move, and what is left free when it is fitted.
 
-use crate::fit::problem::linearize::STEP;
+use crate::fit::problem::STEP;
 use crate::fit::problem::parameter_space::linear_unit;
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, own_ids};
 use crate::model::parameter::ParameterId;
 
 /// Shortest lag that is tried, as a share of that of its form.
@@ -78,12 +78,6 @@ impl Form {
     pub fn free_ids(&self) -> Vec<String> {
         own_ids(self.spec, &self.free)
     }
-}
-
-/// Ids of some parameters of an effect, as `effect.parameter`.
-pub fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
-    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
-    which.iter().map(name).collect()
 }
 
 /// Ids of what shapes a law with a time constant of `spec`.

@@ -2,21 +2,13 @@
 //! direction, all that re-tuning and the rig can explain taken out.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::forms::Form;
-use crate::diagnose::discrepancy::missing_force;
-use crate::diagnose::discrepancy::missing_force::Joint;
-use crate::diagnose::shooting::fitted::Fitted;
-use crate::fit::problem::Problem;
-use crate::fit::problem::linearize::Jacobian;
-use crate::fit::segment::Segment;
-use crate::fit::solve::point::Point;
+use super::joint::Joint;
+use super::linearized::{Linear, Products};
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::SimError;
 
 /// A direction of which re-tuning explains all but this share cannot be told.
 pub(crate) const UNTOLD: f64 = 1e-7;
@@ -32,143 +24,6 @@ pub struct Promise {
     pub gain: f64,
     /// How far to go, in units of the form's strength.
     pub theta: f64,
-}
-
-/// Products of a stretch's directions, its own unknowns taken out.
-#[derive(Debug, Clone)]
-pub struct Products {
-    /// Unknowns of the whole problem that bear on it.
-    pub columns: Vec<usize>,
-    /// Of those with each other.
-    pub base: DMatrix<f64>,
-    /// Of those with the residuals.
-    pub base_slope: DVector<f64>,
-    /// Of those (rows) with the probes.
-    pub cross: DMatrix<f64>,
-    /// Of the probes with each other.
-    pub gram: DMatrix<f64>,
-    /// Of the probes with the residuals.
-    pub slope: DVector<f64>,
-    /// Index of the stretch.
-    pub segment: usize,
-    /// Middle of the stretch \[s\].
-    pub middle: f64,
-}
-
-impl Products {
-    /// The same with the only probe as number `which` of `count`, the others zero; all are
-    /// where it is none.
-    pub(crate) fn spread(&self, which: Option<usize>, count: usize) -> Self {
-        let mut out = Self {
-            cross: DMatrix::zeros(self.cross.nrows(), count),
-            gram: DMatrix::zeros(count, count),
-            slope: DVector::zeros(count),
-            ..self.clone()
-        };
-        if let Some(k) = which {
-            out.cross.set_column(k, &self.cross.column(0));
-            out.gram[(k, k)] = self.gram[(0, 0)];
-            out.slope[k] = self.slope[0];
-        }
-        out
-    }
-}
-
-/// A problem linearised at a point, on which directions are tried.
-#[derive(Debug)]
-pub struct Linear<'a> {
-    problem: &'a Problem,
-    point: &'a Point,
-    jacobians: &'a [Option<Jacobian>],
-}
-
-impl<'a> Linear<'a> {
-    /// Linearises the problem of `fitted` where it is.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    pub fn new(fitted: &'a Fitted) -> Result<Self, SimError> {
-        Ok(Self {
-            problem: &fitted.problem,
-            point: &fitted.point,
-            jacobians: fitted.jacobians()?,
-        })
-    }
-
-    /// The problem.
-    pub fn problem(&self) -> &Problem {
-        self.problem
-    }
-
-    /// Where it is linearised.
-    pub fn point(&self) -> &Point {
-        self.point
-    }
-
-    /// Products of the directions from `model`, which is the model at the point, to it
-    /// with each of `effects`.
-    ///
-    /// # Errors
-    /// [`SimError`] if a model makes no sense.
-    pub fn products(
-        &self,
-        model: &Model,
-        effects: &[ActiveEffect],
-    ) -> Result<Vec<Products>, SimError> {
-        let problem = self.problem;
-        let segments = &self.point.segments;
-        let probes = effects
-            .iter()
-            .map(|effect| {
-                let with = crate::diagnose::shooting::workspace::with_effect(model, effect.clone());
-                let simulator = StretchSimulator::new(&with, &problem.options)?;
-                let states = problem.states(&self.point.x, &simulator, segments);
-                Ok((simulator, states))
-            })
-            .collect::<Result<Vec<_>, SimError>>()?;
-        let one = |(i, segment): (usize, &Segment)| {
-            let jacobian = self.jacobians[i].as_ref()?;
-            let nuisances = problem.nuisances_of(&self.point.x, segment.recording);
-            let (l, g) = (jacobian.locals, jacobian.columns.len());
-            let m = jacobian.weights.len();
-            let mut all = DMatrix::zeros(m, g + 1 + probes.len());
-            all.view_mut((0, 0), (m, g + 1))
-                .copy_from(&jacobian.matrix.view((0, l), (m, g + 1)));
-            // The residuals come last in the Jacobian, and have the weights in them.
-            let mut r0 = Vec::with_capacity(m);
-            r0.extend((0..m).map(|k| jacobian.matrix[(k, l + g)] / jacobian.weights[k]));
-            let mut r = Vec::with_capacity(m);
-            for (k, (simulator, states)) in probes.iter().enumerate() {
-                let mut stretcher = Stretcher::new(simulator);
-                stretcher.follow(&jacobian.pace);
-                let z = &states[i];
-                let locals = &segment.locals;
-                if problem.evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r) {
-                    for row in 0..m {
-                        all[(row, g + 1 + k)] = jacobian.weights[row] * (r[row] - r0[row]);
-                    }
-                }
-            }
-            let own = jacobian.matrix.columns(0, l).into_owned();
-            let q = own.qr().q();
-            let inside = q.tr_mul(&all);
-            all -= &q * inside;
-            let whole = all.tr_mul(&all);
-            let p = probes.len();
-            let time = &problem.data[segment.recording].recording.time;
-            Some(Products {
-                columns: jacobian.columns.clone(),
-                base: whole.view((0, 0), (g, g)).into_owned(),
-                base_slope: whole.view((0, g), (g, 1)).column(0).into_owned(),
-                cross: whole.view((0, g + 1), (g, p)).into_owned(),
-                gram: whole.view((g + 1, g + 1), (p, p)).into_owned(),
-                slope: whole.view((g + 1, g), (p, 1)).column(0).into_owned(),
-                segment: i,
-                middle: 0.5 * (time[segment.samples.start] + time[segment.samples.end - 1]),
-            })
-        };
-        Ok(segments.par_iter().enumerate().filter_map(one).collect())
-    }
 }
 
 /// Normal equations with the directions of some forms.
@@ -229,7 +84,7 @@ impl Scan {
             normal[(i, i)] += prior;
         }
         let slope = |i: usize| base.slope(&columns[i], self.gradient[n + which[i]]);
-        missing_force::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))
+        super::joint::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))
     }
 
     /// The baseline's own directions, `None` if they are singular.

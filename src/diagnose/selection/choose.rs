@@ -1,7 +1,7 @@
 //! Which of the hypotheses weighed is the best, and which others do as well.
 
-use super::forward::{Stand, Trial, Weighed};
 use super::law_shape::{mirrored, shaped};
+use crate::diagnose::comparison::trial::{Stand, Trial, Weighed};
 use crate::diagnose::hypotheses::lag_twins;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Bench;

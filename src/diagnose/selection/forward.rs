@@ -3,29 +3,28 @@
 
 use super::evaluate::{is_asked, weigh};
 use super::law_shape::{plainer, shaped};
+use super::stopping::{formal, is_beyond};
 use super::{choose, prune, self_ringing};
 use crate::diagnose::comparison::significance;
-use crate::diagnose::comparison::significance::{HELD_GAIN, by_chance};
+use crate::diagnose::comparison::significance::HELD_GAIN;
+use crate::diagnose::comparison::trial::{Explanation, Named, Stand};
 use crate::diagnose::data::side::Side;
-use crate::diagnose::discrepancy::law_form;
-use crate::diagnose::hypotheses::propose::Hypothesis;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Bench;
-use crate::diagnose::verdict::adequacy::is_beyond;
 use crate::model::effects::EffectSpec;
-use crate::model::effects::extra_mode::EFFECT;
+
 /// Where other forms of the laws named would bring so many times what a further name brings,
 /// it is one of those forms that is wrong, in a way that is not known.
-const OUTWEIGHED: f64 = 2.0;
+pub(crate) const OUTWEIGHED: f64 = 2.0;
 /// Chi2 per value up to which a law leaves nothing.
-const WHOLE: f64 = 1.1;
+pub(crate) const WHOLE: f64 = 1.1;
 /// Times that, of what leaves nothing, from which another one leaves much.
 pub const APART: f64 = 1.2;
 /// A further name must explain this share of what the first ones explained.
 const SHARE: f64 = 0.004;
 /// Least chi2 per value that a fit may reach, the noise known as well as it is.
-const LEAST: f64 = 0.9;
+pub(crate) const LEAST: f64 = 0.9;
 /// Share of the rows set aside as misread from which they are looked at again.
 const ASIDE: f64 = 0.03;
 /// Or any, where chi2 per value is so many times larger on recordings kept out, and than 1.
@@ -34,138 +33,6 @@ const ODD: f64 = 1.3;
 const BACK: f64 = 0.5;
 /// Fall of chi2 per value from which what is misread is looked after anew.
 const CLEARER: f64 = 1.5;
-
-/// A hypothesis after a fit with it.
-#[derive(Debug, Clone)]
-pub struct Weighed {
-    /// The effect.
-    pub spec: &'static EffectSpec,
-    /// Fall of chi2 promised.
-    pub promise: f64,
-    /// The fit, if it was worth one.
-    pub trial: Option<Trial>,
-    /// Frequency of a further mode that is not named though its fit is good, for it rings by
-    /// itself \[Hz\].
-    pub by_itself: Option<f64>,
-}
-
-/// A fit with one more effect, judged.
-#[derive(Debug, Clone)]
-pub struct Trial {
-    /// Of the fitted recordings.
-    pub train: Fitted,
-    /// Of those kept out.
-    pub held_out: Option<Fitted>,
-    /// Fall of chi2 on the fitted recordings.
-    pub gain: f64,
-    /// Fall on those kept out; 0 if there are none.
-    pub held_gain: f64,
-    /// The hypothesis.
-    pub hypothesis: Hypothesis,
-}
-
-impl Trial {
-    /// Both gains.
-    pub fn worth(&self) -> f64 {
-        self.gain + self.held_gain
-    }
-
-    /// Whether the fitted recordings improve by far more than chance lets them, and those kept
-    /// out, if there are any, do not.
-    pub fn unproved(&self) -> bool {
-        self.held_out.is_some()
-            && significance::unproved(&self.hypothesis, self.gain, self.held_gain)
-    }
-
-    /// Whether either side improves by no more than the beginnings of its own let it that the
-    /// hypothesis has in each stretch, beside those that `stand` has.
-    fn by_beginnings(&self, stand: &Stand) -> bool {
-        let more = |before: &Fitted, after: &Fitted| {
-            after.beginnings().saturating_sub(before.beginnings())
-        };
-        let side = |before, after, gain| significance::by_beginnings(more(before, after), gain);
-        let held_out = stand.held_out.as_ref().zip(self.held_out.as_ref());
-        side(&stand.train, &self.train, self.gain)
-            || held_out.is_some_and(|(before, after)| side(before, after, self.held_gain))
-    }
-
-    /// Whether the fitted recordings improve by no more than chance lets them.
-    pub fn by_chance(&self) -> bool {
-        by_chance(&self.hypothesis, self.gain, self.held_gain)
-    }
-
-    /// Whether the effect leaves nothing of the fitted recordings.
-    pub fn leaves_nothing(&self) -> bool {
-        self.train.per_value() < WHOLE
-    }
-
-    /// Whether it leaves nothing of them where `other` leaves much: no other form of its law is
-    /// needed then, however large the shares are that both bring.
-    pub fn excels(&self, other: &Self) -> bool {
-        self.leaves_nothing() && other.train.per_value() > APART * self.train.per_value()
-    }
-}
-
-/// Where the search stands: a model with the effects named so far.
-#[derive(Debug, Clone)]
-pub struct Stand {
-    /// Fit to the recordings to be fitted.
-    pub train: Fitted,
-    /// Those kept out, judged.
-    pub held_out: Option<Fitted>,
-    /// The effects named, in the order found.
-    pub named: Vec<Named>,
-    /// Whether stretches that were misread for the baseline are in it.
-    pub misread: bool,
-}
-
-impl Stand {
-    /// The effects named.
-    pub fn specs(&self) -> Vec<&'static EffectSpec> {
-        self.named.iter().map(|n| n.spec).collect()
-    }
-
-    /// What the effects named have explained that may be of a somewhat other form. The law of a
-    /// mode is of no uncertain form: what it leaves is no matter of that.
-    fn explained(&self) -> f64 {
-        let formed = self.named.iter().filter(|n| *n.spec != EFFECT);
-        formed.map(|n| n.gain.0 + n.gain.1).sum()
-    }
-
-    /// Fall of chi2 that no further effect could exceed.
-    fn most_left(&self) -> f64 {
-        let sides = std::iter::once(&self.train).chain(&self.held_out);
-        sides
-            .map(|fitted| (fitted.cost - LEAST * fitted.point.rows as f64).max(0.0))
-            .sum()
-    }
-}
-
-/// An effect that was named.
-#[derive(Debug, Clone)]
-pub struct Named {
-    /// The effect.
-    pub spec: &'static EffectSpec,
-    /// Its freedoms.
-    pub hypothesis: Hypothesis,
-    /// Fall of chi2 that it brought on either side.
-    pub gain: (f64, f64),
-    /// Others that did as well.
-    pub alike: Vec<&'static str>,
-    /// Why one that does as well in flight is not among those.
-    pub told: Option<String>,
-}
-
-/// What the search found.
-#[derive(Debug, Clone)]
-pub struct Explanation {
-    /// The re-tuned baseline.
-    pub baseline: Stand,
-    /// With the effects named.
-    pub stand: Stand,
-    /// Everything weighed against the baseline.
-    pub weighed: Vec<Weighed>,
-}
 
 /// Looks for what `baseline` lacks: first with what was set aside as misread, if it is much,
 /// for an effect that spoils some stretches only hides in them.
@@ -379,27 +246,4 @@ fn search(
         stand,
         weighed,
     })
-}
-
-/// Whether what `trial` brings is little more, or far less, than the effects named before would
-/// bring if their laws were of somewhat other form.
-fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
-    let named = stand.specs();
-    if named.is_empty() {
-        return Ok(false);
-    }
-    let (before, after) = (
-        law_form::gain(&stand.train, &named)?,
-        law_form::gain(&trial.train, &named)?,
-    );
-    let own = 1.0 - (before - after).max(0.0) / trial.gain;
-    log::debug!(
-        "{}: kin of those named bring {before:.0} without it and {after:.0} with it, of {:.0}",
-        trial.hypothesis.start.spec.id,
-        trial.gain
-    );
-    let (gain, held_gain) = (own * trial.gain, own * trial.held_gain);
-    let held = trial.held_out.is_some() && held_gain < HELD_GAIN;
-    let outweighed = before > OUTWEIGHED * trial.gain;
-    Ok(outweighed || by_chance(&trial.hypothesis, gain, held_gain) || held)
 }

@@ -1,15 +1,16 @@
 //! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
-use super::evaluate::{begun_from, likeliest, refitted, with_freedoms};
-use super::forward::{APART, Stand, Trial};
-use super::self_ringing;
+use super::forward::APART;
+use super::refit::{begun_from, likeliest, refitted, with_freedoms};
+use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::vanishes;
-use crate::diagnose::discrepancy::missing_force::spans;
-use crate::diagnose::hypotheses::propose::Hypothesis;
+use crate::diagnose::comparison::trial::{Stand, Trial};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::score_test::forms::{LEAST_LAG, SHORTEST_LAG, own_ids, shape_of};
-use crate::diagnose::shooting::workspace::{Bench, with_effect};
-use crate::model::effects::{ActiveEffect, EffectSpec};
+use crate::diagnose::score_test::forms::{LEAST_LAG, SHORTEST_LAG, shape_of};
+use crate::diagnose::score_test::state_range::spans;
+use crate::diagnose::shooting::workspace::Bench;
+use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
+use crate::model::with_effect;
 
 /// Fall of chi2 on both sides from which a law has shown up.
 const SHOWS: f64 = 40.0;
@@ -84,7 +85,8 @@ pub fn shaped(
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.id == "extra_mode" {
-        match self_ringing::one_more(&bench.train, whole, &trial.train)? {
+        match crate::diagnose::hypotheses::extra_mode::one_more(&bench.train, whole, &trial.train)?
+        {
             Some(both) => likeliest(bench, stand, &both, (&trial.train, BESIDE), control)?,
             None => None,
         }

@@ -7,3 +7,4 @@ pub(super) mod law_shape;
 pub(super) mod prune;
 pub(super) mod refit;
 pub(super) mod self_ringing;
+pub(super) mod stopping;

@@ -1,8 +1,8 @@
 //! Names that a later one has made needless.
 
-use super::evaluate::refitted;
-use super::forward::Stand;
+use super::refit::refitted;
 use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN, by_chance};
+use crate::diagnose::comparison::trial::Stand;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Bench;
 use crate::model::Model;

@@ -1,11 +1,15 @@
 //! A fit with one more effect, judged against the one without on both sides.
 
-use super::forward::{Stand, Trial};
+use super::evaluate::ITERATIONS;
+use crate::diagnose::comparison::hypothesis::Hypothesis;
+use crate::diagnose::comparison::trial::{Stand, Trial};
 use crate::diagnose::data::side::Side;
-use crate::diagnose::hypotheses::propose::Hypothesis;
-use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
+use crate::diagnose::shooting::coarse_fit::Sketch;
+use crate::diagnose::shooting::fitted::{Bound, Fitted};
+use crate::diagnose::shooting::local_fit::modes;
 use crate::diagnose::shooting::workspace::Bench;
+use crate::model::{Model, with_effect};
 
 /// A fit with one more effect against that of `stand`.
 ///
@@ -80,4 +84,180 @@ fn whole_gains(
         _ => 0.0,
     };
     Ok((gain(&bench.train, &stand.train, train)?, held_gain))
+}
+
+/// The fit with what the re-tuning has found without which the baseline is lost; `None` for other
+/// hypotheses and elsewhere.
+pub(crate) fn found(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let known = bench.found.as_ref().filter(|_| stand.named.is_empty());
+    let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
+        return Ok(None);
+    };
+    let own = Hypothesis {
+        start: known.start.clone(),
+        free: known.free.clone(),
+        bounds: known.bounds.clone(),
+        full: None,
+        shape: known.shape.clone(),
+        ..hypothesis.clone()
+    };
+    judged_anew(bench, stand, own, known.fitted.clone(), control).map(Some)
+}
+
+/// `model` with the effect of a hypothesis that it has already, but for what is not fitted.
+pub(crate) fn with_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
+    let mut with = model.clone();
+    let own = &hypothesis.start;
+    for effect in with.effects.iter_mut().filter(|e| e.spec == own.spec) {
+        let all = own.spec.parameters.iter().zip(&own.values).enumerate();
+        for (i, (parameter, value)) in all {
+            let id = format!("{}.{}", own.spec.id, parameter.id);
+            if !hypothesis.free.contains(&id) {
+                effect.values[i] = *value;
+            }
+        }
+    }
+    with
+}
+
+/// The hypotheses that look like `hypothesis`.
+pub(crate) fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
+    hypothesis.others.iter().map(|(start, bounds)| Hypothesis {
+        start: start.clone(),
+        bounds: bounds.clone(),
+        ..hypothesis.clone()
+    })
+}
+
+/// A fit with that of a hypothesis and those which look like it that suits a part of the fitted
+/// recordings best, begun from the fit `near`, in so many `steps` at most: of a further mode, whose
+/// fits take long. `None` if it cannot be simulated.
+pub fn likeliest(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    (near, steps): (&Fitted, usize),
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let mut best: Option<(Sketch, Hypothesis)> = None;
+    for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
+        let (free, bounds) = with_freedoms(stand, &own);
+        let start = with_effect(&near.model, own.start.clone());
+        let sketch = bench.sketch(&start, &free, &bounds, near, control);
+        let Some(sketch) = simulated(sketch)? else {
+            continue;
+        };
+        log::debug!("{:.1} at {:?}", sketch.cost(), own.start.values);
+        if best.as_ref().is_none_or(|b| sketch.cost() < b.0.cost()) {
+            best = Some((sketch, own));
+        }
+    }
+    let Some((sketch, own)) = best else {
+        return Ok(None);
+    };
+    let train = simulated(bench.complete(sketch, steps, control))?;
+    let judged = train.map(|train| judged(bench, stand, &own, train, control));
+    judged.transpose()
+}
+
+/// What is fitted with one more effect, and its bounds.
+pub fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
+    let (mut free, mut bounds) = freedoms(stand);
+    free.extend_from_slice(&hypothesis.free);
+    bounds.extend_from_slice(&hypothesis.bounds);
+    (free, bounds)
+}
+
+/// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
+pub(crate) fn from_near(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let start = with_effect(&stand.train.model, hypothesis.start.clone());
+    begun_from(bench, stand, hypothesis, (&start, &stand.train), control)
+}
+
+/// A fit with one more effect that begins with a model and the states of another fit; `None`
+/// if it cannot be simulated.
+pub fn begun_from(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    (start, near): (&Model, &Fitted),
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let (free, bounds) = with_freedoms(stand, hypothesis);
+    let train = simulated(bench.fit(start, &free, &bounds, near, ITERATIONS, control))?;
+    let judged = train.map(|train| judged(bench, stand, hypothesis, train, control));
+    judged.transpose()
+}
+
+/// `start` with what the effects named in `stand` leave free, fitted from the fit of `near` and
+/// judged; `None` if it cannot be simulated, or a part of the stretches shows that it is lost
+/// without a mode that `near` has.
+///
+/// # Errors
+/// [`DiagnoseError`] if the recordings cannot be used.
+pub fn refitted(
+    bench: &Bench,
+    start: &Model,
+    stand: &Stand,
+    near: &Stand,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<(Fitted, Option<Fitted>)>, DiagnoseError> {
+    let (free, bounds) = freedoms(stand);
+    let train = if modes(start) == modes(&near.train.model) {
+        bench.fit(start, &free, &bounds, &near.train, ITERATIONS, control)
+    } else {
+        let sketch = bench.sketch(start, &free, &bounds, &near.train, control);
+        if let Ok(sketch) = &sketch
+            && sketch.is_lost_beside(&near.train)
+        {
+            return Ok(None);
+        }
+        sketch.and_then(|sketch| bench.complete(sketch, ITERATIONS, control))
+    };
+    let Some(train) = simulated(train)? else {
+        return Ok(None);
+    };
+    let held_out = bench.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
+    Ok(Some((train, held_out)))
+}
+
+/// A fit with the first effect from where the re-tuning began, for `stand` has been drawn
+/// along by what it lacks; `None` if it cannot be simulated.
+pub(crate) fn from_afar(
+    bench: &Bench,
+    stand: &Stand,
+    hypothesis: &Hypothesis,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<Trial>, DiagnoseError> {
+    let mut hypothesis = hypothesis.clone();
+    if let Some((start, free)) = hypothesis.full.take() {
+        hypothesis.start = start;
+        hypothesis.free = free;
+        hypothesis.bounds.clear();
+    }
+    let start = with_effect(&bench.outset, hypothesis.start.clone());
+    let train = bench.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control);
+    let Some(train) = simulated(train)? else {
+        return Ok(None);
+    };
+    judged_anew(bench, stand, hypothesis, train, control).map(Some)
+}
+
+/// Freedoms and bounds of the effects named so far.
+pub(crate) fn freedoms(stand: &Stand) -> (Vec<String>, Vec<Bound>) {
+    let all = stand.named.iter().map(|n| &n.hypothesis);
+    (
+        all.clone().flat_map(|h| h.free.clone()).collect(),
+        all.flat_map(|h| h.bounds.clone()).collect(),
+    )
 }

@@ -9,8 +9,7 @@ use crate::fit::problem::{FreeNuisance, Nuisance, Problem};
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, settle};
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::{SimError, StretchSimulator};
 
 /// Skews that every recording is tried with \[s\].
 const TRIED: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];

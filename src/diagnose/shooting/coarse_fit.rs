@@ -2,17 +2,17 @@
 //! a part of the stretches, before all of them are taken up.
 
 use super::clock_skew::set_clocks;
-use super::fitted::Fitted;
+use super::fitted::{Bound, Fitted};
 use super::local_fit::some_of;
-use super::workspace::{Bench, Bound, FINE, LOSS, ROUGH};
+use super::warm_start::adopt;
+use super::workspace::{Bench, FINE, LOSS, ROUGH};
 use crate::diagnose::data::event_free_segments::prepare_calm;
-use crate::diagnose::data::misread_segments::adopt;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::StretchSimulator;
 
 /// Times chi2 per value of a fit by which a part of the stretches is worse off from which the model
 /// is none for them.

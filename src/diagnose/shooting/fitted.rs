@@ -3,14 +3,12 @@
 use std::sync::{Arc, OnceLock};
 
 use super::workspace::LOSS;
-use crate::fit::chain::begins_from_reading;
-use crate::fit::problem::Problem;
-use crate::fit::problem::linearize::Jacobian;
+use crate::fit::problem::{Jacobian, Problem};
+use crate::fit::residual::simulate_segment::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
 use crate::model::Model;
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::{SimError, StretchSimulator};
 
 /// Noise of a first reading that is taken over, by those that follow, counts for no more than
 /// so many values.
@@ -105,3 +103,12 @@ pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Seg
 pub(crate) fn unknowns_of(segments: &[Segment]) -> usize {
     segments.iter().map(|s| s.locals.len()).sum()
 }
+
+/// Chi2 above the floor, all together.
+pub fn excess(fitted: &Fitted) -> f64 {
+    let rows = fitted.point.rows as f64;
+    (fitted.cost - 1.03 * rows).max(0.0)
+}
+
+/// A parameter's id, `effect.parameter`, with its least and largest value.
+pub type Bound = (String, (f64, f64));

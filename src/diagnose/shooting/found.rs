@@ -1,7 +1,6 @@
 //! Effects that the re-tuning has to ask for on its way, for no baseline without them comes near.
 
-use super::fitted::Fitted;
-use super::workspace::Bound;
+use super::fitted::{Bound, Fitted};
 use crate::model::effects::ActiveEffect;
 
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else

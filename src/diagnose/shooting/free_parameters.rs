@@ -1,8 +1,7 @@
 //! What re-tuning the baseline may move, and how far.
 
-use super::workspace::Bound;
+use super::fitted::Bound;
 use crate::model::Model;
-use crate::model::parameter::ParameterId;
 
 /// Factor by which the frequencies of the modes may be off.
 const FREQUENCY: f64 = 1.5;

@@ -9,8 +9,7 @@ use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
 use crate::recording::extremes;
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::{SimError, StretchSimulator};
 
 /// Samples by which readings are late from which they are cut by a voltage as late.
 const LATE: f64 = 0.8;
@@ -258,7 +257,7 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
 
 /// Time by which the effects make readings late \[s\].
 pub fn delay(model: &Model) -> Result<f64, SimError> {
-    let options = crate::sim::error::Options::default();
+    let options = crate::sim::Options::default();
     Ok(StretchSimulator::new(model, &options)?.reading_delay())
 }
 

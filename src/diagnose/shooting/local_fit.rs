@@ -1,18 +1,19 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
 use super::clock_skew::{BETTER, set_clocks, shift_skews, usual_skew};
-use super::fitted::Fitted;
+use super::fitted::{Bound, Fitted};
 use super::latency::{delay, rest_clocks, share_delay, weigh_delay};
-use super::workspace::{Bench, Bound, FINE, LOSS, ROUGH, WIDE};
+use super::warm_start::{adopt, thinned};
+use super::workspace::{Bench, FINE, LOSS, ROUGH, WIDE};
 use crate::diagnose::data::event_free_segments::prepare_calm;
-use crate::diagnose::data::misread_segments::{adopt, heal, thinned};
+use crate::diagnose::data::misread_segments::heal;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::settle;
 use crate::model::Model;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::StretchSimulator;
 
 /// Modes that are simulated quickly.
 const QUICK_MODES: usize = 2;

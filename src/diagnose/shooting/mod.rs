@@ -9,4 +9,5 @@ pub(super) mod latency;
 pub(super) mod local_fit;
 pub(super) mod set_aside;
 pub(super) mod values;
+pub(super) mod warm_start;
 pub mod workspace;

@@ -13,7 +13,7 @@ use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, residuals_at, settle};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Steps of each stretch's own fit, by either loss.
 const ROUNDS: usize = 8;

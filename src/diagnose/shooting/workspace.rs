@@ -4,27 +4,19 @@
 //! looked at by itself ([`super::events`]).
 
 use std::sync::Arc;
-use std::time::Duration;
 
-use self::freedoms::{freedoms, structure_bounds};
-use super::coarse_fit::Sketch;
-use super::fitted::{Fitted, taken_over};
+use super::fitted::{Bound, Fitted};
 use super::found::Found;
-use super::latency::{DELAY, taken};
-use super::local_fit::modes;
+use super::free_parameters::{freedoms, structure_bounds};
 use super::values::Values;
-use crate::diagnose::baseline::retune::{HOVERS, Known};
-use crate::diagnose::baseline::retune::{Hovering, Tuned};
+use crate::diagnose::baseline::retune::HOVERS;
 use crate::diagnose::data::event_free_segments::prepare_calm;
 use crate::diagnose::data::noise_model;
 use crate::diagnose::data::noise_model::{Noise, Stays};
-use crate::diagnose::data::side::Side;
-use crate::diagnose::data::side::drift_of;
+use crate::diagnose::data::reading_assumptions::Known;
+use crate::diagnose::data::side::{Side, drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Part;
 use crate::fit::inspect::recording_summary::look_behind;
-use crate::fit::options::{FitOptions, FreeNuisances};
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
@@ -32,9 +24,9 @@ use crate::fit::problem::prepare::{Prepared, default_length, prepare};
 use crate::fit::residual::residual_rows::Sigmas;
 use crate::fit::solve::levenberg_marquardt::{Clock, Plan, improve};
 use crate::fit::solve::point::{Point, settle};
+use crate::fit::{FitError, FitOptions, FreeNuisances, Part};
 use crate::model::Model;
-use crate::model::effects::ActiveEffect;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::StretchSimulator;
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
@@ -44,17 +36,14 @@ pub const WIDE: Huber = Huber(1e4);
 /// Loss by which fits are compared, in units of the noise.
 pub const LOSS: Huber = Huber(6.0);
 /// Residuals beyond this many standard deviations count no more where stretches are compared.
-const CLIP: f64 = 6.0;
+pub(crate) const CLIP: f64 = 6.0;
 /// What a value counts for at most where its stretch may be misread [chi2].
-const FORSAKEN: f64 = 30.0;
+pub(crate) const FORSAKEN: f64 = 30.0;
 /// Share of the cost by which an iteration must lower it to be followed by another, at
 /// the end.
-const FINE: f64 = 2e-6;
+pub(crate) const FINE: f64 = 2e-6;
 /// The same on the way.
-const ROUGH: f64 = 2e-3;
-
-/// A parameter's id, `effect.parameter`, with its least and largest value.
-pub type Bound = (String, (f64, f64));
+pub(crate) const ROUGH: f64 = 2e-3;
 
 /// Everything that does not change while hypotheses are weighed.
 #[derive(Debug, Clone)]
@@ -73,8 +62,8 @@ pub struct Bench {
     pub outset: Model,
     /// What the re-tuning has found without which the baseline is lost.
     pub found: Option<Arc<Found>>,
-    bounds: Vec<Bound>,
-    options: FitOptions,
+    pub(crate) bounds: Vec<Bound>,
+    pub(crate) options: FitOptions,
 }
 
 impl Bench {
@@ -93,7 +82,7 @@ impl Bench {
     }
 
     /// The same with what was found out about the readings.
-    fn of_known(
+    pub(crate) fn of_known(
         model: &Model,
         (train, held_out): (&[Part], &[Part]),
         options: &DiagnoseOptions,
@@ -105,7 +94,7 @@ impl Bench {
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
         let free = freedoms(model, lone);
         // One length for all models, so that all are judged by the same stretches.
-        let simulation = crate::sim::error::Options {
+        let simulation = crate::sim::Options {
             tolerance: options.tolerance,
             ..crate::sim::Options::default()
         };
@@ -265,7 +254,7 @@ impl Bench {
         )?)
     }
 
-    fn improve(
+    pub(crate) fn improve(
         &self,
         problem: &Problem,
         point: Point,
@@ -292,30 +281,14 @@ impl Bench {
         Ok(point)
     }
 
-    fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
+    pub(crate) fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
         let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
         Ok(Fitted::at(problem, point)?)
     }
 }
 
-/// `model` with one more effect, in place of one of the same kind.
-pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
-    let mut with = model.clone();
-    with.effects.retain(|e| e.spec != effect.spec);
-    with.effects.push(effect);
-    with
-}
-
-fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
+pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
     ids.iter()
         .filter_map(|id| problem.space.position(id))
         .collect()
-}
-
-/// An estimate of the time left from the share done and the time it took.
-pub fn remaining(done: f64, elapsed: Duration) -> Duration {
-    if done <= 0.0 {
-        return Duration::ZERO;
-    }
-    elapsed.mul_f64(((1.0 - done) / done).clamp(0.0, 1e4))
 }

@@ -1,13 +1,12 @@
 //! What is not explained: by the mean square of what is left, by forces without a name, by single
 //! stretches, by a flight that does not go on, or by what improves the fitted recordings alone.
 
-use super::abstention::CARRIED;
+use crate::diagnose::comparison::trial::{Stand, Trial, Weighed};
 use crate::diagnose::diagnosis::Left;
 use crate::diagnose::discrepancy::missing_force::Evidence;
+use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::discrepancy::segment_joins::{Breaks, joins};
-use crate::diagnose::discrepancy::{law_form, residual_map};
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::selection::forward::{Stand, Trial, Weighed};
 use crate::diagnose::shooting::fitted::Fitted;
 
 /// Fall of chi2 by forces without a name from which something is left.
@@ -15,42 +14,10 @@ const NAMELESS: f64 = 60.0;
 /// A single stretch this far above the others, in units of what chance leaves.
 const LOCAL: f64 = 8.0;
 /// Chi2 per value from which recordings are far off.
-const FAR: f64 = 3.0;
+pub(crate) const FAR: f64 = 3.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
 pub const BROKEN: f64 = 6.5;
-
-/// Chi2 above the floor, all together.
-pub fn excess(fitted: &Fitted) -> f64 {
-    let rows = fitted.point.rows as f64;
-    (fitted.cost - 1.03 * rows).max(0.0)
-}
-
-/// Whether the effects named leave the fitted recordings so far off that so many `more`, each as
-/// good as the best of them, would not carry what is missing, nor would laws of other form.
-///
-/// # Errors
-/// [`DiagnoseError`] if the model makes no sense.
-pub fn is_beyond(stand: &Stand, more: usize) -> Result<bool, DiagnoseError> {
-    let gains: Vec<f64> = stand.named.iter().map(|n| n.gain.0).collect();
-    let rest = excess(&stand.train);
-    let far = !stand.misread && stand.train.per_value() > FAR;
-    if !far || !fall_short(&gains, more, rest, 0.0) {
-        return Ok(false);
-    }
-    let formal = law_form::gain(&stand.train, &stand.specs())?;
-    log::debug!("those named carry {gains:.0?}, their kin {formal:.0}, and leave {rest:.0}");
-    Ok(fall_short(&gains, more, rest, formal))
-}
-
-/// Whether those that bring `gains`, and so many `more` like the best of them, carry too little
-/// where `rest` is left, of which `formal` goes by laws of other form.
-fn fall_short(gains: &[f64], more: usize, rest: f64, formal: f64) -> bool {
-    let best = gains.iter().copied().fold(0.0, f64::max);
-    let carried: f64 = gains.iter().sum();
-    let most = carried + more as f64 * best + formal;
-    best > 0.0 && most < CARRIED * (carried + rest)
-}
 
 /// What is not explained yet, if there is anything.
 pub fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Option<Left> {
@@ -109,7 +76,7 @@ pub fn breaks(stand: &Stand) -> Result<Breaks, DiagnoseError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::adequacy::*;
+    use crate::diagnose::selection::stopping::fall_short;
 
     #[test]
     fn what_two_more_like_the_best_may_carry_is_looked_for() {

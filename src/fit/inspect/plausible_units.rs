@@ -1,8 +1,9 @@
 //! Whether what was read can be what it is said to be: units of the columns, and cells that
 //! are no readings.
 
-use super::recording_summary::{Findings, Part};
+use super::recording_summary::Findings;
 use crate::fit::error::FitError;
+use crate::fit::options::Part;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};

@@ -1,11 +1,13 @@
 //! What makes a fit senseless, said before anything is computed.
 
+use std::sync::Arc;
+
 use super::channel_noise::noise_of;
 use super::plausible_units::{STILL, check_columns, check_level};
-use super::recording_summary::{Findings, Part, look};
+use super::recording_summary::{Findings, look};
 use super::same_device::{other_rest, same_ring};
 use crate::fit::error::FitError;
-use crate::fit::options::FitOptions;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -13,7 +15,6 @@ use crate::model::unit::format_quantity;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::{NoiseError, estimate_noise};
 use crate::recording::{Channel, Recording, extremes};
-use std::sync::Arc;
 
 /// Fewest samples to fit to.
 const LEAST: usize = 20;

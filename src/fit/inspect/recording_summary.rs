@@ -1,19 +1,16 @@
 //! What recordings alone say, without a model of the motion: noise, and where the ground is.
 
 use std::borrow::Cow;
-use std::ops::Range;
-use std::sync::Arc;
 
 use super::channel_noise::noise_of;
+use crate::fit::options::Part;
 use crate::fit::segment::event_sequence::Timeline;
 use crate::model::Model;
 use crate::recording::events::{EventOptions, Events, HOP, Impact, find_events};
-use crate::recording::features::missing::Missing;
+use crate::recording::features::Missing;
 use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
 use crate::recording::level::estimate_contact_level;
-use crate::recording::level_change::LevelChange;
-use crate::recording::level_change::drift::{LevelDrift, find_level_drift};
-use crate::recording::level_change::step::find_level_step;
+use crate::recording::level_change::{LevelChange, LevelDrift, find_level_drift, find_level_step};
 use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Channel, Recording, quantile_in_place};
 
@@ -26,37 +23,6 @@ const BEYOND: f64 = 0.9;
 /// A noise below this share of the motion is taken to be this: the simulation and the
 /// recorder's digits are no better.
 const LEAST_NOISE: f64 = 1e-5;
-
-/// A stretch of a recording to be used.
-#[derive(Debug, Clone)]
-pub struct Part {
-    /// The recording.
-    pub recording: Arc<Recording>,
-    /// Which samples of it.
-    pub samples: Range<usize>,
-}
-
-impl Part {
-    /// All of a recording.
-    pub fn whole(recording: Arc<Recording>) -> Self {
-        let samples = 0..recording.len();
-        Self { recording, samples }
-    }
-
-    /// A recording cut in two: its first two thirds and the rest.
-    pub fn split(recording: Arc<Recording>) -> (Self, Self) {
-        let at = 2 * recording.len() / 3;
-        let first = Self {
-            samples: 0..at,
-            recording: Arc::clone(&recording),
-        };
-        let rest = Self {
-            samples: at..recording.len(),
-            recording,
-        };
-        (first, rest)
-    }
-}
 
 /// What the data alone say about each part.
 #[derive(Debug, Clone)]

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use super::recording_summary::{Findings, Part};
+use super::recording_summary::Findings;
 use crate::fit::error::FitError;
+use crate::fit::options::Part;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::fit::contact_readings::LOOSE;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::{Findings, Part};
-use crate::fit::options::FitOptions;
+use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
 use crate::fit::segment::JointKind;

@@ -2,8 +2,7 @@
 
 use crate::fit::paper_steps::drive::*;
 use crate::model::preset::Preset;
-use crate::sim::error::Options;
-use crate::sim::simulate;
+use crate::sim::{Options, simulate};
 
 fn recording(drive: &str, duration: f64) -> Arc<Recording> {
     let mut model = Preset::default().model;

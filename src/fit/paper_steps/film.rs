@@ -8,25 +8,21 @@
 
 use super::break_off::{STAY, break_offs, problem};
 use super::{StepError, counted};
-use crate::fit::chain::run;
 use crate::fit::contact_readings::sound as readable;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Part;
 use crate::fit::inspect::recording_summary::look;
-use crate::fit::options::FitOptions;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::residual::residual_rows::Encounter;
-use crate::fit::solve::levenberg_marquardt::Control;
-use crate::fit::solve::levenberg_marquardt::{Clock, Plan, improve};
+use crate::fit::residual::simulate_segment::run;
+use crate::fit::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
 use crate::fit::solve::point::{Point, settle};
-use crate::fit::uncertainty::fit_result::{FitResult, Misfit};
-use crate::fit::uncertainty::fit_result::{misfits, uncertainty};
+use crate::fit::uncertainty::fit_result::{FitResult, Misfit, misfits, uncertainty};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::sim::error::SimError;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{SimError, Stretcher};
 
 /// Free parameters, in the order of the coordinates below.
 const FREE: [&str; 2] = ["Cs", "gp"];

@@ -3,16 +3,14 @@
 
 use std::sync::Arc;
 
-use super::StepError;
 use super::adhesion::adhesion;
 use super::drive::fit_drive;
-use super::far_off;
 use super::film::rings_of;
 use super::restitution::restitution;
+use super::{StepError, far_off};
 use crate::fit::contact_readings::{Readings, readings};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Part;
-use crate::fit::options::FitOptions;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::model::Model;
 use crate::recording::Recording;

@@ -11,20 +11,17 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Part;
-use crate::fit::options::FitOptions;
-use crate::fit::pipeline::fit;
-use crate::fit::pipeline::{Fitted, fitted, go_on};
+use crate::fit::options::{FitOptions, Part};
+use crate::fit::pipeline::{Fitted, fit, fitted, go_on};
 use crate::fit::problem::Nuisance;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::solve::levenberg_marquardt::{Control, Progress};
 use crate::fit::solve::point::{Point, settle};
-use crate::fit::uncertainty::fit_result::FitResult;
-use crate::fit::uncertainty::fit_result::Misfit;
+use crate::fit::uncertainty::fit_result::{FitResult, Misfit};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// By how much `dp` is shifted [m].
 pub const SHIFT: f64 = 20e-6;
@@ -213,7 +210,7 @@ fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, Sim
     for segment in &mut segments {
         let data = &problem.data[segment.recording];
         let start = data.recording.time[segment.samples.start];
-        let rest = |sim: &crate::sim::stretch::StretchSimulator| {
+        let rest = |sim: &crate::sim::StretchSimulator| {
             let level = segment.starts_held.then(|| sim.ground_level(start));
             sim.rest_state(&segment.pieces, start, level).q
         };

@@ -10,17 +10,15 @@ use super::restitution::restitution;
 use super::sensitivity::{ROWS, SHIFT, sensitivity};
 use super::{StepError, far_off};
 use crate::fit::contact_readings::{Readings, Release, readings};
-use crate::fit::inspect::recording_summary::Part;
 use crate::fit::inspect::recording_summary::look;
-use crate::fit::options::FitOptions;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
-use crate::sim::error::Options;
-use crate::sim::simulate;
+use crate::sim::{Options, simulate};
 
 /// Both points under `drive`, 50 kHz, 20 nm of noise.
 pub(crate) fn recording(drive: &str, duration: f64) -> Arc<Recording> {

@@ -6,14 +6,12 @@ use rayon::prelude::*;
 
 use super::huber::Huber;
 use super::{FreeNuisance, Nuisance, Problem};
-use crate::fit::chain::begins_from_reading;
 use crate::fit::residual::residual_rows::{Nuisances, Row};
+use crate::fit::residual::simulate_segment::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
-use crate::sim::stretch::propagate::{Pace, Stretcher};
+use crate::sim::{Pace, SimError, StretchSimulator, Stretcher};
 
 /// Step of a parameter's coordinate for differences.
 pub const STEP: f64 = 1e-4;

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use crate::fit::residual::residual_rows::Nuisances;
 use crate::recording::{Channel, Recording};
-use crate::sim::stretch::Points;
+use crate::sim::Points;
 
 /// A velocity that changes so many times more than around it, and than the noise lets it, has
 /// jumped.

@@ -2,11 +2,11 @@
 //! one vector, and each segment's residuals linearised with its own unknowns eliminated.
 
 pub mod huber;
-mod linearize;
+pub(crate) mod linearize;
 mod measured_motion;
 pub mod parameter_space;
 pub mod prepare;
-mod segment_fit;
+pub(crate) mod segment_fit;
 
 pub use self::linearize::{Jacobian, Reduced, STEP};
 pub use self::segment_fit::CLOSE;
@@ -17,14 +17,12 @@ use rayon::prelude::*;
 
 use self::measured_motion::{Motion, Seen};
 use self::parameter_space::Space;
-use super::chain::residuals;
 use super::residual::residual_rows::{Nuisances, Row, Setting, Sigmas, rows};
 use super::segment::Segment;
 use super::segment::voltage_track::Track;
+use crate::fit::residual::residuals::residuals;
 use crate::recording::Recording;
-use crate::sim::error::{Options, SimError};
-use crate::sim::stretch::StretchSimulator;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{Options, SimError, StretchSimulator, Stretcher};
 
 /// One of a recording's nuisances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

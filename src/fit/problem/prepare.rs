@@ -3,20 +3,19 @@
 use std::sync::Arc;
 
 use super::parameter_space::Space;
-use super::segment::{Cut, cut};
 use super::{Data, FreeNuisance, Nuisance, Problem};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::{Findings, Part};
-use crate::fit::options::FitOptions;
+use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::Sigmas;
 use crate::fit::segment::Segment;
+use crate::fit::segment::cut::{Cut, cut};
 use crate::fit::segment::voltage_track::Track;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
-use crate::sim::error::{Options, SimError};
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::{Options, SimError, StretchSimulator};
 
 /// The laws of the ground hold to this share of the noise.
 const LAW: f64 = 0.1;

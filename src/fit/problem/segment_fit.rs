@@ -7,8 +7,7 @@ use super::huber::Huber;
 use super::linearize::Reduced;
 use crate::fit::residual::residual_rows::Nuisances;
 use crate::fit::segment::Segment;
-use crate::sim::stretch::StretchSimulator;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{StretchSimulator, Stretcher};
 
 /// Fall of a segment's cost, as a share of it and of 1, that is not worth another round.
 const ENOUGH: f64 = 1e-3;

@@ -3,4 +3,4 @@
 pub mod coloured_noise;
 pub mod residual_rows;
 pub(super) mod residuals;
-pub(super) mod simulate_segment;
+pub(crate) mod simulate_segment;

@@ -5,14 +5,11 @@
 //! bounce, the force at a release), and how far the instants are from where they were
 //! guessed. Their number does not depend on the unknowns.
 
-use self::residuals::residuals;
-use self::run::{begins_from_reading, run};
-
 use super::coloured_noise::Colour;
 use crate::fit::segment::event_sequence::Kind;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::recording::Recording;
-use crate::sim::stretch::StretchState;
+use crate::sim::StretchState;
 
 /// The unknowns that belong to a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -179,7 +176,7 @@ pub struct Run {
     /// What happened at the ground, in order of time.
     pub encounters: Vec<Encounter>,
     /// How far each instant is from its guess, in standard deviations.
-    priors: Vec<f64>,
+    pub(crate) priors: Vec<f64>,
     /// Where a held start would rest.
-    rest: Option<StretchState>,
+    pub(crate) rest: Option<StretchState>,
 }

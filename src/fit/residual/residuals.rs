@@ -1,11 +1,9 @@
 //! What is left between a segment's data and its simulation.
 
 use super::residual_rows::{Encounter, Nuisances, Run, Setting, Sigmas};
-use super::run;
+use super::simulate_segment::run;
 use crate::fit::segment::{JointKind, Segment};
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// A stay this many samples long is short.
 const SHORT: f64 = 6.0;

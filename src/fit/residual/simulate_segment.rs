@@ -7,9 +7,7 @@ use crate::fit::segment::event_sequence::Kind;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::drive::Segment as Piece;
 use crate::recording::Recording;
-use crate::sim::error::SimError;
-use crate::sim::stretch::propagate::Stretcher;
-use crate::sim::stretch::{Points, StretchSimulator, StretchState};
+use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
 
 /// A sensor whose memory fades by more than this exponent from sample to sample has none.
 const MEMORY: f64 = 3.0;

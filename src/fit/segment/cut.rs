@@ -7,7 +7,7 @@ use super::initial_guess::guess;
 use super::voltage_track::{Edge, Track};
 use super::{Joint, JointKind, Segment};
 use crate::recording::Recording;
-use crate::sim::stretch::StretchSimulator;
+use crate::sim::StretchSimulator;
 
 /// A stretch is not cut closer than this many samples to an event.
 const GUARD: usize = 4;

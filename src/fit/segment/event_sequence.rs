@@ -2,8 +2,8 @@
 //! releases, with first guesses of their instants. A fit keeps the order and leaves the
 //! instants free.
 
+use crate::recording::TimeAxis;
 use crate::recording::events::{EventOptions, HOP, find_events};
-use crate::recording::grid::TimeAxis;
 
 /// Fewest samples at the level that count as a stay.
 const LEAST_STAY: usize = 3;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::event_sequence::Kind;
 use super::{Cut, JointKind, Segment};
-use crate::sim::stretch::{StretchSimulator, StretchState};
+use crate::sim::{StretchSimulator, StretchState};
 
 /// Units of coordinates, then velocities, of a stretch of `span` \[s\]: motions as large as
 /// the `noise` \[m\].

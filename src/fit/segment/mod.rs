@@ -1,9 +1,9 @@
 //! Stretches of a recording that are simulated in one piece: from a free initial state,
 //! through the events that the data show, at free instants.
 
-mod cut;
+pub(crate) mod cut;
 pub mod event_sequence;
-mod initial_guess;
+pub(crate) mod initial_guess;
 pub mod voltage_track;
 
 pub use self::cut::{Cut, cut};

@@ -10,12 +10,11 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::fit::error::FitError;
 use crate::model::Model;
-use crate::model::drive::table::VoltageTable;
-use crate::model::drive::{Segment, Shape, Waveform};
+use crate::model::drive::{Segment, Shape, VoltageTable, Waveform};
 use crate::model::piezo::Branch;
 use crate::recording::noise::recording_noise;
 use crate::recording::{Channel, Recording};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Most samples in a piece.
 const LONGEST: usize = 4096;

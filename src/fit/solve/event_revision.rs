@@ -5,19 +5,17 @@
 
 use rayon::prelude::*;
 
-use self::readings::readings;
-use super::chain::residuals;
+use super::event_alternatives::readings;
 use super::levenberg_marquardt::{Clock, Control};
 use super::point::Point;
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::residual::residual_rows::{Nuisances, Row, rows};
+use crate::fit::residual::residuals::residuals;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
-use crate::sim::stretch::StretchSimulator;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// Misfit, in units of the noise, beyond which events are not read again.
 const HOPELESS: f64 = 10.0;
@@ -196,19 +194,19 @@ fn strain(
     }
 }
 
-struct Trial<'a> {
-    problem: &'a Problem,
-    simulator: &'a StretchSimulator,
-    model: &'a Model,
-    states: &'a [f64],
-    x: &'a [f64],
+pub(crate) struct Trial<'a> {
+    pub(crate) problem: &'a Problem,
+    pub(crate) simulator: &'a StretchSimulator,
+    pub(crate) model: &'a Model,
+    pub(crate) states: &'a [f64],
+    pub(crate) x: &'a [f64],
     huber: Huber,
     control: &'a Control<'a>,
 }
 
 impl Trial<'_> {
     /// Fits a segment's own unknowns; its strain.
-    fn fit(&self, segment: &mut Segment) -> f64 {
+    pub(crate) fn fit(&self, segment: &mut Segment) -> f64 {
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
         let refine = |s: &Segment, huber: Huber, rounds| {
             let start = s.locals.clone();

@@ -1,20 +1,17 @@
 //! Bounded Levenberg-Marquardt over parameters and nuisances, with each segment's own
 //! unknowns eliminated and brought along.
 
-use super::normal_equations::normal_equations;
-use super::point::{Point, residuals_at, settle, settle_near, threshold};
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use nalgebra::DVector;
 
-use super::normal_equations::bounded_step;
-use super::point::{at, starts_near};
+use super::normal_equations::{bounded_step, normal_equations};
+use super::point::{Point, at, starts_near, threshold};
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// A step is small if it is below this share of the squared standard error.
 const SETTLED: f64 = 1e-2;

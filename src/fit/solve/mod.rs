@@ -1,9 +1,10 @@
 //! TODO-doc
 
+pub(super) mod estimate_states;
 pub(super) mod event_alternatives;
 pub mod event_revision;
 pub mod levenberg_marquardt;
 pub mod multistart;
 pub(super) mod normal_equations;
-pub(super) mod point;
+pub(crate) mod point;
 pub(super) mod predicted_events;

@@ -6,27 +6,28 @@
 //! and last everything, from several thicknesses of the film: strength and thickness of
 //! the film trade against each other along a curved valley.
 
+use std::sync::{Mutex, PoisonError};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
 use super::event_revision::{hopeless, revise, set_suspects_aside};
 use super::levenberg_marquardt::{Clock, Control, Plan, Progress, improve};
 use super::point::{Point, settle, threshold};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::{Findings, Part};
-use crate::fit::options::FitOptions;
+use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::Nuisance;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
 use crate::fit::segment::event_sequence::LEAST_BOUNCE;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
-use std::sync::{Mutex, PoisonError};
-
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::events::Impact;
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Thicknesses of the film at contact that are tried, as shares of `dp`.
 const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];

@@ -2,9 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
-use crate::fit::problem::linearize::Reduced;
+use crate::fit::problem::{Problem, Reduced};
 
 /// Largest step of a parameter's coordinate (a factor of e on a logarithm).
 const LARGEST: f64 = 1.0;

@@ -5,14 +5,11 @@ use std::sync::{Mutex, PoisonError};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
-use crate::fit::problem::linearize::Reduced;
-use crate::fit::problem::segment_fit::CLOSE;
+use crate::fit::problem::{CLOSE, Problem, Reduced};
 use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
-use crate::sim::error::SimError;
-use crate::sim::stretch::propagate::Stretcher;
+use crate::sim::{SimError, Stretcher};
 
 /// Threshold of the robust loss in units of the noise.
 const THRESHOLD: f64 = 3.0;

@@ -2,17 +2,13 @@
 
 use std::sync::Arc;
 
+use super::event_alternatives::{Part, put_together, taken_apart};
 use super::event_revision::Trial;
-use super::readings::{Part, put_together, taken_apart};
 use crate::fit::segment::event_sequence::Kind;
 use crate::fit::segment::{Joint, JointKind, Segment};
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
+use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
-use crate::sim::error::Options;
-use crate::sim::runner::Runner;
-use crate::sim::stretch::StretchState;
-use crate::sim::trace::EventKind;
+use crate::sim::{EventKind, Options, Runner, StretchState};
 
 /// Samples before the first event from which a prediction starts.
 const LEAST_BEFORE: usize = 12;

@@ -9,8 +9,7 @@ use super::compare::{Column, Row, figures, span};
 use super::measurements::{Case, Figures, cases};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::sim::error::Options;
-use crate::sim::simulate;
+use crate::sim::{Options, simulate};
 
 /// What is fitted. The film's thickness at contact, `gp - dp`, is kept.
 pub const FREE: [ParameterId; 7] = [

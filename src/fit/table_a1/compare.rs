@@ -6,11 +6,9 @@ use serde::Serialize;
 
 use super::measurements::{Case, Figures, cases};
 use crate::model::Model;
+use crate::recording::TimeAxis;
 use crate::recording::features::{FeatureOptions, features};
-use crate::recording::grid::TimeAxis;
-use crate::sim::error::{Options, SimError};
-use crate::sim::simulate;
-use crate::sim::trace::Trace;
+use crate::sim::{Options, SimError, Trace, simulate};
 
 /// Periods simulated: the first two are left to the transient, the rest are averaged.
 const PERIODS: f64 = 6.0;

@@ -7,7 +7,7 @@ use crate::recording::features::Features;
 
 /// Frequencies [Hz], voltages [V], signals, bounces, peaks [um] and contacts [ms] of the
 /// paper's simulation and of the experiment.
-const TABLE: &str = include_str!("../../assets/table_a1.csv");
+const TABLE: &str = include_str!("../../../assets/table_a1.csv");
 
 /// The features of the table, per period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,18 +1,19 @@
 //! Whether recordings that do not fit together are of one device: each is fitted by itself
 //! in what makes a device what it is, and the values are compared.
 
+use std::sync::Arc;
+
 use super::fit_result::{misfits, uncertainty};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::{Part, look};
-use crate::fit::options::FitOptions;
-use crate::fit::pipeline::estimate_states;
+use crate::fit::inspect::recording_summary::look;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::prepare;
+use crate::fit::solve::estimate_states::estimate_states;
 use crate::fit::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
-use std::sync::Arc;
 
 /// Values farther apart than this many of their errors, which count what the stretches of one
 /// recording disagree about, are different ...

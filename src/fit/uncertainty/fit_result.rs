@@ -1,7 +1,8 @@
 //! What a fit has found, how sure it is, and how far it is from the data.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen};
 
+use super::normal_inverse::inverse;
 use super::sandwich_covariance::{by_curvature, by_scatter, slopes_of};
 use crate::fit::error::FitError;
 use crate::fit::problem::prepare::Prepared;
@@ -11,7 +12,7 @@ use crate::fit::solve::point::{Point, residuals_at, threshold};
 use crate::model::Model;
 use crate::model::parameter::Scale;
 use crate::model::unit::{format_number, format_quantity};
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Correlation from which two parameters count as not told apart.
 const EXTREME: f64 = 0.95;
@@ -194,19 +195,6 @@ pub(crate) fn uncertainty(
         held_out: None,
         cancelled: false,
     })
-}
-
-/// Inverse of a positive semidefinite matrix, scaled to its diagonal; directions that
-/// the data do not tell get a very large variance.
-pub(crate) fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = normal.nrows();
-    let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
-    let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
-    let eigen = SymmetricEigen::new(scaled);
-    let inverted = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-13));
-    let whole =
-        &eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose();
-    DMatrix::from_fn(n, n, |i, j| whole[(i, j)] * scale[i] * scale[j])
 }
 
 fn remarks(

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::fit::inspect::recording_summary::{Part, look};
-use crate::fit::options::FitOptions;
+use crate::fit::inspect::recording_summary::look;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::prepare;
@@ -12,8 +12,7 @@ use crate::fit::uncertainty::fit_result::*;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
-use crate::sim::error::Options;
-use crate::sim::simulate;
+use crate::sim::{Options, simulate};
 
 #[test]
 fn segments_that_cannot_be_simulated_are_counted_as_set_aside() {

@@ -6,15 +6,16 @@
 
 use nalgebra::DVector;
 
-use super::fit_result::{FitResult, FittedParameter, inverse, misfits};
+use super::fit_result::{FitResult, FittedParameter, misfits};
+use super::normal_inverse::inverse;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::{Part, look};
-use crate::fit::options::FitOptions;
-use crate::fit::pipeline::estimate_states;
+use crate::fit::inspect::recording_summary::look;
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
+use crate::fit::solve::estimate_states::estimate_states;
 use crate::fit::solve::levenberg_marquardt::{Clock, Control, Plan, improve_under};
 use crate::fit::solve::normal_equations::normal_equations;
 use crate::fit::solve::point::{Point, settle, threshold};

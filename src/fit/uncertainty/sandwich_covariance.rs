@@ -14,15 +14,14 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::fit_result::inverse;
-use crate::fit::problem::Problem;
+use super::normal_inverse::inverse;
 use crate::fit::problem::huber::Huber;
-use crate::fit::problem::linearize::Reduced;
 use crate::fit::problem::parameter_space::Space;
+use crate::fit::problem::{Problem, Reduced};
 use crate::fit::solve::normal_equations::normal_equations;
 use crate::fit::solve::point::{Point, settle, settle_near};
 use crate::model::Model;
-use crate::sim::error::SimError;
+use crate::sim::SimError;
 
 /// Least share of what the linearised fit promises that is told from none: a lower
 /// curvature, or one below zero, counts as this one.

@@ -4,7 +4,7 @@
 //! of the hysteresis branch are met exactly.
 
 mod segments;
-mod table;
+pub(crate) mod table;
 #[cfg(test)]
 mod tests;
 mod text;

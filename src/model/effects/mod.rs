@@ -20,6 +20,13 @@ mod long_range_attraction;
 mod piezo_creep;
 mod quadratic_drag;
 mod sensor_lag;
+
+/// Ids of some parameters of an effect, as `effect.parameter`.
+pub fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
+    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
+    which.iter().map(name).collect()
+}
+
 #[cfg(test)]
 mod tests;
 mod velocity_restitution;

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{File, PresetError, Source};
-use crate::model::effects::{self, ActiveEffect};
+use crate::model::effects;
+use crate::model::effects::ActiveEffect;
 use crate::model::parameter::{ParameterId, Parameters};
 use crate::model::structure::Mode;
 

@@ -1,5 +1,6 @@
-use crate::model::preset::*;
 use proptest::prelude::*;
+
+use crate::model::preset::*;
 
 #[test]
 fn embedded_presets_are_sound_and_come_back_from_text() {

@@ -1,8 +1,9 @@
 //! Agreement of two signals at all shifts at once, by FFT with masks.
 
-use super::AlignError;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
+
+use super::AlignError;
 
 /// Least overlap, as a share of the shorter of the two: over a short stretch anything
 /// periodic can be made to agree with anything of about the same frequency.

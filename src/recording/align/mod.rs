@@ -9,11 +9,12 @@
 
 mod correlate;
 
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
 use super::grid::Grid;
 use super::{Channel, Recording};
 use correlate::{Masked, correlate};
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 /// Longest grid that is correlated; longer ones are taken more coarsely.
 const LONGEST: usize = 1 << 20;

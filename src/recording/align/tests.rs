@@ -1,6 +1,7 @@
-use crate::recording::align::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use crate::recording::align::*;
 
 /// A start-up and then a periodic motion with a sharp edge in it.
 fn signal(t: f64) -> f64 {

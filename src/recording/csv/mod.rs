@@ -11,15 +11,20 @@ mod header_line;
 mod names;
 mod number;
 mod rows;
-mod sniff;
+pub(crate) mod sniff;
 #[cfg(test)]
 mod tests;
 mod text;
 mod truncated_line;
-mod write;
+pub(crate) mod write;
 
 pub use self::sniff::{Preview, preview, preview_bytes};
 pub use self::write::{WriteError, write_csv, write_recording};
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use self::rows::{Layout, Table};
 use self::text::Text;
@@ -27,9 +32,6 @@ use super::assemble::{Columns, Place, assemble};
 use super::error::{ImportError, ImportWarning, WarningKind};
 use super::{Channel, Recording};
 use crate::model::unit::unit_factor;
-use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
-use std::path::Path;
 
 /// Told the share done (0 to 1); returns whether to go on.
 pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;

@@ -1,10 +1,12 @@
 //! Rows of numbers, parsed in parallel pieces.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use super::text::{READ_SHARE, Text};
 use super::{Decimal, ImportSettings, Progress, number, sniff, unit_shift};
 use crate::recording::error::ImportError;
-use rayon::prelude::*;
-use std::ops::Range;
 
 /// Size of one piece of text \[bytes\]: large against a line, small against a file.
 const PIECE: usize = 2 << 20;

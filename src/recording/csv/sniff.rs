@@ -1,11 +1,12 @@
 //! What a file seems to be: delimiter, decimal mark, comments, header, columns.
 
-use super::header_line::find_heading;
-use super::text::{self, Text};
-use super::{Decimal, Delimiter, ImportSettings, header, number, rows};
-use crate::recording::error::{ImportError, ImportWarning};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
+
+use super::header_line::find_heading;
+use super::text::Text;
+use super::{Decimal, Delimiter, ImportSettings, header, number, rows, text};
+use crate::recording::error::{ImportError, ImportWarning};
 
 /// Bytes looked at from the beginning of a file.
 const HEAD: usize = 256 << 10;

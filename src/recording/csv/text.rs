@@ -1,11 +1,12 @@
 //! Bytes that are text: reading the file, and one clear error for each way of not
 //! being UTF-8 text.
 
-use super::Progress;
-use crate::recording::error::ImportError;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
+
+use super::Progress;
+use crate::recording::error::ImportError;
 
 /// Share of the progress bar that reading takes; the rest is parsing.
 pub(super) const READ_SHARE: f32 = 0.25;

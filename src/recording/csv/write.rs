@@ -1,10 +1,12 @@
 //! Writing `t [s],V [V],xp [um],xc [um]` so that it reads back bit for bit.
 
+use std::io::Write;
+
+use rayon::prelude::*;
+use thiserror::Error;
+
 use crate::recording::grid::TimeAxis;
 use crate::recording::{Channel, Recording};
-use rayon::prelude::*;
-use std::io::Write;
-use thiserror::Error;
 
 /// Rows formatted by one thread at a time.
 const BLOCK: usize = 8192;

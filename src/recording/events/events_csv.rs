@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use crate::sim::trace::Event;
+use crate::sim::Event;
 
 /// Writes the events to a file, one a row, SI.
 ///

@@ -5,10 +5,12 @@
 //! the two meet. The polynomial is as high as the noise allows, for the second mode
 //! of the device (6.4 kHz) goes through half a cycle within the window.
 
+use std::ops::RangeInclusive;
+
+use nalgebra::{DMatrix, DVector};
+
 use super::{EventOptions, Impact};
 use crate::recording::grid::TimeAxis;
-use nalgebra::{DMatrix, DVector};
-use std::ops::RangeInclusive;
 
 /// Time on each side of an impact from which the speeds are fitted \[s\].
 const FIT_SPAN: f64 = 1e-4;

@@ -1,7 +1,8 @@
 //! Why features are not given.
 
-use crate::model::unit::format_quantity;
 use thiserror::Error;
+
+use crate::model::unit::format_quantity;
 
 /// Why a feature is not given.
 #[derive(Debug, Clone, PartialEq, Error)]

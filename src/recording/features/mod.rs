@@ -18,7 +18,7 @@ use super::level::estimate_contact_level;
 use super::noise::estimate_noise;
 use super::{Channel, Recording, median_in_place};
 
-mod missing;
+pub(crate) mod missing;
 pub mod period;
 
 pub use self::missing::Missing;

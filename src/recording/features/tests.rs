@@ -1,7 +1,9 @@
-use crate::recording::features::*;
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::TAU;
+
+use crate::recording::features::*;
 
 const RATE: f64 = 50e3;
 const LEVEL: f64 = -58e-6;

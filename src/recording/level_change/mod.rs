@@ -1,10 +1,9 @@
 //! A ground whose level changes in the course of a recording, from data alone.
 
-mod drift;
-mod step;
+pub(crate) mod drift;
+pub(crate) mod step;
 
 pub use self::drift::{LevelDrift, find_level_drift};
-pub(super) use self::step::rests;
 pub use self::step::{LevelStep, find_level_step};
 
 /// A rest shows in a block of this length \[s\].

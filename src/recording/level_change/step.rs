@@ -2,7 +2,7 @@
 //! at another.
 
 use super::{block_size, quiet};
-use crate::recording::features::missing::Missing;
+use crate::recording::features::Missing;
 use crate::recording::grid::TimeAxis;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;

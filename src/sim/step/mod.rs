@@ -13,9 +13,7 @@ mod elimination;
 mod flight;
 mod readings;
 mod stick_slip;
-mod tables;
-
-pub(super) use self::tables::{LEVELS, Tables};
+pub(crate) mod tables;
 
 use self::elimination::eliminate;
 use self::readings::Readings;

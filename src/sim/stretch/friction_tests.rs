@@ -3,6 +3,7 @@
 use super::tests::{mode, segments, with_values};
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
+use crate::sim::Stretcher;
 use crate::sim::error::Options;
 use crate::sim::step::Step;
 use crate::sim::stretch::*;

@@ -9,12 +9,10 @@
 mod friction_tests;
 mod memory;
 mod motion;
-mod propagate;
+pub(crate) mod propagate;
 mod sample_clock;
 #[cfg(test)]
 mod tests;
-
-pub use self::propagate::{Pace, Stretcher};
 
 use super::device::Device;
 use super::error::{Options, SimError};

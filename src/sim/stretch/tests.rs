@@ -1,10 +1,11 @@
 use crate::model::drive::Waveform;
-use crate::model::effects::{self, ActiveEffect, find};
+use crate::model::effects;
+use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
-use crate::sim::simulate;
 use crate::sim::stretch::*;
 use crate::sim::trace::EventKind;
+use crate::sim::{Pace, Stretcher, simulate};
 
 pub(super) fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
     (0..)

@@ -3,9 +3,8 @@
 
 use super::hidden_forces::Term;
 use super::law::{Drift, Law};
-use crate::trial::device::Device;
-use crate::trial::device::laws::{Adhesion, Ground, Restitution};
 use crate::trial::device::structure::Mode;
+use crate::trial::device::{Adhesion, Device, Ground, Restitution};
 use crate::trial::rng::Dice;
 use crate::trial::voltage::Amplifier;
 

@@ -1,7 +1,8 @@
 //! Forces and states that a trial device may conceal, each as a law of its own.
 
-use serde::Serialize;
 use std::f64::consts::TAU;
+
+use serde::Serialize;
 
 /// Permittivity of vacuum \[F/m\].
 const EPSILON_0: f64 = 8.854e-12;

@@ -1,13 +1,13 @@
 //! A concealed law, how it enters a device, and how it grows.
 
+use serde::Serialize;
+
 use super::hidden_forces::Term;
 use super::preisach::{Preisach, SATURATION};
-use crate::trial::device::Device;
-use crate::trial::device::laws::{Adhesion, Film, Gain, Ground, Restitution};
 use crate::trial::device::structure::Mode;
+use crate::trial::device::{Adhesion, Device, Film, Gain, Ground, Restitution};
 use crate::trial::rng::Dice;
 use crate::trial::voltage::{Amplifier, Piece, remember};
-use serde::Serialize;
 
 /// How the zero of a reading wanders, as a share of its amplitude against time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

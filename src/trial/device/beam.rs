@@ -1,9 +1,11 @@
 //! A distributed device: an Euler-Bernoulli beam of Hermite elements with a rigid proof
 //! mass at its end, bent by the moment pair of a piezo patch.
 
-use super::structure::Mode;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::structure::Mode;
 
 /// What the beam is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,12 @@
 //! Laws of ground, restitution, adhesion, film and drive: those of the plain device and
 //! those that stand in their place.
 
+use serde::Serialize;
+
 use super::Device;
 use crate::trial::concealed::preisach::Preisach;
 use crate::trial::hybrid::integrator::State;
 use crate::trial::voltage::Piece;
-use serde::Serialize;
 
 /// How the ground answers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -4,9 +4,10 @@
 //! The lumped device is kept in its physical coordinates `[xc, xp]`, the beam in the
 //! coordinates of its lowest modes; the solver does not distinguish them.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DMatrix, DVector, Matrix2};
 use serde::Serialize;
-use std::f64::consts::TAU;
 
 /// Most degrees of freedom of a trial device.
 pub const MAX_DOF: usize = 6;

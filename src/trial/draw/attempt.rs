@@ -1,6 +1,8 @@
 //! One attempt at a trial: what it conceals is drawn, the recordings are made, and the
 //! whole is sealed.
 
+use std::sync::Arc;
+
 use super::size::Bench;
 use super::{Case, Mix, Recordings, Settings, TrialError};
 use crate::recording::Recording;
@@ -12,7 +14,6 @@ use crate::trial::instrument::{StructureKind, device, instruments};
 use crate::trial::rng::Dice;
 use crate::trial::truth::{Class, ConcealedEffect, Envelope, RecordingNote, Truth};
 use crate::trial::voltage::voltage;
-use std::sync::Arc;
 
 /// Ids to conceal, their targets, and the class.
 fn conceal(mix: &Mix, dice: &mut Dice) -> (Class, Vec<String>) {

@@ -3,15 +3,15 @@
 pub(crate) mod attempt;
 pub(crate) mod size;
 
-pub use self::size::visibility;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::concealed::concealed_effects::{CATALOGUE, OUTSIDE};
 use super::instrument::StructureKind;
 use super::truth::{Class, Envelope, Truth};
 use crate::recording::Recording;
-use serde::{Deserialize, Serialize};
-use std::sync::Arc;
-use thiserror::Error;
 
 /// Devices that are drawn before a seed is given up.
 const ATTEMPTS: u64 = 12;

@@ -1,13 +1,13 @@
 //! Motions of a device with laws and rig, and how large a law is over the smallest
 //! visible.
 
-use self::visibility::{JUST_VISIBLE, Made, deviations};
 use crate::trial::concealed::concealed_effects::Choice;
 use crate::trial::concealed::law::Law;
 use crate::trial::device::reference_device::{Excitation, excitations};
 use crate::trial::device::{Device, TOLERANCE};
 use crate::trial::hybrid::{Run, RunError, run};
 use crate::trial::instrument::Instruments;
+use crate::trial::visibility::{JUST_VISIBLE, Made, deviations};
 use crate::trial::voltage::{Piece, pieces};
 
 /// Standard deviation of what is known of the shift between voltage and readings \[s\].

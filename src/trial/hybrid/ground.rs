@@ -2,8 +2,7 @@
 
 use super::integrator::{MAX_STATE, State};
 use super::{Event, Kind, Traveller};
-use crate::trial::device::Phase;
-use crate::trial::device::laws::Ground;
+use crate::trial::device::{Ground, Phase};
 use crate::trial::voltage::Piece;
 
 /// Over which rates are taken \[s\].

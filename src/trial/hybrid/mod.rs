@@ -10,10 +10,11 @@ pub(crate) mod travel;
 
 pub use self::follow::follow;
 
+use thiserror::Error;
+
 use self::integrator::{MAX_STATE, State};
 use super::device::{Device, Phase};
 use super::voltage::Piece;
-use thiserror::Error;
 
 /// Longest step \[s\].
 const LONGEST_STEP: f64 = 2e-5;

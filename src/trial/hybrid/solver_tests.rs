@@ -3,9 +3,7 @@
 use super::{Kind, Run, run};
 use crate::model::Model;
 use crate::model::drive::Waveform as ToolWaveform;
-use crate::sim::error::Options;
-use crate::sim::simulate;
-use crate::sim::trace::EventKind;
+use crate::sim::{EventKind, Options, simulate};
 use crate::trial::device::reference_device::{excitations, table_beam, table_device, table_modes};
 use crate::trial::device::structure::Structure;
 use crate::trial::device::{Device, TOLERANCE};

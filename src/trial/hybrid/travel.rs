@@ -2,8 +2,7 @@
 
 use super::integrator::{State, Stepper};
 use super::{LONGEST_STEP, RunError, SHORTEST_STEP, Traveller};
-use crate::trial::device::Phase;
-use crate::trial::device::laws::Ground;
+use crate::trial::device::{Ground, Phase};
 use crate::trial::voltage::Piece;
 
 /// Events after which a run is given up.

@@ -11,9 +11,10 @@ pub use self::reported::{BeforeAfter, Diagnosis, Estimate, Misfit, Named, Place,
 pub use self::share::Share;
 pub use self::table::{Row, Table, aggregate};
 
+use serde::{Deserialize, Serialize};
+
 use super::truth::{Class, Truth};
 use located::located;
-use serde::{Deserialize, Serialize};
 
 /// Sizes from this on count as visible: below, abstaining is right.
 pub const VISIBLE: f64 = 3.0;

@@ -1,8 +1,9 @@
 //! What a diagnosis says of a trial, as far as it is scored.
 
+use serde::{Deserialize, Serialize};
+
 use crate::diagnose::diagnosis;
 use crate::model::effects::{ActiveEffect, find};
-use serde::{Deserialize, Serialize};
 
 /// The verdict of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,12 +1,14 @@
 //! The score of many trials.
 
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use serde::{Deserialize, Serialize};
+
 use super::reported::Verdict;
 use super::share::Share;
 use super::{COVERED, Coverage, Mark, Outcome, VISIBLE};
 use crate::trial::truth::Class;
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-use std::fmt::Write;
 
 /// Marks of one kind of trials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -12,6 +12,8 @@
 pub(crate) mod events;
 pub(crate) mod stretch;
 
+use nalgebra::{DMatrix, DVector};
+
 use self::events::add_events;
 use self::stretch::add_stretch;
 use super::device::Device;
@@ -19,7 +21,6 @@ use super::device::structure::{Structure, dot};
 use super::hybrid::{Run, RunError, Stretch};
 use super::instrument::Instruments;
 use super::voltage::Piece;
-use nalgebra::{DMatrix, DVector};
 
 /// Standard deviations at which an effect counts as just visible.
 pub const JUST_VISIBLE: f64 = 5.0;
@@ -41,7 +42,7 @@ pub struct Made<'a> {
 }
 
 /// Normal equations with the parameters of all recordings.
-struct Normal {
+pub(crate) struct Normal {
     matrix: DMatrix<f64>,
     right: DVector<f64>,
     energy: f64,

@@ -1,13 +1,14 @@
 //! What one stretch adds: the effect's trace with the stretch's own freedoms taken out.
 
+use nalgebra::DVector;
+
 use super::{Made, Normal, Tuning};
-use crate::diagnose::trial::hybrid::follow;
 use crate::fit::residual::coloured_noise::Colour;
 use crate::trial::device::{Device, Phase};
+use crate::trial::hybrid::follow::follow;
 use crate::trial::hybrid::{RunError, Stretch};
 use crate::trial::instrument::Instruments;
 use crate::trial::voltage::Piece;
-use nalgebra::DVector;
 
 /// Local error of positions \[m\]; differences of tens of nanometres are taken.
 const TOLERANCE: f64 = 1e-11;

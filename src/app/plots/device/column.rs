@@ -2,11 +2,10 @@
 
 use eframe::egui::{Color32, Painter, pos2, vec2};
 
-use crate::model::unit::{format_number, format_quantity};
-
 use super::moment::{Extremes, Moment};
 use super::paint::{Colors, arrow, text};
 use super::{Kind, Layout};
+use crate::model::unit::{format_number, format_quantity};
 
 /// Points on screen that make a metre at a density of 96 per inch.
 const POINTS_PER_METRE: f64 = 96.0 / 0.0254;

@@ -1,13 +1,13 @@
 //! What the picture of the device shows: one instant of a run, and the run's extremes.
 
-use crate::app::setup::setup::DriveChoice;
+use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::model::film::SqueezeFilm;
 use crate::model::ground::Ground;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity, prefix_for};
-use crate::sim::trace::{EventKind, Trace};
+use crate::sim::{EventKind, Trace};
 
 /// Most samples that are looked at for the extremes, so that a long live run costs no
 /// more than a short one.

@@ -2,11 +2,10 @@
 
 use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, pos2, vec2};
 
-use crate::model::unit::format_quantity;
-
 use super::Layout;
 use super::moment::{Extremes, Moment};
 use super::paint::{Colors, arrow, block, leader, nice_below, strip, text};
+use crate::model::unit::format_quantity;
 
 /// Pieces of the drawn beam.
 const BEAM_PIECES: usize = 40;

@@ -10,15 +10,14 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use super::moment::{Extremes, Moment};
 use super::paint::nice_below;
 use crate::app::files::built_in;
-use crate::app::setup::setup::{DriveChoice, View};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::view::View;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
-use crate::sim::error::Options;
-use crate::sim::simulate;
-use crate::sim::trace::{Event, EventKind, ForceTraces, Trace};
+use crate::sim::{Event, EventKind, ForceTraces, Options, Trace, simulate};
 
 /// A state of an embedded preset, without a run.
 fn state(preset: &str) -> State {
@@ -27,7 +26,7 @@ fn state(preset: &str) -> State {
     let drive = Waveform::parse(&setup.preset.drive, setup.preset.duration).unwrap();
     setup.drive = DriveChoice::Waveform(drive);
     setup.overlays.clear();
-    built_in::state(setup, View::default())
+    crate::app::state::state(setup, View::default())
 }
 
 fn with(mut state: State, trace: Trace) -> State {

@@ -3,9 +3,9 @@
 use eframe::egui::{Rangef, RichText, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, Plot};
 
+use super::style;
+use super::style::{AXIS_TEXT, AXIS_WIDTH};
 use crate::model::unit::prefix_for;
-
-use super::style::{self, AXIS_TEXT, AXIS_WIDTH};
 
 /// Smallest distance of two grid lines that the plot library draws [points].
 const LEAST_SPACING: f32 = 8.0;

@@ -5,12 +5,11 @@ use std::sync::{Arc, Weak};
 
 use eframe::egui::{Id, Ui};
 
-use crate::app::setup::setup::Overlay;
+use crate::app::setup::overlay::Overlay;
+use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::recording::velocity::slopes;
 use crate::recording::{Channel, Recording};
-use crate::sim::trace::Trace;
-
-use crate::app::simulation::min_max_pyramid::Pyramid;
+use crate::sim::Trace;
 
 /// Value kept under `id`, made anew when `key` differs.
 pub fn kept<K, V>(ui: &Ui, id: Id, key: K, make: impl FnOnce() -> V) -> Arc<V>

@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use eframe::egui::Color32;
 
-use crate::app::setup::setup::OverlayId;
+use super::style::THIN;
+use crate::app::setup::overlay::OverlayId;
+use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
-
-use super::style::THIN;
-use crate::app::simulation::min_max_pyramid::Pyramid;
 
 /// Where a series is drawn: `time + shift`, `value * scale + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,15 +6,13 @@ use eframe::egui::{
     WidgetInfo, vec2,
 };
 
-use crate::app::state::State;
-use crate::model::unit::format_quantity;
-use crate::recording::Channel;
-use crate::recording::grid::Grid;
-
 use super::curve::Curve;
 use super::layer::{Mark, mark};
 use super::style;
 use super::time_plot::TimePlot;
+use crate::app::state::State;
+use crate::model::unit::format_quantity;
+use crate::recording::{Channel, Grid};
 
 /// Width of the colour's sign and the space after it [points].
 const SIGN: f32 = 14.0;

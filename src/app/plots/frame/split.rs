@@ -6,7 +6,7 @@ use eframe::egui::{
     CursorIcon, EventFilter, Id, Key, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 
-use crate::app::setup::setup::Picture;
+use crate::app::setup::view::Picture;
 
 /// What an arrow key moves [points].
 const STEP: f32 = 12.0;

@@ -7,14 +7,14 @@ use eframe::egui::{
 };
 use egui_plot::{Plot, PlotPoint, PlotTransform};
 
-use crate::app::setup::setup::Picture;
-use crate::app::state::Cursors;
-use crate::sim::trace::{EventKind, Trace};
-
-use super::axes::{self, Unit};
+use super::axes::Unit;
 use super::curve::Curve;
 use super::layer::{Layer, Mark, label, mark};
-use super::style::{self, Palette};
+use super::style::Palette;
+use super::{axes, style};
+use crate::app::setup::view::Picture;
+use crate::app::state::Cursors;
+use crate::sim::{EventKind, Trace};
 
 /// Pixels for each sample from which on samples are drawn as dots.
 const SPARSE: usize = 5;

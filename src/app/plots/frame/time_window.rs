@@ -2,11 +2,10 @@
 
 use eframe::egui::{Id, Modifiers, PointerButton, Ui};
 
-use crate::app::simulation::snapshot::LiveState;
-use crate::app::state::{Cursors, State};
-
 use super::axes::union;
 use super::time_plot::Reply;
+use crate::app::simulation::snapshot::LiveState;
+use crate::app::state::{Cursors, State};
 
 /// Shortest time that can be shown [s].
 const SHORTEST: f64 = 1e-7;

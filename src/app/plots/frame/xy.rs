@@ -6,12 +6,10 @@ use std::sync::Arc;
 use eframe::egui::{Color32, Id, Role, Sense, Stroke, Ui, WidgetInfo};
 use egui_plot::{Plot, PlotPoint};
 
-use crate::app::setup::setup::Picture;
-
-use super::axes::{self, Unit};
-use super::cache;
+use super::axes::Unit;
 use super::layer::Layer;
-use super::style;
+use super::{axes, cache, style};
+use crate::app::setup::view::Picture;
 
 /// Samples looked at for one path; of longer ones the last.
 const MOST_SAMPLES: usize = 100_000;

@@ -14,26 +14,28 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::frame::time_window;
-use crate::app::files::built_in;
-use crate::app::setup::setup::{DriveChoice, Overlay, Picture, Setup, View};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::setup::Setup;
+use crate::app::setup::view::{Picture, View};
 use crate::app::simulation::snapshot::{LiveState, Snapshot};
 use crate::app::state::State;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
-use crate::sim::trace::{Event as SimEvent, EventKind, ForceTraces, Trace};
+use crate::sim::{Event as SimEvent, EventKind, ForceTraces, Trace};
 
 /// All pictures on, nothing loaded, no result.
 fn empty() -> State {
     let setup = Setup {
         drive: DriveChoice::Waveform(Waveform::Rest),
-        ..first_start::from_preset(Preset::default())
+        ..crate::app::files::built_in::from_preset(Preset::default())
     };
     let view = View {
         pictures: Picture::ALL.into(),
         ..View::default()
     };
-    built_in::state(setup, view)
+    crate::app::state::state(setup, view)
 }
 
 /// A made-up run of `samples` at 50 kHz.

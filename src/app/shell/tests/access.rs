@@ -11,9 +11,11 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, Node};
 
 use super::{WithRecording, harness_of, preset, read_all, recording, wait};
-use crate::app::setup::setup::{DriveChoice, Mode};
+use crate::app::WindowOptions;
+use crate::app::setup::command::Command;
+use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::shell::window::*;
-use crate::model::drive::table::VoltageTable;
+use crate::model::drive::{VoltageTable, Waveform};
 
 /// What a person acts on.
 const CONTROLS: [Role; 12] = [
@@ -141,7 +143,7 @@ fn every_control_of_the_diagnose_workspace_is_reached() {
     let mut window = WithRecording::open();
     let harness = &mut window.harness;
     let state = &mut harness.state_mut().state;
-    state.view.workspace = workspaces::diagnose::NAME.to_owned();
+    state.view.workspace = crate::app::workspaces::diagnose::NAME.to_owned();
     check(harness, "Diagnose");
     harness.state_mut().state.ask(Command::SealedTrial);
     harness.run_steps(4);

@@ -9,15 +9,17 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::{harness_of, preset, read_all};
+use crate::app::WindowOptions;
 use crate::app::files::session;
+use crate::app::setup::command::Command;
 use crate::app::shell::window::*;
-use crate::diagnose::report::words::verdict_sentence;
+use crate::diagnose::report::verdict_sentence;
+use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 use crate::model::sensor::Sensor;
-use crate::recording::csv::write::write_csv;
-use crate::recording::grid::TimeAxis;
-use crate::sim::error::Options;
-use crate::sim::simulate;
+use crate::recording::TimeAxis;
+use crate::recording::csv::write_csv;
+use crate::sim::{Options, simulate};
 
 /// A short recording of the device with a little noise.
 fn record(folder: &Path, name: &str, drive: &str, seed: u64) -> PathBuf {

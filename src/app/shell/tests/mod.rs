@@ -8,18 +8,25 @@ pub(super) mod diagnosis;
 #[cfg(test)]
 pub(super) mod reference_curve;
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Context, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::window::*;
-use crate::app::setup::setup::Mode;
+use crate::app::WindowOptions;
+use crate::app::files::session;
+use crate::app::setup::command::Command;
+use crate::app::setup::drive_choice::Mode;
+use crate::app::shell::picture::PictureOutcome;
 use crate::app::simulation::snapshot::Snapshot;
-use crate::model::effects::{self, ActiveEffect};
+use crate::model::effects;
+use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
+use crate::model::preset::Preset;
 
 pub(super) fn preset(name: &str) -> Preset {
     Preset::embedded(name).unwrap()

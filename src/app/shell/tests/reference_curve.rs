@@ -8,8 +8,11 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::{WithRecording, harness_of, preset, read_all, set_alpha, settle, wait};
-use crate::app::setup::setup::{DriveChoice, Mode};
+use crate::app::WindowOptions;
+use crate::app::files::session;
+use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::shell::window::*;
+use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 
 fn save(shell: &Shell, path: &Path) {

@@ -8,10 +8,12 @@ use eframe::egui::{
 use super::colors;
 use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::analysis::diagnosis_view::support;
-use crate::app::workspaces::tune::{error_color, small};
-use crate::diagnose::diagnosis::{Candidate, Diagnosis, NamedEffect};
+use crate::app::widgets::text::{error_color, small};
+use crate::diagnose::Diagnosis;
+use crate::diagnose::diagnosis::{Candidate, NamedEffect};
+use crate::diagnose::report::probability;
 use crate::diagnose::report::words::{
-    alike, capitalised, chi2, gain, gain_where_fitted, probability, size, with_error,
+    alike, capitalised, chi2, gain, gain_where_fitted, size, with_error,
 };
 use crate::model::effects::{EffectSpec, find};
 

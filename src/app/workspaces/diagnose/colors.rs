@@ -3,7 +3,8 @@
 use eframe::egui::{Color32, Ui};
 
 use crate::app::plots::frame::style;
-use crate::diagnose::diagnosis::{Regime, Verdict};
+use crate::diagnose::Verdict;
+use crate::diagnose::diagnosis::Regime;
 
 const fn rgb(hex: u32) -> Color32 {
     Color32::from_rgb((hex >> 16) as u8, (hex >> 8) as u8, hex as u8)

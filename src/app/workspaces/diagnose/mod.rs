@@ -13,13 +13,13 @@ mod step4_proof;
 #[cfg(test)]
 mod tests;
 mod verdict_bar;
+pub(super) mod words;
 
 use eframe::egui::{
-    Align, Align2, CentralPanel, FontId, Layout, Panel, Rect, RichText, ScrollArea, Sense, Ui,
-    UiBuilder, pos2, vec2,
+    Align, Align2, CentralPanel, FontId, Layout, Panel, Rect, RichText, Sense, Ui, UiBuilder, pos2,
+    vec2,
 };
 
-use super::tune::{error_color, small, time_left};
 use crate::app::state::State;
 
 /// Its name, as on the command line.
@@ -107,27 +107,4 @@ fn title(ui: &mut Ui, number: usize, name: &str) {
         ui.label(RichText::new(name).strong().size(15.5));
     });
     ui.add_space(2.0);
-}
-
-/// What a step will show once there is an answer.
-fn promise(ui: &mut Ui, text: &str) {
-    ui.add_space(4.0);
-    ui.weak(text);
-}
-
-/// The rest of a column, scrolled where it is longer than the room.
-fn scrolled(ui: &mut Ui, name: &str, content: impl FnOnce(&mut Ui)) {
-    ScrollArea::vertical()
-        .id_salt(name)
-        .auto_shrink([false, false])
-        .show(ui, |ui| {
-            // The bar must not lie over numbers.
-            ui.set_max_width(ui.available_width() - 8.0);
-            content(ui);
-        });
-}
-
-/// The title of a part of a step.
-fn heading(ui: &mut Ui, text: &str) {
-    ui.label(RichText::new(text).strong());
 }

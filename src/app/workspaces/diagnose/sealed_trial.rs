@@ -2,11 +2,13 @@
 
 use eframe::egui::{Button, ComboBox, Grid, RichText, ScrollArea, TextEdit, Ui, Window};
 
-use super::{heading, sealed_truth};
-use crate::app::analysis::sealed_trial::{Guess, Level, Tally, answer_text, end, open};
+use super::sealed_truth;
+use super::words::heading;
+use crate::app::analysis::sealed_trial::{Guess, Level, Tally, answer_text};
+use crate::app::flows::sealed_trial::{end, open};
 use crate::app::setup::command::Command;
 use crate::app::state::State;
-use crate::app::workspaces::tune::{error_color, small};
+use crate::app::widgets::text::{error_color, small};
 use crate::diagnose::report::words::listed;
 use crate::model::effects::{CATALOGUE, find};
 use crate::model::unit::format_quantity;

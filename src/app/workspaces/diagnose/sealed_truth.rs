@@ -4,10 +4,10 @@ use eframe::egui::{RichText, Ui};
 
 use crate::app::analysis::sealed_trial::{Opened, is_right};
 use crate::app::plots::frame::style;
-use crate::app::workspaces::tune::{error_color, small};
+use crate::app::widgets::text::{error_color, small};
 use crate::model::effects::find;
 use crate::trial::score::Mark;
-use crate::trial::truth::{Class, ConcealedEffect};
+use crate::trial::{Class, ConcealedEffect};
 
 /// Draws the truth and the marks.
 pub fn show(ui: &mut Ui, opened: &Opened) {

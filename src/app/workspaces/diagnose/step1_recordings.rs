@@ -2,17 +2,16 @@
 
 use eframe::egui::{Align, Frame, Label, Layout, RichText, Sense, Ui, vec2};
 
-use super::scrolled;
-use crate::app::analysis::recording_noise;
-use crate::app::analysis::recording_roles;
+use super::words::scrolled;
+use crate::app::analysis::{recording_noise, recording_roles};
 use crate::app::flows::load_example;
 use crate::app::plots::frame::style::overlay_color;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{Overlay, OverlayId, Role};
+use crate::app::setup::overlay::{Overlay, OverlayId, Role};
 use crate::app::state::State;
 use crate::app::widgets::icon::{Icon, icon_button};
+use crate::app::widgets::text::small;
 use crate::app::workspaces::tune::recordings::remove as remove_recording;
-use crate::app::workspaces::tune::small;
 use crate::model::unit::format_quantity;
 
 const CHOICES: [(Role, &str, &str); 3] = [

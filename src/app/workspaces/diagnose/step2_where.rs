@@ -3,12 +3,13 @@
 
 use eframe::egui::{Button, Label, Panel, Sense, Ui, UiBuilder, vec2};
 
+use super::colors;
 use super::figures::{evidence, frame, recording_preview, residual_strip};
-use super::{colors, heading, promise, scrolled};
-use crate::app::analysis::diagnosis::Answer;
+use super::words::{heading, promise, scrolled};
+use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::analysis::diagnosis_view::Look;
 use crate::app::state::State;
-use crate::app::workspaces::tune::small;
+use crate::app::widgets::text::small;
 use crate::diagnose::diagnosis::{Mismatch, Regime};
 use crate::diagnose::report::words::{share, stretch};
 

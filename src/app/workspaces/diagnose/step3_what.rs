@@ -3,16 +3,17 @@
 
 use eframe::egui::{Button, Frame, Label, Panel, RichText, Sense, Ui, vec2};
 
-use super::{candidate, colors, heading, promise, scrolled};
-use crate::app::analysis::diagnosis::{Answer, named};
+use super::words::{heading, promise, scrolled};
+use super::{candidate, colors};
+use crate::app::analysis::diagnosis::named;
+use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::setup::command::Command;
 use crate::app::state::State;
-use crate::app::workspaces::tune::small;
-use crate::diagnose::answer::named_effects::RELIABLE;
-use crate::diagnose::diagnosis::Verdict;
-use crate::diagnose::diagnosis::{Candidate, Diagnosis, Left};
-use crate::diagnose::report::rest;
-use crate::diagnose::report::words::{chi2, in_noise, listed, probability};
+use crate::app::widgets::text::small;
+use crate::diagnose::diagnosis::{Candidate, Left};
+use crate::diagnose::report::words::{chi2, in_noise, listed};
+use crate::diagnose::report::{probability, rest};
+use crate::diagnose::{Diagnosis, RELIABLE, Verdict};
 use crate::model::effects::find;
 
 /// Probability from which an effect is listed by itself.

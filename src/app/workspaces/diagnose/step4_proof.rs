@@ -2,15 +2,17 @@
 
 use eframe::egui::{Button, Frame, Grid, Label, Panel, RichText, Ui, vec2};
 
+use super::colors;
 use super::figures::{before_after_bars, frame};
-use super::{colors, heading, promise, scrolled};
-use crate::app::analysis::diagnosis::Answer;
+use super::words::{heading, promise, scrolled};
+use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::flows::load_example;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::DriveChoice;
+use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::state::State;
-use crate::app::workspaces::tune::small;
-use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis};
+use crate::app::widgets::text::small;
+use crate::diagnose::Diagnosis;
+use crate::diagnose::diagnosis::BeforeAfter;
 use crate::diagnose::report::rest;
 use crate::diagnose::report::words::{chi2, gain, in_noise, metres};
 use crate::model::drive::Waveform;

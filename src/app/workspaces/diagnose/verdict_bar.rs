@@ -3,13 +3,14 @@
 use eframe::egui::{Align, Button, Layout, ProgressBar, RichText, Sense, Ui, UiBuilder, vec2};
 
 use super::colors;
-use crate::app::analysis::diagnosis::{Answer, obstacle};
+use crate::app::analysis::diagnosis::obstacle;
+use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::setup::command::Command;
-use crate::app::shell::layout_dump;
 use crate::app::state::State;
-use crate::app::workspaces::tune::{error_color, small, time_left};
-use crate::diagnose::options::DiagnoseProgress;
-use crate::diagnose::report::words::{change, headline, listed, metres};
+use crate::app::widgets::text::{error_color, small, time_left};
+use crate::diagnose::DiagnoseProgress;
+use crate::diagnose::report::headline;
+use crate::diagnose::report::words::{change, listed, metres};
 use crate::model::effects::find;
 
 /// Height of the strip [points].
@@ -43,7 +44,7 @@ fn action(ui: &mut Ui, state: &mut State) {
             .fill(ui.visuals().selection.bg_fill);
         let add = |ui: &mut Ui| ui.add_sized([ACTION, 44.0], button);
         let button = ui.add_enabled_ui(why_not.is_none(), add).inner;
-        layout_dump::note(ui.ctx(), "diagnose", button.rect);
+        crate::app::plots::frame::layout_note::note(ui.ctx(), "diagnose", button.rect);
         let help = why_not.unwrap_or_else(|| {
             "Find what the model leaves out, and prove it on the recordings kept out".to_owned()
         });

@@ -5,19 +5,19 @@ pub mod drive;
 mod fit;
 mod parameters;
 mod readouts;
-mod recordings;
+pub(crate) mod recordings;
 mod start;
 pub mod table_a1;
 #[cfg(test)]
 mod tests;
-mod transport;
+pub(crate) mod transport;
 
-pub use self::parameters::choose_preset;
 pub use self::recordings::remove as remove_recording;
 pub use self::start::start_from_recording;
 pub use self::transport::usual_speed;
+pub use crate::app::setup::setup::choose_preset;
 
-use eframe::egui::{CentralPanel, Panel, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{CentralPanel, Panel, ScrollArea, Ui, Window};
 
 use crate::app::plots;
 use crate::app::state::State;
@@ -45,7 +45,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             .default_width(420.0)
             .default_pos([380.0, 90.0])
             .show(ui, |ui| {
-                drive::editor::show(ui, state, drive::editor::Place::Window);
+                drive::editor::show(ui, state, self::drive::place::Place::Window);
             });
         state.drive_editor_open = open && state.drive_editor_open;
     }
@@ -66,23 +66,4 @@ fn side_panel(ui: &mut Ui, state: &mut State) {
             }
             ui.add_space(12.0);
         });
-}
-
-/// Text a little smaller than the rest, still readable.
-pub(super) fn small(text: impl Into<String>) -> RichText {
-    RichText::new(text).size(11.5)
-}
-
-/// What is left of a time, to be said after how far it is: nothing of less than a second.
-pub(super) fn time_left(left: std::time::Duration) -> String {
-    let seconds = left.as_secs_f64();
-    if seconds < 1.0 {
-        return String::new();
-    }
-    format!(", about {seconds:.0} s left")
-}
-
-/// Colour of errors in the present theme.
-pub(super) fn error_color(ui: &Ui) -> eframe::egui::Color32 {
-    crate::app::theme::error(ui.visuals().dark_mode)
 }

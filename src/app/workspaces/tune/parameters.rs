@@ -1,23 +1,19 @@
 //! The left panel: device, sliders, effects, drive.
 
-use std::sync::Arc;
-
 use eframe::egui::{
     CollapsingHeader, ComboBox, Label, RichText, ScrollArea, Sense, Ui, UiBuilder, vec2,
 };
 
 use super::drive::editor;
-use super::small;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{DriveChoice, Setup};
+use crate::app::setup::setup::{Setup, choose_preset};
 use crate::app::state::State;
 use crate::app::widgets::default_value;
 use crate::app::widgets::parameter_slider::{ParameterSlider, Size, SliderOutput};
+use crate::app::widgets::text::small;
 use crate::model::Model;
-use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank};
-use crate::model::preset::Preset;
 
 /// Why the present values are refused: parameter and message.
 struct Problem {
@@ -46,7 +42,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 CollapsingHeader::new("Drive")
                     .default_open(true)
                     .show_unindented(ui, |ui| {
-                        editor::show(ui, state, editor::Place::Panel);
+                        editor::show(ui, state, super::drive::place::Place::Panel);
                     });
             }
             // A device without ground has little else to tune.
@@ -78,19 +74,6 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 });
             ui.add_space(12.0);
         });
-}
-
-/// Changes the device; recordings, locks, and the drive if the new device has one, stay.
-pub fn choose_preset(setup: &mut Setup, preset: &Preset) {
-    let keeps_drive = setup.preset.model.piezo.is_some() && preset.model.piezo.is_some();
-    if !keeps_drive {
-        if let Ok(drive) = Waveform::parse(&preset.drive, preset.duration) {
-            setup.drive = DriveChoice::Waveform(drive);
-        }
-        setup.duration = preset.duration;
-    }
-    setup.preset = preset.clone();
-    setup.original = Arc::new(preset.clone());
 }
 
 fn preset_picker(ui: &mut Ui, state: &mut State) {
@@ -138,7 +121,7 @@ fn about(ui: &mut Ui, setup: &Setup, problem: Option<&Problem>) {
             "{}: {}. {last_good}",
             problem.parameter, problem.message
         ))
-        .color(super::error_color(ui)),
+        .color(crate::app::widgets::text::error_color(ui)),
     };
     let size = vec2(ui.available_width(), 30.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());

@@ -3,18 +3,19 @@
 
 use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::small;
 use super::table_a1::features;
 use crate::app::analysis::recording_noise;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{OverlayId, Setup};
+use crate::app::setup::overlay::OverlayId;
+use crate::app::setup::setup::Setup;
 use crate::app::simulation::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
 use crate::app::widgets::default_value;
+use crate::app::widgets::text::{name_of, short, small};
 use crate::model::Model;
 use crate::model::parameter::ParameterSpec;
 use crate::model::unit::{format_number, format_quantity};
-use crate::sim::trace::EventKind;
+use crate::sim::EventKind;
 
 /// Draws the readouts.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -47,14 +48,6 @@ pub(super) fn section(ui: &mut Ui, title: &str, content: impl FnOnce(&mut Ui)) {
         .show_unindented(ui, content);
 }
 
-pub(super) fn name_of(setup: &Setup, id: OverlayId) -> String {
-    let overlay = setup.overlays.iter().find(|overlay| overlay.id == id);
-    overlay.map_or_else(
-        || format!("#{id}"),
-        |overlay| overlay.recording.name.clone(),
-    )
-}
-
 fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
     let name = name_of(&state.setup, id);
     let color = state
@@ -68,19 +61,6 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
         text = text.color(crate::app::plots::frame::style::overlay_color(ui, color));
     }
     ui.label(text).on_hover_text(name);
-}
-
-/// A name of at most `limit` characters: without its middle, since names of a series
-/// differ at the end.
-pub(super) fn short(name: &str, limit: usize) -> String {
-    let letters: Vec<char> = name.chars().collect();
-    if letters.len() <= limit {
-        return name.to_owned();
-    }
-    let end = limit / 2;
-    let start: String = letters[..limit - end - 1].iter().collect();
-    let end: String = letters[letters.len() - end..].iter().collect();
-    format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
 }
 
 fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {

@@ -4,18 +4,19 @@ use eframe::egui::{
     Align, Button, CollapsingHeader, CursorIcon, Frame, Grid, Id, Label, Layout, Sense, Ui, vec2,
 };
 
-use crate::app::widgets::icon::{Icon, icon_button};
-
 use super::drive::editor;
-use super::small;
 use super::start::start_from_recording;
 use crate::app::analysis::recording_noise;
 use crate::app::plots::frame::style::overlay_color;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{DriveChoice, Overlay, OverlayId, Setup};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::app::setup::setup::Setup;
 use crate::app::state::State;
 use crate::app::widgets::callout;
+use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;
+use crate::app::widgets::text::small;
 use crate::model::unit::format_quantity;
 use crate::recording::Channel;
 use crate::recording::align::Alignment;

@@ -5,13 +5,10 @@
 //! (The drawing crate that exports the window's plots writes fixed colours and whole
 //! pixels.)
 
-mod axis;
-mod plot;
+pub(crate) mod axis;
+pub(crate) mod plot;
 
 use std::fmt::Write;
-
-pub use self::axis::Axis;
-pub use self::plot::{Dot, Plot};
 
 /// Where text stands against its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,8 @@
+use proptest::prelude::*;
+
 use super::{PLAIN, auto, same};
 use crate::recording::csv::*;
 use crate::recording::grid::TimeAxis;
-use proptest::prelude::*;
 
 fn finite() -> impl Strategy<Value = f64> {
     prop_oneof![-1e-3..1e-3, -10.0..10.0, Just(0.0), prop::num::f64::NORMAL]

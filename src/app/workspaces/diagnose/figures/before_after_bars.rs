@@ -5,9 +5,11 @@ use eframe::egui::{
 };
 
 use crate::app::analysis::diagnosis_view::Look;
-use crate::app::workspaces::diagnose::{colors, heading};
-use crate::app::workspaces::tune::small;
-use crate::diagnose::diagnosis::{Diagnosis, ProofOf};
+use crate::app::widgets::text::small;
+use crate::app::workspaces::diagnose::colors;
+use crate::app::workspaces::diagnose::words::heading;
+use crate::diagnose::Diagnosis;
+use crate::diagnose::diagnosis::ProofOf;
 use crate::diagnose::report::words::{chi2, in_noise, metres, share, two_digits};
 
 /// Height of a bar [points].

@@ -5,9 +5,9 @@ use eframe::egui::Ui;
 use super::frame;
 use super::frame::{Axis, Figure, Item};
 use crate::app::analysis::diagnosis_view::{EventPlot, Look};
+use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
-use crate::app::workspaces::tune::small;
-use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::Diagnosis;
 use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
 
 type Law = fn(&GroundLaws, f64) -> f64;

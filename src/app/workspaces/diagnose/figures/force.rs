@@ -2,13 +2,13 @@
 
 use eframe::egui::Ui;
 
-use super::evidence::{against, spelled};
 use super::frame;
 use super::frame::{Axis, Figure, Item};
+use super::words::{against, spelled};
 use crate::app::analysis::diagnosis_view::Look;
+use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
-use crate::app::workspaces::tune::small;
-use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::Diagnosis;
 use crate::diagnose::report::ground::{Seen, law_through};
 use crate::diagnose::report::words::listed;
 

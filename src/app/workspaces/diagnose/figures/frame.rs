@@ -7,11 +7,10 @@ use eframe::egui::{
 };
 use egui_plot::{AxisHints, GridInput, GridMark, Plot, PlotPoint};
 
-use crate::app::plots::frame::axes;
 use crate::app::plots::frame::axes::Unit;
 use crate::app::plots::frame::layer::Layer;
-use crate::app::plots::frame::style;
 use crate::app::plots::frame::style::{AXIS_TEXT, AXIS_WIDTH};
+use crate::app::plots::frame::{axes, style};
 use crate::diagnose::report::ground::Seen;
 
 /// An axis: what is on it, its SI unit, the least and greatest value shown.

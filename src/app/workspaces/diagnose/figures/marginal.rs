@@ -2,12 +2,12 @@
 
 use eframe::egui::Ui;
 
-use super::evidence::{against, spelled};
 use super::frame;
 use super::frame::{Axis, Figure, Item};
+use super::words::{against, spelled};
 use crate::app::analysis::diagnosis_view::Look;
 use crate::app::workspaces::diagnose::colors;
-use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::Diagnosis;
 
 /// Draws it.
 pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {

@@ -8,4 +8,5 @@ pub(super) mod frame;
 pub(super) mod marginal;
 pub(super) mod recording_preview;
 pub(super) mod residual_strip;
+pub(super) mod words;
 pub(super) mod zoom;

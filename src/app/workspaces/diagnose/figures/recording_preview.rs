@@ -9,7 +9,7 @@ use eframe::egui::{
 use crate::app::analysis::recording_roles;
 use crate::app::plots::frame::cache;
 use crate::app::plots::frame::style::{overlay_color, palette};
-use crate::app::setup::setup::{Overlay, Role};
+use crate::app::setup::overlay::{Overlay, Role};
 use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::app::state::State;
 use crate::model::unit::format_quantity;

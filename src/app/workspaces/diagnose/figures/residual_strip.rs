@@ -7,7 +7,8 @@ use eframe::egui::{
 };
 
 use crate::app::workspaces::diagnose::colors;
-use crate::diagnose::diagnosis::{Diagnosis, Mismatch, Strip};
+use crate::diagnose::Diagnosis;
+use crate::diagnose::diagnosis::{Mismatch, Strip};
 use crate::diagnose::report::words::{in_noise, metres};
 
 /// Height of the motion, and of the residual [points].

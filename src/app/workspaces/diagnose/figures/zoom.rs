@@ -5,11 +5,11 @@ use eframe::egui::{Event, Response, Ui};
 
 use super::frame::{Axis, Figure, Item};
 use super::{frame, residual_strip};
-use crate::app::analysis::diagnosis::{Answer, Used};
+use crate::app::analysis::diagnosis_answer::{Answer, Used};
 use crate::app::plots::frame::style;
 use crate::app::state::State;
+use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
-use crate::app::workspaces::tune::small;
 use crate::diagnose::diagnosis::Strip;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;

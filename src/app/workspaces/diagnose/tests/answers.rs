@@ -7,10 +7,12 @@ use egui_kittest::kittest::Queryable;
 
 use super::support::{answered, empty, with};
 use super::{harness, harness_of, press, says};
-use crate::app::analysis::diagnosis::{Asked, obstacle};
+use crate::app::analysis::diagnosis::obstacle;
+use crate::app::analysis::diagnosis_answer::Asked;
 use crate::app::analysis::diagnosis_view::{EventPlot, Evidence};
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{DriveChoice, Role};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::Role;
 use crate::diagnose::report::fixture;
 
 #[test]

@@ -2,18 +2,19 @@
 
 use std::sync::Arc;
 
-use crate::app::analysis::diagnosis::Asked;
+use crate::app::analysis::diagnosis_answer::Asked;
 use crate::app::files::built_in;
-use crate::app::setup::setup::{Role, View};
+use crate::app::setup::overlay::Role;
+use crate::app::setup::view::View;
 use crate::app::state::State;
-use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::Diagnosis;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
 
 /// The state of a first start without recordings.
 pub fn empty() -> State {
     let setup = built_in::from_preset(Preset::default());
-    built_in::state(setup, View::default())
+    crate::app::state::state(setup, View::default())
 }
 
 /// A short recording of a ring with a voltage.

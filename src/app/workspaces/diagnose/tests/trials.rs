@@ -6,13 +6,12 @@ use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::support::with;
 use super::{harness_of, press, says};
-use crate::app::analysis::diagnosis;
-use crate::app::analysis::diagnosis::Asked;
-use crate::app::analysis::sealed_trial::{Guess, Tally, own_setup};
+use crate::app::analysis::diagnosis_answer::Asked;
+use crate::app::analysis::sealed_trial::{Guess, Tally};
+use crate::app::flows::sealed_trial::own_setup;
 use crate::app::state::State;
 use crate::diagnose::report::fixture;
-use crate::trial::draw::{Case, Mix, Settings};
-use crate::trial::truth::Class;
+use crate::trial::{Case, Class, Mix, Settings};
 
 /// A state with a trial on, made by the thread beside the window.
 fn on_trial() -> State {
@@ -23,7 +22,7 @@ fn on_trial() -> State {
     state.diagnosing.trial.conceal(&context);
     let mut last = 1;
     for _ in 0..12_000 {
-        diagnosis::poll(&mut state, &mut last);
+        crate::app::actions::diagnosis::poll(&mut state, &mut last);
         if state.diagnosing.trial.sealed.is_some() {
             return state;
         }
@@ -63,7 +62,7 @@ fn the_truth_is_seen_only_once_the_envelope_is_open() {
     // Undone, it is over.
     let mut undone = state.clone();
     undone.setup = own_setup(&state).clone();
-    diagnosis::poll(&mut undone, &mut 100);
+    crate::app::actions::diagnosis::poll(&mut undone, &mut 100);
     assert!(undone.diagnosing.trial.sealed.is_none());
 
     let mut harness = harness_of(state, [1440.0, 1300.0]);

@@ -2,35 +2,17 @@
 
 use eframe::egui::{Button, ComboBox, Ui};
 
+use super::place::Place;
 use super::{preview, table};
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{DriveChoice, Setup};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::setup::Setup;
 use crate::app::state::State;
 use crate::app::widgets::parameter_slider::{ParameterSlider, Size};
-use crate::app::workspaces::tune::small;
+use crate::app::widgets::text::small;
 use crate::app::workspaces::tune::table_a1::case_picker;
-use crate::model::drive::Waveform;
-use crate::model::drive::table::VoltageTable;
+use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
-
-/// Where the editor is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// As a section of the left panel.
-    Panel,
-    /// As a window of its own.
-    Window,
-}
-
-impl Place {
-    /// Keeps the widgets of the two places apart.
-    pub(crate) fn scope(self) -> &'static str {
-        match self {
-            Place::Panel => "drive",
-            Place::Window => "drive window",
-        }
-    }
-}
 
 /// The kinds of drive in the order of the list.
 const KINDS: [&str; 8] = [
@@ -330,7 +312,7 @@ fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) 
             Ok(()) => setup.drive = DriveChoice::Waveform(waveform),
             Err(error) => {
                 let text = small(error.to_string());
-                ui.label(text.color(crate::app::workspaces::tune::error_color(ui)));
+                ui.label(text.color(crate::app::widgets::text::error_color(ui)));
             }
         }
     }
@@ -370,6 +352,6 @@ fn recorded(ui: &mut Ui, setup: &mut Setup, place: Place) {
     }
     if current.is_none() {
         let text = small("That recording was removed: choose another drive.");
-        ui.label(text.color(crate::app::workspaces::tune::error_color(ui)));
+        ui.label(text.color(crate::app::widgets::text::error_color(ui)));
     }
 }

@@ -1,5 +1,6 @@
 //! TODO-doc
 
 pub mod editor;
+pub(super) mod place;
 pub(super) mod preview;
 pub(super) mod table;

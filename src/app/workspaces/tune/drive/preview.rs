@@ -5,9 +5,11 @@ use std::sync::Arc;
 use eframe::egui::{Id, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
-use super::editor::Place;
+use super::place::Place;
 use crate::app::plots::frame::style;
-use crate::app::setup::setup::{DriveChoice, Overlay, Setup};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::setup::Setup;
 use crate::model::drive::{Shape, Waveform};
 
 /// Points that are drawn at most.
@@ -33,8 +35,8 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
         .height(height)
         .x_axis_label(if milliseconds { "t [ms]" } else { "t [s]" })
         .y_axis_label("V [V]")
-        .x_grid_spacer(crate::app::workspaces::tune::fit::round_steps())
-        .y_grid_spacer(crate::app::workspaces::tune::fit::round_steps())
+        .x_grid_spacer(crate::app::widgets::text::round_steps())
+        .y_grid_spacer(crate::app::widgets::text::round_steps())
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)

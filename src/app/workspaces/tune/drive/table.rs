@@ -2,14 +2,14 @@
 
 use eframe::egui::{Button, CollapsingHeader, Id, ScrollArea, TextEdit, Ui};
 
-use super::editor::Place;
-use crate::app::setup::setup::{DriveChoice, Setup};
+use super::place::Place;
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::setup::Setup;
 use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;
-use crate::app::workspaces::tune::small;
-use crate::model::drive::table::VoltageTable;
-use crate::model::drive::{DriveError, Waveform};
+use crate::app::widgets::text::small;
+use crate::model::drive::{DriveError, VoltageTable, Waveform};
 use crate::model::unit::parse_quantity;
 
 /// Longer tables are edited as text only.
@@ -132,7 +132,7 @@ fn text(ui: &mut Ui, setup: &mut Setup, time: &[f64], voltage: &[f64], place: Pl
         .accesskit_node_builder(response.id, |node| node.set_label("voltage table as text"));
     let read = read(&typed);
     if let Err(reason) = &read {
-        ui.label(small(reason).color(crate::app::workspaces::tune::error_color(ui)));
+        ui.label(small(reason).color(crate::app::widgets::text::error_color(ui)));
     }
     let usable = read.is_ok() && typed != present;
     let apply = ui.add_enabled(usable, Button::new("Use these points"));

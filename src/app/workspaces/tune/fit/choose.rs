@@ -4,13 +4,11 @@ use std::collections::BTreeSet;
 
 use eframe::egui::{Grid, Ui};
 
-use super::heading;
 use crate::app::analysis::fit::candidates;
 use crate::app::plots::frame::style::overlay_color;
-use crate::app::setup::setup::Role;
+use crate::app::setup::overlay::Role;
 use crate::app::state::State;
-use crate::app::workspaces::tune::readouts::short;
-use crate::app::workspaces::tune::small;
+use crate::app::widgets::text::{heading, short, small};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;

@@ -4,7 +4,8 @@ use eframe::egui::{Grid, Ui};
 use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
 use crate::app::plots::frame::style;
-use crate::app::workspaces::tune::{error_color, small};
+use crate::app::widgets::text::{error_color, small};
+use crate::fit::FitResult;
 use crate::fit::contact_readings::Release;
 use crate::fit::paper_steps::adhesion::Adhesion;
 use crate::fit::paper_steps::drive::DriveFit;
@@ -12,7 +13,6 @@ use crate::fit::paper_steps::far_off;
 use crate::fit::paper_steps::film::Film;
 use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{ROWS, Sensitivity};
-use crate::fit::uncertainty::fit_result::FitResult;
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::Branch;
 use crate::model::unit::format_quantity;
@@ -34,10 +34,10 @@ fn bare<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
         .height(250.0)
         .x_axis_label(x)
         .y_axis_label(y)
-        .x_grid_spacer(super::round_steps())
-        .y_grid_spacer(super::round_steps())
-        .x_axis_formatter(super::round_text)
-        .y_axis_formatter(super::round_text)
+        .x_grid_spacer(crate::app::widgets::text::round_steps())
+        .y_grid_spacer(crate::app::widgets::text::round_steps())
+        .x_axis_formatter(crate::app::widgets::text::round_text)
+        .y_axis_formatter(crate::app::widgets::text::round_text)
         .allow_scroll(false)
 }
 

@@ -8,17 +8,13 @@ mod profile;
 mod result;
 mod steps;
 
-use std::ops::RangeInclusive;
+use eframe::egui::{Button, Color32, ProgressBar, ScrollArea, Ui, Window};
 
-use eframe::egui::{Button, Color32, ProgressBar, RichText, ScrollArea, Ui, Window};
-use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
-
-use super::{small, time_left};
-use crate::app::plots::frame::axes::{round_step, tick};
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::Role;
+use crate::app::setup::overlay::Role;
 use crate::app::state::State;
-use crate::fit::solve::levenberg_marquardt::Progress;
+use crate::app::widgets::text::{small, time_left};
+use crate::fit::Progress;
 
 /// Draws the panel while it is open. Takes what a fit has brought whether it is or not.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -58,7 +54,7 @@ fn content(ui: &mut Ui, state: &mut State) {
         state.ask(Command::Identification);
     }
     if let Some(error) = &state.fitting.error {
-        ui.colored_label(super::error_color(ui), error);
+        ui.colored_label(crate::app::widgets::text::error_color(ui), error);
     }
     if state.fitting.result.is_some() {
         ui.separator();
@@ -143,29 +139,4 @@ fn obstacle(state: &State) -> Option<String> {
     }
     let problem = state.setup.preset.model.check().err()?;
     Some(problem.to_string())
-}
-
-/// Grid lines at round values, some six across the plot.
-pub(super) fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
-    uniform_grid_spacer(|input| {
-        let step = step_of(input.bounds.0, input.bounds.1);
-        [step / 5.0, step, 10.0 * step]
-    })
-}
-
-/// Distance of those lines on an axis from `low` to `high`.
-fn step_of(low: f64, high: f64) -> f64 {
-    round_step((high - low) / 6.0)
-}
-
-/// Text of such a line, with as many digits for all of an axis.
-pub(super) fn round_text(mark: GridMark, range: &RangeInclusive<f64>) -> String {
-    tick(GridMark {
-        step_size: step_of(*range.start(), *range.end()),
-        ..mark
-    })
-}
-
-fn heading(ui: &mut Ui, text: &str) {
-    ui.label(RichText::new(text).strong());
 }

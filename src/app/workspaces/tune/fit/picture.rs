@@ -3,9 +3,8 @@
 use eframe::egui::{Align2, Color32, FontId, Grid, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use super::choose::symbol;
-use super::heading;
-use crate::app::workspaces::tune::small;
-use crate::fit::uncertainty::fit_result::FitResult;
+use crate::app::widgets::text::{heading, small};
+use crate::fit::FitResult;
 use crate::fit::uncertainty::identifiability::{Combinations, told};
 use crate::model::unit::format_number;
 

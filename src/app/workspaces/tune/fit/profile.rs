@@ -5,10 +5,9 @@ use eframe::egui::{ComboBox, Ui};
 use egui_plot::{HLine, Line, Plot, PlotPoints, Points};
 
 use super::choose::symbol;
-use super::heading;
 use crate::app::state::State;
-use crate::app::workspaces::tune::{error_color, small};
-use crate::fit::uncertainty::fit_result::FitResult;
+use crate::app::widgets::text::{error_color, heading, small};
+use crate::fit::FitResult;
 use crate::model::unit::prefix_for;
 
 /// Rise of the cost at 95 %: the chi-square of one freedom.
@@ -73,8 +72,8 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
                 .height(180.0)
                 .x_axis_label(axis)
                 .y_axis_label("rise of the cost")
-                .x_grid_spacer(super::round_steps())
-                .x_axis_formatter(super::round_text)
+                .x_grid_spacer(crate::app::widgets::text::round_steps())
+                .x_axis_formatter(crate::app::widgets::text::round_text)
                 .include_y(0.0)
                 .include_y(1.3 * CERTAIN)
                 .allow_scroll(false)

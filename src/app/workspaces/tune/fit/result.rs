@@ -4,11 +4,11 @@
 use eframe::egui::{Button, Grid, RichText, Ui};
 
 use super::choose::symbol;
-use super::{heading, picture, profile};
+use super::{picture, profile};
 use crate::app::setup::command::Command;
 use crate::app::state::State;
-use crate::app::workspaces::tune::small;
-use crate::fit::uncertainty::fit_result::{FitResult, FittedParameter, Misfit};
+use crate::app::widgets::text::{heading, small};
+use crate::fit::{FitResult, FittedParameter, Misfit};
 use crate::model::unit::{format_number, format_quantity};
 
 /// Draws the result.

@@ -3,9 +3,9 @@
 
 use eframe::egui::{Button, RichText, ScrollArea, Ui, Window};
 
-use super::{figures, heading};
+use super::figures;
 use crate::app::state::State;
-use crate::app::workspaces::tune::{error_color, small};
+use crate::app::widgets::text::{error_color, heading, small};
 use crate::fit::paper_steps::guide::Step;
 use crate::fit::paper_steps::outcome::Finding;
 

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{Button, Grid, Id, ProgressBar, RichText, Ui};
 
+use super::error_cell::{error, error_cell};
 use super::features::ROWS;
-use super::panel::{error, error_cell};
 use crate::app::analysis::job::Job;
 use crate::app::state::State;
-use crate::app::workspaces::tune::small;
+use crate::app::widgets::text::small;
 use crate::fit::table_a1::calibrate::{
     CANNOT_TELL, FREE, GENERATIONS, Misfit, TableFit, fit_table,
 };
@@ -104,7 +104,7 @@ pub fn result(ui: &mut Ui, state: &mut State) {
     let found = match (&fit.result, &fit.base) {
         (Some(Ok(found)), Some(base)) => (Arc::clone(found), Arc::clone(base)),
         (Some(Err(reason)), _) => {
-            ui.colored_label(crate::app::workspaces::tune::error_color(ui), reason);
+            ui.colored_label(crate::app::widgets::text::error_color(ui), reason);
             return;
         }
         _ => return,

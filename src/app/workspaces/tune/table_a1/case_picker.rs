@@ -5,9 +5,10 @@ use eframe::egui::{Grid, RichText, Ui};
 
 use super::features::{ROWS, latest};
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{DriveChoice, Setup};
+use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::setup::Setup;
 use crate::app::state::State;
-use crate::app::workspaces::tune::small;
+use crate::app::widgets::text::small;
 use crate::fit::table_a1::measurements::{Case, Figures, cases};
 use crate::model::unit::format_number;
 

@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use eframe::egui::{Grid, Id, RichText, ScrollArea, Ui};
 
-use crate::app::setup::setup::OverlayId;
+use crate::app::setup::overlay::OverlayId;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
-use crate::app::workspaces::tune::readouts::{name_of, short};
-use crate::app::workspaces::tune::small;
+use crate::app::widgets::text::{name_of, short, small};
 use crate::fit::table_a1::measurements::Figures;
 use crate::model::unit::format_number;
 use crate::recording::features::Features;

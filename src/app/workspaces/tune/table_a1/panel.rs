@@ -4,13 +4,14 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use eframe::egui::{Button, Color32, Grid, Id, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{Button, Grid, Id, RichText, ScrollArea, Ui, Window};
 
 use super::calibrate;
 use super::case_picker::{choose, current};
+use super::error_cell::{error, error_cell};
 use super::features::ROWS;
 use crate::app::state::State;
-use crate::app::workspaces::tune::small;
+use crate::app::widgets::text::small;
 use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
 use crate::model::Model;
 use crate::model::unit::format_number;
@@ -70,7 +71,7 @@ fn results(ui: &Ui, model: &Model) -> (Option<Outcome>, bool) {
             let rows = match std::panic::catch_unwind(run) {
                 Ok(Ok(rows)) => Ok(Arc::new(rows)),
                 Ok(Err(error)) => Err(error.to_string()),
-                Err(panic) => Err(crate::app::simulation::worker::panic_text(panic.as_ref())),
+                Err(panic) => Err(crate::app::analysis::job::panic_text(panic.as_ref())),
             };
             let mut held = results.lock().unwrap_or_else(PoisonError::into_inner);
             held.done = Some((model, rows));
@@ -108,7 +109,7 @@ fn content(ui: &mut Ui, state: &mut State) {
             return;
         }
         Some(Err(reason)) => {
-            ui.colored_label(crate::app::workspaces::tune::error_color(ui), reason);
+            ui.colored_label(crate::app::widgets::text::error_color(ui), reason);
             return;
         }
         Some(Ok(rows)) => rows,
@@ -132,12 +133,6 @@ fn content(ui: &mut Ui, state: &mut State) {
         table_3(ui, &rows);
     });
     ui.data_mut(|data| data.insert_temp(key, look));
-}
-
-/// Error of a row in the figure number `figure` of [`ROWS`].
-pub(crate) fn error(row: &Row, against: Column, figure: usize) -> Option<f64> {
-    let errors = row.errors(against);
-    [errors.bounces, errors.peak, errors.contact][figure]
 }
 
 fn table(ui: &mut Ui, state: &mut State, rows: &[Row], look: &mut Look) {
@@ -201,38 +196,6 @@ fn table(ui: &mut Ui, state: &mut State, rows: &[Row], look: &mut Look) {
 fn sort_button(ui: &mut Ui, active: bool, title: &str, help: &str) -> bool {
     let button = Button::selectable(active, RichText::new(title).strong());
     ui.add(button).on_hover_text(help).clicked()
-}
-
-/// An error with its colour.
-pub(crate) fn error_cell(ui: &mut Ui, figure: usize, error: Option<f64>) {
-    let Some(error) = error else {
-        ui.label(small("-"))
-            .on_hover_text("No figure, or the published one is zero: there is no relative error");
-        return;
-    };
-    // Bounces are counted; a whole one is as bad as 30 %.
-    let (text, badness) = if figure == 0 {
-        (format!("{error:+.1}"), 0.3 * error.abs())
-    } else {
-        (format!("{:+.0} %", 100.0 * error), error.abs())
-    };
-    ui.label(RichText::new(text).monospace().color(color(ui, badness)));
-}
-
-/// Green to red by the size of an error; the text says the same without colour.
-fn color(ui: &Ui, badness: f64) -> Color32 {
-    let dark = ui.visuals().dark_mode;
-    if badness <= 0.1 {
-        if dark {
-            Color32::from_rgb(0x8c, 0xd1, 0x7d)
-        } else {
-            Color32::from_rgb(0x1e, 0x7a, 0x2c)
-        }
-    } else if badness <= 0.3 {
-        ui.visuals().warn_fg_color
-    } else {
-        crate::app::workspaces::tune::error_color(ui)
-    }
 }
 
 fn table_3(ui: &mut Ui, rows: &[Row]) {

@@ -2,10 +2,8 @@
 
 mod panels;
 mod sliders;
-mod support;
+pub(crate) mod support;
 mod validation;
-
-pub(super) use self::support::state;
 
 use eframe::egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};

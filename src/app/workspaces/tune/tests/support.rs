@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::app::files::built_in;
-use crate::app::setup::setup::{Mode, Overlay, View};
+use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::overlay::Overlay;
+use crate::app::setup::view::View;
 use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::app::simulation::snapshot::{LiveState, OverlayComparison, Snapshot};
 use crate::app::state::State;
@@ -13,12 +15,12 @@ use crate::model::preset::Preset;
 use crate::recording::Recording;
 use crate::recording::compare::Comparison;
 use crate::recording::features::{Features, Spread, SteadyState};
-use crate::sim::trace::{Event, EventKind, Trace};
+use crate::sim::{Event, EventKind, Trace};
 
 /// The state of a first start without recordings.
 pub fn state() -> State {
     let setup = built_in::from_preset(Preset::default());
-    built_in::state(setup, View::default())
+    crate::app::state::state(setup, View::default())
 }
 
 /// A recording of a decaying ring of 100 ms at 50 kHz, with a voltage.

@@ -8,7 +8,7 @@ use egui_kittest::kittest::Queryable;
 
 use super::harness;
 use super::support::state;
-use crate::app::setup::setup::DriveChoice;
+use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::state::State;
 use crate::app::workspaces::tune::table_a1::calibrate::{Fit, key};
 use crate::fit::table_a1::calibrate::fit_table;

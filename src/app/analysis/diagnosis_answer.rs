@@ -1,0 +1,87 @@
+//! TODO-doc
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::fit::aligned;
+use crate::app::setup::overlay::{OverlayId, Role};
+use crate::app::setup::setup::Setup;
+use crate::diagnose::Diagnosis;
+use crate::recording::Recording;
+
+/// A recording as it was diagnosed.
+#[derive(Debug, Clone)]
+pub struct Used {
+    /// Its number in the window.
+    pub id: OverlayId,
+    /// Its data, shifted and scaled, under a name that no other has.
+    pub recording: Arc<Recording>,
+    /// What it was used for.
+    pub role: Role,
+}
+
+/// What a diagnosis was asked to look at.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    /// The recordings that were used, those fitted to first.
+    pub recordings: Vec<Used>,
+    /// Whether the last third of each was kept out for want of others.
+    pub split: bool,
+    /// Effects taken as left out by hand; `None` for a search.
+    pub by_hand: Option<BTreeSet<String>>,
+}
+
+impl Asked {
+    /// Of the recordings of a setup by their roles.
+    pub fn of(setup: &Setup, by_hand: Option<BTreeSet<String>>) -> Self {
+        let mut recordings: Vec<Used> = Vec::new();
+        for role in [Role::Train, Role::HeldOut] {
+            for (overlay, _) in super::recording_roles::of(setup)
+                .into_iter()
+                .filter(|(_, r)| *r == role)
+            {
+                let mut recording = aligned(overlay);
+                let known = |name: &str| recordings.iter().any(|u| u.recording.name == name);
+                if known(&recording.name) {
+                    // What is said of one must not be taken for the other.
+                    let name = (2..)
+                        .map(|n| format!("{} ({n})", recording.name))
+                        .find(|name| !known(name));
+                    let mut renamed = recording.as_ref().clone();
+                    renamed.name = name.unwrap_or_default();
+                    recording = Arc::new(renamed);
+                }
+                recordings.push(Used {
+                    id: overlay.id,
+                    recording,
+                    role,
+                });
+            }
+        }
+        let split = recordings.iter().all(|u| u.role == Role::Train);
+        Self {
+            recordings,
+            split,
+            by_hand,
+        }
+    }
+
+    pub(crate) fn side(&self, role: Role) -> Vec<Arc<Recording>> {
+        let these = self.recordings.iter().filter(|used| used.role == role);
+        these.map(|used| Arc::clone(&used.recording)).collect()
+    }
+
+    /// The recording of that name.
+    pub fn find(&self, name: &str) -> Option<&Used> {
+        self.recordings.iter().find(|u| u.recording.name == name)
+    }
+}
+
+/// What came of a diagnosis, with what it looked at.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// What it says.
+    pub diagnosis: Diagnosis,
+    /// What it was asked.
+    pub asked: Asked,
+}

@@ -1,0 +1,126 @@
+//! TODO-doc
+
+use sha2::{Digest, Sha256};
+
+use super::load_example;
+use crate::app::analysis::job::Job;
+use crate::app::analysis::sealed_trial::{Made, Opened, Own, Sealed, is_right, said};
+use crate::app::files::built_in;
+use crate::app::setup::overlay::OverlayId;
+use crate::app::setup::setup::Setup;
+use crate::app::state::State;
+use crate::model::preset::Preset;
+use crate::trial::score;
+use crate::trial::score::{Mark, score};
+
+/// Takes a trial that was made, and notices one whose recordings were taken back.
+pub(crate) fn poll(state: &mut State, last: &mut OverlayId) {
+    if let Some(made) = state.diagnosing.trial.making.as_ref().and_then(Job::take) {
+        state.diagnosing.trial.making = None;
+        match made {
+            Ok(made) => begin(state, made, last),
+            Err(error) => state.diagnosing.trial.error = Some(error),
+        }
+    }
+    let trial = &mut state.diagnosing.trial;
+    let there = |sealed: &Sealed| {
+        let overlays = &state.setup.overlays;
+        overlays.iter().any(|o| sealed.recordings.contains(&o.id))
+    };
+    if trial.sealed.as_ref().is_some_and(|sealed| !there(sealed)) {
+        // Undone: what was the person's own is back by that already.
+        trial.sealed = None;
+    }
+}
+
+/// Loads a trial's recordings in place of the person's own, which are put aside.
+pub(crate) fn begin(
+    state: &mut State,
+    (recordings, envelope, seed, beam): Made,
+    last: &mut OverlayId,
+) {
+    end(state);
+    let setup = built_in::from_preset(Preset::default());
+    let own = Box::new(Own {
+        setup: std::mem::replace(&mut state.setup, setup),
+        automatic: state.diagnosing.automatic.take(),
+        by_hand: state.diagnosing.by_hand.take(),
+    });
+    state.diagnosing.picked = None;
+    state.diagnosing.error = None;
+    if let Some(running) = state.diagnosing.running.take() {
+        running.job.cancel();
+    }
+    let ids = load_example::add(&mut state.setup, recordings, false, last);
+    state.selected = None;
+    state.diagnosing.trial.sealed = Some(Sealed {
+        seed,
+        seal: envelope.seal().to_owned(),
+        guess: None,
+        opened: None,
+        beam,
+        envelope,
+        recordings: ids,
+        own,
+    });
+}
+
+/// Ends the trial: the person's own recordings, device and answers come back.
+pub fn end(state: &mut State) {
+    let Some(sealed) = state.diagnosing.trial.sealed.take() else {
+        return;
+    };
+    if let Some(running) = state.diagnosing.running.take() {
+        running.job.cancel();
+    }
+    let own = *sealed.own;
+    state.setup = own.setup;
+    state.selected = state.setup.overlays.first().map(|overlay| overlay.id);
+    let diagnosing = &mut state.diagnosing;
+    diagnosing.automatic = own.automatic;
+    diagnosing.by_hand = own.by_hand;
+    diagnosing.picked = None;
+    diagnosing.error = None;
+    if let Some(answer) = diagnosing.shown().cloned() {
+        diagnosing.look.begin(&answer);
+    }
+}
+
+/// The setup that is the person's own: a trial is no part of a session.
+pub fn own_setup(state: &State) -> &Setup {
+    match &state.diagnosing.trial.sealed {
+        Some(sealed) => &sealed.own.setup,
+        None => &state.setup,
+    }
+}
+
+/// Opens the envelope: scores guess and answer, and adds them to the tally.
+pub fn open(state: &mut State) {
+    let diagnosing = &mut state.diagnosing;
+    let answer = diagnosing.automatic.clone();
+    let trial = &mut diagnosing.trial;
+    let Some(sealed) = trial.sealed.as_mut().filter(|s| s.opened.is_none()) else {
+        return;
+    };
+    let (truth, text) = sealed.envelope.clone().open();
+    let hash: String = Sha256::digest(text.as_bytes())
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let may_add: &[&str] = if sealed.beam { &["extra_mode"] } else { &[] };
+    let mark = |said: &score::Diagnosis| score(&truth, said, may_add).mark;
+    let tool = answer.map(|answer| mark(&score::Diagnosis::from(&answer.diagnosis)));
+    let person = sealed.guess.as_ref().map(|guess| mark(&said(guess)));
+    let count = |(right, of): &mut (usize, usize), mark: Option<Mark>| {
+        *of += usize::from(mark.is_some());
+        *right += usize::from(mark.is_some_and(is_right));
+    };
+    count(&mut trial.tally.tool, tool);
+    count(&mut trial.tally.person, person);
+    sealed.opened = Some(Opened {
+        seal_holds: hash == sealed.seal,
+        truth,
+        tool,
+        person,
+    });
+}

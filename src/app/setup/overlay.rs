@@ -1,0 +1,56 @@
+//! TODO-doc
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::Recording;
+use crate::recording::align::Alignment;
+use crate::recording::csv::ImportSettings;
+
+/// Number of a recording within a session; never used again for another.
+pub type OverlayId = u64;
+
+/// What a recording is used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Fitted to.
+    Train,
+    /// Kept out, to judge a fit or a diagnosis by.
+    HeldOut,
+    /// Not used.
+    Unused,
+}
+
+/// A recording laid over the simulation.
+#[derive(Debug, Clone)]
+pub struct Overlay {
+    /// Its number.
+    pub id: OverlayId,
+    /// The data, immutable.
+    pub recording: Arc<Recording>,
+    /// How its columns were read.
+    pub import: ImportSettings,
+    /// Shift and scale against the simulation.
+    pub alignment: Alignment,
+    /// Whether it is drawn and compared.
+    pub visible: bool,
+    /// Place in the palette of `theme`.
+    pub color: usize,
+    /// Shipped with the program: a made-up recording, and said to be.
+    pub made_up: bool,
+    /// What it is used for; `None` until a person has chosen.
+    pub role: Option<Role>,
+}
+
+impl PartialEq for Overlay {
+    /// Recordings are immutable and keep their number: the number stands for the data.
+    fn eq(&self, other: &Self) -> bool {
+        self.id == other.id
+            && self.alignment == other.alignment
+            && self.visible == other.visible
+            && self.color == other.color
+            && self.role == other.role
+    }
+}

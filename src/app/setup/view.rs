@@ -1,0 +1,105 @@
+//! TODO-doc
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use super::drive_choice::Mode;
+use super::reference_curve::Kept;
+
+/// The pictures that can be shown. One file each in `plots/`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Picture {
+    /// Drive voltage against time.
+    Voltage,
+    /// Proof mass and cantilever against time.
+    Trajectory,
+    /// Recording minus simulation against time.
+    Residual,
+    /// Forces against time.
+    Forces,
+    /// Velocity against displacement.
+    PhasePortrait,
+    /// Displacement against voltage.
+    DriveLoop,
+    /// The device drawn.
+    Device,
+}
+
+impl Picture {
+    /// All, in the order they are stacked.
+    pub const ALL: [Picture; 7] = [
+        Picture::Voltage,
+        Picture::Trajectory,
+        Picture::Residual,
+        Picture::Forces,
+        Picture::PhasePortrait,
+        Picture::DriveLoop,
+        Picture::Device,
+    ];
+
+    /// Name on screen.
+    pub fn name(self) -> &'static str {
+        match self {
+            Picture::Voltage => "Voltage",
+            Picture::Trajectory => "Trajectory",
+            Picture::Residual => "Residual",
+            Picture::Forces => "Forces",
+            Picture::PhasePortrait => "Phase portrait",
+            Picture::DriveLoop => "Drive loop",
+            Picture::Device => "Device",
+        }
+    }
+}
+
+/// How it is looked at: saved with the session, not undone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct View {
+    /// Live or Window.
+    pub mode: Mode,
+    /// Simulated seconds per wall second in Live mode.
+    pub slow_down: f64,
+    /// Pictures shown.
+    pub pictures: BTreeSet<Picture>,
+    /// Dark or light.
+    pub dark: bool,
+    /// Whether the panel on the right is open.
+    pub side_panel: bool,
+    /// Whether the cantilever's curve is drawn.
+    pub show_cantilever: bool,
+    /// Whether events (impact, release) are marked.
+    pub show_events: bool,
+    /// Curves switched by hand from how they are by themselves, as `Picture: name`.
+    pub switched_curves: BTreeSet<String>,
+    /// Time span in view [s]; `None` is all of it.
+    pub time_range: Option<(f64, f64)>,
+    /// Name of the workspace.
+    pub workspace: String,
+    /// The curve kept for comparison, if a session can bring it back.
+    pub kept: Option<Kept>,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Window,
+            slow_down: 0.01,
+            pictures: [
+                Picture::Voltage,
+                Picture::Trajectory,
+                Picture::Residual,
+                Picture::Device,
+            ]
+            .into(),
+            dark: true,
+            side_panel: true,
+            show_cantilever: true,
+            show_events: true,
+            switched_curves: BTreeSet::new(),
+            time_range: None,
+            workspace: "tune".to_owned(),
+            kept: None,
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! TODO-doc
+
+use std::sync::Arc;
+
+use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::overlay::Overlay;
+use crate::model::Model;
+use crate::model::drive::Waveform;
+use crate::sim::Options;
+
+/// What the window wants shown. Equal wishes cost nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wish {
+    /// The device.
+    pub model: Arc<Model>,
+    /// Its drive, resolved.
+    pub drive: Waveform,
+    /// Span of the window mode, and of the view in live mode [s].
+    pub duration: f64,
+    /// Whether forces are recorded.
+    pub forces: bool,
+    /// Recordings to compare with.
+    pub overlays: Vec<Overlay>,
+    /// Window or live.
+    pub mode: Mode,
+    /// Live: simulated seconds per wall second.
+    pub slow_down: f64,
+    /// Live: stand still.
+    pub paused: bool,
+    /// Live: time looked at while scrubbing [s].
+    pub scrub: Option<f64>,
+    /// Counts up to start again at t = 0.
+    pub restarts: u64,
+    /// Counts up for one step on.
+    pub steps: u64,
+}
+
+impl Wish {
+    /// Samples per second that show this device's motion: 50 kHz on the ground, fewer
+    /// for slow devices and very long spans.
+    pub fn rate(&self) -> f64 {
+        const MOST_SAMPLES: f64 = 4e6;
+        let fastest = self
+            .model
+            .structure()
+            .modes
+            .iter()
+            .fold(0.0f64, |f, mode| f.max(mode.frequency));
+        let rate = if self.model.has_ground {
+            50e3
+        } else {
+            (64.0 * fastest).clamp(200.0, 50e3)
+        };
+        rate.min(MOST_SAMPLES / self.duration)
+    }
+
+    /// Options of the simulator for this wish.
+    pub fn options(&self) -> Options {
+        Options {
+            rate: self.rate(),
+            forces: self.forces,
+            // A window that takes longer than a few seconds is of no use while tuning.
+            max_steps: 20_000_000,
+            ..Options::default()
+        }
+    }
+
+    /// Whether the simulated run is the same.
+    pub(crate) fn same_run(&self, other: &Wish) -> bool {
+        self.model == other.model
+            && self.drive == other.drive
+            && self.duration == other.duration
+            && self.forces == other.forces
+    }
+}

@@ -1,0 +1,75 @@
+//! TODO-doc
+
+use std::ops::RangeInclusive;
+
+use eframe::egui::{RichText, Ui};
+use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
+
+use crate::app::plots::frame::axes::{round_step, tick};
+use crate::app::setup::overlay::OverlayId;
+use crate::app::setup::setup::Setup;
+
+/// Text a little smaller than the rest, still readable.
+pub(crate) fn small(text: impl Into<String>) -> RichText {
+    RichText::new(text).size(11.5)
+}
+
+/// What is left of a time, to be said after how far it is: nothing of less than a second.
+pub(crate) fn time_left(left: std::time::Duration) -> String {
+    let seconds = left.as_secs_f64();
+    if seconds < 1.0 {
+        return String::new();
+    }
+    format!(", about {seconds:.0} s left")
+}
+
+/// Colour of errors in the present theme.
+pub(crate) fn error_color(ui: &Ui) -> eframe::egui::Color32 {
+    crate::app::theme::error(ui.visuals().dark_mode)
+}
+
+/// Grid lines at round values, some six across the plot.
+pub(crate) fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
+    uniform_grid_spacer(|input| {
+        let step = step_of(input.bounds.0, input.bounds.1);
+        [step / 5.0, step, 10.0 * step]
+    })
+}
+
+/// Distance of those lines on an axis from `low` to `high`.
+pub(crate) fn step_of(low: f64, high: f64) -> f64 {
+    round_step((high - low) / 6.0)
+}
+
+/// Text of such a line, with as many digits for all of an axis.
+pub(crate) fn round_text(mark: GridMark, range: &RangeInclusive<f64>) -> String {
+    tick(GridMark {
+        step_size: step_of(*range.start(), *range.end()),
+        ..mark
+    })
+}
+
+pub(crate) fn heading(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).strong());
+}
+
+pub(crate) fn name_of(setup: &Setup, id: OverlayId) -> String {
+    let overlay = setup.overlays.iter().find(|overlay| overlay.id == id);
+    overlay.map_or_else(
+        || format!("#{id}"),
+        |overlay| overlay.recording.name.clone(),
+    )
+}
+
+/// A name of at most `limit` characters: without its middle, since names of a series
+/// differ at the end.
+pub(crate) fn short(name: &str, limit: usize) -> String {
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= limit {
+        return name.to_owned();
+    }
+    let end = limit / 2;
+    let start: String = letters[..limit - end - 1].iter().collect();
+    let end: String = letters[letters.len() - end..].iter().collect();
+    format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
+}

@@ -1,0 +1,44 @@
+//! TODO-doc
+
+use eframe::egui::{Color32, RichText, Ui};
+
+use crate::app::widgets::text::small;
+use crate::fit::table_a1::compare::{Column, Row};
+
+/// Error of a row in the figure number `figure` of [`ROWS`].
+pub(crate) fn error(row: &Row, against: Column, figure: usize) -> Option<f64> {
+    let errors = row.errors(against);
+    [errors.bounces, errors.peak, errors.contact][figure]
+}
+
+/// An error with its colour.
+pub(crate) fn error_cell(ui: &mut Ui, figure: usize, error: Option<f64>) {
+    let Some(error) = error else {
+        ui.label(small("-"))
+            .on_hover_text("No figure, or the published one is zero: there is no relative error");
+        return;
+    };
+    // Bounces are counted; a whole one is as bad as 30 %.
+    let (text, badness) = if figure == 0 {
+        (format!("{error:+.1}"), 0.3 * error.abs())
+    } else {
+        (format!("{:+.0} %", 100.0 * error), error.abs())
+    };
+    ui.label(RichText::new(text).monospace().color(color(ui, badness)));
+}
+
+/// Green to red by the size of an error; the text says the same without colour.
+pub(crate) fn color(ui: &Ui, badness: f64) -> Color32 {
+    let dark = ui.visuals().dark_mode;
+    if badness <= 0.1 {
+        if dark {
+            Color32::from_rgb(0x8c, 0xd1, 0x7d)
+        } else {
+            Color32::from_rgb(0x1e, 0x7a, 0x2c)
+        }
+    } else if badness <= 0.3 {
+        ui.visuals().warn_fg_color
+    } else {
+        crate::app::widgets::text::error_color(ui)
+    }
+}

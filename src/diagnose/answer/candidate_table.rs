@@ -1,0 +1,110 @@
+//! TODO-doc
+
+use super::named_effects::{AFTER_ALL, probability};
+use crate::diagnose::comparison::significance::HELD_GAIN;
+use crate::diagnose::comparison::trial::Explanation;
+use crate::diagnose::contact::law_test::LawTest;
+use crate::diagnose::diagnosis::{Candidate, Left, Verdict};
+use crate::diagnose::hypotheses::propose::PROMISING;
+use crate::model::effects::CATALOGUE;
+
+/// All effects of the catalogue, as far as they were weighed.
+pub fn candidates(
+    found: &Explanation,
+    tests: &[LawTest],
+    named_laws: &[LawTest],
+    verdict: Verdict,
+) -> Vec<Candidate> {
+    let mut out: Vec<Candidate> = CATALOGUE
+        .iter()
+        .map(|spec| {
+            let named = found.stand.named.iter().find(|n| n.spec == *spec);
+            let weighed = found.weighed.iter().find(|w| w.spec == *spec);
+            let trial = weighed.and_then(|w| w.trial.as_ref());
+            let test = tests.iter().find(|t| t.id == spec.id);
+            let law = named_laws.iter().any(|t| t.id == spec.id);
+            let mut remarks = Vec::new();
+            let (gain, held_gain, held_chi2) = match (trial, test) {
+                (Some(t), _) => (
+                    t.gain,
+                    t.held_gain,
+                    t.held_out
+                        .as_ref()
+                        .map_or(f64::NAN, |h| h.cost / h.point.rows.max(1) as f64),
+                ),
+                (None, Some(t)) => {
+                    remarks.push(t.evidence.clone());
+                    (t.gain, t.held_gain, t.held_chi2)
+                }
+                _ => (f64::NAN, f64::NAN, f64::NAN),
+            };
+            if let Some(f) = weighed.and_then(|w| w.by_itself) {
+                remarks.push(format!(
+                    "{}: nothing that moves the device moves it",
+                    Left::Ring(f).text()
+                ));
+            } else if let Some(t) = trial {
+                remarks.push(if t.by_chance() {
+                    "it improves the fit no more than chance does".to_owned()
+                } else if found.stand.held_out.is_some() && t.held_gain < HELD_GAIN {
+                    "its improvement does not hold on the recordings kept out".to_owned()
+                } else if named.is_some() {
+                    "it improves the fit on both sides more than any other".to_owned()
+                } else {
+                    "another effect improves the fit more, and leaves nothing for it".to_owned()
+                });
+            } else if weighed.is_some_and(|w| w.promise > PROMISING) {
+                remarks.push("it promises far less than the best, and was not fitted".to_owned());
+            } else if weighed.is_some() {
+                remarks.push("re-tuning explains all that it could".to_owned());
+            } else if !found.baseline.train.model.allows(spec) {
+                remarks.push("this device has nothing that it acts on".to_owned());
+            } else if test.is_none() {
+                remarks.push("these recordings do not ask about it".to_owned());
+            }
+            let probability = match (named, verdict) {
+                (Some(n), Verdict::MissingPhysics) => {
+                    probability(n.gain.0 + n.gain.1, n.alike.len())
+                }
+                _ if law => test.map_or(0.0, |t| probability(t.gain + t.held_gain, 0)),
+                _ => {
+                    let alike = found
+                        .stand
+                        .named
+                        .iter()
+                        .find(|n| n.alike.contains(&spec.id));
+                    match (alike, trial) {
+                        (Some(n), Some(t)) => probability(t.worth(), n.alike.len()),
+                        // What others explain better has no odds of its own.
+                        _ if found.stand.named.is_empty() && gain.is_finite() => {
+                            probability(gain.min(gain + held_gain), 0).min(0.5)
+                        }
+                        _ => 0.0,
+                    }
+                }
+            };
+            Candidate {
+                id: spec.id.to_owned(),
+                name: spec.name.to_owned(),
+                probability,
+                score: weighed.map_or(0.0, |w| w.promise),
+                gain,
+                held_out_gain: held_gain,
+                held_out_chi2: held_chi2,
+                remarks,
+            }
+        })
+        .collect();
+    if verdict == Verdict::Unexplained {
+        // They share what chance there is that it was one of them after all.
+        let all: f64 = out.iter().map(|c| c.probability).sum();
+        let share = AFTER_ALL / all.max(AFTER_ALL);
+        out.iter_mut().for_each(|c| c.probability *= share);
+    }
+    out.sort_by(|a, b| {
+        b.probability
+            .total_cmp(&a.probability)
+            .then(b.score.total_cmp(&a.score))
+    });
+    out
+}

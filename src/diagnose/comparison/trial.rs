@@ -1,0 +1,141 @@
+//! TODO-doc
+
+use super::hypothesis::Hypothesis;
+use super::significance;
+use super::significance::by_chance;
+use crate::diagnose::selection::forward::{APART, LEAST, WHOLE};
+use crate::diagnose::shooting::fitted::Fitted;
+use crate::model::effects::EffectSpec;
+use crate::model::effects::extra_mode::EFFECT;
+
+/// A hypothesis after a fit with it.
+#[derive(Debug, Clone)]
+pub struct Weighed {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// Fall of chi2 promised.
+    pub promise: f64,
+    /// The fit, if it was worth one.
+    pub trial: Option<Trial>,
+    /// Frequency of a further mode that is not named though its fit is good, for it rings by
+    /// itself \[Hz\].
+    pub by_itself: Option<f64>,
+}
+
+/// A fit with one more effect, judged.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Of the fitted recordings.
+    pub train: Fitted,
+    /// Of those kept out.
+    pub held_out: Option<Fitted>,
+    /// Fall of chi2 on the fitted recordings.
+    pub gain: f64,
+    /// Fall on those kept out; 0 if there are none.
+    pub held_gain: f64,
+    /// The hypothesis.
+    pub hypothesis: Hypothesis,
+}
+
+impl Trial {
+    /// Both gains.
+    pub fn worth(&self) -> f64 {
+        self.gain + self.held_gain
+    }
+
+    /// Whether the fitted recordings improve by far more than chance lets them, and those kept
+    /// out, if there are any, do not.
+    pub fn unproved(&self) -> bool {
+        self.held_out.is_some()
+            && significance::unproved(&self.hypothesis, self.gain, self.held_gain)
+    }
+
+    /// Whether either side improves by no more than the beginnings of its own let it that the
+    /// hypothesis has in each stretch, beside those that `stand` has.
+    pub(crate) fn by_beginnings(&self, stand: &Stand) -> bool {
+        let more = |before: &Fitted, after: &Fitted| {
+            after.beginnings().saturating_sub(before.beginnings())
+        };
+        let side = |before, after, gain| significance::by_beginnings(more(before, after), gain);
+        let held_out = stand.held_out.as_ref().zip(self.held_out.as_ref());
+        side(&stand.train, &self.train, self.gain)
+            || held_out.is_some_and(|(before, after)| side(before, after, self.held_gain))
+    }
+
+    /// Whether the fitted recordings improve by no more than chance lets them.
+    pub fn by_chance(&self) -> bool {
+        by_chance(&self.hypothesis, self.gain, self.held_gain)
+    }
+
+    /// Whether the effect leaves nothing of the fitted recordings.
+    pub fn leaves_nothing(&self) -> bool {
+        self.train.per_value() < WHOLE
+    }
+
+    /// Whether it leaves nothing of them where `other` leaves much: no other form of its law is
+    /// needed then, however large the shares are that both bring.
+    pub fn excels(&self, other: &Self) -> bool {
+        self.leaves_nothing() && other.train.per_value() > APART * self.train.per_value()
+    }
+}
+
+/// Where the search stands: a model with the effects named so far.
+#[derive(Debug, Clone)]
+pub struct Stand {
+    /// Fit to the recordings to be fitted.
+    pub train: Fitted,
+    /// Those kept out, judged.
+    pub held_out: Option<Fitted>,
+    /// The effects named, in the order found.
+    pub named: Vec<Named>,
+    /// Whether stretches that were misread for the baseline are in it.
+    pub misread: bool,
+}
+
+impl Stand {
+    /// The effects named.
+    pub fn specs(&self) -> Vec<&'static EffectSpec> {
+        self.named.iter().map(|n| n.spec).collect()
+    }
+
+    /// What the effects named have explained that may be of a somewhat other form. The law of a
+    /// mode is of no uncertain form: what it leaves is no matter of that.
+    pub(crate) fn explained(&self) -> f64 {
+        let formed = self.named.iter().filter(|n| *n.spec != EFFECT);
+        formed.map(|n| n.gain.0 + n.gain.1).sum()
+    }
+
+    /// Fall of chi2 that no further effect could exceed.
+    pub(crate) fn most_left(&self) -> f64 {
+        let sides = std::iter::once(&self.train).chain(&self.held_out);
+        sides
+            .map(|fitted| (fitted.cost - LEAST * fitted.point.rows as f64).max(0.0))
+            .sum()
+    }
+}
+
+/// An effect that was named.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// Its freedoms.
+    pub hypothesis: Hypothesis,
+    /// Fall of chi2 that it brought on either side.
+    pub gain: (f64, f64),
+    /// Others that did as well.
+    pub alike: Vec<&'static str>,
+    /// Why one that does as well in flight is not among those.
+    pub told: Option<String>,
+}
+
+/// What the search found.
+#[derive(Debug, Clone)]
+pub struct Explanation {
+    /// The re-tuned baseline.
+    pub baseline: Stand,
+    /// With the effects named.
+    pub stand: Stand,
+    /// Everything weighed against the baseline.
+    pub weighed: Vec<Weighed>,
+}

@@ -1,0 +1,23 @@
+//! TODO-doc
+
+/// What is found out about the readings on the way.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Known {
+    /// By how much they are late against the voltage \[s\].
+    pub late: f64,
+    /// By how much they lag as the data show it, 0 if they do not \[s\].
+    pub lag: f64,
+    /// In which recordings of either side the mass rests over the ground.
+    pub hovers: (Vec<usize>, Vec<usize>),
+}
+
+/// How recordings are read of which it is in doubt whether the mass hovers in them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Hovering {
+    /// As suits the baseline better.
+    AsTold,
+    /// The other way, on the side where it is in doubt first.
+    Otherwise,
+    /// In these of either side it does.
+    Over(Vec<usize>, Vec<usize>),
+}

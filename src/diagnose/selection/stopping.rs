@@ -1,0 +1,59 @@
+//! TODO-doc
+
+use super::forward::OUTWEIGHED;
+use crate::diagnose::comparison::significance::{HELD_GAIN, by_chance};
+use crate::diagnose::comparison::trial::{Stand, Trial};
+use crate::diagnose::discrepancy::law_form;
+use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::shooting::fitted::excess;
+use crate::diagnose::verdict::abstention::CARRIED;
+use crate::diagnose::verdict::adequacy::FAR;
+
+/// Whether what `trial` brings is little more, or far less, than the effects named before would
+/// bring if their laws were of somewhat other form.
+pub(crate) fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
+    let named = stand.specs();
+    if named.is_empty() {
+        return Ok(false);
+    }
+    let (before, after) = (
+        law_form::gain(&stand.train, &named)?,
+        law_form::gain(&trial.train, &named)?,
+    );
+    let own = 1.0 - (before - after).max(0.0) / trial.gain;
+    log::debug!(
+        "{}: kin of those named bring {before:.0} without it and {after:.0} with it, of {:.0}",
+        trial.hypothesis.start.spec.id,
+        trial.gain
+    );
+    let (gain, held_gain) = (own * trial.gain, own * trial.held_gain);
+    let held = trial.held_out.is_some() && held_gain < HELD_GAIN;
+    let outweighed = before > OUTWEIGHED * trial.gain;
+    Ok(outweighed || by_chance(&trial.hypothesis, gain, held_gain) || held)
+}
+
+/// Whether the effects named leave the fitted recordings so far off that so many `more`, each as
+/// good as the best of them, would not carry what is missing, nor would laws of other form.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model makes no sense.
+pub fn is_beyond(stand: &Stand, more: usize) -> Result<bool, DiagnoseError> {
+    let gains: Vec<f64> = stand.named.iter().map(|n| n.gain.0).collect();
+    let rest = excess(&stand.train);
+    let far = !stand.misread && stand.train.per_value() > FAR;
+    if !far || !fall_short(&gains, more, rest, 0.0) {
+        return Ok(false);
+    }
+    let formal = law_form::gain(&stand.train, &stand.specs())?;
+    log::debug!("those named carry {gains:.0?}, their kin {formal:.0}, and leave {rest:.0}");
+    Ok(fall_short(&gains, more, rest, formal))
+}
+
+/// Whether those that bring `gains`, and so many `more` like the best of them, carry too little
+/// where `rest` is left, of which `formal` goes by laws of other form.
+pub(crate) fn fall_short(gains: &[f64], more: usize, rest: f64, formal: f64) -> bool {
+    let best = gains.iter().copied().fold(0.0, f64::max);
+    let carried: f64 = gains.iter().sum();
+    let most = carried + more as f64 * best + formal;
+    best > 0.0 && most < CARRIED * (carried + rest)
+}

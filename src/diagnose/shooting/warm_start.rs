@@ -1,0 +1,60 @@
+//! TODO-doc
+
+use crate::diagnose::data::misread_segments::{AT_LEAST, THIN, start_of};
+use crate::fit::problem::Problem;
+use crate::fit::segment::Segment;
+use crate::sim::StretchSimulator;
+
+/// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
+/// other modes, of which those that both have come first. A new mode begins at rest.
+pub fn adopt(
+    known: &[Segment],
+    fresh: Vec<Segment>,
+    (old, new): (&StretchSimulator, &StretchSimulator),
+    problem: &Problem,
+) -> Vec<Segment> {
+    if known.len() != fresh.len() {
+        return fresh;
+    }
+    let one = |(k, mut f): (&Segment, Segment)| {
+        if k.samples != f.samples {
+            return f;
+        }
+        let (mut state, states) = start_of(k);
+        let data = &problem.data[k.recording];
+        let level = old.ground_level(data.recording.time[k.samples.start] + data.epoch);
+        if k.starts_held {
+            old.lift(level, &mut state);
+        }
+        state.q.resize(new.modes(), 0.0);
+        state.v.resize(new.modes(), 0.0);
+        if f.starts_held {
+            new.land(level, &mut state);
+        }
+        let own = state.q.iter().chain(&state.v);
+        f.locals = own.zip(&f.units).map(|(x, unit)| x / unit).collect();
+        f.units.truncate(f.locals.len());
+        f.locals.extend_from_slice(&k.locals[states..]);
+        f.units.extend_from_slice(&k.units[states..]);
+        f.joints.clone_from(&k.joints);
+        f
+    };
+    known.iter().zip(fresh).map(one).collect()
+}
+
+/// Which stretches are used on the way: some of each recording, in flight and held.
+pub fn thinned(segments: &[Segment]) -> Vec<bool> {
+    let mut used = vec![false; segments.len()];
+    let mut groups: std::collections::BTreeMap<(usize, bool), Vec<usize>> = Default::default();
+    for (i, s) in segments.iter().enumerate() {
+        groups
+            .entry((s.recording, s.starts_held))
+            .or_default()
+            .push(i);
+    }
+    for group in groups.values() {
+        let stride = THIN.min(group.len() / AT_LEAST).max(1);
+        group.iter().step_by(stride).for_each(|&i| used[i] = true);
+    }
+    used
+}
