@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Recordings of devices with something concealed, by another hand than the program's: written
 from the equations of the model and the catalogue alone, sharing no code, solver or, where there is
-another one, form of a law with it. Needs numpy and numba.
+another one, form of a law with it. Needs what
+requirements.txt lists.
 
 Modal coordinates, event-driven RK4 (default 0.5 us), bisection of events, drive precomputed
 open-loop on the step grid (right limit, middle, left limit of each step).
