@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use impactscope::app::files::built_in;
 use impactscope::app::setup::drive_choice::Mode;
 use impactscope::app::setup::overlay::Overlay;
-use impactscope::app::simulation::request::Wish;
+use impactscope::app::simulation::request::SimulationRequest;
 use impactscope::app::simulation::worker::{News, Worker};
 use impactscope::model::drive::Waveform;
 use impactscope::model::parameter::ParameterId;
@@ -17,10 +17,10 @@ use impactscope::recording::Recording;
 /// Moves of the slider.
 const MOVES: usize = 60;
 
-fn wish(overlays: &[Overlay], cs: f64) -> Result<Wish, Box<dyn std::error::Error>> {
+fn wish(overlays: &[Overlay], cs: f64) -> Result<SimulationRequest, Box<dyn std::error::Error>> {
     let mut model = built_in::setup().preset.model;
     model.parameters.set(ParameterId::Cs, cs);
-    Ok(Wish {
+    Ok(SimulationRequest {
         model: Arc::new(model),
         drive: Waveform::parse("square:15Hz:8V", 0.4)?,
         duration: 0.4,

@@ -1,7 +1,7 @@
 //! A diagnosis; where nothing explains the recordings and the mass may hover in some, with those
 //! read the other way as well, unless the others are far off by themselves.
 
-use super::data::reading_assumptions::Hovering;
+use super::data::reading_assumptions::ContactAmbiguity;
 use super::diagnosis::{Diagnosis, Verdict};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::pipeline::read;
@@ -47,7 +47,7 @@ pub fn diagnose(
         .check()
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
     let sides = (train, held_out);
-    let (mut first, told) = read(model, sides, (options, &Hovering::AsTold), control)?;
+    let (mut first, told) = read(model, sides, (options, &ContactAmbiguity::AsTold), control)?;
     log::debug!(
         "chi2 per value beside those in which the mass may hover: {:?}",
         told.beside_doubted
@@ -76,7 +76,7 @@ pub fn diagnose(
     // aside what speaks against it. A ground that is a little higher in one recording may be so for
     // what is missing: it hovers there only if nothing else is.
     let explained = match other.verdict {
-        Verdict::MissingPhysics => told.otherwise == Hovering::Otherwise,
+        Verdict::MissingPhysics => told.otherwise == ContactAmbiguity::Otherwise,
         Verdict::Adequate => otherwise.aside < told.aside + MORE_ASIDE,
         Verdict::Unexplained => false,
     };

@@ -293,7 +293,7 @@ pub struct NextExperiment {
 
 /// What is still there beyond the noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Left {
+pub enum Inadequacy {
     /// The mean square of the residuals, in units of the noise's.
     Mean(f64),
     /// A force that depends on this, and the fall of chi2 that it would bring.
@@ -308,7 +308,7 @@ pub enum Left {
     Unproved(&'static str, f64),
 }
 
-impl Left {
+impl Inadequacy {
     /// As a sentence without a full stop.
     pub fn text(self) -> String {
         match self {
@@ -370,5 +370,5 @@ pub struct Diagnosis {
     /// Whether it was cancelled: then it is what was found so far.
     pub cancelled: bool,
     /// What is still there beyond the noise, if anything.
-    pub left: Option<Left>,
+    pub left: Option<Inadequacy>,
 }

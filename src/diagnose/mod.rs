@@ -1,7 +1,7 @@
 //! What was left out: where simulation and recordings differ, why, and the proof.
 //!
 //! Recordings are cut at the events that they show ([`calm`]), and the baseline is
-//! re-tuned to the stretches between ([`bench`]). All hypotheses are then weighed at once
+//! re-tuned to the stretches between ([`workspace`]). All hypotheses are then weighed at once
 //! in the linearised problem ([`scan`]), the promising ones fitted, judged on recordings
 //! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
 //! ([`events`], [`laws`]), further modes by their ring ([`ring`], `struck`). [`locate`] says
@@ -30,6 +30,6 @@ mod test_support;
 pub mod verdict;
 
 pub use self::ambiguous_contact::diagnose;
-pub use self::answer::named_effects::RELIABLE;
+pub use self::answer::named_effects::CALIBRATED_PRECISION;
 pub use self::diagnosis::{Diagnosis, Verdict};
 pub use self::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};

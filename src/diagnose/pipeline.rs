@@ -8,27 +8,27 @@ use super::answer::effect_size;
 use super::answer::events_seen::events_seen;
 use super::answer::named_effects::names;
 use super::answer::next_experiment::next;
-use super::answer::proof::{Side, strips};
+use super::answer::proof::{SplitSamples, strips};
 use super::comparison::significance::TRAIN_GAIN;
-use super::comparison::trial::Stand;
+use super::comparison::trial::ModelState;
 use super::contact::decide::Rules;
 use super::contact::event_readings;
 use super::contact::law_test::LawTest;
-use super::data::reading_assumptions::Hovering;
+use super::data::reading_assumptions::ContactAmbiguity;
 use super::data::screening::condition;
-use super::diagnosis::{BeforeAfter, Diagnosis, Distance, Left, Verdict};
+use super::diagnosis::{BeforeAfter, Diagnosis, Distance, Inadequacy, Verdict};
 use super::discrepancy::residual_map::Sample;
 use super::discrepancy::{law_form, missing_force, probes, product, residual_map, swing};
 use super::hypotheses::raised_level::lifted;
-use super::hypotheses::vibration_clock::Clocks;
+use super::hypotheses::vibration_clock::VibrationClock;
 use super::options::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, remaining,
 };
 use super::selection::forward;
 use super::shooting::fitted::{Fitted, excess};
-use super::shooting::workspace::Bench;
-use super::verdict::abstention::{Rest, attraction_reaches_far, of_displacement};
-use super::verdict::adequacy::{BROKEN, breaks, unproved, whats_left};
+use super::shooting::workspace::Workspace;
+use super::verdict::abstention::{AbstentionEvidence, attraction_reaches_far, of_displacement};
+use super::verdict::adequacy::{BROKEN, breaks, fails_held_out, whats_left};
 use crate::fit::Part;
 use crate::model::effects::EffectSpec;
 use crate::model::{Model, with_effect};
@@ -51,7 +51,7 @@ pub struct Reading {
     /// search, or by the baseline where only that tells; not a number if there are none.
     pub beside_doubted: Option<f64>,
     /// How they are to be read where nothing explains them and that is in doubt.
-    pub otherwise: Hovering,
+    pub otherwise: ContactAmbiguity,
     /// Share of the rows that were set aside, of both sides together.
     pub aside: f64,
 }
@@ -64,7 +64,7 @@ pub struct Reading {
 pub fn read(
     model: &Model,
     (train, held_out): (&[Part], &[Part]),
-    (options, hovering): (&DiagnoseOptions, &Hovering),
+    (options, hovering): (&DiagnoseOptions, &ContactAmbiguity),
     control: &DiagnoseControl<'_>,
 ) -> Result<(Diagnosis, Reading), DiagnoseError> {
     let begun = Instant::now();
@@ -77,34 +77,36 @@ pub fn read(
         });
     };
     let again = match hovering {
-        Hovering::AsTold => "",
-        Hovering::Otherwise | Hovering::Over(..) => "once more, where the mass may hover",
+        ContactAmbiguity::AsTold => "",
+        ContactAmbiguity::Otherwise | ContactAmbiguity::Over(..) => {
+            "once more, where the mass may hover"
+        }
     };
     say("recordings", again, 0.0);
     let ready = condition(model, train, held_out)?;
     let mut remarks = ready.remarks;
-    let bench = Bench::new(model, &ready.train, &ready.held_out, options)?;
-    if bench.held_out.is_none() {
+    let workspace = Workspace::new(model, &ready.train, &ready.held_out, options)?;
+    if workspace.held_out.is_none() {
         remarks.push("nothing was kept out, so that no improvement can be proved".to_owned());
     }
     say("baseline", "re-tuning", 0.05);
     let judging = || say("baseline", "recordings kept out", 0.25);
-    let mut tuned = bench.tuned(model, (options, hovering), control, &judging)?;
+    let mut tuned = workspace.tuned(model, (options, hovering), control, &judging)?;
     let mut clocks = None;
     // A baseline that is lost without what the re-tuning has found tells no clocks.
-    let told = tuned.bench.found.is_none() && ready.may_name;
+    let told = tuned.workspace.found.is_none() && ready.may_name;
     if options.asks("base_vibration") && told && !control.cancelled() {
-        clocks = Clocks::of(&tuned.train, tuned.held_out.as_ref())?;
+        clocks = VibrationClock::of(&tuned.train, tuned.held_out.as_ref())?;
     }
     if let Some(clocks) = &clocks {
         remarks.push("the base shakes in another phase in each recording; the phase that is given is that of the first one".to_owned());
         let (train, held_out) = clocks.told(&ready.train, &ready.held_out);
-        let bench = Bench::new(model, &train, &held_out, options)?;
-        tuned = bench.tuned(model, (options, hovering), control, &judging)?;
+        let workspace = Workspace::new(model, &train, &held_out, options)?;
+        tuned = workspace.tuned(model, (options, hovering), control, &judging)?;
     }
-    let bench = tuned.bench;
+    let workspace = tuned.workspace;
     remarks.extend(tuned.remarks);
-    let baseline = Stand {
+    let baseline = ModelState {
         train: tuned.train,
         held_out: tuned.held_out,
         named: Vec::new(),
@@ -113,7 +115,7 @@ pub fn read(
 
     say("ground", "bounces and releases", 0.3);
     let mut seen = event_readings::read(
-        &bench,
+        &workspace,
         &baseline.train,
         baseline.held_out.as_ref(),
         None,
@@ -122,7 +124,7 @@ pub fn read(
     let mut tests = super::contact::decide::tests(&seen);
     let rules = Rules {
         by_hand: options.by_hand.as_deref(),
-        held_out: bench.held_out.is_some(),
+        held_out: workspace.held_out.is_some(),
     };
 
     say("naming", "", 0.35);
@@ -132,14 +134,14 @@ pub fn read(
     }
     let report = |detail: &str, share: f64| say("naming", detail, 0.35 + 0.4 * share);
     let first_cost = baseline.train.cost;
-    let mut found = forward::explain(&bench, baseline, &chosen, control, &report)?;
+    let mut found = forward::explain(&workspace, baseline, &chosen, control, &report)?;
 
     let beside_doubted = beside(&found.stand, &tuned.doubted)?;
 
     // A name that turned out needless may have led the re-tuning on.
     if found.baseline.train.cost < first_cost {
         let (t, h) = (&found.baseline.train, found.baseline.held_out.as_ref());
-        seen = event_readings::read(&bench, t, h, Some(&seen), control)?;
+        seen = event_readings::read(&workspace, t, h, Some(&seen), control)?;
         tests = super::contact::decide::tests(&seen);
     }
     let mut named_laws: Vec<LawTest> = Vec::new();
@@ -149,7 +151,7 @@ pub fn read(
             say("ground", "bounces and releases again", 0.78);
             let (t, h) = (&found.stand.train, found.stand.held_out.as_ref());
             tests = super::contact::decide::tests(&event_readings::read(
-                &bench,
+                &workspace,
                 t,
                 h,
                 Some(&seen),
@@ -168,14 +170,14 @@ pub fn read(
         evidence.clone()
     };
     // Chi2 goes as the inverse square of the noise.
-    let floor = FLOOR + 2.0 * SURELY * bench.noise_error;
+    let floor = FLOOR + 2.0 * SURELY * workspace.noise_error;
     let broken = breaks(&found.stand)?;
     let rings = || found.weighed.iter().find_map(|w| w.by_itself);
     // A fit that was broken off proves nothing either way.
     let may_doubt = !some && named_laws.is_empty() && !control.cancelled();
     let mut left = whats_left(&found.stand, &after_evidence, broken.sigmas, floor)
-        .or_else(|| rings().map(Left::Ring))
-        .or_else(|| unproved(&found.weighed).filter(|_| may_doubt));
+        .or_else(|| rings().map(Inadequacy::Ring))
+        .or_else(|| fails_held_out(&found.weighed).filter(|_| may_doubt));
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.
@@ -206,7 +208,7 @@ pub fn read(
         };
         // What laws of somewhat other form would carry is not missing.
         let formal = if left.is_some() {
-            law_form::gain(&found.stand.train, &found.stand.specs())?
+            law_form::form_error_gain(&found.stand.train, &found.stand.specs())?
         } else {
             0.0
         };
@@ -225,10 +227,10 @@ pub fn read(
             let before = breaks(&found.baseline)?.rise.max(broken.rise);
             let own = (1.0 - broken.rise / before).max(0.0);
             // Where it is all that is left, the stretches themselves are told.
-            let alone = matches!(left, Some(Left::Joins(_)));
+            let alone = matches!(left, Some(Inadequacy::Joins(_)));
             share = if alone { own } else { share.min(own) };
         }
-        let rest = Rest {
+        let rest = AbstentionEvidence {
             left,
             names: found.stand.specs().iter().map(|s| s.name).collect(),
             displaced: found
@@ -251,10 +253,10 @@ pub fn read(
         };
         log::debug!("{rest:?}");
         if rest.swings > TRAIN_GAIN {
-            left = left.or(Some(Left::Force("xp", rest.swings)));
+            left = left.or(Some(Inadequacy::Force("xp", rest.swings)));
         }
         if rest.goes_with_both() {
-            left = left.or(Some(Left::Force("xp", rest.product.0)));
+            left = left.or(Some(Inadequacy::Force("xp", rest.product.0)));
         }
         if let Some(reason) = rest.refusal() {
             verdict = Verdict::Unexplained;
@@ -265,7 +267,7 @@ pub fn read(
         }
     }
     say("proof", "", 0.92);
-    let model_of = |stand: &Stand, laws_too: bool| {
+    let model_of = |stand: &ModelState, laws_too: bool| {
         let mut m = super::contact::nominal::baseline(&stand.train.model, &seen.train);
         for test in named_laws.iter().filter(|_| laws_too) {
             m = with_effect(&m, test.effect.clone());
@@ -280,11 +282,11 @@ pub fn read(
         model_of(&found.stand, true),
     );
     // Both are shown by the same stretches, also where one of them set some aside.
-    let shown = shown_alike(&bench, &found.baseline, &found.stand)?;
+    let shown = shown_alike(&workspace, &found.baseline, &found.stand)?;
     remarks.extend(misread(&shown.0));
     let held_aside = found.stand.held_out.as_ref().map_or(0.0, Fitted::aside);
     let aside = found.stand.train.aside() + held_aside;
-    let (before, after) = (Side::look(&shown.0)?, Side::look(&shown.1)?);
+    let (before, after) = (SplitSamples::look(&shown.0)?, SplitSamples::look(&shown.1)?);
     let named = names(&found, &named_laws, &after, &full)?;
     let candidates = candidates(&found, &tests, &named_laws, verdict);
     let noise = {
@@ -325,10 +327,11 @@ pub fn read(
     for curve in &mut forces {
         curve.law = effect_size::law_on(curve, &found, &before.train);
     }
-    let distances = |pick: fn(&Stand) -> Option<&Fitted>, b: &[Sample], a: &[Sample]| BeforeAfter {
-        before: pick(&shown.0).map_or(Distance::default(), |f| residual_map::distance(f, b)),
-        after: pick(&shown.1).map_or(Distance::default(), |f| residual_map::distance(f, a)),
-    };
+    let distances =
+        |pick: fn(&ModelState) -> Option<&Fitted>, b: &[Sample], a: &[Sample]| BeforeAfter {
+            before: pick(&shown.0).map_or(Distance::default(), |f| residual_map::distance(f, b)),
+            after: pick(&shown.1).map_or(Distance::default(), |f| residual_map::distance(f, a)),
+        };
     say("done", "", 1.0);
     let mut diagnosis = Diagnosis {
         verdict,
@@ -355,22 +358,26 @@ pub fn read(
     }
     let mut reading = Reading {
         beside_doubted,
-        otherwise: Hovering::Otherwise,
+        otherwise: ContactAmbiguity::Otherwise,
         aside,
     };
     // Asked by hand, nothing is doubted.
-    let asks = *hovering == Hovering::AsTold && options.by_hand.is_none() && !control.cancelled();
+    let asks =
+        *hovering == ContactAmbiguity::AsTold && options.by_hand.is_none() && !control.cancelled();
     if asks && verdict == Verdict::Unexplained && beside_doubted.is_none() {
-        let higher = lifted(&bench, &found.baseline)?;
+        let higher = lifted(&workspace, &found.baseline)?;
         reading.beside_doubted = beside(&found.baseline, &higher)?;
-        reading.otherwise = Hovering::Over(higher.0, higher.1);
+        reading.otherwise = ContactAmbiguity::Over(higher.0, higher.1);
     }
     Ok((diagnosis, reading))
 }
 
 /// Chi2 per value of all but the `doubted` recordings of either side; `None` if there are no such
 /// ones.
-fn beside(stand: &Stand, doubted: &(Vec<usize>, Vec<usize>)) -> Result<Option<f64>, DiagnoseError> {
+fn beside(
+    stand: &ModelState,
+    doubted: &(Vec<usize>, Vec<usize>),
+) -> Result<Option<f64>, DiagnoseError> {
     if doubted.0.is_empty() && doubted.1.is_empty() {
         return Ok(None);
     }

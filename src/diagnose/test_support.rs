@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::options::{DiagnoseControl, DiagnoseOptions};
 use super::shooting::fitted::Fitted;
-use super::shooting::workspace::Bench;
+use super::shooting::workspace::Workspace;
 use crate::fit::Part;
 use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, find};
@@ -33,8 +33,8 @@ pub fn stepping(height: f64, time: f64) -> Model {
 
 /// Recordings of the paper's device with what is `concealed`, one for each drive and duration
 /// \[s\], at `rate` \[1/s\] and with a `noise` \[m\], made ready.
-pub fn bench_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Bench {
-    bench(&parts_of(concealed, drives, rate, noise))
+pub fn bench_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Workspace {
+    workspace(&parts_of(concealed, drives, rate, noise))
 }
 
 /// What `gain` says that a probe would bring beside `start`, of which `free` are fitted to recordings
@@ -46,19 +46,19 @@ pub fn share_beside(
     gain: fn(&Fitted) -> Result<f64, SimError>,
 ) -> f64 {
     let paper = Preset::embedded("paper").unwrap().model;
-    let bench = bench_of(&with_effect(&paper, concealed), drives, 25e3, 20e-9);
-    let base = bench.baseline(&paper, &QUIET).unwrap();
+    let workspace = bench_of(&with_effect(&paper, concealed), drives, 25e3, 20e-9);
+    let base = workspace.baseline(&paper, &QUIET).unwrap();
     let start = with_effect(&base.model, start);
-    let fitted = bench.fit(&start, free, &[], &base, 12, &QUIET).unwrap();
+    let fitted = workspace.fit(&start, free, &[], &base, 12, &QUIET).unwrap();
     let fall = base.cost - fitted.cost;
     assert!(fall > 1e3, "{fall}");
     gain(&fitted).unwrap() / fall
 }
 
 /// Those recordings made ready for the paper's device.
-pub fn bench(parts: &[Part]) -> Bench {
+pub fn workspace(parts: &[Part]) -> Workspace {
     let model = Preset::embedded("paper").unwrap().model;
-    Bench::new(&model, parts, &[], &DiagnoseOptions::default()).unwrap()
+    Workspace::new(&model, parts, &[], &DiagnoseOptions::default()).unwrap()
 }
 
 /// Those recordings as they are.

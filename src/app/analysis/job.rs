@@ -26,7 +26,7 @@ impl<P, T> Clone for Job<P, T> {
 }
 
 /// What the work sees of its job.
-pub struct Desk<P, T> {
+pub struct JobControl<P, T> {
     shared: Arc<Shared<P, T>>,
     context: Context,
 }
@@ -35,7 +35,7 @@ fn lock<V>(mutex: &Mutex<V>) -> MutexGuard<'_, V> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl<P, T> Desk<P, T> {
+impl<P, T> JobControl<P, T> {
     /// Becomes true when the work is to stop.
     pub fn cancel(&self) -> &AtomicBool {
         &self.shared.cancel
@@ -53,14 +53,14 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
     pub fn start(
         name: &str,
         context: &Context,
-        work: impl FnOnce(&Desk<P, T>) -> Result<T, String> + Send + 'static,
+        work: impl FnOnce(&JobControl<P, T>) -> Result<T, String> + Send + 'static,
     ) -> Self {
         let shared = Arc::new(Shared {
             cancel: AtomicBool::new(false),
             progress: Mutex::new(None),
             result: Mutex::new(None),
         });
-        let desk = Desk {
+        let desk = JobControl {
             shared: Arc::clone(&shared),
             context: context.clone(),
         };

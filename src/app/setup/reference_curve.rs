@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::drive_choice::{DriveChoice, Mode};
 use super::drive_text::DriveEntry;
 use super::overlay::Overlay;
-use crate::app::simulation::request::Wish;
+use crate::app::simulation::request::SimulationRequest;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
@@ -81,7 +81,7 @@ impl Kept {
     pub fn run(&self, drive: Waveform, overlays: &[Overlay]) -> Result<Arc<Snapshot>, String> {
         let started = Instant::now();
         let model = Arc::new(self.preset.model.clone());
-        let wish = Wish {
+        let wish = SimulationRequest {
             model: Arc::clone(&model),
             drive,
             duration: self.duration,

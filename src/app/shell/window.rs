@@ -18,7 +18,7 @@ use crate::app::setup::overlay::OverlayId;
 use crate::app::setup::setup::Setup;
 use crate::app::setup::undo::History;
 use crate::app::setup::view::{Picture, View};
-use crate::app::simulation::request::Wish;
+use crate::app::simulation::request::SimulationRequest;
 use crate::app::simulation::worker::{News, Worker};
 use crate::app::state::State;
 use crate::app::{theme, workspaces};
@@ -51,7 +51,7 @@ pub struct Shell {
     /// How far the kept curve of a session is.
     pub(crate) kept: Return,
     worker: Worker,
-    sent: Option<Wish>,
+    sent: Option<SimulationRequest>,
     pub(crate) recorded: Option<((OverlayId, f64), Result<Waveform, String>)>,
     pub(crate) saved: (Setup, View),
     pub(crate) changed_at: Option<f64>,
@@ -248,7 +248,7 @@ impl Shell {
             .filter(|sent| *sent.model == *device)
             .map(|sent| Arc::clone(&sent.model));
         let pictures = &state.view.pictures;
-        let wish = Wish {
+        let wish = SimulationRequest {
             model: same_model.unwrap_or_else(|| Arc::new(device.clone())),
             drive,
             duration: state.setup.duration,

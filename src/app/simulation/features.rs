@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use super::request::Wish;
+use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
 use crate::app::setup::overlay::{Overlay, OverlayId};
 use crate::model::parameter::ParameterId;
@@ -48,7 +48,11 @@ impl Summaries {
     }
 
     /// The snapshot with all numbers that can be had now, or `None` if it has them already.
-    pub fn complete(&mut self, mut snapshot: Snapshot, wish: &Wish) -> Option<Snapshot> {
+    pub fn complete(
+        &mut self,
+        mut snapshot: Snapshot,
+        wish: &SimulationRequest,
+    ) -> Option<Snapshot> {
         for (id, features) in self.done.try_iter() {
             self.known.insert(id, Some(features));
         }
@@ -71,7 +75,7 @@ impl Summaries {
 
     /// Adds the features of what is in view of a live run; those of a moment ago while
     /// it moves.
-    pub fn follow(&mut self, snapshot: &mut Snapshot, wish: &Wish, still: bool) {
+    pub fn follow(&mut self, snapshot: &mut Snapshot, wish: &SimulationRequest, still: bool) {
         let recent = self
             .live
             .take()
@@ -100,7 +104,7 @@ impl Summaries {
 }
 
 /// Features of a simulated run, as its sensor shows it.
-fn simulated_features(snapshot: &Snapshot, wish: &Wish) -> Features {
+fn simulated_features(snapshot: &Snapshot, wish: &SimulationRequest) -> Features {
     let trace = &snapshot.trace;
     let options = FeatureOptions {
         contact_level: trace.ground_level,

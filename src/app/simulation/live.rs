@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::request::Wish;
+use super::request::SimulationRequest;
 use super::snapshot::{LiveState, Snapshot};
 use crate::model::Model;
 use crate::model::drive::Waveform;
@@ -54,7 +54,7 @@ impl Live {
     ///
     /// # Errors
     /// [`SimError`] if the wish cannot be simulated.
-    pub fn start(wish: &Wish) -> Result<Self, SimError> {
+    pub fn start(wish: &SimulationRequest) -> Result<Self, SimError> {
         let mut options = wish.options();
         // A run has no end; its slices are bounded by time instead.
         options.max_steps = u64::MAX;
@@ -83,7 +83,7 @@ impl Live {
     ///
     /// # Errors
     /// [`SimError`] if they cannot be simulated; the device runs on with the old ones.
-    pub fn adopt(&mut self, wish: &Wish) -> Result<(), SimError> {
+    pub fn adopt(&mut self, wish: &SimulationRequest) -> Result<(), SimError> {
         let other_device =
             wish.model.modes.len() != self.model.modes.len() || wish.model.name != self.model.name;
         if other_device || wish.restarts != self.restarts {
@@ -104,12 +104,12 @@ impl Live {
         Ok(())
     }
 
-    fn restart_pace(&mut self, wish: &Wish) {
+    fn restart_pace(&mut self, wish: &SimulationRequest) {
         self.pace = (Instant::now(), self.runner.time(), wish.slow_down);
     }
 
     /// Whether nothing moves.
-    pub fn is_still(&self, wish: &Wish) -> bool {
+    pub fn is_still(&self, wish: &SimulationRequest) -> bool {
         wish.paused || self.stopped
     }
 
@@ -123,7 +123,7 @@ impl Live {
     ///
     /// # Errors
     /// [`SimError`] if the device cannot go on; it stands still then.
-    pub fn slice(&mut self, wish: &Wish) -> Result<(), SimError> {
+    pub fn slice(&mut self, wish: &SimulationRequest) -> Result<(), SimError> {
         let started = Instant::now();
         if wish.steps != self.steps {
             self.steps = wish.steps;
@@ -170,7 +170,7 @@ impl Live {
     }
 
     /// What is to be seen now: the stretch of the history that ends at the time looked at.
-    pub fn snapshot(&mut self, generation: u64, wish: &Wish) -> Snapshot {
+    pub fn snapshot(&mut self, generation: u64, wish: &SimulationRequest) -> Snapshot {
         let time = self.history.end().min(self.runner.time());
         let end = wish.scrub.unwrap_or(time).clamp(self.history.t0, time);
         let still = self.is_still(wish);

@@ -10,7 +10,7 @@ use crate::sim::Options;
 
 /// What the window wants shown. Equal wishes cost nothing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wish {
+pub struct SimulationRequest {
     /// The device.
     pub model: Arc<Model>,
     /// Its drive, resolved.
@@ -35,7 +35,7 @@ pub struct Wish {
     pub steps: u64,
 }
 
-impl Wish {
+impl SimulationRequest {
     /// Samples per second that show this device's motion: 50 kHz on the ground, fewer
     /// for slow devices and very long spans.
     pub fn rate(&self) -> f64 {
@@ -66,7 +66,7 @@ impl Wish {
     }
 
     /// Whether the simulated run is the same.
-    pub(crate) fn same_run(&self, other: &Wish) -> bool {
+    pub(crate) fn same_run(&self, other: &SimulationRequest) -> bool {
         self.model == other.model
             && self.drive == other.drive
             && self.duration == other.duration

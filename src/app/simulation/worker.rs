@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::features::Summaries;
 use super::live::Live;
-use super::request::Wish;
+use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
 use crate::app::analysis::job::panic_text;
 use crate::app::setup::drive_choice::Mode;
@@ -40,7 +40,7 @@ struct Shared {
 
 #[derive(Debug, Default)]
 struct Inbox {
-    wish: Option<Wish>,
+    wish: Option<SimulationRequest>,
     quit: bool,
 }
 
@@ -74,7 +74,7 @@ impl Worker {
     }
 
     /// Asks for a result; replaces a wish not yet taken up.
-    pub fn send(&self, wish: Wish) {
+    pub fn send(&self, wish: SimulationRequest) {
         lock(&self.shared.inbox).wish = Some(wish);
         self.shared.wake.notify_one();
     }
@@ -102,9 +102,9 @@ struct Engine<R> {
     repaint: R,
     summaries: Summaries,
     live: Option<Live>,
-    last: Option<Wish>,
+    last: Option<SimulationRequest>,
     /// The last result, and the wish that it fulfils.
-    shown: Option<(Wish, Arc<Snapshot>)>,
+    shown: Option<(SimulationRequest, Arc<Snapshot>)>,
     generation: u64,
 }
 
@@ -140,7 +140,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
 
     /// Waits for a wish: for ever, or at most `patience`. `None` ends the thread.
     #[allow(clippy::type_complexity)]
-    fn next_wish(&self, patience: Option<Duration>) -> Option<Option<Wish>> {
+    fn next_wish(&self, patience: Option<Duration>) -> Option<Option<SimulationRequest>> {
         let mut inbox = lock(&self.shared.inbox);
         loop {
             if inbox.quit {
@@ -185,7 +185,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
 
     /// Does what is wished, or goes on with what runs; returns how long to wait for the
     /// next wish.
-    fn serve(&mut self, wish: Option<Wish>) -> Option<Duration> {
+    fn serve(&mut self, wish: Option<SimulationRequest>) -> Option<Duration> {
         let fresh = wish.is_some();
         let wish = wish.or_else(|| self.last.clone())?;
         let patience = match wish.mode {
@@ -199,7 +199,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         patience
     }
 
-    fn serve_window(&mut self, wish: &Wish, fresh: bool) -> Option<Duration> {
+    fn serve_window(&mut self, wish: &SimulationRequest, fresh: bool) -> Option<Duration> {
         let reuse = self
             .shown
             .as_ref()
@@ -256,13 +256,13 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         !inbox.quit && (inbox.wish.is_none() || started.elapsed() < LONG_RUN)
     }
 
-    fn show(&mut self, wish: &Wish, snapshot: Snapshot) {
+    fn show(&mut self, wish: &SimulationRequest, snapshot: Snapshot) {
         let snapshot = Arc::new(snapshot);
         self.shown = Some((wish.clone(), Arc::clone(&snapshot)));
         self.post(News::Snapshot(snapshot));
     }
 
-    fn serve_live(&mut self, wish: &Wish) -> Option<Duration> {
+    fn serve_live(&mut self, wish: &SimulationRequest) -> Option<Duration> {
         let mut live = match self.live.take().map_or_else(|| Live::start(wish), Ok) {
             Ok(live) => live,
             Err(error) => {

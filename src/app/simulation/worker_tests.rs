@@ -5,8 +5,8 @@ use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, EffectSpec, Need};
 use crate::model::parameter::ParameterId;
 
-fn wish(setup: &Setup) -> Wish {
-    Wish {
+fn wish(setup: &Setup) -> SimulationRequest {
+    SimulationRequest {
         model: Arc::new(setup.preset.model.clone()),
         drive: Waveform::parse("square:15Hz:8V", 0.1).unwrap(),
         duration: 0.1,
@@ -84,7 +84,7 @@ fn a_panic_is_reported_and_the_worker_lives_on() {
     let mut broken = setup.clone();
     broken.preset.model.effects.push(ActiveEffect::new(&BROKEN));
     for mode in [Mode::Window, Mode::Live] {
-        worker.send(Wish {
+        worker.send(SimulationRequest {
             mode,
             ..wish(&broken)
         });
@@ -117,7 +117,7 @@ fn nonsense_is_refused_with_the_parameter() {
 fn a_live_run_keeps_pace_takes_changes_and_stands_when_paused() {
     let worker = Worker::start(|| {}).unwrap();
     let mut setup = built_in::setup();
-    let live = |setup: &Setup, paused| Wish {
+    let live = |setup: &Setup, paused| SimulationRequest {
         mode: Mode::Live,
         paused,
         ..wish(setup)
@@ -145,7 +145,7 @@ fn a_live_run_keeps_pace_takes_changes_and_stands_when_paused() {
     worker.news();
     std::thread::sleep(Duration::from_millis(100));
     assert!(worker.news().is_empty(), "nothing is drawn while it stands");
-    worker.send(Wish {
+    worker.send(SimulationRequest {
         steps: 1,
         ..live(&setup, true)
     });

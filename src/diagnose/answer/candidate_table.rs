@@ -1,16 +1,16 @@
 //! TODO-doc
 
-use super::named_effects::{AFTER_ALL, probability};
+use super::named_effects::{FALSE_ABSTENTION_RATE, probability};
 use crate::diagnose::comparison::significance::HELD_GAIN;
-use crate::diagnose::comparison::trial::Explanation;
+use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
-use crate::diagnose::diagnosis::{Candidate, Left, Verdict};
+use crate::diagnose::diagnosis::{Candidate, Inadequacy, Verdict};
 use crate::diagnose::hypotheses::propose::PROMISING;
 use crate::model::effects::CATALOGUE;
 
 /// All effects of the catalogue, as far as they were weighed.
 pub fn candidates(
-    found: &Explanation,
+    found: &SelectionResult,
     tests: &[LawTest],
     named_laws: &[LawTest],
     verdict: Verdict,
@@ -41,10 +41,10 @@ pub fn candidates(
             if let Some(f) = weighed.and_then(|w| w.by_itself) {
                 remarks.push(format!(
                     "{}: nothing that moves the device moves it",
-                    Left::Ring(f).text()
+                    Inadequacy::Ring(f).text()
                 ));
             } else if let Some(t) = trial {
-                remarks.push(if t.by_chance() {
+                remarks.push(if t.is_insignificant() {
                     "it improves the fit no more than chance does".to_owned()
                 } else if found.stand.held_out.is_some() && t.held_gain < HELD_GAIN {
                     "its improvement does not hold on the recordings kept out".to_owned()
@@ -98,7 +98,7 @@ pub fn candidates(
     if verdict == Verdict::Unexplained {
         // They share what chance there is that it was one of them after all.
         let all: f64 = out.iter().map(|c| c.probability).sum();
-        let share = AFTER_ALL / all.max(AFTER_ALL);
+        let share = FALSE_ABSTENTION_RATE / all.max(FALSE_ABSTENTION_RATE);
         out.iter_mut().for_each(|c| c.probability *= share);
     }
     out.sort_by(|a, b| {

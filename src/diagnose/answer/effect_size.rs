@@ -1,6 +1,6 @@
 //! How large an effect is beside the forces already in the model.
 
-use crate::diagnose::comparison::trial::Explanation;
+use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::diagnosis::ForceCurve;
 use crate::diagnose::discrepancy::missing_force::SINCE_CONTACT;
 use crate::diagnose::discrepancy::residual_map::Sample;
@@ -59,7 +59,7 @@ pub fn of(effect: &ActiveEffect, model: &Model, samples: &[Sample]) -> f64 {
 
 /// Mean force of the named effects in the bins of a curve \[N\]; empty if none is a force, or
 /// where the curve is of forces that are the same all through a stretch.
-pub fn law_on(curve: &ForceCurve, found: &Explanation, samples: &[Sample]) -> Vec<f64> {
+pub fn law_on(curve: &ForceCurve, found: &SelectionResult, samples: &[Sample]) -> Vec<f64> {
     let model = &found.stand.train.model;
     let named: Vec<Box<dyn Action>> = found
         .stand

@@ -1,7 +1,7 @@
 //! TODO-doc
 
-use super::proof::Side;
-use crate::diagnose::comparison::trial::Stand;
+use super::proof::SplitSamples;
+use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::contact::bounce_readings::at_once;
 use crate::diagnose::contact::event_readings;
 use crate::diagnose::contact::event_readings::Ground;
@@ -12,7 +12,7 @@ use crate::diagnose::diagnosis::{BounceSeen, EventsSeen, LevelSeen, ReleaseSeen}
 pub fn mismatches(
     named: &[LawTest],
     ground: &Ground,
-    baseline: &crate::diagnose::comparison::trial::Stand,
+    baseline: &crate::diagnose::comparison::trial::ModelState,
 ) -> Vec<crate::diagnose::diagnosis::Mismatch> {
     use crate::diagnose::diagnosis::{Mismatch, Regime};
     /// An event's surroundings \[s\].
@@ -47,7 +47,11 @@ pub fn mismatches(
 }
 
 /// The events at the ground as measured against the baseline.
-pub fn events_seen(ground: &event_readings::Ground, baseline: &Stand, sides: &Side) -> EventsSeen {
+pub fn events_seen(
+    ground: &event_readings::Ground,
+    baseline: &ModelState,
+    sides: &SplitSamples,
+) -> EventsSeen {
     let mut seen = EventsSeen::default();
     let shift = baseline.train.problem.data.len();
     for (readings, first) in [(&ground.train, 0), (&ground.held_out, shift)] {

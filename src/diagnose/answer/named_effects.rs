@@ -2,9 +2,9 @@
 //! was weighed, the events as seen, the next experiment.
 
 use super::effect_size;
-use super::proof::Side;
+use super::proof::SplitSamples;
 use super::systematic_error::untold;
-use crate::diagnose::comparison::trial::Explanation;
+use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{Estimate, NamedEffect};
 use crate::diagnose::options::DiagnoseError;
@@ -17,17 +17,17 @@ const PRIOR: f64 = 10.0;
 /// Share of the names given in sealed trials that were right, 246 of 260, whatever they
 /// brought from a fall of chi2 of 50 to one of 1e5: a law outside the catalogue imitates one
 /// inside as well where it is strong.
-pub const RELIABLE: f64 = 0.95;
+pub const CALIBRATED_PRECISION: f64 = 0.95;
 
 /// Share of what was called unexplained in sealed trials that an effect of the catalogue was
 /// behind after all, 5 of 27.
-pub(crate) const AFTER_ALL: f64 = 0.2;
+pub(crate) const FALSE_ABSTENTION_RATE: f64 = 0.2;
 
 /// The named effects, strongest first.
 pub fn names(
-    found: &Explanation,
+    found: &SelectionResult,
     named_laws: &[LawTest],
-    after: &Side,
+    after: &SplitSamples,
     full: &Model,
 ) -> Result<Vec<NamedEffect>, DiagnoseError> {
     let stand = &found.stand;
@@ -53,7 +53,7 @@ pub fn names(
                 Estimate {
                     id: p.id.to_owned(),
                     value: *value,
-                    std_error: match n.hypothesis.told_by {
+                    std_error: match n.hypothesis.estimated_on_held_out {
                         // Chi2 falls by the square of a height in its standard errors.
                         Some(_) if n.hypothesis.free.contains(&id) => {
                             value.abs() / (n.gain.0 + n.gain.1).max(1.0).sqrt()
@@ -65,7 +65,10 @@ pub fn names(
                     unit: p.unit,
                 }
             });
-            let told_by = n.hypothesis.told_by.zip(stand.held_out.as_ref());
+            let told_by = n
+                .hypothesis
+                .estimated_on_held_out
+                .zip(stand.held_out.as_ref());
             let mut evidence = vec![match told_by {
                 Some((k, held)) => format!(
                     "it happens after the fitted recordings: chi2 falls by {:.0} on {}, by which it is told, and by {:.0} on the others kept out",
@@ -78,7 +81,7 @@ pub fn names(
             }];
             evidence.extend(n.told.clone());
             evidence.extend(crate::diagnose::hypotheses::extra_mode::beside_it(effect));
-            if n.hypothesis.series {
+            if n.hypothesis.sequential_time {
                 evidence
                     .push("its time counts through the recordings in the order given".to_owned());
             }
@@ -133,5 +136,5 @@ pub fn names(
 /// others: the odds that it is no chance, and how often names that were none were right.
 pub(crate) fn probability(worth: f64, alike: usize) -> f64 {
     let odds = (0.5 * worth - PRIOR).clamp(-700.0, 700.0);
-    RELIABLE / (1.0 + (-odds).exp()) / (1 + alike) as f64
+    CALIBRATED_PRECISION / (1.0 + (-odds).exp()) / (1 + alike) as f64
 }

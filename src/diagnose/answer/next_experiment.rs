@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::diagnose::comparison::trial::Explanation;
+use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::diagnosis::{NamedEffect, NextExperiment};
 use crate::model::Model;
 use crate::model::drive::Waveform;
@@ -75,7 +75,7 @@ fn difference(a: &Trace, b: &Trace, noise: f64) -> f64 {
 
 /// The recording that would tell the best name from the next.
 pub fn next(
-    found: &Explanation,
+    found: &SelectionResult,
     named: &[NamedEffect],
     volts: f64,
     noise: f64,

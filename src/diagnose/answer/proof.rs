@@ -1,6 +1,6 @@
 //! Residuals along each recording, before and after, and how far it is told.
 
-use crate::diagnose::comparison::trial::Stand;
+use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::diagnosis::{BeforeAfter, Distance, ProofOf, Regime, Strip};
 use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::discrepancy::residual_map::{Sample, mean_square};
@@ -121,19 +121,19 @@ pub fn strips(
 }
 
 /// Samples of both sides.
-pub struct Side {
+pub struct SplitSamples {
     /// Of the fitted recordings.
     pub train: Vec<Sample>,
     /// Of those kept out.
     pub held_out: Vec<Sample>,
 }
 
-impl Side {
+impl SplitSamples {
     /// Looks at a stand.
     ///
     /// # Errors
     /// [`DiagnoseError`] if its model cannot be simulated.
-    pub fn look(stand: &Stand) -> Result<Self, DiagnoseError> {
+    pub fn look(stand: &ModelState) -> Result<Self, DiagnoseError> {
         let held_out = match &stand.held_out {
             Some(fitted) => residual_map::samples(fitted)?,
             None => Vec::new(),

@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use crate::diagnose::data::reading_assumptions::Known;
+use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
 use crate::diagnose::score_test::forms::{LEAST_LAG, shape_of};
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::found::Found;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::found::RequiredEffect;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::inspect::recording_summary::lag_of;
 use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 use crate::model::{Model, with_effect};
@@ -30,7 +30,7 @@ const HOPEFUL: f64 = 1.4;
 /// Steps of the fit with readings that lag.
 const STEPS: usize = 5;
 
-impl Bench {
+impl Workspace {
     /// Where the data show that the readings lag \[s\]: the recordings cut as they were before
     /// that, with the fit found with the lag, and the fit of the baseline to them; `again` makes
     /// recordings ready for what is known. `None` where they do not lag, or not that alone comes
@@ -43,7 +43,7 @@ impl Bench {
         model: &Model,
         options: &DiagnoseOptions,
         control: &DiagnoseControl<'_>,
-        again: &dyn Fn(&Self, &Known) -> Result<Self, DiagnoseError>,
+        again: &dyn Fn(&Self, &ReadingAssumptions) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
         let told = || lag_of(&self.train.parts, &self.train.findings);
         let asked = model.has_ground && options.asks(SENSOR.0);
@@ -53,9 +53,9 @@ impl Bench {
         let Some((start, free, bounds)) = lag(SENSOR, tau, model) else {
             return Ok(None);
         };
-        let known = Known {
+        let known = ReadingAssumptions {
             lag: tau,
-            ..Known::default()
+            ..ReadingAssumptions::default()
         };
         let Ok(mut sharp) = again(self, &known) else {
             return Ok(None);
@@ -83,7 +83,7 @@ impl Bench {
         if fitted.whole_per_value(&sharp)? > BETTER * rival {
             return Ok(None);
         }
-        sharp.found = Some(Arc::new(Found {
+        sharp.found = Some(Arc::new(RequiredEffect {
             shape: shape_of_lag(start.spec, &free),
             start,
             free,
@@ -105,8 +105,8 @@ impl Bench {
         (cut_again, tuned): (&Self, &Fitted),
         options: &DiagnoseOptions,
         control: &DiagnoseControl<'_>,
-    ) -> Result<Option<Found>, DiagnoseError> {
-        let mut best: Option<(f64, Found)> = None;
+    ) -> Result<Option<RequiredEffect>, DiagnoseError> {
+        let mut best: Option<(f64, RequiredEffect)> = None;
         let mut rival = tuned.whole_per_value(cut_again)?;
         // Readings that lag are found from near by, unless what the edges do was set aside.
         let asked = LAGS.iter().filter(|lag| rival > FAR || **lag != SENSOR);
@@ -133,7 +133,7 @@ impl Bench {
             let own = fitted.whole_per_value(self)?;
             log::debug!("{}: {own:.3} per value", free[0]);
             if best.as_ref().is_none_or(|best| own < best.0) {
-                let found = Found {
+                let found = RequiredEffect {
                     shape: shape_of_lag(start.spec, &free),
                     start,
                     free,
@@ -173,11 +173,11 @@ impl Bench {
 }
 
 impl Fitted {
-    /// Cost per value of the fitted recordings of `bench`, all stretches counted.
-    fn whole_per_value(&self, bench: &Bench) -> Result<f64, DiagnoseError> {
+    /// Cost per value of the fitted recordings of `workspace`, all stretches counted.
+    fn whole_per_value(&self, workspace: &Workspace) -> Result<f64, DiagnoseError> {
         let segments = &self.point.segments;
         let rows: usize = segments.iter().map(|s| self.problem.rows(s).len()).sum();
-        Ok(self.whole_cost(bench.train.segments())? / rows.max(1) as f64)
+        Ok(self.whole_cost(workspace.train.segments())? / rows.max(1) as f64)
     }
 }
 
@@ -213,7 +213,7 @@ fn lag(
 #[cfg(test)]
 mod tests {
     use super::super::lag_rivals::*;
-    use crate::diagnose::data::reading_assumptions::Hovering;
+    use crate::diagnose::data::reading_assumptions::ContactAmbiguity;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::model::preset::Preset;
@@ -227,13 +227,18 @@ mod tests {
     }
 
     /// What the re-tuning finds of a lag in recordings.
-    fn found(bench: Bench) -> Option<f64> {
+    fn found(workspace: Workspace) -> Option<f64> {
         let paper = Preset::embedded("paper").unwrap().model;
         let options = DiagnoseOptions::default();
-        let tuned = bench
-            .tuned(&paper, (&options, &Hovering::AsTold), &QUIET, &|| ())
+        let tuned = workspace
+            .tuned(
+                &paper,
+                (&options, &ContactAmbiguity::AsTold),
+                &QUIET,
+                &|| (),
+            )
             .unwrap();
-        let known = tuned.bench.found?;
+        let known = tuned.workspace.found?;
         known.fitted.model.get(&known.free[0])
     }
 
@@ -281,7 +286,7 @@ mod tests {
         for part in &mut parts {
             Arc::make_mut(&mut part.recording).cantilever = None;
         }
-        let pace = found(test_support::bench(&parts)).unwrap();
+        let pace = found(test_support::workspace(&parts)).unwrap();
         assert!((pace / PACE - 1.0).abs() < 0.02, "{pace}");
     }
 }

@@ -1,14 +1,16 @@
 //! The baseline re-tuned to the fitted recordings: from far off, in steps.
 
 use crate::diagnose::data::level_drift;
-use crate::diagnose::data::misread_segments::heal;
+use crate::diagnose::data::misread_segments::reassign_misread_segments;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::clock_skew::{set_clocks, skews};
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::found::Found;
+use crate::diagnose::shooting::found::RequiredEffect;
 use crate::diagnose::shooting::set_aside::taken_in;
 use crate::diagnose::shooting::warm_start::thinned;
-use crate::diagnose::shooting::workspace::{Bench, FINE, FORSAKEN, LOSS, ROUGH, WIDE, positions};
+use crate::diagnose::shooting::workspace::{
+    FINE, FORSAKEN, LOSS, ROUGH, WIDE, Workspace, positions,
+};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
@@ -21,7 +23,7 @@ const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
 /// Chi2 per value above which other films are tried.
 const MUCH: f64 = 1.15;
 /// And above which it is not the film that is missing.
-const LOST: f64 = 50.0;
+const FILM_RETRY_MAX_CHI2: f64 = 50.0;
 /// Another film must bring it below this share for more to be tried.
 const BETTER: f64 = 0.95;
 /// What is not moved at first.
@@ -52,7 +54,7 @@ const WITHOUT: usize = 10;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
 
-impl Bench {
+impl Workspace {
     /// The baseline alone.
     #[cfg(test)]
     pub fn baseline(
@@ -73,7 +75,7 @@ impl Bench {
         &self,
         model: &Model,
         control: &DiagnoseControl<'_>,
-    ) -> Result<(Fitted, Option<Found>), DiagnoseError> {
+    ) -> Result<(Fitted, Option<RequiredEffect>), DiagnoseError> {
         // A drift that the model has already is part of the baseline.
         let Some((drift, free)) = self.drift_beyond(model) else {
             return Ok((self.from_afar(model, &[], &[], control)?, None));
@@ -82,7 +84,7 @@ impl Bench {
         let mut start = with.model.clone();
         start.effects.retain(|e| e.spec != drift.spec);
         let fitted = self.fit(&start, &[], &[], &with, WITHOUT, control)?;
-        let found = Found {
+        let found = RequiredEffect {
             start: drift.clone(),
             free: free.clone(),
             bounds: Vec::new(),
@@ -124,7 +126,7 @@ impl Bench {
         model: &Model,
         known: &Fitted,
         control: &DiagnoseControl<'_>,
-    ) -> Result<(Fitted, Option<Found>), DiagnoseError> {
+    ) -> Result<(Fitted, Option<RequiredEffect>), DiagnoseError> {
         if self.drift_beyond(model).is_some() {
             return self.with_and_without_drift(model, control);
         }
@@ -243,8 +245,8 @@ impl Bench {
         let thickness = best.problem.space.position("gp");
         for share in FILMS {
             let left = best.per_value();
-            let Some(at) =
-                thickness.filter(|_| (MUCH..LOST).contains(&left) && !control.cancelled())
+            let Some(at) = thickness
+                .filter(|_| (MUCH..FILM_RETRY_MAX_CHI2).contains(&left) && !control.cancelled())
             else {
                 break;
             };
@@ -301,7 +303,7 @@ impl Bench {
             locked.extend(positions(&problem, &LOOPS));
             locked.extend(self.read_alone(&problem));
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
-            heal(&problem, &mut point, segments)?;
+            reassign_misread_segments(&problem, &mut point, segments)?;
         }
         Ok((problem, point))
     }
@@ -330,7 +332,7 @@ impl Bench {
             locked.extend(self.read_alone(problem));
             point = self.improve(problem, point, &locked, (7, ROUGH), control)?;
             set_clocks(problem, &mut point, segments, few)?;
-            if heal(problem, &mut point, segments)? {
+            if reassign_misread_segments(problem, &mut point, segments)? {
                 // What was set aside must not count any more.
                 point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
             }
@@ -355,12 +357,12 @@ impl Bench {
         let segments = &self.train.calm.prepared.segments;
         let others: Vec<bool> = few.iter().map(|f| !f).collect();
         let mut point = taken_in(&problem, point, segments, &others, GUESS)?;
-        heal(&problem, &mut point, segments)?;
+        reassign_misread_segments(&problem, &mut point, segments)?;
         point = self.improve(&problem, point, &[], (20, FINE), control)?;
         if set_clocks(&problem, &mut point, segments, &vec![true; few.len()])? {
             point = self.improve(&problem, point, &[], (10, FINE), control)?;
         }
-        if heal(&problem, &mut point, segments)? {
+        if reassign_misread_segments(&problem, &mut point, segments)? {
             point = self.improve(&problem, point, &[], (10, FINE), control)?;
         }
         self.finish(problem, point)

@@ -4,13 +4,13 @@
 use std::mem::replace;
 use std::sync::Arc;
 
-use crate::diagnose::data::reading_assumptions::{Hovering, Known};
-use crate::diagnose::data::side::Side;
+use crate::diagnose::data::reading_assumptions::{ContactAmbiguity, ReadingAssumptions};
+use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::found::LOST;
+use crate::diagnose::shooting::found::LOST_TRACK_CHI2;
 use crate::diagnose::shooting::latency;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
@@ -42,7 +42,7 @@ struct Distance {
 #[derive(Debug)]
 pub struct Tuned {
     /// The recordings as cut for it.
-    pub bench: Bench,
+    pub workspace: Workspace,
     /// Its fit.
     pub train: Fitted,
     /// Those kept out, judged; `None` if there are none.
@@ -119,7 +119,7 @@ impl Fitted {
         // Where the others are far off too, something is missing that says nothing of stays.
         let beside = |k| !all.contains(&k);
         let told: Vec<(usize, f64)> = distances.iter().map(|s| (s.recording, s.mean)).collect();
-        Ok(if median(&told, beside) > LOST {
+        Ok(if median(&told, beside) > LOST_TRACK_CHI2 {
             Vec::new()
         } else {
             all
@@ -159,7 +159,7 @@ fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
     quantile_in_place(&mut own, 0.5)
 }
 
-impl Bench {
+impl Workspace {
     /// The baseline re-tuned from `model`, with the recordings cut for it again where their
     /// readings turn out to be late by more than stretches bear, and without stays in those
     /// in which flight through suits better (or less, or in those it names, as `hovering` asks).
@@ -170,94 +170,95 @@ impl Bench {
     pub fn tuned(
         self,
         model: &Model,
-        (options, hovering): (&DiagnoseOptions, &Hovering),
+        (options, hovering): (&DiagnoseOptions, &ContactAmbiguity),
         control: &DiagnoseControl<'_>,
         judging: &dyn Fn(),
     ) -> Result<Tuned, DiagnoseError> {
-        let mut known = Known::default();
+        let mut known = ReadingAssumptions::default();
         let mut doubted = (Vec::new(), Vec::new());
         // The other way only where it is in doubt first.
-        let as_told = |first: bool| !first || *hovering == Hovering::AsTold;
-        let mut bench = self;
-        let again = |bench: &Self, known: &Known| {
-            let held_out = bench.held_out.as_ref().map_or(&[][..], |s| &s.parts);
-            Self::of_known(model, (&bench.train.parts, held_out), options, known)
+        let as_told = |first: bool| !first || *hovering == ContactAmbiguity::AsTold;
+        let mut workspace = self;
+        let again = |workspace: &Self, known: &ReadingAssumptions| {
+            let held_out = workspace.held_out.as_ref().map_or(&[][..], |s| &s.parts);
+            Self::of_known(model, (&workspace.train.parts, held_out), options, known)
         };
-        let (mut train, mut drift) = match bench.behind(model, options, control, &again)? {
+        let (mut train, mut drift) = match workspace.behind(model, options, control, &again)? {
             Some((other, fit, lag)) => {
-                bench = other;
+                workspace = other;
                 known.lag = lag;
                 (fit, None)
             }
-            None => bench.with_and_without_drift(model, control)?,
+            None => workspace.with_and_without_drift(model, control)?,
         };
         let mut first = None;
         for _ in 0..AGAIN {
             // Readings that are known to lag are late for that.
-            let go_on = bench.found.is_none() && !control.cancelled();
+            let go_on = workspace.found.is_none() && !control.cancelled();
             let Some(late) = latency::late(&train).filter(|_| go_on) else {
                 break;
             };
             known.late += late;
             log::debug!("readings are {:.1} us late", 1e6 * known.late);
-            let cut_again = again(&bench, &known)?;
+            let cut_again = again(&workspace, &known)?;
             let (fit, own) = cut_again.with_and_without_drift(model, control)?;
             drift = own;
-            let before = (replace(&mut bench, cut_again), replace(&mut train, fit));
+            let before = (replace(&mut workspace, cut_again), replace(&mut train, fit));
             first.get_or_insert(before);
         }
         if let Some((cut_first, fit)) = first.filter(|_| !control.cancelled()) {
             if let Some(lagging) =
-                cut_first.lagging(known.late, (&bench, &train), options, control)?
+                cut_first.lagging(known.late, (&workspace, &train), options, control)?
             {
-                (bench, train) = (cut_first, fit);
-                bench.found = Some(Arc::new(lagging));
+                (workspace, train) = (cut_first, fit);
+                workspace.found = Some(Arc::new(lagging));
                 known.late = 0.0;
             }
-        } else if bench.found.is_none()
+        } else if workspace.found.is_none()
             && !control.cancelled()
             && let Some(late) = latency::disagreement(&train)
-            && let Some(lagging) = bench.lagging(late, (&bench, &train), options, control)?
+            && let Some(lagging) =
+                workspace.lagging(late, (&workspace, &train), options, control)?
         {
-            bench.found = Some(Arc::new(lagging));
+            workspace.found = Some(Arc::new(lagging));
         }
-        let lags = bench.found.is_some();
+        let lags = workspace.found.is_some();
         let lost = |train: &Fitted| !lags && train.is_lost();
         let mut drift = drift.filter(|_| lost(&train));
         let mut remarks = Vec::new();
         // With a drift without which the baseline is lost.
         let told = drift.as_ref().map_or(&train, |drift| &drift.fitted);
         let (doubtful, over) = match hovering {
-            Hovering::Over(these, _) => (these.clone(), true),
+            ContactAmbiguity::Over(these, _) => (these.clone(), true),
             _ => (told.doubtful()?, false),
         };
-        let hovers = bench.may_hover(&bench.train, doubtful);
+        let hovers = workspace.may_hover(&workspace.train, doubtful);
         // Where the drive lags the baseline is far off for that.
         if !hovers.is_empty() && !lags && !control.cancelled() {
             doubted.0.clone_from(&hovers);
             let mut flown = known.clone();
             flown.hovers.0 = hovers;
-            let other = again(&bench, &flown)?;
+            let other = again(&workspace, &flown)?;
             let (fit, own) = other.baseline_again(model, &train, control)?;
             let own = own.filter(|_| lost(&fit));
             let with = own.as_ref().map_or(&fit, |own| &own.fitted);
             if over || told.yields_to(with, &flown.hovers.0)? == as_told(true) {
                 remarks.extend(said(&other.train, &flown.hovers.0));
-                (bench, train, known, drift) = (other, fit, flown, own);
+                (workspace, train, known, drift) = (other, fit, flown, own);
             }
         }
         if let Some(drift) = drift {
-            bench.found = Some(Arc::new(drift));
+            workspace.found = Some(Arc::new(drift));
         }
         judging();
-        let mut held_out = bench.judge(&train.model, (&train, None), control)?;
-        let hovers = match (&held_out, &bench.held_out) {
+        let mut held_out = workspace.judge(&train.model, (&train, None), control)?;
+        let hovers = match (&held_out, &workspace.held_out) {
             (Some(judged), Some(side)) => {
                 let doubtful = match hovering {
-                    Hovering::Over(_, these) => these.clone(),
+                    ContactAmbiguity::Over(_, these) => these.clone(),
                     _ => judged.doubtful()?,
                 };
-                bench.may_hover(side, doubtful)
+                workspace.may_hover(side, doubtful)
             }
             _ => Vec::new(),
         };
@@ -265,8 +266,8 @@ impl Bench {
             doubted.1.clone_from(&hovers);
             let mut flown = known;
             flown.hovers.1 = hovers;
-            let mut other = again(&bench, &flown)?;
-            other.found.clone_from(&bench.found);
+            let mut other = again(&workspace, &flown)?;
+            other.found.clone_from(&workspace.found);
             let judged = other.judge(&train.model, (&train, None), control)?;
             let better = match (&held_out, &judged) {
                 (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
@@ -275,11 +276,11 @@ impl Bench {
             if over || better == as_told(doubted.0.is_empty()) {
                 let side = other.held_out.as_ref();
                 remarks.extend(side.into_iter().flat_map(|s| said(s, &flown.hovers.1)));
-                (bench, held_out) = (other, judged);
+                (workspace, held_out) = (other, judged);
             }
         }
         Ok(Tuned {
-            bench,
+            workspace,
             train,
             held_out,
             remarks,
@@ -289,7 +290,7 @@ impl Bench {
 }
 
 /// That the mass hovers in some recordings of a side.
-fn said(side: &Side, hovers: &[usize]) -> Vec<String> {
+fn said(side: &Split, hovers: &[usize]) -> Vec<String> {
     let one = |&k: &usize| {
         format!(
             "{}: the mass comes to rest over the ground without touching it, and says nothing of contact",

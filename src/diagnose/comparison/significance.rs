@@ -9,7 +9,7 @@ pub const TRAIN_GAIN: f64 = 30.0;
 /// The same where the best of many times or frequencies was searched for.
 const SEARCHED_GAIN: f64 = 50.0;
 /// So many times what chance lets them improve by is far more.
-const FAR: f64 = 2.0;
+const UNPROVED_FACTOR: f64 = 2.0;
 /// Falls on the fitted recordings and on both sides from which a name needs no more where
 /// those kept out, of which chance knows nothing, fall by as much as that.
 const CONFIRMED: (f64, f64) = (15.0, 45.0);
@@ -22,10 +22,10 @@ pub const HELD_GAIN: f64 = 10.0;
 
 /// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
 /// `held_gain`. Of what was searched for over many places the best of them is seen.
-pub fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+pub fn is_insignificant(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
     let (own, both) = CONFIRMED;
     let confirmed = gain > own && held_gain > own && gain + held_gain > both;
-    gain < least(hypothesis) && (hypothesis.searched || !confirmed)
+    gain < least(hypothesis) && (hypothesis.look_elsewhere || !confirmed)
 }
 
 /// Whether the fitted recordings improve by far more than chance lets them, and those kept out
@@ -34,22 +34,22 @@ pub fn by_chance(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
 /// gains on those kept out. Of many places the best suits whatever single reading went wrong
 /// there: what was searched for and spoils those kept out by more than it gains is refuted, and
 /// speaks of nothing.
-pub fn unproved(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
+pub fn fails_held_out(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
     let mode = hypothesis.start.spec.id == "extra_mode";
-    let refuted = hypothesis.searched && held_gain < -gain;
-    let asked = hypothesis.told_by.is_none() && !mode && !refuted;
-    asked && gain > FAR * least(hypothesis) && held_gain < HELD_GAIN
+    let refuted = hypothesis.look_elsewhere && held_gain < -gain;
+    let asked = hypothesis.estimated_on_held_out.is_none() && !mode && !refuted;
+    asked && gain > UNPROVED_FACTOR * least(hypothesis) && held_gain < HELD_GAIN
 }
 
 /// Whether chance lets chi2 fall by `gain` where each stretch has a beginning of its own besides,
 /// `unknowns` in all: each takes one on the average, which costs count, and scatters about it.
-pub fn by_beginnings(unknowns: usize, gain: f64) -> bool {
+pub fn within_initial_state_dof(unknowns: usize, gain: f64) -> bool {
     gain < SCATTER * (2.0 * unknowns as f64).sqrt()
 }
 
 /// Whether the fit has made the effect of `hypothesis` in `model` as weak as it may be: what it
 /// brings is then owed to the way that the fit went, not to the effect.
-pub fn vanishes(hypothesis: &Hypothesis, model: &Model) -> bool {
+pub fn is_at_lower_bound(hypothesis: &Hypothesis, model: &Model) -> bool {
     let bound = |id: &String| hypothesis.bounds.iter().find(|b| b.0 == *id).map(|b| b.1);
     // Constants of a law stay between two bounds, its strength above one.
     let carries = |id: &&String| bound(id).is_none_or(|(_, most)| most.is_infinite());
@@ -64,7 +64,7 @@ pub fn vanishes(hypothesis: &Hypothesis, model: &Model) -> bool {
 
 /// Fall of chi2 on the fitted recordings up to which chance lets them improve.
 fn least(hypothesis: &Hypothesis) -> f64 {
-    if hypothesis.searched {
+    if hypothesis.look_elsewhere {
         SEARCHED_GAIN
     } else {
         TRAIN_GAIN
@@ -81,15 +81,15 @@ mod tests {
     fn of(id: &str, searched: bool) -> Hypothesis {
         Hypothesis {
             start: ActiveEffect::new(find(id).unwrap()),
-            others: Vec::new(),
+            alternative_starts: Vec::new(),
             free: Vec::new(),
-            full: None,
+            cold_start: None,
             shape: Vec::new(),
             bounds: Vec::new(),
-            promise: 0.0,
-            searched,
-            series: false,
-            told_by: None,
+            predicted_gain: 0.0,
+            look_elsewhere: searched,
+            sequential_time: false,
+            estimated_on_held_out: None,
         }
     }
 
@@ -107,43 +107,43 @@ mod tests {
             bounds: vec![(id("tau"), (3e-7, f64::INFINITY))],
             ..of("amplifier_lag", false)
         };
-        assert!(vanishes(&lag, &with(3e-7, 0.0)));
-        assert!(!vanishes(&lag, &with(4e-7, 0.0)));
+        assert!(is_at_lower_bound(&lag, &with(3e-7, 0.0)));
+        assert!(!is_at_lower_bound(&lag, &with(4e-7, 0.0)));
         // One that slews may settle as quickly as it likes.
         let both = Hypothesis {
             free: vec![id("tau"), id("r")],
             ..lag
         };
-        assert!(!vanishes(&both, &with(3e-7, 1e-6)));
-        assert!(vanishes(&both, &with(3e-7, 0.0)));
-        assert!(!vanishes(&of("gap_step", true), &paper));
+        assert!(!is_at_lower_bound(&both, &with(3e-7, 1e-6)));
+        assert!(is_at_lower_bound(&both, &with(3e-7, 0.0)));
+        assert!(!is_at_lower_bound(&of("gap_step", true), &paper));
     }
 
     #[test]
     fn free_beginnings_gain_by_chance() {
         // Two unknowns in each of two hundred stretches scatter by 28.
-        assert!(by_beginnings(400, 63.0));
-        assert!(!by_beginnings(400, 120.0));
-        assert!(!by_beginnings(0, 1.0));
+        assert!(within_initial_state_dof(400, 63.0));
+        assert!(!within_initial_state_dof(400, 120.0));
+        assert!(!within_initial_state_dof(0, 1.0));
     }
 
     #[test]
     fn what_gains_only_where_it_is_fitted_is_unproved() {
         let drift = of("zero_drift", false);
-        assert!(unproved(&drift, 140.0, -30.0));
-        assert!(!unproved(&drift, 140.0, 60.0));
-        assert!(!unproved(&drift, 31.0, -30.0));
+        assert!(fails_held_out(&drift, 140.0, -30.0));
+        assert!(!fails_held_out(&drift, 140.0, 60.0));
+        assert!(!fails_held_out(&drift, 31.0, -30.0));
         // Chance finds more where it is searched for.
         let step = of("gap_step", true);
-        assert!(unproved(&step, 140.0, 0.0) && !unproved(&step, 70.0, 0.0));
+        assert!(fails_held_out(&step, 140.0, 0.0) && !fails_held_out(&step, 70.0, 0.0));
         // One that spoils the others by more than it gains was none.
-        assert!(unproved(&step, 140.0, -130.0) && !unproved(&step, 140.0, -150.0));
-        assert!(unproved(&drift, 140.0, -150.0));
+        assert!(fails_held_out(&step, 140.0, -130.0) && !fails_held_out(&step, 140.0, -150.0));
+        assert!(fails_held_out(&drift, 140.0, -150.0));
         let told_later = Hypothesis {
-            told_by: Some(0),
+            estimated_on_held_out: Some(0),
             ..step
         };
-        assert!(!unproved(&told_later, 140.0, 0.0));
-        assert!(!unproved(&of("extra_mode", true), 140.0, 0.0));
+        assert!(!fails_held_out(&told_later, 140.0, 0.0));
+        assert!(!fails_held_out(&of("extra_mode", true), 140.0, 0.0));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::hypothesis::Hypothesis;
 use super::significance;
-use super::significance::by_chance;
+use super::significance::is_insignificant;
 use crate::diagnose::selection::forward::{APART, LEAST, WHOLE};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::EffectSpec;
@@ -10,13 +10,13 @@ use crate::model::effects::extra_mode::EFFECT;
 
 /// A hypothesis after a fit with it.
 #[derive(Debug, Clone)]
-pub struct Weighed {
+pub struct CandidateScore {
     /// The effect.
     pub spec: &'static EffectSpec,
     /// Fall of chi2 promised.
     pub promise: f64,
     /// The fit, if it was worth one.
-    pub trial: Option<Trial>,
+    pub trial: Option<CandidateFit>,
     /// Frequency of a further mode that is not named though its fit is good, for it rings by
     /// itself \[Hz\].
     pub by_itself: Option<f64>,
@@ -24,7 +24,7 @@ pub struct Weighed {
 
 /// A fit with one more effect, judged.
 #[derive(Debug, Clone)]
-pub struct Trial {
+pub struct CandidateFit {
     /// Of the fitted recordings.
     pub train: Fitted,
     /// Of those kept out.
@@ -37,7 +37,7 @@ pub struct Trial {
     pub hypothesis: Hypothesis,
 }
 
-impl Trial {
+impl CandidateFit {
     /// Both gains.
     pub fn worth(&self) -> f64 {
         self.gain + self.held_gain
@@ -45,26 +45,27 @@ impl Trial {
 
     /// Whether the fitted recordings improve by far more than chance lets them, and those kept
     /// out, if there are any, do not.
-    pub fn unproved(&self) -> bool {
+    pub fn fails_held_out(&self) -> bool {
         self.held_out.is_some()
-            && significance::unproved(&self.hypothesis, self.gain, self.held_gain)
+            && significance::fails_held_out(&self.hypothesis, self.gain, self.held_gain)
     }
 
     /// Whether either side improves by no more than the beginnings of its own let it that the
     /// hypothesis has in each stretch, beside those that `stand` has.
-    pub(crate) fn by_beginnings(&self, stand: &Stand) -> bool {
+    pub(crate) fn within_initial_state_dof(&self, stand: &ModelState) -> bool {
         let more = |before: &Fitted, after: &Fitted| {
             after.beginnings().saturating_sub(before.beginnings())
         };
-        let side = |before, after, gain| significance::by_beginnings(more(before, after), gain);
+        let side =
+            |before, after, gain| significance::within_initial_state_dof(more(before, after), gain);
         let held_out = stand.held_out.as_ref().zip(self.held_out.as_ref());
         side(&stand.train, &self.train, self.gain)
             || held_out.is_some_and(|(before, after)| side(before, after, self.held_gain))
     }
 
     /// Whether the fitted recordings improve by no more than chance lets them.
-    pub fn by_chance(&self) -> bool {
-        by_chance(&self.hypothesis, self.gain, self.held_gain)
+    pub fn is_insignificant(&self) -> bool {
+        is_insignificant(&self.hypothesis, self.gain, self.held_gain)
     }
 
     /// Whether the effect leaves nothing of the fitted recordings.
@@ -81,18 +82,18 @@ impl Trial {
 
 /// Where the search stands: a model with the effects named so far.
 #[derive(Debug, Clone)]
-pub struct Stand {
+pub struct ModelState {
     /// Fit to the recordings to be fitted.
     pub train: Fitted,
     /// Those kept out, judged.
     pub held_out: Option<Fitted>,
     /// The effects named, in the order found.
-    pub named: Vec<Named>,
+    pub named: Vec<SelectedEffect>,
     /// Whether stretches that were misread for the baseline are in it.
     pub misread: bool,
 }
 
-impl Stand {
+impl ModelState {
     /// The effects named.
     pub fn specs(&self) -> Vec<&'static EffectSpec> {
         self.named.iter().map(|n| n.spec).collect()
@@ -116,7 +117,7 @@ impl Stand {
 
 /// An effect that was named.
 #[derive(Debug, Clone)]
-pub struct Named {
+pub struct SelectedEffect {
     /// The effect.
     pub spec: &'static EffectSpec,
     /// Its freedoms.
@@ -131,11 +132,11 @@ pub struct Named {
 
 /// What the search found.
 #[derive(Debug, Clone)]
-pub struct Explanation {
+pub struct SelectionResult {
     /// The re-tuned baseline.
-    pub baseline: Stand,
+    pub baseline: ModelState,
     /// With the effects named.
-    pub stand: Stand,
+    pub stand: ModelState,
     /// Everything weighed against the baseline.
-    pub weighed: Vec<Weighed>,
+    pub weighed: Vec<CandidateScore>,
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::event_readings::Ground;
 use super::law_test::LawTest;
-use super::restitution::{ALSO_HELD_OUT, LEAST, TOLD};
+use super::restitution::{ALSO_HELD_OUT, MIN_EVENTS, TOLD};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
 use crate::fit::contact_readings::Release;
 use crate::model::effects::{ActiveEffect, find};
@@ -158,7 +158,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
     let short = several_short(sides.map(Vec::as_slice));
     let [train, held] = sides.map(|releases| pulls(releases, short));
     let spec = find("adhesion_saturation")?;
-    if train.len() < LEAST {
+    if train.len() < MIN_EVENTS {
         return None;
     }
     let all = [train.as_slice(), held.as_slice()].concat();
@@ -167,12 +167,12 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
     let scale = scatter(&all, of_all.curve.values.len(), &|t| of_all.at(t));
     // All laws of bending are one hypothesis: that which suits all is asked of the first.
     let same = of_all.form.fit(&train, &of_all.curve.values);
-    let foreseen = same.foresees(&of_all.curve, scale);
+    let foreseen = same.predictive_log_loss(&of_all.curve, scale);
     let of_train = bend(&train, &straight).unwrap_or_else(|| Bend {
         curve: same.clone(),
         form: of_all.form,
     });
-    let mut held_gain = straight.foresees(&straight_all, scale) - foreseen;
+    let mut held_gain = straight.predictive_log_loss(&straight_all, scale) - foreseen;
     let gain = (straight.cost - of_train.curve.cost) / scale;
     let together = gain <= TOLD && held_gain > 0.0;
     if together {
@@ -182,7 +182,8 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
             let others: Vec<Release> = others.filter(|r| r.recording != k).copied().collect();
             let all = [train.as_slice(), pulls(&others, short).as_slice()].concat();
             let bent = of_all.form.fit(&all, &of_all.curve.values);
-            straight.foresees(&line(&all), scale) - same.foresees(&bent, scale)
+            straight.predictive_log_loss(&line(&all), scale)
+                - same.predictive_log_loss(&bent, scale)
         };
         let recordings: BTreeSet<usize> = ground
             .held_out

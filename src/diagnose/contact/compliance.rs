@@ -3,7 +3,7 @@
 use super::bounce_readings::{LEVEL, misses};
 use super::event_readings::Ground;
 use super::law_test::{LawTest, in_turn, proved, together};
-use super::restitution::{FEW, FORESEEN_DWELL, HARD, LEAST};
+use super::restitution::{FEW, FORESEEN_DWELL, HARD, MIN_EVENTS};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
 use crate::model::effects::{ActiveEffect, find};
 
@@ -15,7 +15,7 @@ pub(crate) fn compliance(ground: &Ground) -> Option<LawTest> {
         misses(&ground.held_out.bounces),
     );
     let all = [train.as_slice(), held.as_slice()].concat();
-    if train.is_empty() || all.len() < LEAST {
+    if train.is_empty() || all.len() < MIN_EVENTS {
         return None;
     }
     let law = |v: f64, p: &[f64]| p[0] - p[1] * v;
@@ -48,7 +48,7 @@ pub(crate) fn compliance(ground: &Ground) -> Option<LawTest> {
             },
         )
     } else if gives(&fit_all) {
-        level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
+        level.predictive_log_loss(&level_all, scale) - fit.predictive_log_loss(&fit_all, scale)
     } else {
         0.0
     };

@@ -2,11 +2,11 @@
 //! model of flight as fitted and no law of the ground; the laws are then fitted to the
 //! readings, and each that the model lacks is a hypothesis like any other.
 
-use crate::diagnose::data::side::Side;
+use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::warm_start::adopt;
-use crate::diagnose::shooting::workspace::{Bench, LOSS};
+use crate::diagnose::shooting::warm_start::warm_start;
+use crate::diagnose::shooting::workspace::{LOSS, Workspace};
 use crate::fit::contact_readings;
 use crate::fit::contact_readings::Readings;
 use crate::fit::problem::Problem;
@@ -55,7 +55,7 @@ pub(crate) struct Known {
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn read(
-    bench: &Bench,
+    workspace: &Workspace,
     train: &Fitted,
     held_out: Option<&Fitted>,
     before: Option<&Ground>,
@@ -65,11 +65,11 @@ pub fn read(
         return Ok(Ground::default());
     }
     let known = |side: usize| before.and_then(|before| before.known[side].as_ref());
-    let other = match (held_out, &bench.held_out) {
-        (Some(fitted), Some(side)) => side_readings(bench, side, fitted, known(1), control)?,
+    let other = match (held_out, &workspace.held_out) {
+        (Some(fitted), Some(side)) => side_readings(workspace, side, fitted, known(1), control)?,
         _ => Default::default(),
     };
-    let own = side_readings(bench, &bench.train, train, known(0), control)?;
+    let own = side_readings(workspace, &workspace.train, train, known(0), control)?;
     Ok(Ground {
         train: own.0,
         held_out: other.0,
@@ -80,13 +80,13 @@ pub fn read(
 
 /// What is read of one side, and how.
 fn side_readings(
-    bench: &Bench,
-    side: &Side,
+    workspace: &Workspace,
+    side: &Split,
     fitted: &Fitted,
     known: Option<&Known>,
     control: &DiagnoseControl<'_>,
 ) -> Result<(Readings, Option<Known>), DiagnoseError> {
-    let (prepared, point) = around_events(bench, side, fitted)?;
+    let (prepared, point) = around_events(workspace, side, fitted)?;
     let (point, known) = match known {
         Some(known) => (as_known(&prepared, point, known)?, None),
         None => read_again(&prepared, point, control)?,
@@ -150,7 +150,7 @@ fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, D
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
     let first = prepared.segments.clone();
-    let adopted = adopt(
+    let adopted = warm_start(
         &known.segments,
         first,
         (&known.simulator, &simulator),
@@ -197,11 +197,11 @@ fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, D
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn around_events(
-    bench: &Bench,
-    side: &Side,
+    workspace: &Workspace,
+    side: &Split,
     fitted: &Fitted,
 ) -> Result<(Prepared, Point), DiagnoseError> {
-    let mut prepared = bench.with_events(side, &fitted.model, LONGEST)?;
+    let mut prepared = workspace.with_events(side, &fitted.model, LONGEST)?;
     let own = &fitted.problem;
     for (data, known) in prepared.problem.data.iter_mut().zip(&own.data) {
         data.sigmas = known.sigmas;
@@ -249,11 +249,11 @@ mod tests {
         law.values = vec![POWER, 0.1];
         // Series of bounces, each lower than the last.
         let drives = [("square:40Hz:7V", 0.15)];
-        let bench = bench_of(&with_effect(&model, law), &drives, 50e3, 20e-9);
-        let base = bench.baseline(&model, &QUIET).unwrap();
-        let (prepared, point) = around_events(&bench, &bench.train, &base).unwrap();
+        let workspace = bench_of(&with_effect(&model, law), &drives, 50e3, 20e-9);
+        let base = workspace.baseline(&model, &QUIET).unwrap();
+        let (prepared, point) = around_events(&workspace, &workspace.train, &base).unwrap();
         let once = contact_readings::read(&prepared, &point).unwrap();
-        let ground = read(&bench, &base, None, None, &QUIET).unwrap();
+        let ground = read(&workspace, &base, None, None, &QUIET).unwrap();
         let (before, after) = (once.bounces.len(), ground.train.bounces.len());
         assert!(after >= before + 4, "{before} {after}");
         let told = super::super::decide::tests(&ground);
@@ -267,9 +267,9 @@ mod tests {
     fn bounces_that_were_overlooked_are_told_once_they_are_found() {
         let model = Preset::embedded("paper").unwrap().model;
         let drives = [("square:40Hz:7V", 0.15), ("sine:50Hz:8V", 0.12)];
-        let bench = bench_of(&model, &drives, 50e3, 20e-9);
-        let base = bench.baseline(&model, &QUIET).unwrap();
-        let (mut prepared, mut point) = around_events(&bench, &bench.train, &base).unwrap();
+        let workspace = bench_of(&model, &drives, 50e3, 20e-9);
+        let base = workspace.baseline(&model, &QUIET).unwrap();
+        let (mut prepared, mut point) = around_events(&workspace, &workspace.train, &base).unwrap();
         let (all, _) = read_again(&prepared, point.clone(), &QUIET).unwrap();
         let all = contact_readings::read(&prepared, &all).unwrap().bounces;
         // Stretches with a bounce, as if nothing had been seen at the ground.

@@ -2,7 +2,7 @@
 
 use super::adhesion::{line, long_pulls};
 use super::bounce_readings::{ratios, usual};
-use super::restitution::LEAST;
+use super::restitution::MIN_EVENTS;
 use super::robust_curve::curve;
 use crate::fit::contact_readings::Readings;
 use crate::model::Model;
@@ -13,13 +13,13 @@ use crate::model::parameter::ParameterId;
 pub fn baseline(model: &Model, readings: &Readings) -> Model {
     let mut model = model.clone();
     let bounces = ratios(&readings.bounces, usual([&readings.bounces, &[]]));
-    if bounces.len() >= LEAST {
+    if bounces.len() >= MIN_EVENTS {
         let fit = curve(&bounces, &[0.4], &|_, p| p[0]);
         let p = &mut model.parameters;
         p.set(ParameterId::Alpha, fit.values[0].clamp(0.0, 1.0));
     }
     let pulls = long_pulls(&readings.releases);
-    if pulls.len() >= LEAST {
+    if pulls.len() >= MIN_EVENTS {
         let fit = line(&pulls);
         let p = &mut model.parameters;
         p.set(ParameterId::Ca0, fit.values[0].max(0.0));

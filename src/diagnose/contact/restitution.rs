@@ -15,7 +15,7 @@ pub(crate) const TOLD: f64 = 30.0;
 /// one number.
 pub(crate) const FORESEEN_DWELL: f64 = 50.0;
 /// Fewest events for a law.
-pub(crate) const LEAST: usize = 6;
+pub(crate) const MIN_EVENTS: usize = 6;
 /// Time for which the mass may seem to stay below a hard ground's level, as instants are read
 /// with a film and a clock that are nearly right \[s\].
 pub(crate) const HARD: f64 = 0.6e-6;
@@ -46,7 +46,7 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     let [train, held] = sides.map(telling);
     let spec = find("velocity_restitution")?;
     let all = [train.as_slice(), held.as_slice()].concat();
-    if train.is_empty() || all.len() < LEAST {
+    if train.is_empty() || all.len() < MIN_EVENTS {
         return None;
     }
     let v0 = 0.1;
@@ -70,7 +70,7 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
             },
         )
     } else {
-        level.foresees(&level_all, scale) - fit.foresees(&fit_all, scale)
+        level.predictive_log_loss(&level_all, scale) - fit.predictive_log_loss(&fit_all, scale)
     };
     let (told, points) = if together(gain, held_gain, &held) {
         (&fit_all, &all)

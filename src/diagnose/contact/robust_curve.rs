@@ -24,7 +24,7 @@ impl Curve {
     /// Minus twice the logarithm of the likelihood of further points, which `both` has
     /// been fitted to beside those of `self`: what these leave open of the curve is
     /// averaged over.
-    pub fn foresees(&self, both: &Self, scale: f64) -> f64 {
+    pub fn predictive_log_loss(&self, both: &Self, scale: f64) -> f64 {
         (both.cost - self.cost) / scale + (both.information - self.information).max(0.0)
     }
 }

@@ -37,7 +37,11 @@ pub(crate) const AT_LEAST: usize = 6;
 /// Looks after stretches that are far off where the others are not: a new start from the
 /// first guess, or no say, for then an event in them was overlooked. Whether anything
 /// changed.
-pub fn heal(problem: &Problem, point: &mut Point, first: &[Segment]) -> Result<bool, SimError> {
+pub fn reassign_misread_segments(
+    problem: &Problem,
+    point: &mut Point,
+    first: &[Segment],
+) -> Result<bool, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
     let fit = |i: usize, start: Vec<f64>, huber, rounds| {

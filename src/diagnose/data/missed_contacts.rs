@@ -67,7 +67,7 @@ pub(crate) fn until_lowest(
 
 #[cfg(test)]
 mod tests {
-    use super::super::misread_segments::heal;
+    use super::super::misread_segments::reassign_misread_segments;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::fit::segment::Segment;
@@ -80,8 +80,8 @@ mod tests {
     fn overlooked_touches_are_set_aside_though_most_flights_with_a_jump_have_one() {
         let device = Preset::embedded("paper").unwrap().model;
         let drives = [("ramped:10Hz:8V:0.15", 0.2), ("square:300Hz:8V", 0.05)];
-        let bench = test_support::bench_of(&device, &drives, 50e3, 20e-9);
-        let fitted = bench.baseline(&device, &QUIET).unwrap();
+        let workspace = test_support::bench_of(&device, &drives, 50e3, 20e-9);
+        let fitted = workspace.baseline(&device, &QUIET).unwrap();
         let (problem, mut point) = (fitted.problem, fitted.point);
         let flies = |s: &Segment| !s.starts_held;
         let mut merged = Vec::new();
@@ -101,7 +101,7 @@ mod tests {
         println!("{} of {} with a jump", merged.len(), jumps.clone().count());
         assert!(2 * merged.len() > jumps.count());
         let first = point.segments.clone();
-        heal(&problem, &mut point, &first).unwrap();
+        reassign_misread_segments(&problem, &mut point, &first).unwrap();
         let left = merged.iter().filter(|i| point.used[**i]).count();
         assert_eq!(left, 0, "of {}", merged.len());
     }

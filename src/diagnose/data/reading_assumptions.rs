@@ -2,7 +2,7 @@
 
 /// What is found out about the readings on the way.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Known {
+pub(crate) struct ReadingAssumptions {
     /// By how much they are late against the voltage \[s\].
     pub late: f64,
     /// By how much they lag as the data show it, 0 if they do not \[s\].
@@ -13,7 +13,7 @@ pub(crate) struct Known {
 
 /// How recordings are read of which it is in doubt whether the mass hovers in them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Hovering {
+pub enum ContactAmbiguity {
     /// As suits the baseline better.
     AsTold,
     /// The other way, on the side where it is in doubt first.

@@ -3,7 +3,7 @@
 use super::event_free_segments::Calm;
 use super::level_drift;
 use super::noise_model::Noise;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::Part;
 use crate::fit::inspect::recording_summary::Findings;
 use crate::fit::segment::Segment;
@@ -16,7 +16,7 @@ pub type Drift = (ActiveEffect, Vec<String>);
 
 /// Recordings on one side: fitted, or kept out.
 #[derive(Debug, Clone)]
-pub struct Side {
+pub struct Split {
     /// The recordings.
     pub parts: Vec<Part>,
     pub(crate) findings: Vec<Findings>,
@@ -34,7 +34,7 @@ pub(crate) fn drift_of(findings: &[Findings]) -> Option<Drift> {
     level_drift::read(&drifts, (finest, noise.fold(0.0, f64::max)))
 }
 
-impl Side {
+impl Split {
     /// Takes over what was found of the noise.
     pub(crate) fn colour(&mut self, noise: &Noise) {
         for data in &mut self.calm.prepared.problem.data {
@@ -57,12 +57,12 @@ impl Side {
     }
 }
 
-impl Bench {
+impl Workspace {
     /// Those of `doubtful` recordings of `side` that may hover over the ground: not one in which the
     /// ground drifts or steps by all its signs. None at all where it steps in a recording that is
     /// not doubtful: others lie higher or lower for that.
-    pub fn may_hover(&self, side: &Side, mut doubtful: Vec<usize>) -> Vec<usize> {
-        let steps = |s: &Side| {
+    pub fn may_hover(&self, side: &Split, mut doubtful: Vec<usize>) -> Vec<usize> {
+        let steps = |s: &Split| {
             let doubted = |k: usize| std::ptr::eq(s, side) && doubtful.contains(&k);
             let all = s.findings.iter().enumerate();
             let mut sure = all.filter(|(k, _)| !doubted(*k));

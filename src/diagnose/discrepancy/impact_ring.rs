@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::residual_spectrum;
 use super::residual_spectrum::{LOWEST, Left};
-use crate::diagnose::data::side::Side;
+use crate::diagnose::data::side::Split;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::Model;
@@ -40,7 +40,7 @@ const OVER: f64 = 8.0;
 
 /// A ring in step with what sets it off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Struck {
+pub struct PhaseLockedRing {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// Damping, as a share of critical damping.
@@ -53,7 +53,7 @@ pub struct Struck {
     pub by_jump: [f64; 2],
 }
 
-impl Struck {
+impl PhaseLockedRing {
     /// Frequency \[Hz\], damping, shapes at cantilever and proof mass and coupling to the drive
     /// \[kg^-1/2\] of the mode of `model` that rings so; one that no blow tells moves the mass by
     /// `usual`.
@@ -97,19 +97,19 @@ struct Kick {
 type Kicks = [Vec<Kick>; 2];
 
 /// What a fit leaves, and what may have set it ringing.
-pub struct Blows {
+pub struct ImpactExcitations {
     left: Vec<Left>,
     kicks: Vec<Kicks>,
     /// Noise of both readings \[m\].
     noise: [f64; 2],
 }
 
-impl Blows {
+impl ImpactExcitations {
     /// Of what `fitted`, of the recordings of `side`, leaves.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
-    pub fn new(side: &Side, fitted: &Fitted) -> Result<Self, SimError> {
+    pub fn new(side: &Split, fitted: &Fitted) -> Result<Self, SimError> {
         let impacts = side.impacts().into_iter().enumerate();
         let kicks = impacts.map(|(k, own)| {
             let kick = |impact: &Impact| Kick {
@@ -130,7 +130,7 @@ impl Blows {
 
     /// The ring up to `quickest` \[Hz\] that stands out, if any does. Its phase also tells one that
     /// swings further between the samples.
-    pub fn outstanding(&self, quickest: f64) -> Option<Struck> {
+    pub fn outstanding(&self, quickest: f64) -> Option<PhaseLockedRing> {
         let rates = self.left.iter().map(|own| 1.0 / own.interval);
         let rate = rates.fold(f64::INFINITY, f64::min);
         let highest = quickest.min(TURNS * rate);
@@ -149,14 +149,14 @@ impl Blows {
     }
 
     /// The best within `reach` of `frequency` \[Hz\].
-    pub fn near(&self, frequency: f64, reach: f64) -> Option<Struck> {
+    pub fn near(&self, frequency: f64, reach: f64) -> Option<PhaseLockedRing> {
         let (low, high) = ((frequency - reach).max(1.0), frequency + reach);
         let all = self.rings(low, high).into_iter();
         all.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
     /// Rings between those frequencies \[Hz\].
-    fn rings(&self, low: f64, high: f64) -> Vec<Struck> {
+    fn rings(&self, low: f64, high: f64) -> Vec<PhaseLockedRing> {
         let tried = DAMPINGS.iter().flat_map(|&zeta| {
             let count = ((high / low).ln() / (STEP * zeta)).ceil().max(0.0) as usize;
             // As many as it takes, evenly.
@@ -171,7 +171,7 @@ impl Blows {
     }
 
     /// What a ring of that frequency \[Hz\] and damping would bring; `None` if nothing tells it.
-    fn ring(&self, frequency: f64, zeta: f64) -> Option<Struck> {
+    fn ring(&self, frequency: f64, zeta: f64) -> Option<PhaseLockedRing> {
         let omega = TAU * frequency;
         let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
         let mut normal = [Matrix2::zeros(); 2];
@@ -216,7 +216,7 @@ impl Blows {
         let shape = shared.eigenvectors.column(top);
         let common = each[0] * shape[0] + each[1] * shape[1];
         let theta = [0, 1].map(|i| roots[i] * common * shape[i] * self.noise[i]);
-        gain.is_finite().then_some(Struck {
+        gain.is_finite().then_some(PhaseLockedRing {
             frequency,
             zeta,
             gain,
@@ -302,9 +302,9 @@ mod tests {
     const NOISE: f64 = 20e-9;
 
     /// Stretches of 4 ms far apart, each from a while after an impact on and with a jump of the
-    /// drive in its middle, in which a mode of `own`, as [`Struck::mode`] gives it, rings; in step with those,
+    /// drive in its middle, in which a mode of `own`, as [`PhaseLockedRing::mode`] gives it, rings; in step with those,
     /// or `out of step`.
-    fn blows(own: [f64; 5], out_of_step: bool) -> Blows {
+    fn blows(own: [f64; 5], out_of_step: bool) -> ImpactExcitations {
         let [frequency, zeta, phi_c, phi_p, drive] = own;
         let model = Preset::embedded("paper").unwrap().model;
         let mass = 1.0 / model.structure().mobility();
@@ -351,7 +351,7 @@ mod tests {
             kicks[0].push(blow);
             kicks[1].push(jump);
         }
-        Blows {
+        ImpactExcitations {
             left,
             kicks: vec![kicks],
             noise: [NOISE; 2],

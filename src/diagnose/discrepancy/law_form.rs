@@ -8,8 +8,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::diagnose::score_test::basis_forces;
 use crate::diagnose::score_test::basis_forces::{Against, hat, side_by_side, window};
-use crate::diagnose::score_test::linearized::Linear;
-use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::linearized::Linearized;
+use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::drive::Segment;
@@ -208,7 +208,7 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
-pub fn gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimError> {
+pub fn form_error_gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimError> {
     let own = |e: &&ActiveEffect| named.contains(&e.spec);
     let of = |e: &ActiveEffect| directions(e, fitted);
     let probes: Vec<ActiveEffect> = fitted
@@ -221,9 +221,9 @@ pub fn gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimEr
     if probes.is_empty() {
         return Ok(0.0);
     }
-    let linear = Linear::new(fitted)?;
+    let linear = Linearized::new(fitted)?;
     // All stand side by side, of which a model has one each by kind: one after the other.
-    let scan = Scan::of(&linear, &fitted.model, &probes)?;
+    let scan = ScoreScan::of(&linear, &fitted.model, &probes)?;
     Ok(scan.within(1.0).map_or(0.0, |joint| joint.gain))
 }
 

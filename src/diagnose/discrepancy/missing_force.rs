@@ -4,8 +4,8 @@
 use super::residual_map::calm_since;
 use crate::diagnose::diagnosis::ForceCurve;
 use crate::diagnose::score_test::basis_forces::{Against, side_by_side, window};
-use crate::diagnose::score_test::linearized::{Linear, Products};
-use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
+use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::ActiveEffect;
@@ -45,7 +45,7 @@ pub struct Evidence {
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
-    let linear = Linear::new(fitted)?;
+    let linear = Linearized::new(fitted)?;
     let spans = spans(fitted);
     let mut probes: Vec<ActiveEffect> = Vec::new();
     let mut groups: Vec<(Against, std::ops::Range<usize>, Vec<f64>, f64)> = Vec::new();
@@ -66,7 +66,7 @@ pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
         probes.extend(at.iter().map(|&u| window(against, u, width, size)));
         groups.push((against, first..probes.len(), at, size));
     }
-    let scan = Scan::of(&linear, &fitted.model, &probes)?;
+    let scan = ScoreScan::of(&linear, &fitted.model, &probes)?;
     let all: Vec<usize> = (0..probes.len()).collect();
     let whole = scan.joint(&all);
     let mut curves = Vec::new();
@@ -105,7 +105,7 @@ pub fn measure(fitted: &Fitted) -> Result<Evidence, SimError> {
 /// Force against the time that the mass has been off the ground: one that is the same all
 /// through each stretch, weighed in groups of stretches of like age. None where few stretches
 /// of flight follow a contact.
-fn since_contact(linear: &Linear<'_>, fitted: &Fitted) -> Result<Option<ForceCurve>, SimError> {
+fn since_contact(linear: &Linearized<'_>, fitted: &Fitted) -> Result<Option<ForceCurve>, SimError> {
     if !fitted.model.has_ground {
         return Ok(None);
     }
@@ -113,7 +113,7 @@ fn since_contact(linear: &Linear<'_>, fitted: &Fitted) -> Result<Option<ForceCur
     let calm = calm_since(&fitted.problem, segments);
     let everywhere = window(Against::Height, 0.0, WIDE, FORCE);
     let products = linear.products(&fitted.model, &[everywhere])?;
-    let age = |p: &Products| {
+    let age = |p: &SegmentGram| {
         let (begin, after_event) = calm[p.segment];
         (after_event && !segments[p.segment].starts_held).then_some(p.middle - begin)
     };
@@ -124,14 +124,14 @@ fn since_contact(linear: &Linear<'_>, fitted: &Fitted) -> Result<Option<ForceCur
     ages.sort_by(f64::total_cmp);
     // As many stretches in each group.
     let first = |group: usize| ages[group * ages.len() / AGES];
-    let spread: Vec<Products> = products
+    let spread: Vec<SegmentGram> = products
         .iter()
         .map(|p| {
             let group = age(p).map(|age| (1..AGES).filter(|&g| first(g) <= age).count());
             p.spread(group, AGES)
         })
         .collect();
-    let scan = Scan::gather(linear, &spread, AGES);
+    let scan = ScoreScan::gather(linear, &spread, AGES);
     let all: Vec<usize> = (0..AGES).collect();
     let middle = |group: usize| {
         let own = &ages[group * ages.len() / AGES..(group + 1) * ages.len() / AGES];

@@ -2,8 +2,8 @@
 //! heights more than at others.
 
 use crate::diagnose::score_test::basis_forces::{hat, number, side_by_side};
-use crate::diagnose::score_test::linearized::Linear;
-use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::linearized::Linearized;
+use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
@@ -85,8 +85,8 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
     let of_speed = OF_SPEED.iter().map(|turns| probe(0.0, EVERYWHERE, *turns));
     let at_heights = middles.into_iter().map(|m| probe(m, width, TURNS));
     let probes: Vec<ActiveEffect> = of_speed.chain(at_heights).collect();
-    let linear = Linear::new(fitted)?;
-    let scan = Scan::of(&linear, model, &probes)?;
+    let linear = Linearized::new(fitted)?;
+    let scan = ScoreScan::of(&linear, model, &probes)?;
     let all: Vec<usize> = (0..probes.len()).collect();
     let gain = |which: &[usize]| {
         let joint = scan.joint(which);
@@ -117,8 +117,8 @@ mod tests {
     #[test]
     fn without_dry_friction_there_is_nothing_beside_it() {
         let paper = Preset::embedded("paper").unwrap().model;
-        let bench = test_support::bench_of(&paper, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
-        let base = bench.baseline(&paper, &QUIET).unwrap();
+        let workspace = test_support::bench_of(&paper, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
+        let base = workspace.baseline(&paper, &QUIET).unwrap();
         assert_eq!(gain(&base).unwrap(), 0.0);
     }
 

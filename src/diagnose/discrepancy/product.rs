@@ -2,8 +2,8 @@
 //! both displacements follows the cantilever's own motion as well.
 
 use crate::diagnose::score_test::basis_forces::number;
-use crate::diagnose::score_test::linearized::Linear;
-use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::linearized::Linearized;
+use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need};
@@ -57,8 +57,8 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
         spec: &SPEC,
         values: vec![FORCE / (reach * reach)],
     };
-    let linear = Linear::new(fitted)?;
-    let scan = Scan::of(&linear, &fitted.model, &[probe])?;
+    let linear = Linearized::new(fitted)?;
+    let scan = ScoreScan::of(&linear, &fitted.model, &[probe])?;
     Ok(scan.joint(&[0]).map_or(0.0, |joint| joint.gain))
 }
 

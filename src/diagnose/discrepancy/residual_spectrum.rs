@@ -33,7 +33,7 @@ const FLANK: usize = 4;
 
 /// A hump in the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ring {
+pub struct SpectralPeak {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// At which the recordings are sampled \[Hz\].
@@ -46,7 +46,7 @@ pub struct Ring {
     pub gain: f64,
 }
 
-impl Ring {
+impl SpectralPeak {
     /// Quicker frequencies that are read as this one \[Hz\].
     pub fn mirrors(&self) -> [f64; 3] {
         MIRRORS.map(|(n, sign)| n * self.rate + sign * self.frequency)
@@ -77,7 +77,7 @@ pub(crate) fn slowest_rate(fitted: &Fitted) -> Option<f64> {
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
-pub fn find(fitted: &Fitted) -> Result<Option<Ring>, SimError> {
+pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let Some(rate) = slowest_rate(fitted) else {
         return Ok(None);
@@ -150,7 +150,7 @@ fn humps(
     (frequencies, rate): (&[f64], f64),
     length: usize,
     both: bool,
-) -> Vec<Ring> {
+) -> Vec<SpectralPeak> {
     let spectrum = |own: &Left, f: f64| {
         own.channels.each_ref().map(|values| {
             let turn = Complex::from_polar(1.0, -TAU * f * own.interval);
@@ -202,7 +202,7 @@ fn humps(
     };
     // The flank of a hump is no hump.
     let tops = (0..powers.len()).filter(|k| top(*k));
-    tops.map(|k| Ring {
+    tops.map(|k| SpectralPeak {
         frequency: frequencies[k],
         rate,
         shape: powers[k].1,
@@ -250,7 +250,7 @@ mod tests {
             .collect()
     }
 
-    fn highest(left: &[Left], length: usize) -> Ring {
+    fn highest(left: &[Left], length: usize) -> SpectralPeak {
         let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
         let all = humps(left, (&frequencies, RATE), length, true);
         let top = all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));

@@ -116,7 +116,7 @@ mod tests {
 
     use super::super::segment_joins::*;
     use crate::diagnose::options::DiagnoseOptions;
-    use crate::diagnose::shooting::workspace::Bench;
+    use crate::diagnose::shooting::workspace::Workspace;
     use crate::diagnose::test_support::QUIET;
     use crate::fit::Part;
     use crate::model::preset::Preset;
@@ -140,8 +140,8 @@ mod tests {
             Recording::new("ring-down", time, None, x, None).unwrap(),
         ));
         let model = Preset::embedded("oscillator").unwrap().model;
-        let bench = Bench::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
-        joins(&bench.baseline(&model, &QUIET).unwrap()).unwrap()
+        let workspace = Workspace::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
+        joins(&workspace.baseline(&model, &QUIET).unwrap()).unwrap()
     }
 
     #[test]

@@ -4,8 +4,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::diagnose::score_test::basis_forces::number;
-use crate::diagnose::score_test::linearized::Linear;
-use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::linearized::Linearized;
+use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
@@ -68,8 +68,8 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
         spec: &SPEC,
         values: vec![SMALL * force / reach, vibration.values[1], phase],
     };
-    let linear = Linear::new(fitted)?;
-    let scan = Scan::of(&linear, model, &[probe(0.0), probe(FRAC_PI_2)])?;
+    let linear = Linearized::new(fitted)?;
+    let scan = ScoreScan::of(&linear, model, &[probe(0.0), probe(FRAC_PI_2)])?;
     Ok(scan.joint(&[0, 1]).map_or(0.0, |joint| joint.gain))
 }
 
@@ -82,7 +82,7 @@ mod tests {
 
     use super::super::swing::*;
     use crate::diagnose::options::DiagnoseOptions;
-    use crate::diagnose::shooting::workspace::Bench;
+    use crate::diagnose::shooting::workspace::Workspace;
     use crate::diagnose::test_support::QUIET;
     use crate::fit::Part;
     use crate::model::preset::Preset;
@@ -119,8 +119,8 @@ mod tests {
     fn beside_a_vibration(force: &dyn Fn(f64, f64) -> f64) -> f64 {
         let model = Preset::embedded("oscillator").unwrap().model;
         let train = [ring(force, 1), ring(force, 2)];
-        let bench = Bench::new(&model, &train, &[], &DiagnoseOptions::default()).unwrap();
-        let base = bench.baseline(&model, &QUIET).unwrap();
+        let workspace = Workspace::new(&model, &train, &[], &DiagnoseOptions::default()).unwrap();
+        let base = workspace.baseline(&model, &QUIET).unwrap();
         assert_eq!(gain(&base).unwrap(), 0.0);
         let vibration = ActiveEffect {
             spec: find("base_vibration").unwrap(),
@@ -128,7 +128,7 @@ mod tests {
         };
         let start = with_effect(&base.model, vibration);
         let free = ["base_vibration.a", "base_vibration.phase"].map(str::to_owned);
-        let fitted = bench.fit(&start, &free, &[], &base, 12, &QUIET);
+        let fitted = workspace.fit(&start, &free, &[], &base, 12, &QUIET);
         gain(&fitted.unwrap()).unwrap()
     }
 

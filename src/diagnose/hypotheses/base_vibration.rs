@@ -6,8 +6,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use crate::diagnose::score_test::linearized::{Linear, Products};
-use crate::diagnose::score_test::scan::{Base, Scan, UNTOLD};
+use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
+use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreScan, UNTOLD};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
 use crate::sim::SimError;
@@ -67,7 +67,7 @@ impl Turned {
 
     /// Adds a stretch, with its sine number `which` and the cosine that follows it turned to a
     /// frequency that is higher by `shift` \[Hz\].
-    pub fn add(&mut self, p: &Products, which: usize, shift: f64) {
+    pub fn add(&mut self, p: &SegmentGram, which: usize, shift: f64) {
         let (sin, cos) = (TAU * shift * p.middle).sin_cos();
         // sin(w t + turn) and cos(w t + turn) from sin and cos.
         let turn = Matrix2::new(cos, sin, -sin, cos);
@@ -83,7 +83,7 @@ impl Turned {
 
     /// How far to go against each of the two, in units of [`SHAKE`], and the fall of chi2;
     /// `None` if nothing tells them.
-    pub fn solve(&self, base: &Base) -> Option<(Vector2<f64>, f64)> {
+    pub fn solve(&self, base: &NuisanceProjector) -> Option<(Vector2<f64>, f64)> {
         let mut left = self.gram;
         for i in 0..2 {
             for j in 0..2 {
@@ -107,9 +107,9 @@ pub struct Comb {
     /// Half the distance of two \[Hz\].
     half: f64,
     /// Products of all stretches.
-    pub products: Vec<Products>,
+    pub products: Vec<SegmentGram>,
     /// The baseline's own directions.
-    pub base: Base,
+    pub base: NuisanceProjector,
 }
 
 impl Comb {
@@ -118,7 +118,7 @@ impl Comb {
     /// # Errors
     /// [`SimError`] if a model makes no sense.
     pub fn new(
-        linear: &Linear<'_>,
+        linear: &Linearized<'_>,
         model: &Model,
         spec: &'static EffectSpec,
     ) -> Result<Option<Self>, SimError> {
@@ -136,7 +136,7 @@ impl Comb {
             .collect();
         let effects: Vec<ActiveEffect> = coarse.iter().flat_map(|&f| probes(spec, f)).collect();
         let products = linear.products(model, &effects)?;
-        let base = Scan::gather(linear, &products, effects.len()).base();
+        let base = ScoreScan::gather(linear, &products, effects.len()).base();
         Ok(base.map(|base| Self {
             coarse,
             half: 0.5 * (high - low) / count as f64,
@@ -171,7 +171,7 @@ impl Comb {
 /// # Errors
 /// [`SimError`] if a model makes no sense.
 pub fn find_line(
-    linear: &Linear<'_>,
+    linear: &Linearized<'_>,
     model: &Model,
     spec: &'static EffectSpec,
 ) -> Result<Option<Line>, SimError> {

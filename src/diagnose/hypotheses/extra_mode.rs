@@ -3,15 +3,15 @@
 
 use super::propose::PROMISING;
 use crate::diagnose::comparison::hypothesis::Hypothesis;
-use crate::diagnose::comparison::trial::Stand;
-use crate::diagnose::data::side::Side;
-use crate::diagnose::discrepancy::impact_ring::{Blows, Struck};
+use crate::diagnose::comparison::trial::ModelState;
+use crate::diagnose::data::side::Split;
+use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, PhaseLockedRing};
 use crate::diagnose::discrepancy::residual_spectrum;
-use crate::diagnose::discrepancy::residual_spectrum::{BESIDE, LOWEST, Ring};
+use crate::diagnose::discrepancy::residual_spectrum::{BESIDE, LOWEST, SpectralPeak};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::selection::self_ringing::{FIRST, MOST, NEXT, NOTICED};
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::Model;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
@@ -35,12 +35,12 @@ pub const ALIKE: f64 = 0.03;
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn further(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     spec: &'static EffectSpec,
 ) -> Result<Option<Hypothesis>, DiagnoseError> {
     let model = &stand.train.model;
-    let blows = Blows::new(&bench.train, &stand.train)?;
+    let blows = ImpactExcitations::new(&workspace.train, &stand.train)?;
     let hump = residual_spectrum::find(&stand.train)?
         .filter(|ring| ring.significance > residual_spectrum::HUMP);
     // A mass-normalised shape is of the order of the structure's own; but a mode that
@@ -56,7 +56,7 @@ pub fn further(
     };
     let rate = residual_spectrum::slowest_rate(&stand.train).unwrap_or(f64::INFINITY);
     let near = |f: f64| near_mode(spec, [0, 1], f, rate).to_vec();
-    let in_step = |ring: &Struck| (with(told_by(ring, model)), near(ring.frequency));
+    let in_step = |ring: &PhaseLockedRing| (with(told_by(ring, model)), near(ring.frequency));
     // Between the samples it may have swung further.
     let (_, quickest) = spec.parameters[0].range;
     let mut places = Vec::new();
@@ -71,7 +71,7 @@ pub fn further(
         places.extend(all.filter(|f| *f < quickest).map(place));
     }
     let struck = blows.outstanding(quickest);
-    let known = |ring: &Struck| {
+    let known = |ring: &PhaseLockedRing| {
         let mut all = places.iter();
         all.any(|(_, (start, _))| (start.values[0] / ring.frequency).ln().abs() < ALIKE)
     };
@@ -94,26 +94,26 @@ pub fn further(
     };
     Ok(Some(Hypothesis {
         start,
-        others: places.collect(),
+        alternative_starts: places.collect(),
         free: own_ids(spec, &[0, 1, 2, 3, 4]),
-        full: None,
+        cold_start: None,
         shape: own_ids(spec, &[5, 6, 7, 8]),
         bounds,
-        promise: gain.max(2.0 * PROMISING),
-        searched: false,
-        series: false,
-        told_by: None,
+        predicted_gain: gain.max(2.0 * PROMISING),
+        look_elsewhere: false,
+        sequential_time: false,
+        estimated_on_held_out: None,
     }))
 }
 
 /// The ring near `frequency` \[Hz\] that is in step with `blows`, if one is.
-pub fn struck_near(blows: &Blows, frequency: f64) -> Option<Struck> {
+pub fn struck_near(blows: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
     let ring = blows.near(frequency, residual_spectrum::SPACING);
     ring.filter(|ring| ring.gain > IN_STEP)
 }
 
 /// Frequency, damping and shapes of a further mode of `model` that rings like `ring`.
-pub fn told_by(ring: &Struck, model: &Model) -> [f64; 5] {
+pub fn told_by(ring: &PhaseLockedRing, model: &Model) -> [f64; 5] {
     ring.mode(model, UNNOTICED * model.structure().mobility().sqrt())
 }
 
@@ -143,12 +143,12 @@ pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bo
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn one_more(
-    side: &Side,
+    side: &Split,
     known: Hypothesis,
     fitted: &Fitted,
 ) -> Result<Option<Hypothesis>, SimError> {
-    let blows = Blows::new(side, fitted)?;
-    let told = |ring: Struck| (ring.gain, told_by(&ring, &fitted.model));
+    let blows = ImpactExcitations::new(side, fitted)?;
+    let told = |ring: PhaseLockedRing| (ring.gain, told_by(&ring, &fitted.model));
     let hump = residual_spectrum::find(fitted)?.filter(|r| r.significance > NOTICED);
     let (_, quickest) = EFFECT.parameters[OF_ONE].range;
     let signs = Signs {
@@ -181,7 +181,7 @@ pub(crate) type Told = (f64, [f64; OF_ONE]);
 pub(crate) struct Signs<'a> {
     /// At which the recordings are sampled \[Hz\].
     rate: f64,
-    hump: Option<Ring>,
+    hump: Option<SpectralPeak>,
     /// The ring in step that stands out.
     outstanding: Option<Told>,
     /// The one near a frequency \[Hz\].
@@ -194,7 +194,7 @@ pub(crate) fn beside(known: Hypothesis, signs: &Signs<'_>) -> Option<Hypothesis>
     let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
     // From the proof mass alone nothing is seen of the cantilever.
     let size = known.start.values[2].abs().max(known.start.values[3].abs());
-    let read = |hump: &Ring| {
+    let read = |hump: &SpectralPeak| {
         let (p, c) = hump.shape;
         let all = std::iter::once(hump.frequency).chain(hump.mirrors());
         let one = move |place| {
@@ -231,7 +231,7 @@ pub(crate) fn beside(known: Hypothesis, signs: &Signs<'_>) -> Option<Hypothesis>
     Some(Hypothesis {
         start,
         bounds,
-        others: all.collect(),
+        alternative_starts: all.collect(),
         ..known
     })
 }
@@ -260,7 +260,7 @@ mod tests {
 #[cfg(test)]
 mod neighbour_tests {
     use super::*;
-    use crate::diagnose::discrepancy::residual_spectrum::Ring;
+    use crate::diagnose::discrepancy::residual_spectrum::SpectralPeak;
     use crate::model::effects::find;
 
     const RATE: f64 = 50e3;
@@ -274,18 +274,18 @@ mod neighbour_tests {
             bounds: near_mode(start.spec, [0, 1], f, RATE).to_vec(),
             free: vec!["extra_mode.f".to_owned()],
             start,
-            others: Vec::new(),
-            full: None,
+            alternative_starts: Vec::new(),
+            cold_start: None,
             shape: Vec::new(),
-            promise: 0.0,
-            searched: false,
-            series: false,
-            told_by: None,
+            predicted_gain: 0.0,
+            look_elsewhere: false,
+            sequential_time: false,
+            estimated_on_held_out: None,
         }
     }
 
-    fn hump(frequency: f64) -> Ring {
-        Ring {
+    fn hump(frequency: f64) -> SpectralPeak {
+        SpectralPeak {
             frequency,
             rate: RATE,
             shape: (0.1, 0.995),
@@ -300,7 +300,7 @@ mod neighbour_tests {
     }
 
     fn told(
-        hump: Option<Ring>,
+        hump: Option<SpectralPeak>,
         outstanding: Option<Told>,
         near: &dyn Fn(f64) -> Option<Told>,
     ) -> Signs<'_> {
@@ -317,10 +317,10 @@ mod neighbour_tests {
         let both = read(19.2e3, 10.8e3).unwrap();
         let f2 = |effect: &ActiveEffect| effect.values[OF_ONE];
         assert_eq!(f2(&both.start), 39.2e3);
-        assert_eq!(both.others.len(), MOST - 1);
-        assert_eq!(f2(&both.others[0].0), 60.8e3);
+        assert_eq!(both.alternative_starts.len(), MOST - 1);
+        assert_eq!(f2(&both.alternative_starts[0].0), 60.8e3);
         // Each keeps to its place, and the mode that is known to its own.
-        for bounds in [&both.bounds, &both.others[0].1] {
+        for bounds in [&both.bounds, &both.alternative_starts[0].1] {
             assert_eq!(bounds.len(), 4);
             assert_eq!(bounds[0].1, (0.9 * 19.2e3, 1.1 * 19.2e3));
         }
@@ -336,7 +336,7 @@ mod neighbour_tests {
         let mut known = known(19.2e3);
         known.start.values[2] = 0.0;
         let shape = (1.0, 0.0);
-        let seen = Ring {
+        let seen = SpectralPeak {
             shape,
             ..hump(10.8e3)
         };
@@ -366,11 +366,11 @@ mod neighbour_tests {
         };
         let far = with(500.0, 100.0);
         assert_eq!(far.start.values[OF_ONE..], at(0.0, 60.8e3).1);
-        assert!(far.others.is_empty());
+        assert!(far.alternative_starts.is_empty());
         // Where both may be, what brings more comes first; where little tells, the neighbour.
         let both = with(500.0, 300.0);
         assert_eq!(both.start.values[OF_ONE], 60.8e3);
-        assert_eq!(both.others[0].0.values[OF_ONE], 39.2e3);
+        assert_eq!(both.alternative_starts[0].0.values[OF_ONE], 39.2e3);
         assert_eq!(with(40.0, 20.0).start.values[OF_ONE], 39.2e3);
     }
 
@@ -380,11 +380,16 @@ mod neighbour_tests {
         let alone = told(None, Some(out), &|_| None);
         let alone = beside(known(19.2e3), &alone).unwrap();
         assert_eq!(alone.start.values[OF_ONE..], out.1);
-        assert!(alone.others.is_empty());
+        assert!(alone.alternative_starts.is_empty());
         // It may be the hump's.
         let struck = |f: f64| (f == 39.2e3).then_some((150.0, [38.6e3, 0.008, -6e4, 3e3, -7e4]));
         let both = told(Some(hump(10.8e3)), Some(out), &struck);
-        assert!(beside(known(19.2e3), &both).unwrap().others.is_empty());
+        assert!(
+            beside(known(19.2e3), &both)
+                .unwrap()
+                .alternative_starts
+                .is_empty()
+        );
         // The mode that is known is none beside it.
         let same = told(None, Some((160.0, [19.0e3; OF_ONE])), &|_| None);
         assert!(beside(known(19.2e3), &same).is_none());

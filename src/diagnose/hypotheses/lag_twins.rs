@@ -5,7 +5,7 @@
 use crate::diagnose::contact::event_readings::around_events;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::{Fitted, taken_over};
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
@@ -64,12 +64,15 @@ pub fn twin(id: &str) -> Option<&'static str> {
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn told(
-    bench: &Bench,
+pub fn compare_around_impacts(
+    workspace: &Workspace,
     a: (&Fitted, Option<&Fitted>),
     b: (&Fitted, Option<&Fitted>),
 ) -> Result<Told, DiagnoseError> {
-    let (a, b) = (shared(around(bench, a)?)?, shared(around(bench, b)?)?);
+    let (a, b) = (
+        shared(around(workspace, a)?)?,
+        shared(around(workspace, b)?)?,
+    );
     let mut falls = Vec::new();
     for (a, b) in a.iter().zip(&b) {
         falls.extend(side_falls(a, b)?);
@@ -92,12 +95,12 @@ type Around = (Prepared, Point);
 
 /// Those of both sides.
 fn around(
-    bench: &Bench,
+    workspace: &Workspace,
     (train, held_out): (&Fitted, Option<&Fitted>),
 ) -> Result<Vec<Around>, DiagnoseError> {
-    let mut all = vec![around_events(bench, &bench.train, train)?];
-    if let (Some(side), Some(fitted)) = (&bench.held_out, held_out) {
-        all.push(around_events(bench, side, fitted)?);
+    let mut all = vec![around_events(workspace, &workspace.train, train)?];
+    if let (Some(side), Some(fitted)) = (&workspace.held_out, held_out) {
+        all.push(around_events(workspace, side, fitted)?);
     }
     Ok(all)
 }
@@ -286,7 +289,7 @@ mod tests {
     }
 
     /// Two recordings of square waves, of a device with what is `concealed`.
-    fn bench_of(concealed: &Model) -> Bench {
+    fn bench_of(concealed: &Model) -> Workspace {
         let drives = [("square:40Hz:8V", 0.06), ("square:300Hz:8V", 0.05)];
         test_support::bench_of(concealed, &drives, 25e3, 50e-9)
     }
@@ -295,10 +298,10 @@ mod tests {
     /// reading's, above 0 the drive's.
     fn asked(concealed: &str) -> Option<f64> {
         let with = |id: &str| with(id, 0, 25e-6);
-        let bench = bench_of(&with(concealed));
-        let fit = |id: &str| bench.baseline(&with(id), &QUIET).unwrap();
+        let workspace = bench_of(&with(concealed));
+        let fit = |id: &str| workspace.baseline(&with(id), &QUIET).unwrap();
         let (sensor, amplifier) = (fit("sensor_lag"), fit("amplifier_lag"));
-        let told = told(&bench, (&sensor, None), (&amplifier, None)).unwrap();
+        let told = compare_around_impacts(&workspace, (&sensor, None), (&amplifier, None)).unwrap();
         told.sure.then_some(told.fall)
     }
 
@@ -313,10 +316,10 @@ mod tests {
     #[test]
     fn bounces_tell_how_the_drive_is_shared() {
         let paper = Preset::embedded("paper").unwrap().model;
-        let bench = bench_of(&paper);
-        let fit = bench.baseline(&paper, &QUIET).unwrap();
+        let workspace = bench_of(&paper);
+        let fit = workspace.baseline(&paper, &QUIET).unwrap();
         let place = |all: &[Around]| all[0].0.problem.space.position(SHARED).unwrap();
-        let mut all = around(&bench, (&fit, None)).unwrap();
+        let mut all = around(&workspace, (&fit, None)).unwrap();
         let k = place(&all);
         let right = all[0].1.x[k];
         all[0].1.x[k] += 0.3;
@@ -327,14 +330,14 @@ mod tests {
     #[test]
     fn a_delay_that_begins_far_off_is_found() {
         let delayed = |by: f64| with("sensor_lag", 1, by);
-        let bench = bench_of(&delayed(100e-6));
+        let workspace = bench_of(&delayed(100e-6));
         // The clocks have taken all of it.
-        let known = bench.baseline(&Preset::embedded("paper").unwrap().model, &QUIET);
+        let known = workspace.baseline(&Preset::embedded("paper").unwrap().model, &QUIET);
         let known = known.unwrap();
         let free = ["sensor_lag.delay".to_owned()];
         // Three times what two clocks leave that are known to 5 us each.
         let room = 3.0 * 5e-6 / f64::sqrt(2.0);
-        let fit = bench.fit(&delayed(300e-6), &free, &[], &known, 10, &QUIET);
+        let fit = workspace.fit(&delayed(300e-6), &free, &[], &known, 10, &QUIET);
         let found = fit.unwrap().model.get(&free[0]).unwrap();
         assert!((found - 100e-6).abs() < room, "{found}");
     }

@@ -3,8 +3,8 @@
 
 use nalgebra::DVector;
 
-use crate::diagnose::score_test::linearized::{Linear, Products};
-use crate::diagnose::score_test::scan::{Base, Promise, Scan};
+use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
+use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreGain, ScoreScan};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 use crate::sim::SimError;
@@ -49,29 +49,29 @@ pub struct Step {
 /// # Errors
 /// [`SimError`] if a model makes no sense.
 pub fn find_step(
-    linear: &Linear<'_>,
+    linear: &Linearized<'_>,
     model: &Model,
     locked: usize,
     epochs: &[f64],
 ) -> Result<Vec<Step>, SimError> {
     let products = linear.products(model, &[always()])?;
-    let whole = Scan::gather(linear, &products, 1);
+    let whole = ScoreScan::gather(linear, &products, 1);
     let Some(base) = whole.base_without(locked) else {
         return Ok(Vec::new());
     };
     let n = linear.problem().unknowns();
     let segments = &linear.point().segments;
-    let begin = |p: &Products, lies: bool| {
+    let begin = |p: &SegmentGram, lies: bool| {
         let s = &segments[p.segment];
         let time = &linear.problem().data[s.recording].recording.time;
         let since = s.since.filter(|_| lies);
         since.unwrap_or(time[s.samples.start]) - 0.5 * s.interval
     };
-    let held: Vec<&Products> = products
+    let held: Vec<&SegmentGram> = products
         .iter()
         .filter(|p| segments[p.segment].starts_held)
         .collect();
-    let weigh = |on: &dyn Fn(&Products) -> bool| {
+    let weigh = |on: &dyn Fn(&SegmentGram) -> bool| {
         promise_of(&base, n, held.iter().copied().filter(|p| on(p)))
     };
     let mut best: [Option<Step>; 2] = [None, None];
@@ -86,7 +86,7 @@ pub fn find_step(
         };
         for (series, lies) in ways.into_iter().filter(|(_, lies)| !(*lies && goes_on)) {
             let t0 = begin(at, lies);
-            let later = |p: &Products| {
+            let later = |p: &SegmentGram| {
                 let r = segments[p.segment].recording;
                 match series {
                     true => r > k || (r == k && begin(p, lies) >= t0),
@@ -105,7 +105,7 @@ pub fn find_step(
             if best.is_none_or(|b| p.gain > b.gain) {
                 let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
                 let in_series =
-                    |p: &Products| epoch(segments[p.segment].recording) + begin(p, lies);
+                    |p: &SegmentGram| epoch(segments[p.segment].recording) + begin(p, lies);
                 *best = Some(Step {
                     height: p.theta,
                     time: in_series(at),
@@ -123,10 +123,10 @@ pub fn find_step(
 
 /// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
 fn promise_of<'a>(
-    base: &Base,
+    base: &NuisanceProjector,
     n: usize,
-    some: impl Iterator<Item = &'a Products>,
-) -> Option<Promise> {
+    some: impl Iterator<Item = &'a SegmentGram>,
+) -> Option<ScoreGain> {
     let (mut cross, mut own, mut slope) = (DVector::zeros(n), 0.0, 0.0);
     for p in some {
         for (i, &c) in p.columns.iter().enumerate() {
@@ -141,11 +141,11 @@ fn promise_of<'a>(
 /// What another level of the ground in one `recording` would bring, in units of [`RISE`], of
 /// `products` with [`always`].
 pub fn level(
-    linear: &Linear<'_>,
-    base: &Base,
-    products: &[Products],
+    linear: &Linearized<'_>,
+    base: &NuisanceProjector,
+    products: &[SegmentGram],
     recording: usize,
-) -> Option<Promise> {
+) -> Option<ScoreGain> {
     let stays = products.iter().filter(|p| {
         let segment = &linear.point().segments[p.segment];
         segment.starts_held && segment.recording == recording
@@ -160,9 +160,9 @@ pub fn level(
 /// # Errors
 /// [`SimError`] if a model makes no sense.
 pub fn first_level(
-    linear: &Linear<'_>,
+    linear: &Linearized<'_>,
     model: &Model,
-) -> Result<Option<(usize, Promise)>, SimError> {
+) -> Result<Option<(usize, ScoreGain)>, SimError> {
     let products = linear.products(model, &[always()])?;
     let segments = &linear.point().segments;
     let count = |k: usize| {
@@ -173,7 +173,7 @@ pub fn first_level(
     let Some(first) = recordings.into_iter().find(|&k| count(k) >= BEFORE) else {
         return Ok(None);
     };
-    let whole = Scan::gather(linear, &products, 1);
+    let whole = ScoreScan::gather(linear, &products, 1);
     let base = whole.base_without(linear.problem().space.len());
     let promise = base.and_then(|base| level(linear, &base, &products, first));
     Ok(promise.map(|promise| (first, promise)))
@@ -199,8 +199,8 @@ mod tests {
         landed.dedup();
         let third = landed.iter().position(|t| *t > 0.05).unwrap();
         let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
-        let bench = bench_on(&stepping(HEIGHT, flies));
-        let fit = |model: &Model| bench.from_afar(model, &[], &[], &QUIET).unwrap();
+        let workspace = bench_on(&stepping(HEIGHT, flies));
+        let fit = |model: &Model| workspace.from_afar(model, &[], &[], &QUIET).unwrap();
         // As it comes under a mass that lies, which keeps its level until it has flown.
         for time in [flies, lies] {
             let per_value = fit(&stepping(HEIGHT, time)).per_value();
@@ -208,8 +208,8 @@ mod tests {
         }
         let without = fit(&stepping(0.0, 0.0));
         assert!(without.per_value() > 2.0, "{}", without.per_value());
-        let linear = Linear::new(&without).unwrap();
-        let found = find_step(&linear, &without.model, 0, &bench.epochs()).unwrap();
+        let linear = Linearized::new(&without).unwrap();
+        let found = find_step(&linear, &without.model, 0, &workspace.epochs()).unwrap();
         let best = found
             .iter()
             .max_by(|a, b| a.gain.total_cmp(&b.gain))

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::diagnose::comparison::hypothesis::Hypothesis;
-use crate::diagnose::comparison::trial::Trial;
+use crate::diagnose::comparison::trial::CandidateFit;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::LOSS;
 use crate::fit::segment::{Joint, JointKind, Segment};
@@ -34,7 +34,7 @@ const TIME: usize = 1;
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn finer(trial: &Trial) -> Result<Option<Hypothesis>, SimError> {
+pub fn finer(trial: &CandidateFit) -> Result<Option<Hypothesis>, SimError> {
     let spec = trial.hypothesis.start.spec;
     let sides: Vec<&Fitted> = std::iter::once(&trial.train)
         .chain(&trial.held_out)
@@ -155,15 +155,15 @@ mod tests {
             bench_of(&stepping(RISE, time), &drives, 50e3, 100e-9)
         };
         let lies = 20e-3;
-        let bench = bench_on(lies);
+        let workspace = bench_on(lies);
         let spec = find("gap_step").unwrap();
         for off in [-3e-3, 1.5e-3, 3.5e-3] {
-            let fit = bench.from_afar(&stepping(RISE, lies + off), &[], &[], &QUIET);
+            let fit = workspace.from_afar(&stepping(RISE, lies + off), &[], &[], &QUIET);
             let time = better_time(&[&fit.unwrap()], spec).unwrap();
             let time = time.expect("a better time");
             assert!((time - lies).abs() < 4e-5, "{off}: {time}");
         }
-        let right = bench.from_afar(&stepping(RISE, lies), &[], &[], &QUIET);
+        let right = workspace.from_afar(&stepping(RISE, lies), &[], &[], &QUIET);
         let time = better_time(&[&right.unwrap()], spec).unwrap();
         assert!(time.is_none_or(|t| (t - lies).abs() < 2e-5), "{time:?}");
     }

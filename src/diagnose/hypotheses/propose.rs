@@ -5,14 +5,14 @@ use super::base_vibration::find_line;
 use super::extra_mode;
 use super::level_step::{RISE, find_step, first_level};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
-use crate::diagnose::comparison::trial::Stand;
+use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::data::level_drift;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::score_test::forms::{Form, Scale, forms};
-use crate::diagnose::score_test::linearized::Linear;
-use crate::diagnose::score_test::scan::{Promise, Scan};
+use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, forms};
+use crate::diagnose::score_test::linearized::Linearized;
+use crate::diagnose::score_test::scan::{ScoreGain, ScoreScan};
 use crate::diagnose::shooting::latency::{DELAY, taken};
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 
@@ -39,7 +39,7 @@ pub const PROMISING: f64 = 15.0;
 /// The largest promise among the hypotheses of an effect.
 fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
     let own = all.iter().filter(|h| h.start.spec == spec);
-    own.fold(0.0, |most, h| most.max(h.promise))
+    own.fold(0.0, |most, h| most.max(h.predicted_gain))
 }
 
 /// The best form of each law of each effect that is asked, with what the linearised problem
@@ -48,13 +48,13 @@ fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn promises(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     is_asked: &dyn Fn(&EffectSpec) -> bool,
 ) -> Result<Vec<Hypothesis>, DiagnoseError> {
     let asked = |id: &str| find(id).filter(|spec| is_asked(spec));
     let model = &stand.train.model;
-    let linear = Linear::new(&stand.train)?;
+    let linear = Linearized::new(&stand.train)?;
     let data = &stand.train.problem.data;
     let heights = data.iter().flat_map(|d| &d.recording.proof_mass);
     let length = heights
@@ -64,11 +64,11 @@ pub fn promises(
     let interval = interval.fold(f64::INFINITY, f64::min);
     let mut all = forms(model, &Scale::new(model, length.max(1e-12), interval));
     all.retain(|form| is_asked(form.spec));
-    let scan = Scan::new(&linear, model, &all)?;
+    let scan = ScoreScan::new(&linear, model, &all)?;
     let (delay, fall) = taken(linear.problem(), &linear.point().x);
     let mut out: Vec<Hypothesis> = Vec::new();
     for (k, form) in all.iter().enumerate() {
-        let worth = |promise: Promise| {
+        let worth = |promise: ScoreGain| {
             let strength = promise.theta * form.values[form.strength];
             let too_short = form.is_lag() && strength < form.least();
             let gain = if too_short || promise.theta < 0.0 && !form.signed {
@@ -76,11 +76,11 @@ pub fn promises(
             } else {
                 promise.gain
             };
-            Promise { gain, ..promise }
+            ScoreGain { gain, ..promise }
         };
         // Where a jump of the voltage meets a sample, a clock has a kink that no linearisation
         // sees past: what the clocks would give up is known without one.
-        let by_clocks = (fall > 0.0 && form.strength_id() == DELAY).then(|| Promise {
+        let by_clocks = (fall > 0.0 && form.strength_id() == DELAY).then(|| ScoreGain {
             gain: fall,
             theta: delay / form.values[form.strength],
         });
@@ -93,29 +93,29 @@ pub fn promises(
         // Laws of one effect that differ in what is their strength are asked each.
         let same = |h: &&mut Hypothesis| h.start.spec == form.spec && h.free == hypothesis.free;
         match out.iter_mut().find(same) {
-            Some(known) if known.promise >= gain => {}
+            Some(known) if known.predicted_gain >= gain => {}
             Some(known) => *known = hypothesis,
             None => out.push(hypothesis),
         }
     }
     let every = out.clone();
-    out.retain(|h| h.promise >= CLOSE * most_of(&every, h.start.spec));
-    let beyond = bench.drift_beyond(model).cloned();
+    out.retain(|h| h.predicted_gain >= CLOSE * most_of(&every, h.start.spec));
+    let beyond = workspace.drift_beyond(model).cloned();
     if let Some((start, free)) = beyond.filter(|(start, _)| is_asked(start.spec)) {
         let spec = start.spec;
         let shape = level_drift::shape_beside(spec, &free);
         let near = |tau: f64| (tau / NEAR, tau * NEAR);
         let read = Hypothesis {
-            others: Vec::new(),
-            full: Some((start.clone(), free.clone())),
+            alternative_starts: Vec::new(),
+            cold_start: Some((start.clone(), free.clone())),
             shape,
             bounds: vec![(own_ids(spec, &[1])[0].clone(), near(start.values[1]))],
             start,
             free,
-            promise: most_of(&every, spec).max(FOUND),
-            searched: false,
-            series: false,
-            told_by: None,
+            predicted_gain: most_of(&every, spec).max(FOUND),
+            look_elsewhere: false,
+            sequential_time: false,
+            estimated_on_held_out: None,
         };
         // Before those that promise as much.
         out.insert(0, read);
@@ -129,20 +129,20 @@ pub fn promises(
         };
         out.push(Hypothesis {
             start,
-            others: Vec::new(),
+            alternative_starts: Vec::new(),
             free: own_ids(spec, &[0, 1, 2]),
-            full: None,
+            cold_start: None,
             shape: Vec::new(),
             bounds: Vec::new(),
-            promise: line.gain,
-            searched: true,
-            series: false,
-            told_by: None,
+            predicted_gain: line.gain,
+            look_elsewhere: true,
+            sequential_time: false,
+            estimated_on_held_out: None,
         });
     }
     if let Some(spec) = asked("gap_step").filter(|_| model.has_ground) {
         let stays = held_out_stays(stand);
-        for step in find_step(&linear, model, 0, &bench.epochs())? {
+        for step in find_step(&linear, model, 0, &workspace.epochs())? {
             let at = |time: f64| ActiveEffect {
                 spec,
                 values: vec![RISE * step.height, time],
@@ -151,25 +151,25 @@ pub fn promises(
             let open = |t: &&f64| !step.series && **t > step.since && **t < step.time;
             out.push(Hypothesis {
                 start: at(step.time),
-                others: stays
+                alternative_starts: stays
                     .iter()
                     .filter(open)
                     .map(|t| (at(*t), Vec::new()))
                     .collect(),
                 free: own_ids(spec, &[0]),
-                full: None,
+                cold_start: None,
                 shape: Vec::new(),
                 bounds: Vec::new(),
-                promise: step.gain,
-                searched: true,
-                series: step.series,
-                told_by: None,
+                predicted_gain: step.gain,
+                look_elsewhere: true,
+                sequential_time: step.series,
+                estimated_on_held_out: None,
             });
         }
-        out.extend(after_all(bench, stand, spec)?);
+        out.extend(after_all(workspace, stand, spec)?);
     }
     if let Some(spec) = asked("extra_mode") {
-        out.extend(extra_mode::further(bench, stand, spec)?);
+        out.extend(extra_mode::further(workspace, stand, spec)?);
     }
     Ok(out)
 }
@@ -177,38 +177,38 @@ pub fn promises(
 /// A step of the ground between the fitted recordings and those kept out. The first of those kept
 /// out tells its height.
 fn after_all(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     spec: &'static EffectSpec,
 ) -> Result<Option<Hypothesis>, DiagnoseError> {
     let Some(held) = &stand.held_out else {
         return Ok(None);
     };
-    let linear = Linear::new(held)?;
+    let linear = Linearized::new(held)?;
     let Some((first, promise)) = first_level(&linear, &held.model)? else {
         return Ok(None);
     };
     Ok(Some(Hypothesis {
         start: ActiveEffect {
             spec,
-            values: vec![RISE * promise.theta, bench.end_of_fitted()],
+            values: vec![RISE * promise.theta, workspace.end_of_fitted()],
         },
-        others: Vec::new(),
+        alternative_starts: Vec::new(),
         free: own_ids(spec, &[0]),
-        full: None,
+        cold_start: None,
         shape: Vec::new(),
         bounds: Vec::new(),
-        promise: promise.gain,
-        searched: true,
-        series: true,
-        told_by: Some(first),
+        predicted_gain: promise.gain,
+        look_elsewhere: true,
+        sequential_time: true,
+        estimated_on_held_out: Some(first),
     }))
 }
 
 /// When stays on the ground begin in the recordings kept out \[s\], the last first, each a
 /// while before the next: beginnings that are closer are those of one instant, the
 /// first of them.
-fn held_out_stays(stand: &Stand) -> Vec<f64> {
+fn held_out_stays(stand: &ModelState) -> Vec<f64> {
     let Some(held) = &stand.held_out else {
         return Vec::new();
     };
@@ -224,7 +224,12 @@ fn held_out_stays(stand: &Stand) -> Vec<f64> {
     all
 }
 
-fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
+fn from_form(
+    form: &CatalogueDirection,
+    all: &[CatalogueDirection],
+    theta: f64,
+    gain: f64,
+) -> Hypothesis {
     let most = match form.strength_id().as_str() {
         DELAY => MOST_DELAY,
         _ => MOST,
@@ -263,14 +268,14 @@ fn from_form(form: &Form, all: &[Form], theta: f64, gain: f64) -> Hypothesis {
     });
     Hypothesis {
         start,
-        others: Vec::new(),
+        alternative_starts: Vec::new(),
         free: form.free_ids(),
-        full,
+        cold_start: full,
         shape: own_ids(form.spec, form.shape),
         bounds,
-        promise: gain,
-        searched: false,
-        series: false,
-        told_by: None,
+        predicted_gain: gain,
+        look_elsewhere: false,
+        sequential_time: false,
+        estimated_on_held_out: None,
     }
 }

@@ -4,11 +4,11 @@
 
 use super::lag_twins::twin;
 use super::level_step::{BEFORE, always, find_step, level};
-use crate::diagnose::comparison::trial::Stand;
-use crate::diagnose::score_test::linearized::Linear;
-use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::comparison::trial::ModelState;
+use crate::diagnose::score_test::linearized::Linearized;
+use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::sim::SimError;
 
 /// Fall of chi2 by a higher ground in one recording from which it lies higher, unless a step of the
@@ -20,18 +20,21 @@ const HIGHER: f64 = 40.0;
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn lifted(bench: &Bench, stand: &Stand) -> Result<(Vec<usize>, Vec<usize>), SimError> {
+pub fn lifted(
+    workspace: &Workspace,
+    stand: &ModelState,
+) -> Result<(Vec<usize>, Vec<usize>), SimError> {
     let step = always().spec;
     let steps = stand.train.model.effects.iter().any(|e| e.spec == step);
-    let known = bench.found.as_ref();
+    let known = workspace.found.as_ref();
     if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
         return Ok((Vec::new(), Vec::new()));
     }
-    let train = bench.may_hover(&bench.train, of(&stand.train, 0)?);
-    let held_out = match (&bench.held_out, &stand.held_out) {
+    let train = workspace.may_hover(&workspace.train, of(&stand.train, 0)?);
+    let held_out = match (&workspace.held_out, &stand.held_out) {
         (Some(side), Some(fitted)) => {
             let locked = fitted.problem.space.len();
-            bench.may_hover(side, of(fitted, locked)?)
+            workspace.may_hover(side, of(fitted, locked)?)
         }
         _ => Vec::new(),
     };
@@ -51,9 +54,9 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
     if asked.is_empty() {
         return Ok(asked);
     }
-    let linear = Linear::new(fitted)?;
+    let linear = Linearized::new(fitted)?;
     let products = linear.products(&fitted.model, &[always()])?;
-    let Some(base) = Scan::gather(&linear, &products, 1).base_without(locked) else {
+    let Some(base) = ScoreScan::gather(&linear, &products, 1).base_without(locked) else {
         return Ok(Vec::new());
     };
     let gain = |k: usize| {
@@ -74,7 +77,7 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
 #[cfg(test)]
 mod tests {
     use super::super::raised_level::*;
-    use crate::diagnose::test_support::{QUIET, bench, parts_of, stepping};
+    use crate::diagnose::test_support::{QUIET, parts_of, stepping, workspace};
 
     /// Which of three recordings lie higher where the ground of the second and the third is as
     /// given: by how much, and since when.
@@ -89,7 +92,7 @@ mod tests {
             on(second, "square:15Hz:8V", 0.3),
             on(third, "sine:50Hz:8V", 0.1),
         ];
-        let fit = bench(&parts.concat()).baseline(&stepping(plain.0, plain.1), &QUIET);
+        let fit = workspace(&parts.concat()).baseline(&stepping(plain.0, plain.1), &QUIET);
         of(&fit.unwrap(), 0).unwrap()
     }
 

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::base_vibration::{Comb, SHAKE, Turned, probes};
 use crate::diagnose::diagnosis::Diagnosis;
-use crate::diagnose::score_test::linearized::{Linear, Products};
-use crate::diagnose::score_test::scan::Scan;
+use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
+use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::fit::Part;
 use crate::model::effects::{EffectSpec, find};
@@ -34,7 +34,7 @@ const HALVINGS: usize = 24;
 
 /// When recordings begin by the clock of a vibration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Clocks {
+pub struct VibrationClock {
     /// To be added to the times of each recording: those fitted, those kept out \[s\].
     late: (Vec<f64>, Vec<f64>),
 }
@@ -49,7 +49,7 @@ struct Shaken {
     gains: (f64, f64),
 }
 
-impl Clocks {
+impl VibrationClock {
     /// Those of a vibration that `train` and `held_out`, fits without one, show with another phase
     /// in each recording; `None` if they show none.
     ///
@@ -65,7 +65,7 @@ impl Clocks {
         if count < 2 || little || train.model.effects.iter().any(|e| e.spec == spec) {
             return Ok(None);
         }
-        let linear = Linear::new(train)?;
+        let linear = Linearized::new(train)?;
         let Some(frequency) = frequency(&linear, train, spec)? else {
             return Ok(None);
         };
@@ -79,7 +79,7 @@ impl Clocks {
         }
         let kept_out = match held_out {
             Some(held) => {
-                let linear = Linear::new(held)?;
+                let linear = Linearized::new(held)?;
                 let locked = held.problem.space.len();
                 match shaken(&linear, held, (spec, frequency), locked)? {
                     Some(kept_out) => Some(kept_out),
@@ -177,7 +177,7 @@ fn alike(sizes: &[(f64, f64)]) -> bool {
 
 /// The frequency at which phases of their own bring most \[Hz\].
 fn frequency(
-    linear: &Linear<'_>,
+    linear: &Linearized<'_>,
     fitted: &Fitted,
     spec: &'static EffectSpec,
 ) -> Result<Option<f64>, SimError> {
@@ -207,7 +207,12 @@ fn frequency(
 }
 
 /// Products of each recording with a sine and a cosine; see [`Turned::add`].
-fn each(linear: &Linear<'_>, products: &[Products], which: usize, shift: f64) -> Vec<Turned> {
+fn each(
+    linear: &Linearized<'_>,
+    products: &[SegmentGram],
+    which: usize,
+    shift: f64,
+) -> Vec<Turned> {
     let (problem, segments) = (linear.problem(), &linear.point().segments);
     let own = |_| Turned::new(problem.unknowns());
     let mut out: Vec<Turned> = problem.data.iter().map(own).collect();
@@ -220,13 +225,13 @@ fn each(linear: &Linear<'_>, products: &[Products], which: usize, shift: f64) ->
 /// The vibrations of a side, its first `locked` unknowns as they are; `None` where they cannot be
 /// told.
 fn shaken(
-    linear: &Linear<'_>,
+    linear: &Linearized<'_>,
     fitted: &Fitted,
     (spec, frequency): (&'static EffectSpec, f64),
     locked: usize,
 ) -> Result<Option<Shaken>, SimError> {
     let products = linear.products(&fitted.model, &probes(spec, frequency))?;
-    let Some(base) = Scan::gather(linear, &products, 2).base_without(locked) else {
+    let Some(base) = ScoreScan::gather(linear, &products, 2).base_without(locked) else {
         return Ok(None);
     };
     let each = each(linear, &products, 0, 0.0);
@@ -303,10 +308,12 @@ mod tests {
         both.flat_map(one).collect()
     }
 
-    fn clocks_of(parts: &[Part]) -> Option<Clocks> {
+    fn clocks_of(parts: &[Part]) -> Option<VibrationClock> {
         let model = Preset::embedded("paper").unwrap().model;
-        let fitted = test_support::bench(parts).baseline(&model, &QUIET).unwrap();
-        Clocks::of(&fitted, None).unwrap()
+        let fitted = test_support::workspace(parts)
+            .baseline(&model, &QUIET)
+            .unwrap();
+        VibrationClock::of(&fitted, None).unwrap()
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::words;
 use super::words::listed;
-use crate::diagnose::diagnosis::{Diagnosis, Distance, Left, Regime};
+use crate::diagnose::diagnosis::{Diagnosis, Distance, Inadequacy, Regime};
 
 /// A mean square this close to the noise alone is not worth words: the noise itself is
 /// known no better.
@@ -76,7 +76,7 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
     }
     if left.is_empty() {
         return vec![match diagnosis.left {
-            Some(mean @ Left::Mean(_)) => format!("{}.", words::capitalised(&mean.text())),
+            Some(mean @ Inadequacy::Mean(_)) => format!("{}.", words::capitalised(&mean.text())),
             Some(rest) => format!(
                 "In the mean nothing is above the noise, but {}.",
                 rest.text()
@@ -88,7 +88,7 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
         }];
     }
     // The mean square has been told already.
-    let more = diagnosis.left.filter(|l| !matches!(l, Left::Mean(_)));
+    let more = diagnosis.left.filter(|l| !matches!(l, Inadequacy::Mean(_)));
     left.extend(more.map(|l| format!("{}.", words::capitalised(&l.text()))));
     let places = places(diagnosis);
     let most: Vec<String> = places

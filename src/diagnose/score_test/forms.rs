@@ -17,7 +17,7 @@ const LEAST_GAP: f64 = 2e-6;
 
 /// One effect at one set of its nonlinear constants.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Form {
+pub struct CatalogueDirection {
     /// The effect.
     pub spec: &'static EffectSpec,
     /// Values of its parameters, of a size at which it still acts in proportion.
@@ -37,7 +37,7 @@ pub struct Form {
     pub shape: &'static [usize],
 }
 
-impl Form {
+impl CatalogueDirection {
     /// The effect at `theta` times the form's strength, kept within its limits.
     pub fn effect(&self, theta: f64) -> ActiveEffect {
         let mut values = self.values.clone();
@@ -137,11 +137,11 @@ impl Scale {
 
 /// Forms of all effects that the linear scan can weigh on this device. Further modes,
 /// vibrations and what happens at the ground are looked for in ways of their own.
-pub fn forms(model: &Model, scale: &Scale) -> Vec<Form> {
+pub fn forms(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
     let mut out = Vec::new();
     for spec in CATALOGUE.iter().copied() {
         let mut add = |values: &[f64], strength, signed, free: &[usize]| {
-            out.push(Form {
+            out.push(CatalogueDirection {
                 spec,
                 values: values.to_vec(),
                 strength,

@@ -13,7 +13,7 @@ use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// Products of a stretch's directions, its own unknowns taken out.
 #[derive(Debug, Clone)]
-pub struct Products {
+pub struct SegmentGram {
     /// Unknowns of the whole problem that bear on it.
     pub columns: Vec<usize>,
     /// Of those with each other.
@@ -32,7 +32,7 @@ pub struct Products {
     pub middle: f64,
 }
 
-impl Products {
+impl SegmentGram {
     /// The same with the only probe as number `which` of `count`, the others zero; all are
     /// where it is none.
     pub(crate) fn spread(&self, which: Option<usize>, count: usize) -> Self {
@@ -53,13 +53,13 @@ impl Products {
 
 /// A problem linearised at a point, on which directions are tried.
 #[derive(Debug)]
-pub struct Linear<'a> {
+pub struct Linearized<'a> {
     pub(crate) problem: &'a Problem,
     pub(crate) point: &'a Point,
     jacobians: &'a [Option<Jacobian>],
 }
 
-impl<'a> Linear<'a> {
+impl<'a> Linearized<'a> {
     /// Linearises the problem of `fitted` where it is.
     ///
     /// # Errors
@@ -91,7 +91,7 @@ impl<'a> Linear<'a> {
         &self,
         model: &Model,
         effects: &[ActiveEffect],
-    ) -> Result<Vec<Products>, SimError> {
+    ) -> Result<Vec<SegmentGram>, SimError> {
         let problem = self.problem;
         let segments = &self.point.segments;
         let probes = effects
@@ -133,7 +133,7 @@ impl<'a> Linear<'a> {
             let whole = all.tr_mul(&all);
             let p = probes.len();
             let time = &problem.data[segment.recording].recording.time;
-            Some(Products {
+            Some(SegmentGram {
                 columns: jacobian.columns.clone(),
                 base: whole.view((0, 0), (g, g)).into_owned(),
                 base_slope: whole.view((0, g), (g, 1)).column(0).into_owned(),

@@ -3,9 +3,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::forms::Form;
+use super::forms::CatalogueDirection;
 use super::joint::Joint;
-use super::linearized::{Linear, Products};
+use super::linearized::{Linearized, SegmentGram};
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
@@ -19,7 +19,7 @@ const RIDGE: f64 = 1e-10;
 
 /// What a direction would bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Promise {
+pub struct ScoreGain {
     /// Fall of chi2.
     pub gain: f64,
     /// How far to go, in units of the form's strength.
@@ -28,18 +28,22 @@ pub struct Promise {
 
 /// Normal equations with the directions of some forms.
 #[derive(Debug, Clone)]
-pub struct Scan {
+pub struct ScoreScan {
     normal: DMatrix<f64>,
     gradient: DVector<f64>,
     unknowns: usize,
 }
 
-impl Scan {
+impl ScoreScan {
     /// Weighs `forms` at `point`, where the model is `model`.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
-    pub fn new(linear: &Linear<'_>, model: &Model, forms: &[Form]) -> Result<Self, SimError> {
+    pub fn new(
+        linear: &Linearized<'_>,
+        model: &Model,
+        forms: &[CatalogueDirection],
+    ) -> Result<Self, SimError> {
         let effects: Vec<ActiveEffect> = forms.iter().map(|f| f.effect(1.0)).collect();
         Self::of(linear, model, &effects)
     }
@@ -49,7 +53,7 @@ impl Scan {
     /// # Errors
     /// [`SimError`] if a model makes no sense.
     pub fn of(
-        linear: &Linear<'_>,
+        linear: &Linearized<'_>,
         model: &Model,
         effects: &[ActiveEffect],
     ) -> Result<Self, SimError> {
@@ -88,21 +92,21 @@ impl Scan {
     }
 
     /// The baseline's own directions, `None` if they are singular.
-    pub(crate) fn base(&self) -> Option<Base> {
-        Base::new(&self.normal, &self.gradient, self.unknowns)
+    pub(crate) fn base(&self) -> Option<NuisanceProjector> {
+        NuisanceProjector::new(&self.normal, &self.gradient, self.unknowns)
     }
 
     /// The same where the first `locked` unknowns, the model's parameters, stay as they are.
-    pub(crate) fn base_without(&self, locked: usize) -> Option<Base> {
+    pub(crate) fn base_without(&self, locked: usize) -> Option<NuisanceProjector> {
         let mut normal = self.normal.clone();
         for i in 0..locked.min(self.unknowns) {
             normal[(i, i)] = LOCKED * normal[(i, i)].max(1e-200);
         }
-        Base::new(&normal, &self.gradient, self.unknowns)
+        NuisanceProjector::new(&normal, &self.gradient, self.unknowns)
     }
 
     /// Normal equations from products with so many probes each.
-    pub(crate) fn gather(linear: &Linear<'_>, products: &[Products], probes: usize) -> Self {
+    pub(crate) fn gather(linear: &Linearized<'_>, products: &[SegmentGram], probes: usize) -> Self {
         let (problem, point) = (linear.problem, linear.point);
         let n = problem.unknowns();
         let mut normal = DMatrix::zeros(n + probes, n + probes);
@@ -138,7 +142,7 @@ impl Scan {
     }
 
     /// What form `k` would bring, all other unknowns adjusted.
-    pub fn promise(&self, k: usize) -> Option<Promise> {
+    pub fn promise(&self, k: usize) -> Option<ScoreGain> {
         let at = self.unknowns + k;
         let base = self.base()?;
         let cross = self.normal.view((0, at), (self.unknowns, 1)).into_owned();
@@ -180,13 +184,13 @@ impl Scan {
 }
 
 /// The baseline's own directions, ready to be taken out of others.
-pub struct Base {
+pub struct NuisanceProjector {
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
     scale: DVector<f64>,
     right: DVector<f64>,
 }
 
-impl Base {
+impl NuisanceProjector {
     /// From the first `n` unknowns of normal equations; `None` if they are singular.
     pub fn new(normal: &DMatrix<f64>, gradient: &DVector<f64>, n: usize) -> Option<Self> {
         let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
@@ -216,13 +220,13 @@ impl Base {
 
     /// What a direction would bring, from its products with the baseline's own, with itself
     /// and with the residuals; `None` if it cannot be told from those.
-    pub fn promise(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<Promise> {
+    pub fn promise(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<ScoreGain> {
         let left = own - self.inner(cross, cross);
         if left.is_nan() || left <= UNTOLD * own || own <= 0.0 {
             return None;
         }
         let slope = self.slope(cross, slope);
-        Some(Promise {
+        Some(ScoreGain {
             gain: slope * slope / left,
             theta: -slope / left,
         })

@@ -1,10 +1,10 @@
 //! Which of the hypotheses weighed is the best, and which others do as well.
 
-use super::law_shape::{mirrored, shaped};
-use crate::diagnose::comparison::trial::{Stand, Trial, Weighed};
+use super::law_shape::{as_lag_twin, with_shape_parameters};
+use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::hypotheses::lag_twins;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::effects::{EffectSpec, find};
 
 /// Two hypotheses whose gains differ by less than this share cannot be told apart.
@@ -23,7 +23,7 @@ pub struct Choice {
     /// The effect.
     pub spec: &'static EffectSpec,
     /// The fit with it.
-    pub trial: Trial,
+    pub trial: CandidateFit,
     /// Others that do as well.
     pub alike: Vec<&'static str>,
     /// Why one that does as well in flight is not among those.
@@ -37,18 +37,22 @@ pub struct Choice {
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn add_twin(
-    bench: &Bench,
-    stand: &Stand,
-    weighed: &mut Vec<Weighed>,
+    workspace: &Workspace,
+    stand: &ModelState,
+    weighed: &mut Vec<CandidateScore>,
     is_asked: &dyn Fn(&EffectSpec) -> bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    let worth = |w: &Weighed| w.trial.as_ref().map_or(f64::NEG_INFINITY, Trial::worth);
+    let worth = |w: &CandidateScore| {
+        w.trial
+            .as_ref()
+            .map_or(f64::NEG_INFINITY, CandidateFit::worth)
+    };
     let best = weighed
         .iter()
         .max_by(|a, b| worth(a).total_cmp(&worth(b)))
         .and_then(|w| w.trial.as_ref().map(|t| (w.spec, t)));
-    let Some((first, trial)) = best.filter(|(_, t)| !t.by_chance()) else {
+    let Some((first, trial)) = best.filter(|(_, t)| !t.is_insignificant()) else {
         return Ok(());
     };
     let spec = lag_twins::twin(first.id)
@@ -62,12 +66,12 @@ pub fn add_twin(
     if least > TWIN * trial.worth() {
         return Ok(());
     }
-    let Some(twin) = mirrored(bench, stand, trial, spec, control)? else {
+    let Some(twin) = as_lag_twin(workspace, stand, trial, spec, control)? else {
         return Ok(());
     };
     log::debug!("{} as {}: {:.0}", first.id, spec.id, twin.worth());
     if twin.worth() > least {
-        let own = Weighed {
+        let own = CandidateScore {
             spec,
             promise: known.map_or(0.0, |k| weighed[k].promise),
             trial: Some(twin),
@@ -87,14 +91,14 @@ pub fn add_twin(
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn best(
-    bench: &Bench,
-    stand: &Stand,
-    weighed: &mut [Weighed],
+    workspace: &Workspace,
+    stand: &ModelState,
+    weighed: &mut [CandidateScore],
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Choice>, DiagnoseError> {
     let all = weighed.iter_mut();
     let all = all.filter_map(|w| w.trial.as_mut().map(|t| (w.spec, t)));
-    let mut trials: Vec<(&'static EffectSpec, &mut Trial)> = all.collect();
+    let mut trials: Vec<(&'static EffectSpec, &mut CandidateFit)> = all.collect();
     trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
     let Some(first) = trials.first() else {
         return Ok(None);
@@ -110,14 +114,14 @@ pub fn best(
     if let Some(twin) = twin {
         // A law of another form would leave around bounces what is no matter of the two.
         for k in [0, twin] {
-            *trials[k].1 = shaped(bench, stand, trials[k].1.clone(), control)?;
+            *trials[k].1 = with_shape_parameters(workspace, stand, trials[k].1.clone(), control)?;
         }
         let (a, b) = (trials[0].1.worth(), trials[twin].1.worth());
         log::debug!("{} {a:.0}, {} {b:.0}", trials[0].0.id, trials[twin].0.id);
         let mut lower = b - a;
         if a.min(b) > TWIN * a.max(b) {
             let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
-            let around = lag_twins::told(bench, fits(0), fits(twin))?;
+            let around = lag_twins::compare_around_impacts(workspace, fits(0), fits(twin))?;
             if around.sure {
                 let other = if around.fall > 0.0 { 0 } else { twin };
                 told = Some((trials[other].0, around.fall.abs()));

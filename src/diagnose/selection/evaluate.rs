@@ -2,19 +2,21 @@
 //! where that has lost its way, from where the re-tuning began, and judged on the recordings
 //! kept out.
 
-use super::refit::{begun_from, found, from_afar, from_near, likeliest, others, with_constants};
+use super::refit::{
+    begun_from, best_start_on_subset, found, from_afar, from_near, others, with_constants,
+};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
-use crate::diagnose::comparison::trial::{Stand, Trial, Weighed};
+use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::hypotheses::level_step_time;
 use crate::diagnose::hypotheses::propose::{FOUND, PROMISING, promises};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::effects::EffectSpec;
 
 /// Share of the best refit below which a promise is far behind.
-const FAR: f64 = 0.3;
+const MIN_SHARE_OF_BEST: f64 = 0.3;
 /// Most hypotheses refitted in a round.
-const MOST: usize = 4;
+const MAX_REFITS: usize = 4;
 /// Steps of a fit at most.
 pub(crate) const ITERATIONS: usize = 12;
 /// A ground that steps leaves the flight as it is.
@@ -26,51 +28,52 @@ const STEP: &str = "gap_step";
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn weigh(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     options: &DiagnoseOptions,
     only: Option<&str>,
     control: &DiagnoseControl<'_>,
     about: &dyn Fn(&str, f64),
-) -> Result<Vec<Weighed>, DiagnoseError> {
+) -> Result<Vec<CandidateScore>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
     let asked = |spec: &EffectSpec| is_asked(stand, options, only, spec);
-    let mut hypotheses = promises(bench, stand, &asked)?;
-    hypotheses.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+    let mut hypotheses = promises(workspace, stand, &asked)?;
+    hypotheses.sort_by(|a, b| b.predicted_gain.total_cmp(&a.predicted_gain));
     for h in &hypotheses {
         let start = &h.start;
         log::debug!(
             "{} promises {:.1} at {:?}",
             start.spec.id,
-            h.promise,
+            h.predicted_gain,
             start.values
         );
     }
-    let mut out: Vec<Weighed> = Vec::new();
+    let mut out: Vec<CandidateScore> = Vec::new();
     let mut best = 0.0f64;
     let mut afar_asked = false;
     // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
-    if let Some(known) = bench.found.as_ref().filter(|_| stand.named.is_empty()) {
+    if let Some(known) = workspace.found.as_ref().filter(|_| stand.named.is_empty()) {
         let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
         hypotheses.sort_by_key(|h| !is_known(h));
         hypotheses.dedup_by(|later, earlier| is_known(later) && is_known(earlier));
     }
-    let count = hypotheses.len().clamp(1, MOST);
+    let count = hypotheses.len().clamp(1, MAX_REFITS);
     for hypothesis in hypotheses {
-        let same = |w: &Weighed| w.spec == hypothesis.start.spec;
+        let same = |w: &CandidateScore| w.spec == hypothesis.start.spec;
         let known = out.iter().position(same);
         let k = known.unwrap_or(out.len());
         // Where the promise is far below what a refit has reached, a refit is in vain:
         // promises are right where the baseline is near the data.
-        let least = if hypothesis.searched {
+        let least = if hypothesis.look_elsewhere {
             FOUND
         } else {
             PROMISING
         };
-        let worth = hypothesis.promise > least && hypothesis.promise > FAR * best;
+        let worth = hypothesis.predicted_gain > least
+            && hypothesis.predicted_gain > MIN_SHARE_OF_BEST * best;
         let worth = worth || only.is_some();
         let mut trial = None;
-        if k < MOST && worth && !control.cancelled() {
+        if k < MAX_REFITS && worth && !control.cancelled() {
             about(
                 hypothesis.start.spec.name,
                 (k + 1) as f64 / (count + 1) as f64,
@@ -79,16 +82,20 @@ pub fn weigh(
             // that acts in flight, where that has gone astray.
             let afar = !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != STEP;
             afar_asked |= afar;
-            trial = attempt(bench, stand, &hypothesis, afar, control)?;
+            trial = attempt(workspace, stand, &hypothesis, afar, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
-        let own = Weighed {
+        let own = CandidateScore {
             spec: hypothesis.start.spec,
-            promise: hypothesis.promise,
+            promise: hypothesis.predicted_gain,
             trial,
             by_itself: None,
         };
-        let worth = |w: &Weighed| w.trial.as_ref().map_or(f64::NEG_INFINITY, Trial::worth);
+        let worth = |w: &CandidateScore| {
+            w.trial
+                .as_ref()
+                .map_or(f64::NEG_INFINITY, CandidateFit::worth)
+        };
         match known {
             Some(known) if worth(&out[known]) >= worth(&own) => {}
             Some(known) => out[known] = own,
@@ -100,7 +107,7 @@ pub fn weigh(
 
 /// Whether an effect is a candidate, or the `only` one, and not named yet.
 pub fn is_asked(
-    stand: &Stand,
+    stand: &ModelState,
     options: &DiagnoseOptions,
     only: Option<&str>,
     spec: &EffectSpec,
@@ -115,29 +122,29 @@ pub fn is_asked(
 /// A fit with one more effect, or `None` if it cannot be simulated; also from `afar` if the
 /// fit there is has lost its way.
 fn attempt(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: &Hypothesis,
     afar: bool,
     control: &DiagnoseControl<'_>,
-) -> Result<Option<Trial>, DiagnoseError> {
-    if let Some(trial) = found(bench, stand, hypothesis, control)? {
+) -> Result<Option<CandidateFit>, DiagnoseError> {
+    if let Some(trial) = found(workspace, stand, hypothesis, control)? {
         return Ok(Some(trial));
     }
     // A further mode begins with what a fit has left to it.
     let further = hypothesis.start.spec.id == "extra_mode";
     let astray = afar && !stand.misread && !further && stand.train.is_lost();
     if astray
-        && hypothesis.full.is_some()
-        && let Some(trial) = from_afar(bench, stand, hypothesis, control)?
+        && hypothesis.cold_start.is_some()
+        && let Some(trial) = from_afar(workspace, stand, hypothesis, control)?
         && trial.worth() > 0.0
     {
         return Ok(Some(trial));
     }
-    let series = hypothesis.series.then(|| bench.in_series());
-    let nearby = series.as_ref().unwrap_or(bench);
+    let series = hypothesis.sequential_time.then(|| workspace.in_series());
+    let nearby = series.as_ref().unwrap_or(workspace);
     let near = if further {
-        likeliest(
+        best_start_on_subset(
             nearby,
             stand,
             hypothesis,
@@ -150,26 +157,26 @@ fn attempt(
     let Some(mut near) = near else {
         return Ok(None);
     };
-    let better = |near: Trial, other: &Hypothesis| {
+    let better = |near: CandidateFit, other: &Hypothesis| {
         // They look alike to the fitted recordings: the fit of the one is all but the other's.
         let start = with_constants(&near.train.model, other);
         let tried = begun_from(nearby, stand, other, (&start, &near.train), control)?;
         let tried = tried.filter(|tried| tried.worth() > near.worth());
-        Ok::<Trial, DiagnoseError>(tried.unwrap_or(near))
+        Ok::<CandidateFit, DiagnoseError>(tried.unwrap_or(near))
     };
     for other in others(hypothesis).filter(|_| !further) {
         near = better(near, &other)?;
     }
     if hypothesis.start.spec.id == STEP
-        && hypothesis.told_by.is_none()
+        && hypothesis.estimated_on_held_out.is_none()
         && let Some(finer) = level_step_time::finer(&near)?
     {
         near = better(near, &finer)?;
     }
     if astray
-        && hypothesis.full.is_none()
+        && hypothesis.cold_start.is_none()
         && near.train.is_lost()
-        && let Some(other) = from_afar(bench, stand, hypothesis, control)?
+        && let Some(other) = from_afar(workspace, stand, hypothesis, control)?
     {
         log::debug!(
             "from afar {:.0} in place of {:.0}",

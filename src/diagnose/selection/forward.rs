@@ -2,16 +2,16 @@
 //! out, and added one by one as long as both sides improve beyond chance.
 
 use super::evaluate::{is_asked, weigh};
-use super::law_shape::{plainer, shaped};
-use super::stopping::{formal, is_beyond};
+use super::law_shape::{drop_second_time_constant, with_shape_parameters};
+use super::stopping::{cannot_reach_target, formal};
 use super::{choose, prune, self_ringing};
 use crate::diagnose::comparison::significance;
 use crate::diagnose::comparison::significance::HELD_GAIN;
-use crate::diagnose::comparison::trial::{Explanation, Named, Stand};
-use crate::diagnose::data::side::Side;
+use crate::diagnose::comparison::trial::{ModelState, SelectedEffect, SelectionResult};
+use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::effects::EffectSpec;
 
 /// Where other forms of the laws named would bring so many times what a further name brings,
@@ -40,12 +40,12 @@ const CLEARER: f64 = 1.5;
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn explain(
-    bench: &Bench,
-    baseline: Stand,
+    workspace: &Workspace,
+    baseline: ModelState,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
-) -> Result<Explanation, DiagnoseError> {
+) -> Result<SelectionResult, DiagnoseError> {
     let aside = baseline.train.aside();
     log::debug!("{:.1} % of the rows are set aside", 100.0 * aside);
     // What spoils recordings kept out may have been set aside in those fitted.
@@ -57,31 +57,31 @@ pub fn explain(
     if look
         && !baseline.train.is_lost()
         && options.by_hand.is_none()
-        && let Some(found) = among_aside(bench, &baseline, options, control, report)?
+        && let Some(found) = among_aside(workspace, &baseline, options, control, report)?
     {
         return Ok(found);
     }
-    let from = Explanation {
+    let from = SelectionResult {
         stand: baseline.clone(),
         baseline,
         weighed: Vec::new(),
     };
-    search(bench, from, options, control, report)
+    search(workspace, from, options, control, report)
 }
 
 /// Looks for an effect that tells most of what was set aside as misread, and for others
 /// beside it; `None` if there is none.
 fn among_aside(
-    bench: &Bench,
-    baseline: &Stand,
+    workspace: &Workspace,
+    baseline: &ModelState,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
-) -> Result<Option<Explanation>, DiagnoseError> {
-    let all = |side: &Side, fitted: &Fitted| bench.with_all(side, fitted);
-    let held_out = bench.held_out.as_ref().zip(baseline.held_out.as_ref());
-    let whole = Stand {
-        train: all(&bench.train, &baseline.train)?,
+) -> Result<Option<SelectionResult>, DiagnoseError> {
+    let all = |side: &Split, fitted: &Fitted| workspace.with_all(side, fitted);
+    let held_out = workspace.held_out.as_ref().zip(baseline.held_out.as_ref());
+    let whole = ModelState {
+        train: all(&workspace.train, &baseline.train)?,
         held_out: held_out
             .map(|(side, fitted)| all(side, fitted))
             .transpose()?,
@@ -92,23 +92,23 @@ fn among_aside(
         most: options.most.min(1),
         ..options.clone()
     };
-    let from = Explanation {
+    let from = SelectionResult {
         baseline: baseline.clone(),
         stand: whole,
         weighed: Vec::new(),
     };
-    let mut found = search(bench, from, &once, control, report)?;
+    let mut found = search(workspace, from, &once, control, report)?;
     if found.stand.named.is_empty() {
         return Ok(None);
     }
     let stand = &mut found.stand;
-    let series = stand.named.iter().any(|n| n.hypothesis.series);
-    let bench = if series {
-        bench.in_series()
+    let series = stand.named.iter().any(|n| n.hypothesis.sequential_time);
+    let workspace = if series {
+        workspace.in_series()
     } else {
-        bench.clone()
+        workspace.clone()
     };
-    look_after(&bench, stand, control)?;
+    look_after(&workspace, stand, control)?;
     stand.misread = false;
     let left = stand.train.aside();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
@@ -117,21 +117,21 @@ fn among_aside(
     if astray || left > (1.0 - BACK) * baseline.train.aside() {
         return Ok(None);
     }
-    search(&bench, found, options, control, report).map(Some)
+    search(&workspace, found, options, control, report).map(Some)
 }
 
 /// Sets aside what is misread for the model of `stand`.
 fn look_after(
-    bench: &Bench,
-    stand: &mut Stand,
+    workspace: &Workspace,
+    stand: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    stand.train = bench.healed(&bench.train, stand.train.clone(), false, control)?;
-    if let (Some(side), Some(held_out)) = (&bench.held_out, stand.held_out.take()) {
+    stand.train = workspace.healed(&workspace.train, stand.train.clone(), false, control)?;
+    if let (Some(side), Some(held_out)) = (&workspace.held_out, stand.held_out.take()) {
         let near = (&stand.train, Some(&held_out));
-        let judged = bench.judge(&stand.train.model, near, control)?;
+        let judged = workspace.judge(&stand.train.model, near, control)?;
         stand.held_out = judged
-            .map(|judged| bench.healed(side, judged, true, control))
+            .map(|judged| workspace.healed(side, judged, true, control))
             .transpose()?;
     }
     Ok(())
@@ -142,19 +142,19 @@ fn look_after(
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 fn search(
-    bench: &Bench,
-    from: Explanation,
+    workspace: &Workspace,
+    from: SelectionResult,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
-) -> Result<Explanation, DiagnoseError> {
-    let Explanation {
+) -> Result<SelectionResult, DiagnoseError> {
+    let SelectionResult {
         mut baseline,
         mut stand,
         mut weighed,
     } = from;
-    let plain = bench;
-    let mut bench = plain.clone();
+    let plain = workspace;
+    let mut workspace = plain.clone();
     let rounds = options.by_hand.as_ref().map_or(options.most, Vec::len);
     for round in stand.named.len()..rounds {
         if control.cancelled() {
@@ -166,13 +166,13 @@ fn search(
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
         // Nothing could bring enough to be named, or all that could would not do.
         let little = stand.most_left() < SHARE * stand.explained();
-        if only.is_none() && (little || is_beyond(&stand, rounds - round)?) {
+        if only.is_none() && (little || cannot_reach_target(&stand, rounds - round)?) {
             break;
         }
-        let mut round_weighed = weigh(&bench, &stand, options, only, control, &about)?;
+        let mut round_weighed = weigh(&workspace, &stand, options, only, control, &about)?;
         let is_asked = |spec: &EffectSpec| is_asked(&stand, options, only, spec);
-        choose::add_twin(&bench, &stand, &mut round_weighed, &is_asked, control)?;
-        let best = choose::best(&bench, &stand, &mut round_weighed, control)?;
+        choose::add_twin(&workspace, &stand, &mut round_weighed, &is_asked, control)?;
+        let best = choose::best(&workspace, &stand, &mut round_weighed, control)?;
         let vibration = self_ringing::vibration(&round_weighed);
         if weighed.is_empty() {
             weighed = round_weighed;
@@ -184,18 +184,18 @@ fn search(
             }
             break;
         };
-        let mut trial = shaped(&bench, &stand, best.trial, control)?;
-        let held = bench.held_out.is_none() || trial.held_gain > HELD_GAIN;
+        let mut trial = with_shape_parameters(&workspace, &stand, best.trial, control)?;
+        let held = workspace.held_out.is_none() || trial.held_gain > HELD_GAIN;
         let little = trial.worth() < SHARE * stand.explained();
-        let chance = trial.by_chance()
+        let chance = trial.is_insignificant()
             || !held
             || little
-            || significance::vanishes(&trial.hypothesis, &trial.train.model);
+            || significance::is_at_lower_bound(&trial.hypothesis, &trial.train.model);
         if only.is_none() && (chance || formal(&stand, &trial)?) {
             break;
         }
         if only.is_none()
-            && let Some(f) = self_ringing::rings_by_itself(&bench, &stand, &trial, control)?
+            && let Some(f) = self_ringing::is_self_excited(&workspace, &stand, &trial, control)?
         {
             if let Some(vibration) = vibration.filter(|v| self_ringing::as_well(v, &trial)) {
                 (best.spec, trial) = (vibration.hypothesis.start.spec, vibration);
@@ -203,17 +203,17 @@ fn search(
             } else {
                 let mut own = weighed.iter_mut();
                 if let Some(own) = own.find(|w| w.spec == best.spec)
-                    && !trial.by_beginnings(&stand)
+                    && !trial.within_initial_state_dof(&stand)
                 {
                     own.by_itself = Some(f);
                 }
                 break;
             }
         }
-        if trial.hypothesis.series {
-            bench = bench.in_series();
+        if trial.hypothesis.sequential_time {
+            workspace = workspace.in_series();
         }
-        stand.named.push(Named {
+        stand.named.push(SelectedEffect {
             spec: best.spec,
             hypothesis: trial.hypothesis,
             gain: (trial.gain, trial.held_gain),
@@ -228,20 +228,20 @@ fn search(
         stand.train = trial.train;
         stand.held_out = trial.held_out;
         if (clearer || stand.train.aside() > ASIDE) && !stand.misread {
-            look_after(&bench, &mut stand, control)?;
+            look_after(&workspace, &mut stand, control)?;
         }
         if only.is_none() {
-            prune::remove(&bench, &mut stand, control)?;
+            prune::backward_eliminate(&workspace, &mut stand, control)?;
             if stand.named.is_empty() {
                 // A name that turned out needless has led the re-tuning on: all is weighed anew.
                 baseline = stand.clone();
-                bench.clone_from(plain);
+                workspace.clone_from(plain);
                 weighed.clear();
             }
-            plainer(&bench, &mut stand, control)?;
+            drop_second_time_constant(&workspace, &mut stand, control)?;
         }
     }
-    Ok(Explanation {
+    Ok(SelectionResult {
         baseline,
         stand,
         weighed,

@@ -1,14 +1,14 @@
 //! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
 use super::forward::APART;
-use super::refit::{begun_from, likeliest, refitted, with_freedoms};
+use super::refit::{begun_from, best_start_on_subset, refitted, with_freedoms};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
-use crate::diagnose::comparison::significance::vanishes;
-use crate::diagnose::comparison::trial::{Stand, Trial};
+use crate::diagnose::comparison::significance::is_at_lower_bound;
+use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::score_test::forms::{LEAST_LAG, SHORTEST_LAG, shape_of};
 use crate::diagnose::score_test::state_range::spans;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
 use crate::model::with_effect;
 
@@ -41,12 +41,12 @@ const APART_BY: f64 = 3.0;
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn shaped(
-    bench: &Bench,
-    stand: &Stand,
-    trial: Trial,
+pub fn with_shape_parameters(
+    workspace: &Workspace,
+    stand: &ModelState,
+    trial: CandidateFit,
     control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
+) -> Result<CandidateFit, DiagnoseError> {
     let mut trial = trial;
     let shape = std::mem::take(&mut trial.hypothesis.shape);
     let hypothesis = &trial.hypothesis;
@@ -85,13 +85,18 @@ pub fn shaped(
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.id == "extra_mode" {
-        match crate::diagnose::hypotheses::extra_mode::one_more(&bench.train, whole, &trial.train)?
-        {
-            Some(both) => likeliest(bench, stand, &both, (&trial.train, BESIDE), control)?,
+        match crate::diagnose::hypotheses::extra_mode::one_more(
+            &workspace.train,
+            whole,
+            &trial.train,
+        )? {
+            Some(both) => {
+                best_start_on_subset(workspace, stand, &both, (&trial.train, BESIDE), control)?
+            }
             None => None,
         }
     } else {
-        begun_from(bench, stand, &whole, (&start, &trial.train), control)?
+        begun_from(workspace, stand, &whole, (&start, &trial.train), control)?
     };
     let Some(mut other) = other else {
         return Ok(trial);
@@ -110,7 +115,7 @@ pub fn shaped(
     let held_more = held_more.map(|_| other.held_gain - trial.held_gain);
     // What has left its own strength to its shape is no better told by it.
     let better = tells(other.gain - trial.gain, held_more)
-        && !vanishes(&other.hypothesis, &other.train.model);
+        && !is_at_lower_bound(&other.hypothesis, &other.train.model);
     Ok(if better { other } else { trial })
 }
 
@@ -128,9 +133,9 @@ fn tells(more: f64, held_more: Option<f64>) -> bool {
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn plainer(
-    bench: &Bench,
-    stand: &mut Stand,
+pub fn drop_second_time_constant(
+    workspace: &Workspace,
+    stand: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
     let latest = stand.named.last().map(|n| n.spec);
@@ -142,7 +147,7 @@ pub fn plainer(
         }
         let spec = plain.spec;
         let start = with_effect(&stand.train.model, plain);
-        let Some((train, held_out)) = refitted(bench, &start, stand, stand, control)? else {
+        let Some((train, held_out)) = refitted(workspace, &start, stand, stand, control)? else {
             continue;
         };
         let held = held_out.as_ref().zip(stand.held_out.as_ref());
@@ -216,13 +221,13 @@ fn creeping(effect: &ActiveEffect) -> Option<ActiveEffect> {
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn mirrored(
-    bench: &Bench,
-    stand: &Stand,
-    trial: &Trial,
+pub fn as_lag_twin(
+    workspace: &Workspace,
+    stand: &ModelState,
+    trial: &CandidateFit,
     spec: &'static EffectSpec,
     control: &DiagnoseControl<'_>,
-) -> Result<Option<Trial>, DiagnoseError> {
+) -> Result<Option<CandidateFit>, DiagnoseError> {
     let of = trial.hypothesis.start.spec;
     let mut start = trial.train.model.clone();
     let lag = start
@@ -238,26 +243,32 @@ pub fn mirrored(
     let free = own_ids(spec, &[0]);
     let hypothesis = Hypothesis {
         start: effect.clone(),
-        others: Vec::new(),
+        alternative_starts: Vec::new(),
         bounds: vec![(free[0].clone(), (LEAST_LAG * lag, f64::INFINITY))],
         free,
-        full: None,
+        cold_start: None,
         shape: shape_of(spec),
-        promise: 0.0,
-        searched: false,
-        series: trial.hypothesis.series,
-        told_by: None,
+        predicted_gain: 0.0,
+        look_elsewhere: false,
+        sequential_time: trial.hypothesis.sequential_time,
+        estimated_on_held_out: None,
     };
     let start = with_effect(&start, effect);
     if trial.worth() > LARGE && trial.leaves_nothing() {
         // A part of the stretches tells where the two are far apart.
         let (free, bounds) = with_freedoms(stand, &hypothesis);
-        let sketch = bench.sketch(&start, &free, &bounds, &trial.train, control);
+        let sketch = workspace.sketch(&start, &free, &bounds, &trial.train, control);
         if sketch.is_ok_and(|s| s.per_value() > APART * trial.train.per_value()) {
             return Ok(None);
         }
     }
-    begun_from(bench, stand, &hypothesis, (&start, &trial.train), control)
+    begun_from(
+        workspace,
+        stand,
+        &hypothesis,
+        (&start, &trial.train),
+        control,
+    )
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Names that a later one has made needless.
 
 use super::refit::refitted;
-use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN, by_chance};
-use crate::diagnose::comparison::trial::Stand;
+use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN, is_insignificant};
+use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::Model;
 
 /// An earlier effect that brought so many times more than a later one is not asked again
@@ -34,9 +34,9 @@ fn beside_its_own(model: &Model) -> bool {
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn remove(
-    bench: &Bench,
-    stand: &mut Stand,
+pub fn backward_eliminate(
+    workspace: &Workspace,
+    stand: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
     let mut k = 0;
@@ -48,7 +48,7 @@ pub fn remove(
         // before may have stopped halfway, and this one have gone on for it.
         let n = &stand.named[k];
         let stands_in = n.spec.id == "extra_mode" && beside_its_own(&stand.train.model);
-        let foreseen = !stands_in && n.gain.0 < UNFORESEEN * n.hypothesis.promise;
+        let foreseen = !stands_in && n.gain.0 < UNFORESEEN * n.hypothesis.predicted_gain;
         if k + 1 == stand.named.len() && foreseen && n.gain.0 > SURE * TRAIN_GAIN {
             break;
         }
@@ -56,7 +56,7 @@ pub fn remove(
         // would be lost.
         let latest = stand.named.last().map_or(0.0, |n| n.gain.0);
         let own = stand.named[k].gain.0;
-        let later = stand.named[k].hypothesis.told_by.is_some();
+        let later = stand.named[k].hypothesis.estimated_on_held_out.is_some();
         if later || latest > SURE * TRAIN_GAIN && own > SURE * latest {
             k += 1;
             continue;
@@ -65,7 +65,7 @@ pub fn remove(
         let dropped = without.named.remove(k);
         let mut start: Model = stand.train.model.clone();
         start.effects.retain(|e| e.spec != dropped.spec);
-        let Some((train, held_out)) = refitted(bench, &start, &without, stand, control)? else {
+        let Some((train, held_out)) = refitted(workspace, &start, &without, stand, control)? else {
             k += 1;
             continue;
         };
@@ -74,7 +74,7 @@ pub fn remove(
             (Some(after), Some(before)) => after.cost - before.cost,
             _ => HELD_GAIN,
         };
-        if by_chance(&dropped.hypothesis, lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
+        if is_insignificant(&dropped.hypothesis, lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
             without.train = train;
             without.held_out = held_out;
             *stand = without;

@@ -2,27 +2,27 @@
 
 use super::evaluate::ITERATIONS;
 use crate::diagnose::comparison::hypothesis::Hypothesis;
-use crate::diagnose::comparison::trial::{Stand, Trial};
-use crate::diagnose::data::side::Side;
+use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
+use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
-use crate::diagnose::shooting::coarse_fit::Sketch;
+use crate::diagnose::shooting::coarse_fit::SubsetFit;
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::local_fit::modes;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::{Model, with_effect};
 
 /// A fit with one more effect against that of `stand`.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn judged(
-    bench: &Bench,
-    stand: &Stand,
+pub fn evaluate_held_out(
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: &Hypothesis,
     train: Fitted,
     control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
-    let held_out = bench.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
+) -> Result<CandidateFit, DiagnoseError> {
+    let held_out = workspace.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
     let mut gain = stand.train.cost - train.cost;
     let mut held_gain = match (&stand.held_out, &held_out) {
         (Some(before), Some(after)) => before.cost - after.cost,
@@ -30,13 +30,15 @@ pub fn judged(
     };
     // What begins after the fitted recordings is told by one that was kept out, which proves
     // nothing then.
-    if let (Some(k), Some(before), Some(after)) = (hypothesis.told_by, &stand.held_out, &held_out) {
+    if let (Some(k), Some(before), Some(after)) =
+        (hypothesis.estimated_on_held_out, &stand.held_out, &held_out)
+    {
         let falls = before.costs()?.into_iter().zip(after.costs()?);
         let falls: Vec<f64> = falls.map(|(before, after)| before - after).collect();
         gain = falls[k];
         held_gain = falls.iter().sum::<f64>() - gain;
     }
-    Ok(Trial {
+    Ok(CandidateFit {
         gain,
         held_gain,
         train,
@@ -49,16 +51,16 @@ pub fn judged(
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn judged_anew(
-    bench: &Bench,
-    stand: &Stand,
+pub fn evaluate_from_scratch(
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: Hypothesis,
     train: Fitted,
     control: &DiagnoseControl<'_>,
-) -> Result<Trial, DiagnoseError> {
-    let held_out = bench.judge(&train.model, (&train, None), control)?;
-    let (gain, held_gain) = whole_gains(bench, stand, &train, held_out.as_ref())?;
-    Ok(Trial {
+) -> Result<CandidateFit, DiagnoseError> {
+    let held_out = workspace.judge(&train.model, (&train, None), control)?;
+    let (gain, held_gain) = whole_gains(workspace, stand, &train, held_out.as_ref())?;
+    Ok(CandidateFit {
         gain,
         held_gain,
         train,
@@ -70,31 +72,31 @@ pub fn judged_anew(
 /// Falls of chi2 against the fit of `stand` on either side, all stretches counted, whatever
 /// either sets aside.
 fn whole_gains(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     train: &Fitted,
     held_out: Option<&Fitted>,
 ) -> Result<(f64, f64), DiagnoseError> {
-    let gain = |side: &Side, before: &Fitted, after: &Fitted| {
+    let gain = |side: &Split, before: &Fitted, after: &Fitted| {
         let first = side.segments();
         Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
     };
-    let held_gain = match (&bench.held_out, &stand.held_out, held_out) {
+    let held_gain = match (&workspace.held_out, &stand.held_out, held_out) {
         (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
         _ => 0.0,
     };
-    Ok((gain(&bench.train, &stand.train, train)?, held_gain))
+    Ok((gain(&workspace.train, &stand.train, train)?, held_gain))
 }
 
 /// The fit with what the re-tuning has found without which the baseline is lost; `None` for other
 /// hypotheses and elsewhere.
 pub(crate) fn found(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
-) -> Result<Option<Trial>, DiagnoseError> {
-    let known = bench.found.as_ref().filter(|_| stand.named.is_empty());
+) -> Result<Option<CandidateFit>, DiagnoseError> {
+    let known = workspace.found.as_ref().filter(|_| stand.named.is_empty());
     let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
         return Ok(None);
     };
@@ -102,11 +104,11 @@ pub(crate) fn found(
         start: known.start.clone(),
         free: known.free.clone(),
         bounds: known.bounds.clone(),
-        full: None,
+        cold_start: None,
         shape: known.shape.clone(),
         ..hypothesis.clone()
     };
-    judged_anew(bench, stand, own, known.fitted.clone(), control).map(Some)
+    evaluate_from_scratch(workspace, stand, own, known.fitted.clone(), control).map(Some)
 }
 
 /// `model` with the effect of a hypothesis that it has already, but for what is not fitted.
@@ -127,28 +129,31 @@ pub(crate) fn with_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
 
 /// The hypotheses that look like `hypothesis`.
 pub(crate) fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
-    hypothesis.others.iter().map(|(start, bounds)| Hypothesis {
-        start: start.clone(),
-        bounds: bounds.clone(),
-        ..hypothesis.clone()
-    })
+    hypothesis
+        .alternative_starts
+        .iter()
+        .map(|(start, bounds)| Hypothesis {
+            start: start.clone(),
+            bounds: bounds.clone(),
+            ..hypothesis.clone()
+        })
 }
 
 /// A fit with that of a hypothesis and those which look like it that suits a part of the fitted
 /// recordings best, begun from the fit `near`, in so many `steps` at most: of a further mode, whose
 /// fits take long. `None` if it cannot be simulated.
-pub fn likeliest(
-    bench: &Bench,
-    stand: &Stand,
+pub fn best_start_on_subset(
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: &Hypothesis,
     (near, steps): (&Fitted, usize),
     control: &DiagnoseControl<'_>,
-) -> Result<Option<Trial>, DiagnoseError> {
-    let mut best: Option<(Sketch, Hypothesis)> = None;
+) -> Result<Option<CandidateFit>, DiagnoseError> {
+    let mut best: Option<(SubsetFit, Hypothesis)> = None;
     for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
         let (free, bounds) = with_freedoms(stand, &own);
         let start = with_effect(&near.model, own.start.clone());
-        let sketch = bench.sketch(&start, &free, &bounds, near, control);
+        let sketch = workspace.sketch(&start, &free, &bounds, near, control);
         let Some(sketch) = simulated(sketch)? else {
             continue;
         };
@@ -160,13 +165,13 @@ pub fn likeliest(
     let Some((sketch, own)) = best else {
         return Ok(None);
     };
-    let train = simulated(bench.complete(sketch, steps, control))?;
-    let judged = train.map(|train| judged(bench, stand, &own, train, control));
+    let train = simulated(workspace.complete(sketch, steps, control))?;
+    let judged = train.map(|train| evaluate_held_out(workspace, stand, &own, train, control));
     judged.transpose()
 }
 
 /// What is fitted with one more effect, and its bounds.
-pub fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
+pub fn with_freedoms(stand: &ModelState, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
     let (mut free, mut bounds) = freedoms(stand);
     free.extend_from_slice(&hypothesis.free);
     bounds.extend_from_slice(&hypothesis.bounds);
@@ -175,27 +180,33 @@ pub fn with_freedoms(stand: &Stand, hypothesis: &Hypothesis) -> (Vec<String>, Ve
 
 /// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
 pub(crate) fn from_near(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
-) -> Result<Option<Trial>, DiagnoseError> {
+) -> Result<Option<CandidateFit>, DiagnoseError> {
     let start = with_effect(&stand.train.model, hypothesis.start.clone());
-    begun_from(bench, stand, hypothesis, (&start, &stand.train), control)
+    begun_from(
+        workspace,
+        stand,
+        hypothesis,
+        (&start, &stand.train),
+        control,
+    )
 }
 
 /// A fit with one more effect that begins with a model and the states of another fit; `None`
 /// if it cannot be simulated.
 pub fn begun_from(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: &Hypothesis,
     (start, near): (&Model, &Fitted),
     control: &DiagnoseControl<'_>,
-) -> Result<Option<Trial>, DiagnoseError> {
+) -> Result<Option<CandidateFit>, DiagnoseError> {
     let (free, bounds) = with_freedoms(stand, hypothesis);
-    let train = simulated(bench.fit(start, &free, &bounds, near, ITERATIONS, control))?;
-    let judged = train.map(|train| judged(bench, stand, hypothesis, train, control));
+    let train = simulated(workspace.fit(start, &free, &bounds, near, ITERATIONS, control))?;
+    let judged = train.map(|train| evaluate_held_out(workspace, stand, hypothesis, train, control));
     judged.transpose()
 }
 
@@ -206,55 +217,55 @@ pub fn begun_from(
 /// # Errors
 /// [`DiagnoseError`] if the recordings cannot be used.
 pub fn refitted(
-    bench: &Bench,
+    workspace: &Workspace,
     start: &Model,
-    stand: &Stand,
-    near: &Stand,
+    stand: &ModelState,
+    near: &ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<(Fitted, Option<Fitted>)>, DiagnoseError> {
     let (free, bounds) = freedoms(stand);
     let train = if modes(start) == modes(&near.train.model) {
-        bench.fit(start, &free, &bounds, &near.train, ITERATIONS, control)
+        workspace.fit(start, &free, &bounds, &near.train, ITERATIONS, control)
     } else {
-        let sketch = bench.sketch(start, &free, &bounds, &near.train, control);
+        let sketch = workspace.sketch(start, &free, &bounds, &near.train, control);
         if let Ok(sketch) = &sketch
             && sketch.is_lost_beside(&near.train)
         {
             return Ok(None);
         }
-        sketch.and_then(|sketch| bench.complete(sketch, ITERATIONS, control))
+        sketch.and_then(|sketch| workspace.complete(sketch, ITERATIONS, control))
     };
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };
-    let held_out = bench.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
+    let held_out = workspace.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
     Ok(Some((train, held_out)))
 }
 
 /// A fit with the first effect from where the re-tuning began, for `stand` has been drawn
 /// along by what it lacks; `None` if it cannot be simulated.
 pub(crate) fn from_afar(
-    bench: &Bench,
-    stand: &Stand,
+    workspace: &Workspace,
+    stand: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
-) -> Result<Option<Trial>, DiagnoseError> {
+) -> Result<Option<CandidateFit>, DiagnoseError> {
     let mut hypothesis = hypothesis.clone();
-    if let Some((start, free)) = hypothesis.full.take() {
+    if let Some((start, free)) = hypothesis.cold_start.take() {
         hypothesis.start = start;
         hypothesis.free = free;
         hypothesis.bounds.clear();
     }
-    let start = with_effect(&bench.outset, hypothesis.start.clone());
-    let train = bench.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control);
+    let start = with_effect(&workspace.outset, hypothesis.start.clone());
+    let train = workspace.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control);
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };
-    judged_anew(bench, stand, hypothesis, train, control).map(Some)
+    evaluate_from_scratch(workspace, stand, hypothesis, train, control).map(Some)
 }
 
 /// Freedoms and bounds of the effects named so far.
-pub(crate) fn freedoms(stand: &Stand) -> (Vec<String>, Vec<Bound>) {
+pub(crate) fn freedoms(stand: &ModelState) -> (Vec<String>, Vec<Bound>) {
     let all = stand.named.iter().map(|n| &n.hypothesis);
     (
         all.clone().flat_map(|h| h.free.clone()).collect(),

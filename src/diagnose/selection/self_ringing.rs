@@ -4,12 +4,12 @@
 
 use super::refit::with_freedoms;
 use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN};
-use crate::diagnose::comparison::trial::{Stand, Trial, Weighed};
-use crate::diagnose::data::side::Side;
-use crate::diagnose::discrepancy::impact_ring::Blows;
+use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
+use crate::diagnose::data::side::Split;
+use crate::diagnose::discrepancy::impact_ring::ImpactExcitations;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::workspace::Bench;
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::SimError;
 
@@ -49,10 +49,10 @@ pub(crate) const FIRST: f64 = 0.01;
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn rings_by_itself(
-    bench: &Bench,
-    stand: &Stand,
-    trial: &Trial,
+pub fn is_self_excited(
+    workspace: &Workspace,
+    stand: &ModelState,
+    trial: &CandidateFit,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<f64>, DiagnoseError> {
     let fitted = &trial.train;
@@ -65,7 +65,7 @@ pub fn rings_by_itself(
     let Some(frequency) = effect.map(|e| e.values[0]) else {
         return Ok(None);
     };
-    if in_step(bench, stand, trial, frequency)? {
+    if in_step(workspace, stand, trial, frequency)? {
         return Ok(None);
     }
     let mut still = fitted.model.clone();
@@ -81,14 +81,14 @@ pub fn rings_by_itself(
     }
     let (mut free, bounds) = with_freedoms(stand, &trial.hypothesis);
     free.retain(|id| !shapes.contains(id));
-    let sketch = bench.sketch(&still, &free, &bounds, fitted, control);
+    let sketch = workspace.sketch(&still, &free, &bounds, fitted, control);
     // What rings by itself goes on as it did: where it does not, all stretches need not be asked.
     if let Ok(sketch) = &sketch
         && sketch.is_lost_beside(fitted)
     {
         return Ok(None);
     }
-    let unmoved = sketch.and_then(|sketch| bench.complete(sketch, STEPS, control));
+    let unmoved = sketch.and_then(|sketch| workspace.complete(sketch, STEPS, control));
     // What cannot be simulated says nothing against the mode.
     let Some(unmoved) = simulated(unmoved)? else {
         return Ok(None);
@@ -100,27 +100,32 @@ pub fn rings_by_itself(
 }
 
 /// The vibration of the base among what was `weighed`, if chance does not do as well.
-pub fn vibration(weighed: &[Weighed]) -> Option<Trial> {
+pub fn vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
     let own = weighed.iter().find(|w| w.spec.id == "base_vibration")?;
-    let held = |t: &Trial| t.held_out.is_none() || t.held_gain > HELD_GAIN;
+    let held = |t: &CandidateFit| t.held_out.is_none() || t.held_gain > HELD_GAIN;
     let trial = own.trial.as_ref();
-    trial.filter(|t| held(t) && !t.by_chance()).cloned()
+    trial.filter(|t| held(t) && !t.is_insignificant()).cloned()
 }
 
 /// Whether the `vibration` of the base does as well as `ringing`, a mode that rings by itself.
-pub fn as_well(vibration: &Trial, ringing: &Trial) -> bool {
+pub fn as_well(vibration: &CandidateFit, ringing: &CandidateFit) -> bool {
     vibration.worth() > STEADY * ringing.worth()
 }
 
 /// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what
 /// `stand` leaves, on both sides, and is not too small a part of what `trial` brings beyond it.
-fn in_step(bench: &Bench, stand: &Stand, trial: &Trial, frequency: f64) -> Result<bool, SimError> {
-    let near = |side: &Side, fitted: &Fitted| -> Result<f64, SimError> {
-        let ring = Blows::new(side, fitted)?.near(frequency, NEAR * frequency);
+fn in_step(
+    workspace: &Workspace,
+    stand: &ModelState,
+    trial: &CandidateFit,
+    frequency: f64,
+) -> Result<bool, SimError> {
+    let near = |side: &Split, fitted: &Fitted| -> Result<f64, SimError> {
+        let ring = ImpactExcitations::new(side, fitted)?.near(frequency, NEAR * frequency);
         Ok(ring.map_or(0.0, |ring| ring.gain))
     };
-    let train = near(&bench.train, &stand.train)?;
-    let held_out = match (&bench.held_out, &stand.held_out) {
+    let train = near(&workspace.train, &stand.train)?;
+    let held_out = match (&workspace.held_out, &stand.held_out) {
         (Some(side), Some(fitted)) => Some(near(side, fitted)?),
         _ => None,
     };

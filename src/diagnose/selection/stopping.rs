@@ -1,24 +1,24 @@
 //! TODO-doc
 
 use super::forward::OUTWEIGHED;
-use crate::diagnose::comparison::significance::{HELD_GAIN, by_chance};
-use crate::diagnose::comparison::trial::{Stand, Trial};
+use crate::diagnose::comparison::significance::{HELD_GAIN, is_insignificant};
+use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::discrepancy::law_form;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::excess;
 use crate::diagnose::verdict::abstention::CARRIED;
-use crate::diagnose::verdict::adequacy::FAR;
+use crate::diagnose::verdict::adequacy::FAR_OFF_CHI2;
 
 /// Whether what `trial` brings is little more, or far less, than the effects named before would
 /// bring if their laws were of somewhat other form.
-pub(crate) fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError> {
+pub(crate) fn formal(stand: &ModelState, trial: &CandidateFit) -> Result<bool, DiagnoseError> {
     let named = stand.specs();
     if named.is_empty() {
         return Ok(false);
     }
     let (before, after) = (
-        law_form::gain(&stand.train, &named)?,
-        law_form::gain(&trial.train, &named)?,
+        law_form::form_error_gain(&stand.train, &named)?,
+        law_form::form_error_gain(&trial.train, &named)?,
     );
     let own = 1.0 - (before - after).max(0.0) / trial.gain;
     log::debug!(
@@ -29,7 +29,7 @@ pub(crate) fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError
     let (gain, held_gain) = (own * trial.gain, own * trial.held_gain);
     let held = trial.held_out.is_some() && held_gain < HELD_GAIN;
     let outweighed = before > OUTWEIGHED * trial.gain;
-    Ok(outweighed || by_chance(&trial.hypothesis, gain, held_gain) || held)
+    Ok(outweighed || is_insignificant(&trial.hypothesis, gain, held_gain) || held)
 }
 
 /// Whether the effects named leave the fitted recordings so far off that so many `more`, each as
@@ -37,14 +37,14 @@ pub(crate) fn formal(stand: &Stand, trial: &Trial) -> Result<bool, DiagnoseError
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model makes no sense.
-pub fn is_beyond(stand: &Stand, more: usize) -> Result<bool, DiagnoseError> {
+pub fn cannot_reach_target(stand: &ModelState, more: usize) -> Result<bool, DiagnoseError> {
     let gains: Vec<f64> = stand.named.iter().map(|n| n.gain.0).collect();
     let rest = excess(&stand.train);
-    let far = !stand.misread && stand.train.per_value() > FAR;
+    let far = !stand.misread && stand.train.per_value() > FAR_OFF_CHI2;
     if !far || !fall_short(&gains, more, rest, 0.0) {
         return Ok(false);
     }
-    let formal = law_form::gain(&stand.train, &stand.specs())?;
+    let formal = law_form::form_error_gain(&stand.train, &stand.specs())?;
     log::debug!("those named carry {gains:.0?}, their kin {formal:.0}, and leave {rest:.0}");
     Ok(fall_short(&gains, more, rest, formal))
 }

@@ -4,8 +4,8 @@
 use super::clock_skew::set_clocks;
 use super::fitted::{Bound, Fitted};
 use super::local_fit::some_of;
-use super::warm_start::adopt;
-use super::workspace::{Bench, FINE, LOSS, ROUGH};
+use super::warm_start::warm_start;
+use super::workspace::{FINE, LOSS, ROUGH, Workspace};
 use crate::diagnose::data::event_free_segments::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::problem::Problem;
@@ -16,11 +16,11 @@ use crate::sim::StretchSimulator;
 
 /// Times chi2 per value of a fit by which a part of the stretches is worse off from which the model
 /// is none for them.
-const LOST: f64 = 3.0;
+const SUBSET_ABORT_RATIO: f64 = 3.0;
 
 /// A fit on a part of the stretches.
 #[derive(Debug)]
-pub struct Sketch {
+pub struct SubsetFit {
     problem: Problem,
     near: Point,
     /// All stretches, those of the part as they were.
@@ -29,7 +29,7 @@ pub struct Sketch {
     few: Vec<bool>,
 }
 
-impl Sketch {
+impl SubsetFit {
     /// Chi2 on that part, the same for all fits that begin from one.
     pub fn cost(&self) -> f64 {
         self.near.cost
@@ -42,7 +42,7 @@ impl Sketch {
 
     /// Whether that part is so far off beside `fitted` that all stretches need not be asked.
     pub fn is_lost_beside(&self, fitted: &Fitted) -> bool {
-        let lost = self.per_value() > LOST * fitted.per_value();
+        let lost = self.per_value() > SUBSET_ABORT_RATIO * fitted.per_value();
         if lost {
             log::debug!("{:.1} per value on a part", self.per_value());
         }
@@ -50,8 +50,8 @@ impl Sketch {
     }
 }
 
-impl Bench {
-    /// Begins a fit of a model whose modes need not be those of `from`; see [`Bench::fit`].
+impl Workspace {
+    /// Begins a fit of a model whose modes need not be those of `from`; see [`Workspace::fit`].
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -62,7 +62,7 @@ impl Bench {
         bounds: &[Bound],
         from: &Fitted,
         control: &DiagnoseControl<'_>,
-    ) -> Result<Sketch, DiagnoseError> {
+    ) -> Result<SubsetFit, DiagnoseError> {
         let (problem, x) = self.posed(start, free, bounds, from)?;
         let (side, space) = (&self.train, &problem.space);
         let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
@@ -77,13 +77,13 @@ impl Bench {
             from.problem.simulator(&from.point.x)?,
             StretchSimulator::new(start, &problem.options)?,
         );
-        let segments = adopt(&from.point.segments, segments, (&old, &new), &problem);
+        let segments = warm_start(&from.point.segments, segments, (&old, &new), &problem);
         let few = some_of(&segments, &used);
         let begun = settle(&problem, &x, &segments, &few, LOSS, 3)?;
         let known: Vec<usize> = (0..self.free.len()).collect();
         let near = self.improve(&problem, begun, &known, (12, ROUGH), control)?;
         let near = self.improve(&problem, near, &[], (6, ROUGH), control)?;
-        Ok(Sketch {
+        Ok(SubsetFit {
             problem,
             near,
             segments,
@@ -98,7 +98,7 @@ impl Bench {
     /// [`DiagnoseError`] if the model cannot be simulated.
     pub fn complete(
         &self,
-        sketch: Sketch,
+        sketch: SubsetFit,
         iterations: usize,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {

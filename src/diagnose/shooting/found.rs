@@ -5,11 +5,11 @@ use crate::model::effects::ActiveEffect;
 
 /// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
 /// along.
-pub const LOST: f64 = 4.0;
+pub const LOST_TRACK_CHI2: f64 = 4.0;
 
 /// An effect without which the baseline is far off, as fitted with all else from afar.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct RequiredEffect {
     /// The effect that the fit began with.
     pub start: ActiveEffect,
     /// Ids of what was fitted of it.
@@ -25,6 +25,6 @@ pub struct Found {
 impl Fitted {
     /// Whether the fit has lost its way.
     pub fn is_lost(&self) -> bool {
-        self.per_value() > LOST
+        self.per_value() > LOST_TRACK_CHI2
     }
 }

@@ -3,10 +3,10 @@
 use super::clock_skew::{BETTER, set_clocks, shift_skews, usual_skew};
 use super::fitted::{Bound, Fitted};
 use super::latency::{delay, rest_clocks, share_delay, weigh_delay};
-use super::warm_start::{adopt, thinned};
-use super::workspace::{Bench, FINE, LOSS, ROUGH, WIDE};
+use super::warm_start::{thinned, warm_start};
+use super::workspace::{FINE, LOSS, ROUGH, WIDE, Workspace};
 use crate::diagnose::data::event_free_segments::prepare_calm;
-use crate::diagnose::data::misread_segments::heal;
+use crate::diagnose::data::misread_segments::reassign_misread_segments;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
@@ -20,7 +20,7 @@ const QUICK_MODES: usize = 2;
 /// Unknowns beside those of the baseline with which a step does not take long.
 const FEW: usize = 6;
 
-impl Bench {
+impl Workspace {
     /// A model with effects, fitted to the fitted recordings from `start`, whose values
     /// for the baseline's freedoms and the ids of `free` are moved; those in `bounds` stay
     /// within them. `from` is a fit of a model near by.
@@ -140,7 +140,7 @@ impl Bench {
                         let old = from.problem.simulator(&from.point.x)?;
                         let new = StretchSimulator::new(model, &problem.options)?;
                         let own = &from.point.segments;
-                        (adopt(own, segments, (&old, &new), &problem), LOSS)
+                        (warm_start(own, segments, (&old, &new), &problem), LOSS)
                     }
                     None => (segments, WIDE),
                 };
@@ -161,7 +161,7 @@ impl Bench {
         if worse && set_clocks(&problem, &mut point, &segments, &eligible)? {
             point = self.improve(&problem, point, &locked, (10, FINE), control)?;
         }
-        if from.is_none() && heal(&problem, &mut point, &segments)? {
+        if from.is_none() && reassign_misread_segments(&problem, &mut point, &segments)? {
             point = self.improve(&problem, point, &locked, (5, FINE), control)?;
         }
         Ok(Some(self.finish(problem, point)?))

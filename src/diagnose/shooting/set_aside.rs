@@ -5,10 +5,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::fitted::Fitted;
-use super::found::LOST;
-use super::workspace::{Bench, CLIP, FINE, LOSS, WIDE};
-use crate::diagnose::data::misread_segments::{guess, heal};
-use crate::diagnose::data::side::Side;
+use super::found::LOST_TRACK_CHI2;
+use super::workspace::{CLIP, FINE, LOSS, WIDE, Workspace};
+use crate::diagnose::data::misread_segments::{guess, reassign_misread_segments};
+use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
@@ -93,19 +93,19 @@ pub(crate) fn taken_in(
     settle(problem, &point.x, &segments, &used, LOSS, 2)
 }
 
-impl Bench {
+impl Workspace {
     /// A fit of `side` with all stretches in it, those set aside from their first guess, and
     /// all else as it was.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn with_all(&self, side: &Side, fitted: &Fitted) -> Result<Fitted, DiagnoseError> {
+    pub fn with_all(&self, side: &Split, fitted: &Fitted) -> Result<Fitted, DiagnoseError> {
         let aside: Vec<bool> = fitted.point.used.iter().map(|used| !used).collect();
         self.with(side, fitted, &aside)
     }
 
     /// A fit of `side` with `more` of its stretches in it, each from its first guess.
-    fn with(&self, side: &Side, fitted: &Fitted, more: &[bool]) -> Result<Fitted, DiagnoseError> {
+    fn with(&self, side: &Split, fitted: &Fitted, more: &[bool]) -> Result<Fitted, DiagnoseError> {
         let (problem, point) = (&fitted.problem, fitted.point.clone());
         let point = taken_in(problem, point, side.segments(), more, ROUNDS)?;
         self.finish(problem.clone(), point)
@@ -117,13 +117,17 @@ impl Bench {
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub fn alike(&self, side: &Side, fits: [&Fitted; 2]) -> Result<[Fitted; 2], DiagnoseError> {
+    pub fn alike(&self, side: &Split, fits: [&Fitted; 2]) -> Result<[Fitted; 2], DiagnoseError> {
         let [a, b] = fits.map(|fitted| &fitted.point.used);
         if a == b || a.len() != b.len() || a.len() != side.segments().len() {
             return Ok(fits.map(Fitted::clone));
         }
         let means = [fits[0].means()?, fits[1].means()?];
-        let told = |i: usize| means.iter().any(|m| m[i].is_some_and(|(_, m)| m < LOST));
+        let told = |i: usize| {
+            means
+                .iter()
+                .any(|m| m[i].is_some_and(|(_, m)| m < LOST_TRACK_CHI2))
+        };
         let shown: Vec<bool> = (0..a.len()).map(|i| told(i) || a[i] && b[i]).collect();
         let of = |fitted: &Fitted| {
             let own = fitted.point.used.iter().zip(&shown);
@@ -145,7 +149,7 @@ impl Bench {
     /// [`DiagnoseError`] if the model cannot be simulated.
     pub fn healed(
         &self,
-        side: &Side,
+        side: &Split,
         fitted: Fitted,
         kept_out: bool,
         control: &DiagnoseControl<'_>,
@@ -153,7 +157,7 @@ impl Bench {
         let Fitted {
             problem, mut point, ..
         } = fitted;
-        if heal(&problem, &mut point, side.segments())? {
+        if reassign_misread_segments(&problem, &mut point, side.segments())? {
             let frozen = if kept_out { problem.space.len() } else { 0 };
             let locked: Vec<usize> = (0..frozen).collect();
             point = self.improve(&problem, point, &locked, (10, FINE), control)?;

@@ -7,7 +7,7 @@ use crate::sim::StretchSimulator;
 
 /// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
 /// other modes, of which those that both have come first. A new mode begins at rest.
-pub fn adopt(
+pub fn warm_start(
     known: &[Segment],
     fresh: Vec<Segment>,
     (old, new): (&StretchSimulator, &StretchSimulator),

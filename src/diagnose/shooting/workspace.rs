@@ -6,15 +6,15 @@
 use std::sync::Arc;
 
 use super::fitted::{Bound, Fitted};
-use super::found::Found;
+use super::found::RequiredEffect;
 use super::free_parameters::{freedoms, structure_bounds};
 use super::values::Values;
 use crate::diagnose::baseline::retune::HOVERS;
 use crate::diagnose::data::event_free_segments::prepare_calm;
 use crate::diagnose::data::noise_model;
 use crate::diagnose::data::noise_model::{Noise, Stays};
-use crate::diagnose::data::reading_assumptions::Known;
-use crate::diagnose::data::side::{Side, drift_of};
+use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
+use crate::diagnose::data::side::{Split, drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::inspect::recording_summary::look_behind;
 use crate::fit::problem::Problem;
@@ -47,11 +47,11 @@ pub(crate) const ROUGH: f64 = 2e-3;
 
 /// Everything that does not change while hypotheses are weighed.
 #[derive(Debug, Clone)]
-pub struct Bench {
+pub struct Workspace {
     /// To fit.
-    pub train: Side,
+    pub train: Split,
     /// Kept out; without recordings if there are none.
-    pub held_out: Option<Side>,
+    pub held_out: Option<Split>,
     /// Noise of the readings.
     pub noise: Noise,
     /// Relative standard error of its size.
@@ -61,12 +61,12 @@ pub struct Bench {
     /// The model that the re-tuning began with.
     pub outset: Model,
     /// What the re-tuning has found without which the baseline is lost.
-    pub found: Option<Arc<Found>>,
+    pub found: Option<Arc<RequiredEffect>>,
     pub(crate) bounds: Vec<Bound>,
     pub(crate) options: FitOptions,
 }
 
-impl Bench {
+impl Workspace {
     /// Makes recordings ready.
     ///
     /// # Errors
@@ -77,7 +77,7 @@ impl Bench {
         held_out: &[Part],
         options: &DiagnoseOptions,
     ) -> Result<Self, DiagnoseError> {
-        let known = Known::default();
+        let known = ReadingAssumptions::default();
         Self::of_known(model, (train, held_out), options, &known)
     }
 
@@ -86,7 +86,7 @@ impl Bench {
         model: &Model,
         (train, held_out): (&[Part], &[Part]),
         options: &DiagnoseOptions,
-        known: &Known,
+        known: &ReadingAssumptions,
     ) -> Result<Self, DiagnoseError> {
         if train.is_empty() {
             return Err(DiagnoseError::NoRecording);
@@ -112,14 +112,14 @@ impl Bench {
             ..FitOptions::for_model(model)
         };
         let space = Space::new(model, &free)?;
-        let side = |parts: &[Part], hovers: &[usize]| -> Result<Side, FitError> {
+        let side = |parts: &[Part], hovers: &[usize]| -> Result<Split, FitError> {
             let mut findings = look_behind(model, parts, known.lag);
             for &k in hovers {
                 findings[k].level = Err(HOVERS.to_owned());
                 findings[k].change = None;
             }
             let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
-            Ok(Side {
+            Ok(Split {
                 parts: parts.to_vec(),
                 drift: drift_of(&findings),
                 findings,
@@ -236,7 +236,7 @@ impl Bench {
     /// [`DiagnoseError`] if the model cannot be simulated.
     pub fn with_events(
         &self,
-        side: &Side,
+        side: &Split,
         model: &Model,
         longest: f64,
     ) -> Result<Prepared, DiagnoseError> {

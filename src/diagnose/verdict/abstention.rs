@@ -1,7 +1,7 @@
 //! Whether names that were found are refused for what they leave.
 
 use crate::diagnose::comparison::significance::TRAIN_GAIN;
-use crate::diagnose::diagnosis::Left;
+use crate::diagnose::diagnosis::Inadequacy;
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
@@ -10,7 +10,7 @@ const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", 
 /// Share of a force over the displacement that is left from which a law of displacement that
 /// was named is only of another form: 90 % and more where it was, up to 87 % where it was not, in
 /// trials.
-const KIN: f64 = 0.885;
+const MIN_FORM_SHARE: f64 = 0.885;
 /// Share of what is missing that is a matter of the form of the law that carries all the rest: as of
 /// a stiffness that levels off where the strokes are large.
 const TRIFLE: f64 = 0.01;
@@ -22,7 +22,7 @@ const RUBS: (f64, f64) = (60.0, 0.02);
 const PRODUCT: (f64, f64) = (30.0, 0.01);
 /// Height over which an attraction falls off at touch, as a share of itself, from which it is
 /// one over the whole stroke \[m\].
-const FAR: f64 = 8.5e-6;
+const LONG_RANGE_DECAY: f64 = 8.5e-6;
 /// Share of what is missing that named effects must carry.
 pub const CARRIED: f64 = 0.8;
 
@@ -35,14 +35,14 @@ pub fn of_displacement(spec: &&'static EffectSpec) -> bool {
 pub fn attraction_reaches_far(model: &Model) -> bool {
     let of = |parameter: &str| model.get(&format!("long_range_attraction.{parameter}"));
     let reach = of("h0").zip(of("n"));
-    reach.is_some_and(|(h0, n)| h0 > FAR * n)
+    reach.is_some_and(|(h0, n)| h0 > LONG_RANGE_DECAY * n)
 }
 
 /// What the effects named leave.
 #[derive(Debug, Clone)]
-pub struct Rest {
+pub struct AbstentionEvidence {
     /// What is not explained yet.
-    pub left: Option<Left>,
+    pub left: Option<Inadequacy>,
     /// Names of the effects.
     pub names: Vec<&'static str>,
     /// Those of displacement.
@@ -68,7 +68,7 @@ pub struct Rest {
     pub explained: f64,
 }
 
-impl Rest {
+impl AbstentionEvidence {
     /// Why the names are refused, if they are.
     pub fn refusal(&self) -> Option<String> {
         if self.swings > TRAIN_GAIN {
@@ -86,7 +86,7 @@ impl Rest {
             all.join(" and ")
         };
         // A single stretch that is off says nothing of a force.
-        let force = matches!(self.left, Some(Left::Mean(_) | Left::Force(..)));
+        let force = matches!(self.left, Some(Inadequacy::Mean(_) | Inadequacy::Force(..)));
         if force && (self.one_law_in_two() || self.another_law()) {
             return Some(format!(
                 "{} would stand for one force over the displacement and still leave something of it: that is rather one law which is not in the catalogue",
@@ -128,7 +128,7 @@ impl Rest {
     /// Whether what is left over the displacement is not a matter of the form of the one law
     /// of displacement, for that leaves what its kin carry.
     fn another_law(&self) -> bool {
-        let other = self.far || self.formal < KIN * self.joint;
+        let other = self.far || self.formal < MIN_FORM_SHARE * self.joint;
         let much = self.explained < 1.0 - TRIFLE;
         much && self.displaced.len() == 1 && self.over_xp && other
     }
@@ -145,10 +145,10 @@ mod tests {
     use crate::model::effects::find;
 
     /// `ids` named, a force over the displacement left.
-    fn rest(ids: &[&str]) -> Rest {
+    fn rest(ids: &[&str]) -> AbstentionEvidence {
         let specs = ids.iter().map(|id| find(id).unwrap());
-        Rest {
-            left: Some(Left::Force("xp", 180.0)),
+        AbstentionEvidence {
+            left: Some(Inadequacy::Force("xp", 180.0)),
             names: specs.clone().map(|s| s.name).collect(),
             displaced: specs.filter(of_displacement).collect(),
             far: false,
@@ -167,20 +167,20 @@ mod tests {
     fn two_laws_over_the_stroke_are_refused_for_what_they_leave() {
         let two = rest(&["cubic_stiffness", "electrostatic"]);
         assert!(two.refusal().unwrap().contains("one force"));
-        let left = |left| Rest {
+        let left = |left| AbstentionEvidence {
             left,
             ..two.clone()
         };
         assert_eq!(left(None).refusal(), None);
-        assert_eq!(left(Some(Left::Stretch(9.0))).refusal(), None);
-        assert!(left(Some(Left::Mean(1.3))).refusal().is_some());
+        assert_eq!(left(Some(Inadequacy::Stretch(9.0))).refusal(), None);
+        assert!(left(Some(Inadequacy::Mean(1.3))).refusal().is_some());
     }
 
     #[test]
     fn an_attraction_at_touch_is_no_law_over_the_stroke() {
         let near = rest(&["cubic_stiffness", "long_range_attraction"]);
         assert_eq!(near.refusal(), None);
-        let far = Rest { far: true, ..near };
+        let far = AbstentionEvidence { far: true, ..near };
         assert!(far.refusal().is_some());
     }
 
@@ -188,24 +188,24 @@ mod tests {
     fn one_law_is_refused_where_its_kin_do_not_carry_the_rest() {
         let one = rest(&["cubic_stiffness", "sensor_lag"]);
         assert_eq!(one.refusal(), None);
-        let formal = |formal| Rest {
+        let formal = |formal| AbstentionEvidence {
             formal,
             ..one.clone()
         };
         assert!(formal(100.0).refusal().is_some());
         assert!(formal(157.0).refusal().is_some());
         assert_eq!(formal(162.0).refusal(), None);
-        let stretch = Rest {
-            left: Some(Left::Stretch(12.0)),
+        let stretch = AbstentionEvidence {
+            left: Some(Inadequacy::Stretch(12.0)),
             ..formal(100.0)
         };
         assert_eq!(stretch.refusal(), None);
-        let little = Rest {
+        let little = AbstentionEvidence {
             explained: 0.999,
             ..formal(100.0)
         };
         assert_eq!(little.refusal(), None);
-        let elsewhere = Rest {
+        let elsewhere = AbstentionEvidence {
             over_xp: false,
             ..formal(100.0)
         };
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_friction_that_goes_with_the_height_is_no_dry_one() {
-        let of = |rubs| Rest {
+        let of = |rubs| AbstentionEvidence {
             rubs,
             over_xp: false,
             ..rest(&["dry_friction"])
@@ -224,7 +224,7 @@ mod tests {
         assert!(of((410.0, 2e4)).refusal().is_some());
         assert_eq!(of((390.0, 2e4)).refusal(), None);
         assert_eq!(of((30.0, 200.0)).refusal(), None);
-        let all_told = Rest {
+        let all_told = AbstentionEvidence {
             left: None,
             ..of((900.0, 2e4))
         };
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_force_by_both_displacements_is_no_stiffness() {
-        let of = |product| Rest {
+        let of = |product| AbstentionEvidence {
             left: None,
             product,
             ..rest(&["cubic_stiffness"])
@@ -241,7 +241,7 @@ mod tests {
         assert!(of((210.0, 2e4)).refusal().unwrap().contains("both"));
         assert_eq!(of((190.0, 2e4)).refusal(), None);
         assert_eq!(of((20.0, 200.0)).refusal(), None);
-        let at_touch = Rest {
+        let at_touch = AbstentionEvidence {
             product: (900.0, 2e4),
             left: None,
             ..rest(&["long_range_attraction"])
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn too_small_a_share_and_what_swings_are_refused() {
-        let little = Rest {
+        let little = AbstentionEvidence {
             share: 0.5,
             explained: 0.7,
             ..rest(&["sensor_lag"])
@@ -261,7 +261,7 @@ mod tests {
             said.contains("70 %") && said.contains("go on no better"),
             "{said}"
         );
-        let swings = Rest {
+        let swings = AbstentionEvidence {
             left: None,
             swings: 2.0 * TRAIN_GAIN,
             ..rest(&["base_vibration"])

@@ -1,8 +1,8 @@
 //! What is not explained: by the mean square of what is left, by forces without a name, by single
 //! stretches, by a flight that does not go on, or by what improves the fitted recordings alone.
 
-use crate::diagnose::comparison::trial::{Stand, Trial, Weighed};
-use crate::diagnose::diagnosis::Left;
+use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
+use crate::diagnose::diagnosis::Inadequacy;
 use crate::diagnose::discrepancy::missing_force::Evidence;
 use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::discrepancy::segment_joins::{Breaks, joins};
@@ -14,13 +14,18 @@ const NAMELESS: f64 = 60.0;
 /// A single stretch this far above the others, in units of what chance leaves.
 const LOCAL: f64 = 8.0;
 /// Chi2 per value from which recordings are far off.
-pub(crate) const FAR: f64 = 3.0;
+pub(crate) const FAR_OFF_CHI2: f64 = 3.0;
 /// Standard deviations by which the flight does not go on from stretch to stretch from which
 /// something is left.
 pub const BROKEN: f64 = 6.5;
 
 /// What is not explained yet, if there is anything.
-pub fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -> Option<Left> {
+pub fn whats_left(
+    stand: &ModelState,
+    evidence: &Evidence,
+    broken: f64,
+    floor: f64,
+) -> Option<Inadequacy> {
     let worst = stand
         .held_out
         .iter()
@@ -32,11 +37,11 @@ pub fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -
         evidence.strongest
     );
     if worst > floor {
-        return Some(Left::Mean(worst));
+        return Some(Inadequacy::Mean(worst));
     }
     if evidence.joint > NAMELESS {
         let what = evidence.strongest.map_or("state", |s| s.0.symbol());
-        return Some(Left::Force(what, evidence.joint));
+        return Some(Inadequacy::Force(what, evidence.joint));
     }
     let local = residual_map::most_local(&stand.train).max(
         stand
@@ -45,24 +50,24 @@ pub fn whats_left(stand: &Stand, evidence: &Evidence, broken: f64, floor: f64) -
             .map_or(0.0, residual_map::most_local),
     );
     if local > LOCAL {
-        return Some(Left::Stretch(local));
+        return Some(Inadequacy::Stretch(local));
     }
-    (broken > BROKEN).then_some(Left::Joins(broken))
+    (broken > BROKEN).then_some(Inadequacy::Joins(broken))
 }
 
 /// What improves the fitted recordings by far more than chance, and those kept out not at all.
-pub fn unproved(weighed: &[Weighed]) -> Option<Left> {
+pub fn fails_held_out(weighed: &[CandidateScore]) -> Option<Inadequacy> {
     let trials = weighed.iter().filter_map(|w| Some((w, w.trial.as_ref()?)));
-    let of = |(w, t): (&Weighed, &Trial)| {
+    let of = |(w, t): (&CandidateScore, &CandidateFit)| {
         log::debug!("{}: {:.0}, {:.0} kept out", w.spec.id, t.gain, t.held_gain);
-        t.unproved().then_some((w.spec.name, t.gain))
+        t.fails_held_out().then_some((w.spec.name, t.gain))
     };
     let most = trials.filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1));
-    most.map(|(name, gain)| Left::Unproved(name, gain))
+    most.map(|(name, gain)| Inadequacy::Unproved(name, gain))
 }
 
 /// By how much the flight of both sides does not go on from stretch to stretch.
-pub fn breaks(stand: &Stand) -> Result<Breaks, DiagnoseError> {
+pub fn breaks(stand: &ModelState) -> Result<Breaks, DiagnoseError> {
     let train = joins(&stand.train)?;
     let Some(held) = &stand.held_out else {
         return Ok(train);

@@ -10,10 +10,10 @@ use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
-use crate::diagnose::diagnosis::{Candidate, Left};
+use crate::diagnose::diagnosis::{Candidate, Inadequacy};
 use crate::diagnose::report::words::{chi2, in_noise, listed};
 use crate::diagnose::report::{probability, rest};
-use crate::diagnose::{Diagnosis, RELIABLE, Verdict};
+use crate::diagnose::{CALIBRATED_PRECISION, Diagnosis, Verdict};
 use crate::model::effects::find;
 
 /// Probability from which an effect is listed by itself.
@@ -99,7 +99,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         + d.named
             .first()
             .map_or(0.0, |n| n.probability * n.alike.len() as f64);
-    let chance = (1.0 - taken / RELIABLE).clamp(0.0, 1.0);
+    let chance = (1.0 - taken / CALIBRATED_PRECISION).clamp(0.0, 1.0);
     // As often as names in sealed trials stood for something else.
     let other = (1.0 - taken - chance).clamp(0.0, 1.0);
     // How sure "nothing" is cannot be had from the odds of single effects: what is too
@@ -123,7 +123,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         Verdict::Unexplained => (
             0.0,
             probability(0.0),
-            if matches!(d.left, Some(Left::Unproved(..))) {
+            if matches!(d.left, Some(Inadequacy::Unproved(..))) {
                 "Re-tuning alone comes to the noise, but an effect improves that by more than chance."
                     .to_owned()
             } else {
@@ -157,7 +157,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
             format!(
                 "Nothing above the noise is left for it. But of the names that the program gave \
                  in sealed trials {} stood for another law.",
-                probability(1.0 - RELIABLE)
+                probability(1.0 - CALIBRATED_PRECISION)
             ),
         ),
         Verdict::Adequate => (

@@ -22,7 +22,7 @@ use crate::recording::Channel;
 use crate::recording::align::Alignment;
 
 /// What a person asked for in the list; done after it is drawn.
-enum Wish {
+enum RecordingEdit {
     Select(OverlayId),
     Remove(OverlayId),
     Align,
@@ -79,16 +79,16 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     }
 }
 
-fn grant(state: &mut State, wish: Wish) {
+fn grant(state: &mut State, wish: RecordingEdit) {
     match wish {
-        Wish::Select(id) => {
+        RecordingEdit::Select(id) => {
             state.selected = (state.selected != Some(id)).then_some(id);
         }
-        Wish::Remove(id) => remove(state, id),
-        Wish::Align => state.ask(Command::AutoAlign),
-        Wish::Drive(id) => state.setup.drive = DriveChoice::Recorded(id),
-        Wish::Start(id) => start_from_recording(&mut state.setup, id),
-        Wish::Import(id) => {
+        RecordingEdit::Remove(id) => remove(state, id),
+        RecordingEdit::Align => state.ask(Command::AutoAlign),
+        RecordingEdit::Drive(id) => state.setup.drive = DriveChoice::Recorded(id),
+        RecordingEdit::Start(id) => start_from_recording(&mut state.setup, id),
+        RecordingEdit::Import(id) => {
             state.selected = Some(id);
             state.ask(Command::ImportSettings);
         }
@@ -124,7 +124,7 @@ fn usual_drive(setup: &mut Setup) {
     }
 }
 
-fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Option<Wish>) {
+fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Option<RecordingEdit>) {
     let name = overlay.recording.name.clone();
     ui.horizontal(|ui| {
         let color = overlay_color(ui, overlay.color);
@@ -148,7 +148,7 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Opti
                 .on_hover_text("Take it off the list (undo brings it back)")
                 .clicked()
             {
-                *wish = Some(Wish::Remove(overlay.id));
+                *wish = Some(RecordingEdit::Remove(overlay.id));
             }
             if overlay.made_up {
                 let badge = small("made up").color(ui.visuals().warn_fg_color);
@@ -163,7 +163,7 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Opti
                     None => format!("{name}\nClick for shift, scale and more."),
                 };
                 if ui.add(button).on_hover_text(hover).clicked() {
-                    *wish = Some(Wish::Select(overlay.id));
+                    *wish = Some(RecordingEdit::Select(overlay.id));
                 }
             });
         });
@@ -299,7 +299,7 @@ fn actions(
     ui: &mut Ui,
     overlay: &mut Overlay,
     [can_drive, can_start]: [bool; 2],
-    wish: &mut Option<Wish>,
+    wish: &mut Option<RecordingEdit>,
 ) {
     ui.horizontal_wrapped(|ui| {
         let button = |ui: &mut Ui, name: &str, help: &str, enabled: bool| {
@@ -314,7 +314,7 @@ fn actions(
             "Shift it onto the simulation by cross-correlation",
             true,
         ) {
-            *wish = Some(Wish::Align);
+            *wish = Some(RecordingEdit::Align);
         }
         let moved = overlay.alignment != Alignment::default();
         if button(ui, "Reset shift", "No shift, scale 1, no offset", moved) {
@@ -328,7 +328,7 @@ fn actions(
                 can_drive,
             )
         {
-            *wish = Some(Wish::Drive(overlay.id));
+            *wish = Some(RecordingEdit::Drive(overlay.id));
         }
         if can_start
             && button(
@@ -338,7 +338,7 @@ fn actions(
                 true,
             )
         {
-            *wish = Some(Wish::Start(overlay.id));
+            *wish = Some(RecordingEdit::Start(overlay.id));
         }
         if button(
             ui,
@@ -346,7 +346,7 @@ fn actions(
             "Which column is what, units, time offset, scale, sign",
             overlay.recording.path.is_some(),
         ) {
-            *wish = Some(Wish::Import(overlay.id));
+            *wish = Some(RecordingEdit::Import(overlay.id));
         }
     });
 }
