@@ -1,12 +1,10 @@
 //! Devices and drives drawn at random, simulator against reference: what agrees for one
 //! set of values might do so by luck.
 
-mod oracle;
-
+use crate::oracle::{Device, Drive, Kind, Tolerance, run};
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
 use impactscope::sim::{EventKind, Options, simulate};
-use oracle::{Device, Drive, Kind, Tolerance, run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
