@@ -1,14 +1,13 @@
 //! Sessions: one versioned file, written to a temporary file and renamed. An unreadable
 //! one is kept and named, never overwritten by defaults.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use thiserror::Error;
 
 use super::session_file::{self, FORMAT, TextError};
 use super::setup::{Setup, View};
+use crate::atomic_write::{self, folder_of};
 
 pub use super::memory::{import_settings_for, recent, remember, remember_import};
 pub use super::session_file::RecordingEntry;
@@ -59,47 +58,15 @@ impl Loaded {
     }
 }
 
-/// Writes bytes to a file so that it is either whole or as before, also after a cut in
-/// the power supply.
+/// Writes bytes to a file so that it is either whole or as before.
 ///
 /// # Errors
 /// [`SessionError::Io`]; nothing is left behind then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    // Two programs, or two threads, must not write into the same temporary file.
-    let turn = COUNT.fetch_add(1, Ordering::Relaxed);
-    name.push(format!(".{}-{turn}.part", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let write = || {
-        let mut file = std::fs::File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        drop(file);
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|source| {
-        // It may never have been made.
-        let _ = std::fs::remove_file(&temporary);
-        SessionError::Io {
-            path: path.to_owned(),
-            source,
-        }
-    })?;
-    // The name is in the folder, which has a cache of its own; not every system can do
-    // this, and the file is whole either way.
-    #[cfg(unix)]
-    if let Ok(folder) = std::fs::File::open(folder_of(path)) {
-        let _ = folder.sync_all();
-    }
-    Ok(())
-}
-
-/// The folder of a file; the current one for a bare name.
-fn folder_of(path: &Path) -> &Path {
-    path.parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."))
+    atomic_write::write_atomically(path, bytes).map_err(|source| SessionError::Io {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// Saves a session. `absent` are recordings of it that could not be loaded this time:
