@@ -4,7 +4,9 @@
 //! `app` (the window) - `fit` (identification) - `recording` (measurements) - `sim` (the
 //! hybrid simulator) - `model` (what the device is).
 
+#[cfg(feature = "gui")]
 pub mod app;
+mod atomic_write;
 pub mod cli;
 pub mod diagnose;
 pub mod fit;

@@ -16,8 +16,9 @@ mod watch;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
+#[cfg(feature = "gui")]
 use crate::app;
 
 /// Impact dynamics of piezoelectric micro-cantilevers: simulation live over recordings.
@@ -26,11 +27,13 @@ use crate::app;
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
+    #[cfg(feature = "gui")]
     #[command(flatten)]
     window: WindowArgs,
 }
 
-#[derive(Debug, Args)]
+#[cfg(feature = "gui")]
+#[derive(Debug, clap::Args)]
 struct WindowArgs {
     /// Recordings (CSV), presets (.toml) or a session (.impactscope.toml) to open
     files: Vec<PathBuf>,
@@ -72,6 +75,9 @@ pub fn main() -> ExitCode {
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Trial(arguments)) => trial::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
+        #[cfg(not(feature = "gui"))]
+        None => Err(no_window()),
+        #[cfg(feature = "gui")]
         None => app::run(crate::app::shell::options::WindowOptions {
             files: cli.window.files,
             preset: cli.window.preset,
@@ -116,6 +122,18 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
             error: error.into(),
         }
     }
+}
+
+/// What a build without the window says where no command is given.
+#[cfg(not(feature = "gui"))]
+fn no_window() -> Failure {
+    use clap::CommandFactory;
+    let program = Cli::command();
+    let names: Vec<&str> = program.get_subcommands().map(|c| c.get_name()).collect();
+    wrong_command(anyhow::anyhow!(
+        "this build has no window; it has the commands {} (see impactscope --help)",
+        names.join(", ")
+    ))
 }
 
 /// Marks an error as one of the command itself.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::{Failure, wrong_command};
-use crate::app::files::atomic_write::write_atomically;
+use crate::atomic_write::write_atomically;
 
 /// Writes to standard output, through a buffer. A reader that has had enough is no error.
 ///

@@ -1,12 +1,11 @@
 //! TODO-doc
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use thiserror::Error;
 
 use super::session_text::FORMAT;
+use crate::atomic_write;
 
 /// A session that cannot be saved or opened.
 #[derive(Debug, Error)]
@@ -38,41 +37,10 @@ pub enum SessionError {
 /// # Errors
 /// [`SessionError::Io`]; nothing is left behind then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    // Two programs, or two threads, must not write into the same temporary file.
-    let turn = COUNT.fetch_add(1, Ordering::Relaxed);
-    name.push(format!(".{}-{turn}.part", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let write = || {
-        let mut file = std::fs::File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        drop(file);
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|source| {
-        // It may never have been made.
-        let _ = std::fs::remove_file(&temporary);
-        SessionError::Io {
-            path: path.to_owned(),
-            source,
-        }
-    })?;
-    // The name is in the folder, which has a cache of its own; not every system can do
-    // this, and the file is whole either way.
-    #[cfg(unix)]
-    if let Ok(folder) = std::fs::File::open(folder_of(path)) {
-        let _ = folder.sync_all();
-    }
-    Ok(())
-}
-
-/// The folder of a file; the current one for a bare name.
-pub(crate) fn folder_of(path: &Path) -> &Path {
-    path.parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."))
+    atomic_write::write_atomically(path, bytes).map_err(|source| SessionError::Io {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// Copies an unreadable file to the first free `NAME.unreadable-N` and returns that path.

@@ -3,7 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::atomic_write::{SessionError, data_dir, folder_of, write_atomically};
+use super::atomic_write::{SessionError, data_dir, write_atomically};
+use crate::atomic_write::folder_of;
 use super::session_text;
 use super::session_text::{Loaded, RecordingEntry, TextError};
 use crate::app::setup::setup::Setup;

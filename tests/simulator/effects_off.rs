@@ -1,13 +1,10 @@
 //! Effects of strength zero leave the device exactly as it is, and a lagging amplifier
 //! drives it as the lagged voltage would.
 
-#[path = "support/device.rs"]
-mod device;
-#[path = "support/difference.rs"]
-mod difference;
-
 use std::sync::Arc;
 
+use crate::support::device::with;
+use crate::support::difference::largest_difference;
 use impactscope::model::Model;
 use impactscope::model::drive::{VoltageTable, Waveform};
 use impactscope::model::effects::{ActiveEffect, CATALOGUE, find};

@@ -1,12 +1,9 @@
 //! The simulator at its default options against the reference integrator.
 
-mod oracle;
-
+use crate::oracle::{Device, Drive, Kind, Outcome, Tolerance, run};
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
 use impactscope::sim::{Event, EventKind, Options, Trace, simulate};
-
-use oracle::{Device, Drive, Kind, Outcome, Tolerance, run};
 
 /// Largest disagreements of one case.
 #[derive(Debug, Default)]

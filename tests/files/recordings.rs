@@ -1,4 +1,4 @@
-//! The real recordings of the shared folder, if it is there.
+//! Real recordings, from the folder that `IMPACTSCOPE_RECORDINGS` names; skipped without.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,10 @@ use impactscope::recording::noise::recording_noise;
 use impactscope::recording::{Channel, Recording};
 
 fn real_files() -> Vec<PathBuf> {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings");
+    let Some(folder) = std::env::var_os("IMPACTSCOPE_RECORDINGS").map(PathBuf::from) else {
+        println!("skipped: IMPACTSCOPE_RECORDINGS names no folder of recordings");
+        return Vec::new();
+    };
     let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)
         .into_iter()
         .flatten()
@@ -16,9 +19,7 @@ fn real_files() -> Vec<PathBuf> {
         .filter(|path| path.extension().is_some_and(|e| e == "csv"))
         .collect();
     files.sort();
-    if files.is_empty() {
-        println!("skipped: {} is not there", folder.display());
-    }
+    assert!(!files.is_empty(), "no CSV in {}", folder.display());
     files
 }
 

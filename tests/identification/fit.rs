@@ -1,19 +1,16 @@
 //! The fit on recordings made by the reference integrator, from bad starts: the figures
 //! that the identification must reach.
 
-mod oracle;
-
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use crate::oracle::{Device, Drive, Tolerance, run};
 use impactscope::fit::{Control, FitOptions, FitResult, Part, fit};
 use impactscope::model::Model;
 use impactscope::model::preset::Preset;
 use impactscope::model::sensor::Sensor;
 use impactscope::recording::Recording;
-
-use oracle::{Device, Drive, Tolerance, run};
 
 const RATE: f64 = 50e3;
 const NOISE: f64 = 20e-9;

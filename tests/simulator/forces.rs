@@ -1,12 +1,9 @@
 //! The recorded forces against the equations, with the motion of the reference.
 
-mod oracle;
-
+use crate::oracle::{Device, Drive, Kind, Tolerance, run};
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
 use impactscope::sim::{Options, simulate};
-
-use oracle::{Device, Drive, Kind, Tolerance, run};
 
 /// Largest deviations [N] of drive, film, adhesion, ground and pull-off force.
 fn deviations(waveform: &Waveform, drive: &Drive, duration: f64) -> [f64; 5] {

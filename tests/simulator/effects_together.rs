@@ -1,9 +1,7 @@
 //! Effects together, switched on and off while the device runs, at the ends of their
 //! ranges, in files, and what they do to energy.
 
-#[path = "support/device.rs"]
-mod device;
-
+use crate::support::device::{add, with};
 use impactscope::model::Model;
 use impactscope::model::drive::Waveform;
 use impactscope::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};

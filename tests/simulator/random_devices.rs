@@ -1,8 +1,7 @@
 //! Devices and drives drawn at random, simulator against reference: what agrees for one
 //! set of values might do so by luck.
 
-mod oracle;
-
+use crate::oracle::{Device, Drive, Kind, Tolerance, run};
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
 use impactscope::sim::{EventKind, Options, simulate};

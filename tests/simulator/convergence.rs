@@ -1,12 +1,9 @@
 //! How the error falls with the step and with the tolerance.
 
-mod oracle;
-
+use crate::oracle::{Device, Drive, Tolerance, run};
 use impactscope::model::drive::Waveform;
 use impactscope::model::preset::Preset;
 use impactscope::sim::{Options, simulate};
-
-use oracle::{Device, Drive, Tolerance, run};
 
 /// Film coefficient that is some 60 times the device's: the modes are cheap to follow
 /// exactly, so that only the film (and the drive) tells the order of the method.

@@ -1,9 +1,7 @@
 //! The reference integrator is examined before it examines the simulator.
 
-mod oracle;
-
-use oracle::hybrid::{Event, run_from};
-use oracle::{Device, Drive, Kind, Outcome, Tolerance, run};
+use crate::oracle::hybrid::{Event, run_from};
+use crate::oracle::{Device, Drive, Kind, Outcome, Tolerance, run};
 
 const RATE: f64 = 50e3;
 

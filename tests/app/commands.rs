@@ -126,13 +126,31 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
         ),
         (&["trial", "--seed", "1", "--noise", "3 V"], 2, "--noise"),
         (&["demo", "--out", "/dev/null/x"], 1, "/dev/null/x"),
+        #[cfg(feature = "gui")]
         (&["nonsense"], 1, "display"),
+        #[cfg(not(feature = "gui"))]
+        (&["nonsense"], 2, "nonsense"),
     ] {
         let output = run(arguments);
         let error = error_of(&output);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
         assert!(error.contains(part), "{arguments:?}: {error}");
         assert!(!error.contains("panicked"), "{error}");
+    }
+}
+
+#[cfg(not(feature = "gui"))]
+#[test]
+fn without_a_window_the_commands_are_named_in_one_line() {
+    let output = run(&[]);
+    let error = error_of(&output);
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert_eq!(error.trim_end().lines().count(), 1, "{error}");
+    for part in [
+        "no window",
+        "simulate, fit, validate, diagnose, trial, demo",
+    ] {
+        assert!(error.contains(part), "no {part} in {error}");
     }
 }
 

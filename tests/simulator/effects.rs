@@ -1,20 +1,12 @@
 //! Every effect against the device written again with that effect, by another method.
 
-#[path = "support/device.rs"]
-mod device;
-#[path = "support/difference.rs"]
-mod difference;
-#[path = "effects/twin/mod.rs"]
-mod twin;
-
+use crate::support::device::with;
+use crate::support::difference::largest_difference;
+use crate::twin::{Drive, Effects, Memory, Run, Twin};
 use impactscope::model::Model;
 use impactscope::model::drive::{VoltageTable, Waveform};
 use impactscope::model::preset::Preset;
 use impactscope::sim::{Options, Trace, simulate};
-
-use device::with;
-use difference::largest_difference;
-use twin::{Drive, Effects, Memory, Run, Twin};
 
 const RATE: f64 = 20e3;
 const SQUARE: Drive = Drive::Square {

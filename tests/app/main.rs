@@ -1,0 +1,5 @@
+//! The program from outside: the command line, and the window where there is a display.
+
+mod commands;
+#[cfg(feature = "gui")]
+mod window;

@@ -1,0 +1,10 @@
+//! The diagnosis: what was concealed in made-up recordings is found, or said to be unknown.
+
+mod diagnose;
+#[path = "../../examples/diagnose.rs"]
+mod example;
+
+#[test]
+fn the_example_runs() {
+    example::main().unwrap();
+}

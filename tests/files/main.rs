@@ -1,0 +1,4 @@
+//! Recordings: files read as they are, and what is measured in them.
+
+mod features_of_simulation;
+mod recordings;

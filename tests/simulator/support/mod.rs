@@ -1,0 +1,4 @@
+//! What several tests of the simulator share.
+
+pub mod device;
+pub mod difference;
