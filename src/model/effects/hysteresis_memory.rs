@@ -1,5 +1,10 @@
 //! `hysteresis_memory`: loops that remember the extremes of the voltage, at every amplitude.
 //!
+//! Equation: `gc = (1 - s) gc + s (m(V) + w d H[V])`.
+//! Source: Prandtl-Ishlinskii and Preisach operators: Visintin, Differential Models of
+//! Hysteresis, 1994, chapters III and IV; Everett's function: Mayergoyz, Mathematical Models
+//! of Hysteresis, 1991; uniform density gives Rayleigh's loops.
+//!
 //! The law is the Preisach operator of `model::preisach`, whose density need not be known in
 //! detail: with `q = k = b1 = b2 = b4 = 0` it is the Prandtl-Ishlinskii operator of uniform
 //! density, play operators of all widths with the same weight. What its relays have moved,
@@ -17,11 +22,14 @@
 //! them the law is smooth. The piezo may have been driven before the drive began: then the
 //! past begins with an extreme `v_past`.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, ColdStart, EffectSpec, EvidenceFigure, Facts, FormError, FormTolerance, FoundBy,
+    Kinematics, Motion, Need, Quantity, Search, Start,
+};
 use crate::model::bisection::halved;
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
-use crate::model::piezo::{Branch, Piezo};
+use crate::model::piezo::{Branch, LARGEST_GAIN, Piezo};
 use crate::model::preisach::{EQUAL, MEMORY, Past, Relays, standing};
 
 const DENSITY: &str =
@@ -178,7 +186,55 @@ pub static EFFECT: EffectSpec = EffectSpec {
             rates: [0.0; 1 + MEMORY],
         })
     },
+    facts: Facts {
+        feature_strength: Some("s"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        // A device has either the branches or the loops: between them there is nothing. At zero
+        // the past would not show which way to go.
+        cold_start: Some(ColdStart {
+            set: &[(8, 1e-3)],
+            free: &[1, 3, 4, 5, 6, 7, 8, 9, 10],
+        }),
+        deferred: &["q", "k", "b2", "b4", "v_past"],
+        form_errors,
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Voltage),
+    ..EffectSpec::DEFAULT
 };
+
+/// Relays of all widths as in the branches, and rather narrow ones that lie evenly.
+fn starts(motion: &Motion) -> Vec<Start> {
+    let mut all = Vec::new();
+    if !motion.is_driven {
+        return all;
+    }
+    for width in [0.5, 1.2] {
+        for (q, k, b1) in [(0.0, 0.0, 1.0), (0.4, 3.0, 0.0), (0.7, 6.0, 0.0)] {
+            let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let start = Start::positive(&values, 0, &[0, 1]);
+            all.push(start.shaped_by(&[3, 4, 5, 6, 7, 9, 10]));
+        }
+    }
+    all
+}
+
+/// Branches that are higher or lower at some voltages, and loops of another width at some
+/// voltages than at others, as those of relays that do not lie evenly are; and none.
+fn form_errors(values: &[f64], tolerance: &FormTolerance) -> Vec<FormError> {
+    let size = tolerance.share * values[0] * LARGEST_GAIN;
+    let loops = [values[1], 0.0].map(|width| {
+        let mut values = tolerance.scaled(values, 0);
+        values[1] = width;
+        FormError::InWindows(values, Quantity::Voltage)
+    });
+    std::iter::once(FormError::DriveInWindows(size))
+        .chain(loops)
+        .collect()
+}
 
 /// States: how many extremes are remembered, and they, from the first to the last.
 #[derive(Debug)]

@@ -27,6 +27,7 @@ mod amplifier_lag;
 mod base_vibration;
 mod compliant_ground;
 mod cubic_stiffness;
+mod definition;
 mod dry_friction;
 mod electrostatic;
 pub mod extra_mode;
@@ -38,11 +39,10 @@ mod long_range_attraction;
 mod piezo_creep;
 mod quadratic_drag;
 mod sensor_lag;
-mod velocity_restitution;
-mod zero_drift;
-mod definition;
 #[cfg(test)]
 mod tests;
+mod velocity_restitution;
+mod zero_drift;
 
 pub use definition::{
     Action, ActiveEffect, ColdStart, ContactLaw, EdgeLag, EffectSpec, EventFigure, EvidenceFigure,

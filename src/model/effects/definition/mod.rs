@@ -7,8 +7,7 @@ mod spec;
 
 pub use action::{Action, Kinematics, Surroundings};
 pub use facts::{
-    ContactLaw, EdgeLag, EventFigure, EvidenceFigure, Facts, FallOff, LagKind, ModeLayout,
-    Quantity,
+    ContactLaw, EdgeLag, EventFigure, EvidenceFigure, Facts, FallOff, LagKind, ModeLayout, Quantity,
 };
 pub use search::{
     ColdStart, FormError, FormTolerance, FoundBy, Motion, RefinedBounds, Refinement, Search, Start,
