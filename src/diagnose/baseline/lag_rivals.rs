@@ -225,6 +225,7 @@ mod tests {
     use crate::diagnose::data::reading_assumptions::ContactAmbiguity;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
 
     /// The paper's device with value `which` of the effect `id`.

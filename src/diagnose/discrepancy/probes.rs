@@ -101,6 +101,7 @@ mod tests {
     use super::super::probes::*;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
 
     /// What friction at heights would bring beside the dry friction fitted to recordings of a

@@ -85,6 +85,7 @@ mod tests {
     use crate::diagnose::shooting::workspace::Workspace;
     use crate::diagnose::test_support::QUIET;
     use crate::fit::Part;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
     use crate::model::with_effect;
     use crate::recording::Recording;

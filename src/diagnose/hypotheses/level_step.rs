@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreGain, ScoreScan};
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, find, level_step};
+use crate::model::effects::{ActiveEffect, level_step};
 use crate::sim::SimError;
 
 /// Fewest stays on the ground that tell its level, such as before a step of it.

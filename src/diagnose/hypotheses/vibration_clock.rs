@@ -280,6 +280,7 @@ mod tests {
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::model::effects::ActiveEffect;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
     use crate::model::with_effect;
 

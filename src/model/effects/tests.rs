@@ -1,4 +1,6 @@
 use crate::model::effects::*;
+use crate::model::piezo::Branch;
+use crate::model::sensor::Point;
 
 #[test]
 fn catalogue_is_sound() {
