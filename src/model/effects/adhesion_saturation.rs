@@ -79,6 +79,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["dF"],
         largest_force: Some(|values, _| values[0]),
         feature_strength: Some("dF"),
         ..Facts::DEFAULT

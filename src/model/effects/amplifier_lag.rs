@@ -84,6 +84,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["tau", "r"],
         edge_lags: &[
             EdgeLag {
                 parameter: 0,

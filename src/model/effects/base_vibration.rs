@@ -6,7 +6,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{Action, EffectSpec, FormError, FoundBy, Need, Search};
+use super::{Action, EffectSpec, Facts, FormError, FoundBy, Need, Search};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -64,6 +64,10 @@ pub static EFFECT: EffectSpec = EffectSpec {
             frequency: values[1],
             phase: values[2],
         })
+    },
+    facts: Facts {
+        strengths: &["a"],
+        ..Facts::DEFAULT
     },
     search: Search {
         found_by: FoundBy::Frequency,

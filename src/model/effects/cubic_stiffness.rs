@@ -53,6 +53,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["k3", "k5"],
         force_over_displacement: true,
         feature_strength: Some("k3"),
         ..Facts::DEFAULT

@@ -35,6 +35,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     }],
     build: |values, _| Box::new(DryFriction { force: values[0] }),
     facts: Facts {
+        strengths: &["fc"],
         friction_force: Some(0),
         feature_strength: Some("fc"),
         ..Facts::DEFAULT

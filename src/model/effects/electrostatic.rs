@@ -60,6 +60,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["A"],
         force_over_displacement: true,
         feature_strength: Some("A"),
         ..Facts::DEFAULT

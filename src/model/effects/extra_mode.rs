@@ -154,6 +154,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["phi_c", "phi_p", "phi_d"],
         modes: Some(ModeLayout {
             per_mode: OF_ONE,
             frequency: 0,

@@ -4,8 +4,8 @@
 //! Source: squeeze number: Blech, J. Lubrication Technol. 105, 615 (1983).
 
 use super::{
-    Action, EffectSpec, EvidenceFigure, FormError, FoundBy, Kinematics, Motion, Need, Quantity,
-    Search, Start,
+    Action, EffectSpec, EvidenceFigure, Facts, FormError, FoundBy, Kinematics, Motion, Need,
+    Quantity, Search, Start,
 };
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
@@ -74,6 +74,10 @@ pub static EFFECT: EffectSpec = EffectSpec {
             gap: parameters[ParameterId::Gp],
             thinnest: parameters[ParameterId::Gp] - parameters[ParameterId::Dp],
         })
+    },
+    facts: Facts {
+        strengths: &["tau"],
+        ..Facts::DEFAULT
     },
     search: Search {
         found_by: FoundBy::Starts(starts),

@@ -3,7 +3,7 @@
 //! Equation: `contact at xp = -dp + h for t >= t0`.
 //! Source: a particle or wear under the mass.
 
-use super::{Action, EffectSpec, EventFigure, EvidenceFigure, FoundBy, Need, Search};
+use super::{Action, EffectSpec, EventFigure, EvidenceFigure, Facts, FoundBy, Need, Search};
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
@@ -48,6 +48,10 @@ pub static EFFECT: EffectSpec = EffectSpec {
             height: values[0],
             time: values[1],
         })
+    },
+    facts: Facts {
+        strengths: &["h"],
+        ..Facts::DEFAULT
     },
     search: Search {
         found_by: FoundBy::StepTime,

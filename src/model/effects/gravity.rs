@@ -4,7 +4,7 @@
 //! Source: standard gravity, CGPM 1901.
 
 use super::{
-    Action, EffectSpec, EvidenceFigure, FoundBy, Kinematics, Need, Quantity, Search, Start,
+    Action, EffectSpec, EvidenceFigure, Facts, FoundBy, Kinematics, Need, Quantity, Search, Start,
 };
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
@@ -33,6 +33,10 @@ pub static EFFECT: EffectSpec = EffectSpec {
         Box::new(Gravity {
             weight: around.structure.proof_mass * values[0],
         })
+    },
+    facts: Facts {
+        strengths: &["g"],
+        ..Facts::DEFAULT
     },
     search: Search {
         // On a spring it only moves the zero.

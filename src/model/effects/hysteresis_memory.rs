@@ -187,6 +187,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["s"],
         feature_strength: Some("s"),
         ..Facts::DEFAULT
     },

@@ -68,6 +68,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["A"],
         force_over_displacement: true,
         falls_off: Some(|values| FallOff {
             reach: values[1],

@@ -9,7 +9,9 @@
 //! 2. Implement [`Action`] for what it does: a force, a change of the drive, of the ground, of the
 //!    structure or of the readings. Every method has a default that does nothing. A model in which
 //!    the effect has strength zero must be the baseline (`does_nothing`).
-//! 3. Declare the file below and add one line to [`CATALOGUE`].
+//! 3. Name in `facts.strengths` the parameters whose zero switches it off: a test holds that
+//!    against the baseline.
+//! 4. Declare the file below (`mod`) and add one line to [`CATALOGUE`].
 //!
 //! The simulator, the presets, the sliders, the command line, fits and the reports then have it.
 //! For the diagnosis to look for it, state in the same file
@@ -20,7 +22,8 @@
 //! - `facts`: the properties of its law that decisions ask for (see [`Facts`]);
 //! - `figure`: the picture in which it shows.
 //!
-//! Nothing outside this folder knows an effect by its id.
+//! Nothing outside this folder knows an effect by its id, but for the sealed trials: they conceal
+//! effects by formulations of their own, so that the diagnosis is not tested against itself.
 
 mod adhesion_saturation;
 mod amplifier_lag;

@@ -82,6 +82,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         Box::new(PiezoCreep { shares, rates })
     },
     facts: Facts {
+        strengths: &["c", "c2"],
         largest_force: Some(largest_force),
         is_felt,
         feature_strength: Some("c"),

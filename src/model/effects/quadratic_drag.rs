@@ -33,6 +33,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     }],
     build: |values, _| Box::new(QuadraticDrag { cd: values[0] }),
     facts: Facts {
+        strengths: &["cd"],
         feature_strength: Some("cd"),
         ..Facts::DEFAULT
     },

@@ -57,6 +57,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["tau", "delay"],
         reading_delay: Some(1),
         edge_lags: &[EdgeLag {
             parameter: 0,

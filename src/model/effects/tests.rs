@@ -37,6 +37,7 @@ fn properties_refer_to_parameters_and_effects_that_exist() {
         let (facts, search) = (&effect.facts, &effect.search);
         let has = |parameter: &str| effect.parameters.iter().any(|p| p.id == parameter);
         assert!(facts.feature_strength.is_none_or(has), "{id}");
+        assert!(facts.strengths.iter().all(|p| has(p)), "{id}");
         assert!(search.deferred.iter().all(|p| has(p)), "{id}");
         let indices = [facts.friction_force, facts.reading_delay];
         assert!(indices.into_iter().flatten().all(|i| i < count), "{id}");

@@ -51,6 +51,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["n"],
         feature_strength: Some("n"),
         ..Facts::DEFAULT
     },

@@ -66,6 +66,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         })
     },
     facts: Facts {
+        strengths: &["a", "b"],
         is_zero_course: true,
         ..Facts::DEFAULT
     },

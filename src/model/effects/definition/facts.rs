@@ -5,6 +5,9 @@ use crate::model::parameter::Parameters;
 /// Properties of an effect's law. [`Facts::DEFAULT`] has none of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Facts {
+    /// Ids of the parameters that switch the effect off where all of them are 0; none for a law
+    /// that has no strength.
+    pub strengths: &'static [&'static str],
     /// Whether its force depends on the displacement of the mass more than on anything else.
     pub force_over_displacement: bool,
     /// For an attraction to the ground: how it falls off with height, for its values.
@@ -39,6 +42,7 @@ pub struct Facts {
 impl Facts {
     /// A law without special properties.
     pub const DEFAULT: Self = Self {
+        strengths: &[],
         force_over_displacement: false,
         falls_off: None,
         friction_force: None,
