@@ -30,7 +30,7 @@ use super::shooting::workspace::Workspace;
 use super::verdict::abstention::{AbstentionEvidence, attraction_reaches_far, of_displacement};
 use super::verdict::adequacy::{BROKEN, breaks, fails_held_out, whats_left};
 use crate::fit::Part;
-use crate::model::effects::EffectSpec;
+use crate::model::effects::{ContactLaw, EffectSpec, base_sinusoid};
 use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
 use crate::sim::SimError;
@@ -95,7 +95,10 @@ pub fn read(
     let mut clocks = None;
     // A baseline that is lost without what the re-tuning has found tells no clocks.
     let told = tuned.workspace.found.is_none() && ready.may_name;
-    if options.asks("base_vibration") && told && !control.cancelled() {
+    if base_sinusoid().is_some_and(|vibration| options.asks(vibration.id))
+        && told
+        && !control.cancelled()
+    {
         clocks = VibrationClock::of(&tuned.train, tuned.held_out.as_ref())?;
     }
     if let Some(clocks) = &clocks {
@@ -181,7 +184,7 @@ pub fn read(
     if !some && left.is_some() && options.by_hand.is_none() {
         // What the events say rests on a model of flight that does not hold. Only a ground
         // that gives way shows in stays as well.
-        named_laws.retain(|t| t.id == "compliant_ground");
+        named_laws.retain(|t| t.law() == Some(ContactLaw::Compliance));
     }
     let mut verdict = if some || !named_laws.is_empty() {
         Verdict::MissingPhysics
@@ -246,7 +249,7 @@ pub fn read(
             joint: after_evidence.joint,
             formal,
             swings: swing::gain(&found.stand.train)?,
-            rubs: other_than(&|spec| spec.id == "dry_friction", probes::gain)?,
+            rubs: other_than(&|spec| spec.facts.friction_force.is_some(), probes::gain)?,
             product: other_than(&of_displacement, product::gain)?,
             share,
             explained,

@@ -7,6 +7,7 @@ use crate::diagnose::contact::event_readings;
 use crate::diagnose::contact::event_readings::Ground;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{BounceSeen, EventsSeen, LevelSeen, ReleaseSeen};
+use crate::model::effects::ContactLaw;
 
 /// Where the events say that a named law of the ground is missed.
 pub fn mismatches(
@@ -20,7 +21,7 @@ pub fn mismatches(
     let data = &baseline.train.problem.data;
     let mut out = Vec::new();
     for test in named {
-        let at: Vec<(usize, f64, Regime)> = if test.id == "adhesion_saturation" {
+        let at: Vec<(usize, f64, Regime)> = if test.law() == Some(ContactLaw::Adhesion) {
             let releases = ground.train.releases.iter();
             releases
                 .map(|r| (r.recording, r.time, Regime::Release))

@@ -17,7 +17,8 @@ const CLOCK: f64 = 5.8e-6;
 
 /// Standard error of the `value` of a parameter of an effect that scale, mass and clock leave.
 pub fn untold(effect: &EffectSpec, parameter: &ParameterSpec, value: f64) -> f64 {
-    if (effect.id, parameter.id) == ("sensor_lag", "delay") && value != 0.0 {
+    let delay = effect.facts.reading_delay.map(|i| effect.parameters[i].id);
+    if delay == Some(parameter.id) && value != 0.0 {
         CLOCK
     } else {
         by_units(value, parameter.unit)

@@ -12,15 +12,10 @@ use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::found::RequiredEffect;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::inspect::recording_summary::lag_of;
-use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
+use crate::model::effects::{ActiveEffect, CATALOGUE, EdgeLag, EffectSpec, LagKind, own_ids};
 use crate::model::{Model, with_effect};
 use crate::recording::extremes;
 
-/// What makes readings late by rounding edges off, and which of its parameters says by how much:
-/// an amplifier that settles, one that slews, an instrument.
-const LAGS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEWING, SENSOR];
-const SLEWING: (&str, usize) = ("amplifier_lag", 1);
-const SENSOR: (&str, usize) = ("sensor_lag", 0);
 /// What late readings cost per value from which they are far off.
 const FAR: f64 = 2.0;
 /// Share of that up to which such a lag suits better.
@@ -46,11 +41,13 @@ impl Workspace {
         again: &dyn Fn(&Self, &ReadingAssumptions) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
         let told = || lag_of(&self.train.parts, &self.train.findings);
-        let asked = model.has_ground && options.asks(SENSOR.0);
-        let Some(tau) = asked.then(told).flatten() else {
+        let sensor = lags().find(|(_, lag)| lag.kind == LagKind::Readings);
+        let asked = |(spec, _): &Lag| model.has_ground && options.asks(spec.id);
+        let late = |sensor: Lag| Some((sensor, told()?));
+        let Some((sensor, tau)) = sensor.filter(asked).and_then(late) else {
             return Ok(None);
         };
-        let Some((start, free, bounds)) = lag(SENSOR, tau, model) else {
+        let Some((start, free, bounds)) = sized(sensor, tau, model) else {
             return Ok(None);
         };
         let known = ReadingAssumptions {
@@ -109,16 +106,15 @@ impl Workspace {
         let mut best: Option<(f64, RequiredEffect)> = None;
         let mut rival = tuned.whole_per_value(cut_again)?;
         // Readings that lag are found from near by, unless what the edges do was set aside.
-        let asked = LAGS.iter().filter(|lag| rival > FAR || **lag != SENSOR);
-        for which in asked.filter(|(id, _)| options.asks(id)) {
+        let asked = lags().filter(|(_, lag)| rival > FAR || lag.kind != LagKind::Readings);
+        for which in asked.filter(|(spec, _)| options.asks(spec.id)) {
             // The middle of an edge is late by half of what it takes.
-            let slews = *which == SLEWING;
-            let size = if slews {
+            let size = if which.1.kind == LagKind::DriveSlews {
                 2.0 * late / self.swing()
             } else {
                 late
             };
-            let Some((start, free, bounds)) = lag(*which, size, &self.outset) else {
+            let Some((start, free, bounds)) = sized(which, size, &self.outset) else {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
@@ -149,7 +145,9 @@ impl Workspace {
         if control.cancelled() {
             return Ok(None);
         }
-        if let Some((start, free, bounds)) = lag(SENSOR, late, &self.outset) {
+        let sensor = lags().find(|(_, lag)| lag.kind == LagKind::Readings);
+        let sensor = sensor.and_then(|sensor| sized(sensor, late, &self.outset));
+        if let Some((start, free, bounds)) = sensor {
             let with = with_effect(&tuned.model, start);
             let near = cut_again.fit(&with, &free, &bounds, tuned, STEPS, control);
             if let Some(near) = simulated(near)? {
@@ -189,17 +187,28 @@ fn shape_of_lag(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
     all
 }
 
-/// An effect of [`LAGS`] of that size, what is fitted of it and within which bounds; `None` if
+/// An effect, and a parameter of it by which it makes edges appear late.
+type Lag = (&'static EffectSpec, EdgeLag);
+
+/// All that makes readings late by rounding edges off.
+fn lags() -> impl Iterator<Item = Lag> {
+    CATALOGUE.iter().flat_map(|spec| {
+        let own = spec.facts.edge_lags.iter();
+        own.map(|lag| (*spec, *lag))
+    })
+}
+
+/// An effect of [`lags`] of that size, what is fitted of it and within which bounds; `None` if
 /// `model` has it already or nothing drives it.
-fn lag(
-    (id, which): (&str, usize),
+fn sized(
+    (spec, lag): Lag,
     late: f64,
     model: &Model,
 ) -> Option<(ActiveEffect, Vec<String>, Vec<Bound>)> {
-    let spec = find(id)?;
+    let which = lag.parameter;
     let has = model.effects.iter().any(|e| e.spec == spec);
-    let sized = late > 0.0 && late.is_finite();
-    if !sized || has || model.piezo.is_none() {
+    let has_size = late > 0.0 && late.is_finite();
+    if !has_size || has || model.piezo.is_none() {
         return None;
     }
     let mut effect = ActiveEffect::new(spec);
@@ -216,6 +225,7 @@ mod tests {
     use crate::diagnose::data::reading_assumptions::ContactAmbiguity;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
 
     /// The paper's device with value `which` of the effect `id`.

@@ -14,6 +14,7 @@ use crate::diagnose::shooting::workspace::{
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
+use crate::model::effects::CATALOGUE;
 use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
@@ -30,14 +31,6 @@ const BETTER: f64 = 0.95;
 const LATER: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
 ];
-/// What shapes the loops of the drive: it runs off where their size is not known yet.
-const LOOPS: [&str; 5] = [
-    "hysteresis_memory.q",
-    "hysteresis_memory.k",
-    "hysteresis_memory.b2",
-    "hysteresis_memory.b4",
-    "hysteresis_memory.v_past",
-];
 /// Chi2 per value after the first step above which a drive that is shared otherwise among
 /// the modes is tried, and after the next ones above which it is gone on with.
 const ASTRAY: f64 = 3.0;
@@ -53,6 +46,16 @@ const GUESS: usize = 3;
 const WITHOUT: usize = 10;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const FILM: f64 = 0.2;
+
+/// Where the unknowns of effects are that run off as long as their size is not known, such as what
+/// shapes the loops of the drive.
+fn deferred(problem: &Problem) -> Vec<usize> {
+    let ids = CATALOGUE.iter().flat_map(|effect| {
+        let own = effect.search.deferred.iter();
+        own.map(move |parameter| format!("{}.{parameter}", effect.id))
+    });
+    ids.filter_map(|id| problem.space.position(&id)).collect()
+}
 
 impl Workspace {
     /// The baseline alone.
@@ -300,7 +303,7 @@ impl Workspace {
         let mut locked = positions(&problem, &LATER);
         if locked.len() < problem.space.len() {
             locked.extend(skews(&problem));
-            locked.extend(positions(&problem, &LOOPS));
+            locked.extend(deferred(&problem));
             locked.extend(self.read_alone(&problem));
             point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
             reassign_misread_segments(&problem, &mut point, segments)?;
@@ -328,7 +331,7 @@ impl Workspace {
             if ids.len() > 2 {
                 locked.extend(skews(problem));
             }
-            locked.extend(positions(problem, &LOOPS));
+            locked.extend(deferred(problem));
             locked.extend(self.read_alone(problem));
             point = self.improve(problem, point, &locked, (7, ROUGH), control)?;
             set_clocks(problem, &mut point, segments, few)?;

@@ -35,7 +35,7 @@ pub fn is_insignificant(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> b
 /// there: what was searched for and spoils those kept out by more than it gains is refuted, and
 /// speaks of nothing.
 pub fn fails_held_out(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
-    let mode = hypothesis.start.spec.id == "extra_mode";
+    let mode = hypothesis.start.spec.adds_modes();
     let refuted = hypothesis.look_elsewhere && held_gain < -gain;
     let asked = hypothesis.estimated_on_held_out.is_none() && !mode && !refuted;
     asked && gain > UNPROVED_FACTOR * least(hypothesis) && held_gain < HELD_GAIN

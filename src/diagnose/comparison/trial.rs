@@ -6,7 +6,6 @@ use super::significance::is_insignificant;
 use crate::diagnose::selection::forward::{APART, LEAST, WHOLE};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::EffectSpec;
-use crate::model::effects::extra_mode::EFFECT;
 
 /// A hypothesis after a fit with it.
 #[derive(Debug, Clone)]
@@ -102,7 +101,7 @@ impl ModelState {
     /// What the effects named have explained that may be of a somewhat other form. The law of a
     /// mode is of no uncertain form: what it leaves is no matter of that.
     pub(crate) fn explained(&self) -> f64 {
-        let formed = self.named.iter().filter(|n| *n.spec != EFFECT);
+        let formed = self.named.iter().filter(|n| !n.spec.adds_modes());
         formed.map(|n| n.gain.0 + n.gain.1).sum()
     }
 

@@ -5,11 +5,11 @@ use super::event_readings::Ground;
 use super::law_test::{LawTest, in_turn, proved, together};
 use super::restitution::{FEW, FORESEEN_DWELL, HARD, MIN_EVENTS};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, ContactLaw, of_contact_law};
 
 /// Time between touch and rebound, against none.
 pub(crate) fn compliance(ground: &Ground) -> Option<LawTest> {
-    let spec = find("compliant_ground")?;
+    let spec = of_contact_law(ContactLaw::Compliance)?;
     let (train, held) = (
         misses(&ground.train.bounces),
         misses(&ground.held_out.bounces),

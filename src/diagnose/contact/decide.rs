@@ -7,7 +7,7 @@ use super::event_readings::Ground;
 use super::law_test::LawTest;
 use super::restitution::restitution;
 use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN};
-use crate::model::effects::EffectSpec;
+use crate::model::effects::{ContactLaw, EffectSpec};
 
 /// Share of a law's fall of chi2 that must be left once the model of flight is complete.
 const STANDS: f64 = 0.5;
@@ -47,7 +47,7 @@ impl Rules<'_> {
     /// The law of a ground that gives way, if the events call for it.
     fn gives_way<'t>(&self, tests: &'t [LawTest]) -> Option<&'t LawTest> {
         let mut all = tests.iter();
-        all.find(|t| t.id == "compliant_ground" && self.passes(t))
+        all.find(|t| t.law() == Some(ContactLaw::Compliance) && self.passes(t))
     }
 
     /// The laws to be named beside `effects`, of what the events said at `first`, by the
@@ -58,7 +58,7 @@ impl Rules<'_> {
         again: &[LawTest],
         effects: &[&EffectSpec],
     ) -> Vec<LawTest> {
-        let has = |id: &str| effects.iter().any(|e| e.id == id);
+        let is_obscured = |law| effects.iter().any(|e| e.facts.obscures.contains(&law));
         let of = |id: &str| again.iter().find(|t| t.id == id);
         // Flight tells little of how an attraction goes on next to the ground, where it makes
         // slow bounces slower and pulls at the end of each contact: what bends must have shown
@@ -69,13 +69,13 @@ impl Rules<'_> {
         };
         // Nor of how a further mode rings that the impacts set off.
         let sure = |t: &LawTest| {
-            let doubtful = match t.id {
-                "compliant_ground" if has("extra_mode") => t.gain + t.held_gain <= DESPITE_MODE,
-                "velocity_restitution" | "adhesion_saturation" if has("long_range_attraction") => {
-                    !shown(t)
-                }
-                _ => false,
-            };
+            let doubtful = t
+                .law()
+                .filter(|law| is_obscured(*law))
+                .is_some_and(|law| match law {
+                    ContactLaw::Compliance => t.gain + t.held_gain <= DESPITE_MODE,
+                    ContactLaw::Restitution | ContactLaw::Adhesion => !shown(t),
+                });
             !doubtful || self.by_hand(t.id) == Some(true)
         };
         // What was left out of flight may look like a ground that gives way.
@@ -92,9 +92,9 @@ impl Rules<'_> {
             None => self.gives_way(again).filter(|t| sure(t)),
         };
         // A ground that gives way rebounds by its own law.
-        let beside = |t: &LawTest| match t.id {
-            "compliant_ground" => false,
-            "velocity_restitution" => soft.is_none() || self.by_hand(t.id) == Some(true),
+        let beside = |t: &LawTest| match t.law() {
+            Some(ContactLaw::Compliance) => false,
+            Some(ContactLaw::Restitution) => soft.is_none() || self.by_hand(t.id) == Some(true),
             _ => true,
         };
         let others = again.iter();

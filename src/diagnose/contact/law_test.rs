@@ -3,7 +3,7 @@
 use super::restitution::{ALSO_HELD_OUT, FEW, IN_TURN, TOLD};
 use super::robust_curve::Reading;
 use crate::fit::contact_readings::Bounce;
-use crate::model::effects::ActiveEffect;
+use crate::model::effects::{ActiveEffect, ContactLaw};
 use crate::model::parameter::ParameterId;
 
 /// A law of the ground, fitted with and without an effect.
@@ -30,6 +30,13 @@ pub struct LawTest {
     pub sets: Vec<(ParameterId, f64)>,
     /// Why, in one sentence.
     pub evidence: String,
+}
+
+impl LawTest {
+    /// Which law of the ground the effect changes.
+    pub fn law(&self) -> Option<ContactLaw> {
+        self.effect.spec.contact_law()
+    }
 }
 
 /// Whether the fitted recordings tell a law only together with those kept out: a few bounces

@@ -6,7 +6,7 @@ use super::event_readings::Ground;
 use super::law_test::{LawTest, in_turn, proved, together};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
 use crate::fit::contact_readings::Bounce;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, ContactLaw, of_contact_law};
 use crate::model::parameter::ParameterId;
 
 /// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
@@ -44,7 +44,7 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     let usual = usual(sides);
     let telling = |bounces: &[Bounce]| ratios(bounces, usual);
     let [train, held] = sides.map(telling);
-    let spec = find("velocity_restitution")?;
+    let spec = of_contact_law(ContactLaw::Restitution)?;
     let all = [train.as_slice(), held.as_slice()].concat();
     if train.is_empty() || all.len() < MIN_EVENTS {
         return None;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
+use crate::model::effects::{ActiveEffect, EffectSpec, own_ids, zero_course};
 use crate::recording::extremes;
 use crate::recording::level_change::LevelDrift;
 
@@ -37,7 +37,7 @@ pub fn read(
     drifts: &[LevelDrift],
     (finest, coarsest): (f64, f64),
 ) -> Option<(ActiveEffect, Vec<String>)> {
-    let spec = find("zero_drift")?;
+    let spec = zero_course()?;
     let courses: Vec<Course> = drifts.iter().map(course).collect();
     let range = |course: &Course| {
         let levels: Vec<f64> = course.iter().map(|c| c.1).collect();

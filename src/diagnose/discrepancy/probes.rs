@@ -6,7 +6,7 @@ use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
+use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need};
 use crate::sim::SimError;
 
 /// Windows of height.
@@ -42,6 +42,7 @@ static SPEC: EffectSpec = EffectSpec {
             turns: values[3],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]
@@ -70,8 +71,8 @@ impl Action for Rubs {
 /// [`SimError`] if the model makes no sense.
 pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
     let model = &fitted.model;
-    let friction = find("dry_friction");
-    let named = model.effects.iter().find(|e| Some(e.spec) == friction);
+    let force = |e: &ActiveEffect| e.spec.facts.friction_force.map(|i| e.values[i]);
+    let named = model.effects.iter().find_map(force);
     let (heights, (low, high), _) = spans(fitted);
     let windows = side_by_side(heights, WINDOWS);
     let fastest = low.abs().max(high.abs());
@@ -80,7 +81,7 @@ pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
     };
     let probe = |middle: f64, width: f64, turns: f64| ActiveEffect {
         spec: &SPEC,
-        values: vec![SMALL * named.values[0], middle, width, turns * fastest],
+        values: vec![SMALL * named, middle, width, turns * fastest],
     };
     let of_speed = OF_SPEED.iter().map(|turns| probe(0.0, EVERYWHERE, *turns));
     let at_heights = middles.into_iter().map(|m| probe(m, width, TURNS));
@@ -100,6 +101,7 @@ mod tests {
     use super::super::probes::*;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
 
     /// What friction at heights would bring beside the dry friction fitted to recordings of a

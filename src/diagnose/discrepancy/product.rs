@@ -25,6 +25,7 @@ static SPEC: EffectSpec = EffectSpec {
             stiffness: values[0],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

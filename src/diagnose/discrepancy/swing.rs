@@ -8,7 +8,7 @@ use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
+use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need};
 use crate::sim::SimError;
 
 /// Share of the vibration's force that the size of the probe has at the greatest height.
@@ -29,6 +29,7 @@ static SPEC: EffectSpec = EffectSpec {
             phase: values[2],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]
@@ -56,8 +57,7 @@ impl Action for Swing {
 /// [`SimError`] if the model makes no sense.
 pub fn gain(fitted: &Fitted) -> Result<f64, SimError> {
     let model = &fitted.model;
-    let vibration = find("base_vibration");
-    let named = model.effects.iter().find(|e| Some(e.spec) == vibration);
+    let named = model.effects.iter().find(|e| e.spec.is_base_sinusoid());
     let ((low, high), ..) = spans(fitted);
     let reach = low.abs().max(high.abs());
     let Some(vibration) = named.filter(|_| reach > 0.0) else {
@@ -85,6 +85,7 @@ mod tests {
     use crate::diagnose::shooting::workspace::Workspace;
     use crate::diagnose::test_support::QUIET;
     use crate::fit::Part;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
     use crate::model::with_effect;
     use crate::recording::Recording;

@@ -12,9 +12,8 @@ use crate::fit::problem::prepare::Prepared;
 use crate::fit::segment::event_sequence::Kind;
 use crate::fit::segment::{JointKind, Segment};
 use crate::fit::solve::point::{Point, residuals_at, settle};
+use crate::model::effects::twin_in_flight;
 
-/// The two.
-const ALIKE: [&str; 2] = ["sensor_lag", "amplifier_lag"];
 /// Residuals beyond this many standard deviations count in proportion.
 const LOSS: Huber = Huber(4.0);
 /// Steps of a stretch from where the other model has it.
@@ -50,12 +49,7 @@ pub fn looks_like(a: &str, b: &str) -> bool {
 
 /// The one of the two that `id` is not, if it is one of them.
 pub fn twin(id: &str) -> Option<&'static str> {
-    let [a, b] = ALIKE;
-    match id {
-        _ if id == a => Some(b),
-        _ if id == b => Some(a),
-        _ => None,
-    }
+    twin_in_flight(id).map(|twin| twin.id)
 }
 
 /// Which of two fits the stretches around bounces and landings tell for, and by how much less

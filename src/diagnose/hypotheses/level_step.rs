@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreGain, ScoreScan};
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, level_step};
 use crate::sim::SimError;
 
 /// Fewest stays on the ground that tell its level, such as before a step of it.
@@ -19,7 +19,7 @@ pub const RISE: f64 = 1e-7;
 /// # Panics
 /// If the catalogue has no step of the ground.
 pub(crate) fn always() -> ActiveEffect {
-    let spec = find("gap_step").expect("the catalogue has it");
+    let spec = level_step().expect("the catalogue has it");
     ActiveEffect {
         spec,
         values: vec![RISE, -1e9],

@@ -11,10 +11,10 @@ use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, forms};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::{ScoreGain, ScoreScan};
-use crate::diagnose::shooting::latency::{DELAY, taken};
+use crate::diagnose::shooting::latency::taken;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::segment::Segment;
-use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, own_ids};
 
 /// Stays that begin so close to each other may begin with the step \[s\].
 const WHILE: f64 = 1e-3;
@@ -23,9 +23,6 @@ const WHILE: f64 = 1e-3;
 const MOST: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
 const MOST_DELAY: f64 = 300.0;
-/// Exponents that an attraction may have: that of a sphere on a plane to one that falls off as
-/// an exponential does.
-const EXPONENTS: (f64, f64) = (2.0, 12.0);
 /// Factor by which constants may leave what was looked at.
 const NEAR: f64 = 3.0;
 /// The same where a search has found the best of many times or frequencies: the promise
@@ -52,7 +49,11 @@ pub fn promises(
     stand: &ModelState,
     is_asked: &dyn Fn(&EffectSpec) -> bool,
 ) -> Result<Vec<Hypothesis>, DiagnoseError> {
-    let asked = |id: &str| find(id).filter(|spec| is_asked(spec));
+    let asked = |is_sought: fn(&EffectSpec) -> bool| {
+        let mut all = CATALOGUE.iter().copied();
+        all.find(|spec| is_sought(spec))
+            .filter(|spec| is_asked(spec))
+    };
     let model = &stand.train.model;
     let linear = Linearized::new(&stand.train)?;
     let data = &stand.train.problem.data;
@@ -80,7 +81,7 @@ pub fn promises(
         };
         // Where a jump of the voltage meets a sample, a clock has a kink that no linearisation
         // sees past: what the clocks would give up is known without one.
-        let by_clocks = (fall > 0.0 && form.strength_id() == DELAY).then(|| ScoreGain {
+        let by_clocks = (fall > 0.0 && is_delay(form)).then(|| ScoreGain {
             gain: fall,
             theta: delay / form.values[form.strength],
         });
@@ -120,7 +121,7 @@ pub fn promises(
         // Before those that promise as much.
         out.insert(0, read);
     }
-    if let Some(spec) = asked("base_vibration")
+    if let Some(spec) = asked(EffectSpec::is_base_sinusoid)
         && let Some(line) = find_line(&linear, model, spec)?
     {
         let start = ActiveEffect {
@@ -140,7 +141,7 @@ pub fn promises(
             estimated_on_held_out: None,
         });
     }
-    if let Some(spec) = asked("gap_step").filter(|_| model.has_ground) {
+    if let Some(spec) = asked(EffectSpec::is_level_step).filter(|_| model.has_ground) {
         let stays = held_out_stays(stand);
         for step in find_step(&linear, model, 0, &workspace.epochs())? {
             let at = |time: f64| ActiveEffect {
@@ -168,7 +169,7 @@ pub fn promises(
         }
         out.extend(after_all(workspace, stand, spec)?);
     }
-    if let Some(spec) = asked("extra_mode") {
+    if let Some(spec) = asked(EffectSpec::adds_modes) {
         out.extend(extra_mode::further(workspace, stand, spec)?);
     }
     Ok(out)
@@ -224,16 +225,18 @@ fn held_out_stays(stand: &ModelState) -> Vec<f64> {
     all
 }
 
+/// Whether the strength of a form delays the readings as a whole.
+fn is_delay(form: &CatalogueDirection) -> bool {
+    form.spec.facts.reading_delay == Some(form.strength)
+}
+
 fn from_form(
     form: &CatalogueDirection,
     all: &[CatalogueDirection],
     theta: f64,
     gain: f64,
 ) -> Hypothesis {
-    let most = match form.strength_id().as_str() {
-        DELAY => MOST_DELAY,
-        _ => MOST,
-    };
+    let most = if is_delay(form) { MOST_DELAY } else { MOST };
     let theta = if form.signed {
         theta.clamp(-most, most)
     } else {
@@ -257,8 +260,9 @@ fn from_form(
             bounds.push((id, (low, high)));
         }
     }
-    if form.spec.id == "long_range_attraction" {
-        bounds.push((format!("{}.n", form.spec.id), EXPONENTS));
+    for (i, bound) in form.spec.search.bounds {
+        let id = format!("{}.{}", form.spec.id, form.spec.parameters[*i].id);
+        bounds.push((id, *bound));
     }
     let start = form.effect(theta);
     let full = form.full.as_ref().map(|(values, free)| {

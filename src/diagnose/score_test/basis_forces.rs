@@ -106,6 +106,7 @@ static SPEC: EffectSpec = EffectSpec {
             size: values[3],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 /// A force of `size` where the quantity is at `middle`, falling to nothing `width` away.

@@ -19,8 +19,6 @@ const MIN_SHARE_OF_BEST: f64 = 0.3;
 const MAX_REFITS: usize = 4;
 /// Steps of a fit at most.
 pub(crate) const ITERATIONS: usize = 12;
-/// A ground that steps leaves the flight as it is.
-const STEP: &str = "gap_step";
 
 /// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it
 /// promises.
@@ -80,7 +78,8 @@ pub fn weigh(
             );
             // From afar takes as long as the re-tuning did: only for what promises most of all
             // that acts in flight, where that has gone astray.
-            let afar = !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != STEP;
+            let is_in_flight = !hypothesis.start.spec.is_level_step();
+            let afar = !afar_asked && stand.named.is_empty() && is_in_flight;
             afar_asked |= afar;
             trial = attempt(workspace, stand, &hypothesis, afar, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
@@ -132,7 +131,7 @@ fn attempt(
         return Ok(Some(trial));
     }
     // A further mode begins with what a fit has left to it.
-    let further = hypothesis.start.spec.id == "extra_mode";
+    let further = hypothesis.start.spec.adds_modes();
     let astray = afar && !stand.misread && !further && stand.train.is_lost();
     if astray
         && hypothesis.cold_start.is_some()
@@ -167,7 +166,7 @@ fn attempt(
     for other in others(hypothesis).filter(|_| !further) {
         near = better(near, &other)?;
     }
-    if hypothesis.start.spec.id == STEP
+    if hypothesis.start.spec.is_level_step()
         && hypothesis.estimated_on_held_out.is_none()
         && let Some(finer) = level_step_time::finer(&near)?
     {

@@ -6,10 +6,11 @@ use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::is_at_lower_bound;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::score_test::forms::{LEAST_LAG, SHORTEST_LAG, shape_of};
+use crate::diagnose::score_test::forms::{LEAST_LAG, shape_of};
 use crate::diagnose::score_test::state_range::spans;
+use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
-use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
+use crate::model::effects::{ActiveEffect, EffectSpec, RefinedBounds, own_ids};
 use crate::model::with_effect;
 
 /// Fall of chi2 on both sides from which a law has shown up.
@@ -23,16 +24,9 @@ const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
 /// Fall of chi2 from which a lag is large enough for a part of the stretches to tell it.
 const LARGE: f64 = 1e4;
 
-/// Share of its delay that an amplifier owes to its pace to begin with, where it has a time
-/// constant as well.
-const BY_PACE: f64 = 0.75;
-
 /// Steps of a fit with one more mode beside a further one, which takes long: after these, what is
 /// left goes along what hardly tells, how much moves it and how much of it is seen.
 const BESIDE: usize = 6;
-
-/// Creep of two times begins with them so many times shorter and longer than one of them all.
-const APART_BY: f64 = 3.0;
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
 /// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
@@ -67,24 +61,12 @@ pub fn with_shape_parameters(
         let (_, _, volts) = spans(&trial.train);
         volts.1 - volts.0
     };
-    if let Some(both) = settling(effect, edge) {
-        let tau = own_ids(both.spec, &[0])[0].clone();
-        whole.bounds.retain(|(id, _)| *id != tau);
-        whole
-            .bounds
-            .push((tau, (LEAST_LAG * SHORTEST_LAG, f64::INFINITY)));
-        whole.start = both;
-    } else if let Some(both) = creeping(effect) {
-        let ids = own_ids(both.spec, &[0, 1, 2, 3]);
-        for (own, further) in ids[..2].iter().zip(&ids[2..]) {
-            let bound = whole.bounds.iter().find(|(id, _)| id == own);
-            let further = bound.map(|(_, bound)| (further.clone(), *bound));
-            whole.bounds.extend(further);
-        }
-        whole.start = both;
+    if let Some((refined, bounds)) = refined(effect, edge) {
+        whole.bounds = refined_bounds(refined.spec, bounds, whole.bounds);
+        whole.start = refined;
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
-    let other = if whole.start.spec.id == "extra_mode" {
+    let other = if whole.start.spec.adds_modes() {
         match crate::diagnose::hypotheses::extra_mode::one_more(
             &workspace.train,
             whole,
@@ -141,7 +123,7 @@ pub fn drop_second_time_constant(
     let latest = stand.named.last().map(|n| n.spec);
     let mut effects = stand.train.model.effects.clone();
     effects.retain(|e| Some(e.spec) != latest && stand.named.iter().any(|n| n.spec == e.spec));
-    for plain in effects.iter().filter_map(of_one_time) {
+    for plain in effects.iter().filter_map(simplified) {
         if control.cancelled() {
             break;
         }
@@ -166,54 +148,42 @@ pub fn drop_second_time_constant(
     Ok(())
 }
 
-/// Creep of two times as that of one between them; `None` for other effects.
-fn of_one_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
-    let [share, tau, further, tau2] = effect.values[..] else {
-        return None;
-    };
-    let all = share + further;
-    (effect.spec.id == "piezo_creep" && share * further > 0.0).then(|| ActiveEffect {
-        spec: effect.spec,
-        values: vec![
-            all,
-            ((share * tau.ln() + further * tau2.ln()) / all).exp(),
-            0.0,
-            tau2,
-        ],
-    })
+/// `effect` without the shape of its law, as near as possible to it; `None` without a shape.
+fn simplified(effect: &ActiveEffect) -> Option<ActiveEffect> {
+    let spec = effect.spec;
+    let values = (spec.search.refinement?.simplified)(&effect.values)?;
+    Some(ActiveEffect { spec, values })
 }
 
-/// An amplifier that has a time constant or a bounded pace with both, as late as before for an
-/// edge of `edge()` \[V\]: where one of them is nothing, or too small for the other to matter, no
-/// slope leads away from there. `None` for other effects.
-fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffect> {
-    let [tau, pace] = effect.values[..] else {
-        return None;
-    };
-    if effect.spec.id != "amplifier_lag" || tau > 0.0 && pace > 0.0 {
-        return None;
+/// `effect` as it begins a fit with the shape of its law, for edges of `edge()` \[V\], and the
+/// bounds in that; `None` if it is a good start already.
+fn refined(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<(ActiveEffect, RefinedBounds)> {
+    let spec = effect.spec;
+    let refinement = spec.search.refinement?;
+    let values = (refinement.start)(&effect.values, &edge)?;
+    Some((ActiveEffect { spec, values }, refinement.bounds))
+}
+
+/// `bounds` of a fit without the shape of the law of `spec`, for a fit with it.
+fn refined_bounds(spec: &EffectSpec, refined: RefinedBounds, bounds: Vec<Bound>) -> Vec<Bound> {
+    let mut bounds = bounds;
+    let id = |i: usize| own_ids(spec, &[i])[0].clone();
+    match refined {
+        RefinedBounds::ShortestLag(i, shortest) => {
+            let tau = id(i);
+            bounds.retain(|(id, _)| *id != tau);
+            bounds.push((tau, (LEAST_LAG * shortest, f64::INFINITY)));
+        }
+        RefinedBounds::Alike(pairs) => {
+            for (own, shape) in pairs {
+                let own = id(*own);
+                let bound = bounds.iter().find(|(id, _)| *id == own);
+                let shape = bound.map(|(_, bound)| (id(*shape), *bound));
+                bounds.extend(shape);
+            }
+        }
     }
-    let edge = Some(edge()).filter(|e| *e > 0.0)?;
-    let late = tau + 0.5 * pace * edge;
-    // Bound by its pace for so long, it is late by r V/2 + tau^2 / (2 r V).
-    let pace = 2.0 * BY_PACE * late / edge;
-    let tau = (2.0 * (1.0 - BY_PACE) * late * pace * edge).sqrt();
-    Some(ActiveEffect {
-        spec: effect.spec,
-        values: vec![tau, pace],
-    })
-}
-
-/// Creep of one time as half of it each of a shorter and of a longer one; `None` for other
-/// effects.
-fn creeping(effect: &ActiveEffect) -> Option<ActiveEffect> {
-    let [share, tau, 0.0, _] = effect.values[..] else {
-        return None;
-    };
-    (effect.spec.id == "piezo_creep").then(|| ActiveEffect {
-        spec: effect.spec,
-        values: vec![0.5 * share, tau / APART_BY, 0.5 * share, tau * APART_BY],
-    })
+    bounds
 }
 
 /// A lag of `spec`, which looks like that of `trial` in flight, as long as that is and begun
@@ -302,10 +272,11 @@ mod tests {
         let spec = find("piezo_creep").unwrap();
         let values = vec![0.05, 12e-3, 0.0, 0.2];
         let one = ActiveEffect { spec, values };
-        let two = creeping(&one).unwrap();
+        let edge = || 16.0;
+        let (two, _) = refined(&one, edge).unwrap();
         assert!(two.values[1] < 12e-3 && two.values[3] > 12e-3, "{two:?}");
-        assert!(creeping(&two).is_none() && of_one_time(&one).is_none());
-        let back = of_one_time(&two).unwrap();
+        assert!(refined(&two, edge).is_none() && simplified(&one).is_none());
+        let back = simplified(&two).unwrap();
         for (back, one) in back.values[..3].iter().zip(&one.values) {
             assert!((back - one).abs() < 1e-12, "{back} {one}");
         }
@@ -319,13 +290,13 @@ mod tests {
                 spec,
                 values: values.to_vec(),
             };
-            let both = settling(&effect, || 16.0).unwrap();
+            let (both, _) = refined(&effect, || 16.0).unwrap();
             assert!(both.values.iter().all(|v| *v > 0.0), "{both:?}");
             let (before, after) = (late(&values, 16.0), late(&both.values, 16.0));
             assert!((after / before - 1.0).abs() < 1e-3, "{before} {after}");
             // No edge, and nothing to share out.
-            assert!(settling(&effect, || 0.0).is_none());
-            assert!(settling(&both, || 16.0).is_none());
+            assert!(refined(&effect, || 0.0).is_none());
+            assert!(refined(&both, || 16.0).is_none());
         }
     }
 }

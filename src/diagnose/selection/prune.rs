@@ -6,6 +6,7 @@ use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::Model;
+use crate::model::effects::ActiveEffect;
 
 /// An earlier effect that brought so many times more than a later one is not asked again
 /// whether it is needed.
@@ -26,7 +27,8 @@ fn beside_its_own(model: &Model) -> bool {
         own.filter_map(|id| model.get(id))
             .any(|own| (f - own).abs() < NEAR * own)
     };
-    model.get("extra_mode.f").is_some_and(near)
+    let frequency = |e: &ActiveEffect| Some(e.values[e.spec.facts.modes?.frequency]);
+    model.effects.iter().find_map(frequency).is_some_and(near)
 }
 
 /// Drops effects that a later one has made needless, and a latest one that only went on where
@@ -47,7 +49,7 @@ pub fn backward_eliminate(
         // The latest one is asked where it brought little, or far more than was promised: the fit
         // before may have stopped halfway, and this one have gone on for it.
         let n = &stand.named[k];
-        let stands_in = n.spec.id == "extra_mode" && beside_its_own(&stand.train.model);
+        let stands_in = n.spec.adds_modes() && beside_its_own(&stand.train.model);
         let foreseen = !stands_in && n.gain.0 < UNFORESEEN * n.hypothesis.predicted_gain;
         if k + 1 == stand.named.len() && foreseen && n.gain.0 > SURE * TRAIN_GAIN {
             break;

@@ -10,7 +10,7 @@ use crate::diagnose::discrepancy::impact_ring::ImpactExcitations;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
-use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
+use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
 /// Significance of a hump from which it is worth a look: whether it is a mode, its fit tells.
@@ -19,8 +19,6 @@ pub(crate) const NOTICED: f64 = 3.0;
 pub(crate) const MOST: usize = 2;
 /// Frequencies of neighbouring bending modes, quick ones, one over the other.
 pub(crate) const NEXT: f64 = 2.0;
-/// The shapes of a mode come after its frequency and damping.
-const SHAPES: usize = 2;
 /// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
 const STILL: f64 = 1e-3;
 /// Falls of chi2 by a ring of a known frequency that begins with impacts and jumps of the drive, on
@@ -58,11 +56,11 @@ pub fn is_self_excited(
     let fitted = &trial.train;
     let data = &fitted.problem.data;
     let alone = data.iter().any(|d| d.recording.cantilever.is_none());
-    if alone || *trial.hypothesis.start.spec != EFFECT || control.cancelled() {
+    if alone || !trial.hypothesis.start.spec.adds_modes() || control.cancelled() {
         return Ok(None);
     }
-    let effect = fitted.model.effects.iter().find(|e| *e.spec == EFFECT);
-    let Some(frequency) = effect.map(|e| e.values[0]) else {
+    let mode = |e: &ActiveEffect| Some(e.values[e.spec.facts.modes?.frequency]);
+    let Some(frequency) = fitted.model.effects.iter().find_map(mode) else {
         return Ok(None);
     };
     if in_step(workspace, stand, trial, frequency)? {
@@ -70,12 +68,15 @@ pub fn is_self_excited(
     }
     let mut still = fitted.model.clone();
     let mut shapes = Vec::new();
-    for effect in still.effects.iter_mut().filter(|e| *e.spec == EFFECT) {
+    for effect in &mut still.effects {
+        let Some(layout) = effect.spec.facts.modes else {
+            continue;
+        };
         let all = effect.spec.parameters.iter().zip(&mut effect.values);
         for (i, (parameter, value)) in all.enumerate() {
-            if i % OF_ONE >= SHAPES {
+            if i % layout.per_mode >= layout.first_shape {
                 *value *= STILL;
-                shapes.push(format!("{}.{}", EFFECT.id, parameter.id));
+                shapes.push(format!("{}.{}", effect.spec.id, parameter.id));
             }
         }
     }
@@ -101,7 +102,7 @@ pub fn is_self_excited(
 
 /// The vibration of the base among what was `weighed`, if chance does not do as well.
 pub fn vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
-    let own = weighed.iter().find(|w| w.spec.id == "base_vibration")?;
+    let own = weighed.iter().find(|w| w.spec.is_base_sinusoid())?;
     let held = |t: &CandidateFit| t.held_out.is_none() || t.held_gain > HELD_GAIN;
     let trial = own.trial.as_ref();
     trial.filter(|t| held(t) && !t.is_insignificant()).cloned()

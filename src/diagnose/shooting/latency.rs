@@ -1,6 +1,8 @@
 //! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
 //! the clocks have taken.
 
+use std::sync::LazyLock;
+
 use super::clock_skew::{BETTER, NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
 use super::fitted::Fitted;
 use super::workspace::LOSS;
@@ -8,6 +10,7 @@ use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
+use crate::model::effects::{own_ids, reading_delay};
 use crate::recording::extremes;
 use crate::sim::{SimError, StretchSimulator};
 
@@ -19,8 +22,11 @@ const SAME: f64 = 1e-9;
 const APART: f64 = 15e-6;
 /// Chi2 per value from which something is missing.
 const MISSING: f64 = 1.1;
-/// A delay of the readings.
-pub const DELAY: &str = "sensor_lag.delay";
+/// Id of the delay of the readings, as `effect.parameter`.
+static DELAY: LazyLock<String> = LazyLock::new(|| {
+    let own = reading_delay().map(|(effect, which)| own_ids(effect, &[which]));
+    own.into_iter().flatten().next().unwrap_or_default()
+});
 /// Steps in which it takes its share of the clocks.
 const SHARED: usize = 30;
 /// Standard deviations by which a clock is off from which a delay is asked for anew.
@@ -91,20 +97,20 @@ pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
 /// Gives a delay of the readings that is free what the clocks have [`taken`] of it: steps of a
 /// fit that foresee how the readings change hardly lead that way.
 pub fn share_delay(problem: &Problem, x: &mut [f64]) {
-    let Some(at) = problem.space.position(DELAY) else {
+    let Some(at) = problem.space.position(&DELAY) else {
         return;
     };
     let (shift, _) = taken(problem, x);
     let mut model = problem.space.model(x);
-    let Some(delay) = model.get(DELAY) else {
+    let Some(delay) = model.get(&DELAY) else {
         return;
     };
-    if model.set(DELAY, (delay + shift).max(0.0)).is_err() {
+    if model.set(&DELAY, (delay + shift).max(0.0)).is_err() {
         return;
     }
     let entry = &problem.space.entries[at];
     x[at] = problem.space.coordinates(&model)[at].clamp(entry.low, entry.high);
-    let now = problem.space.model(x).get(DELAY).unwrap_or(delay);
+    let now = problem.space.model(x).get(&DELAY).unwrap_or(delay);
     shift_skews(problem, x, now - delay);
 }
 
@@ -194,7 +200,7 @@ pub fn rest_clocks(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
-    let Some(entry) = problem.space.position(DELAY) else {
+    let Some(entry) = problem.space.position(&DELAY) else {
         return Ok(false);
     };
     let clocks = clocks_of(problem, point);
@@ -234,9 +240,9 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
         return Ok(false);
     };
     let mut model = problem.space.model(&point.x);
-    let delay = model.get(DELAY).unwrap_or(0.0) + by;
+    let delay = model.get(&DELAY).unwrap_or(0.0) + by;
     let bound = &problem.space.entries[entry];
-    if delay < 0.0 || model.set(DELAY, delay).is_err() {
+    if delay < 0.0 || model.set(&DELAY, delay).is_err() {
         return Ok(false);
     }
     let wanted = problem.space.coordinates(&model)[entry];

@@ -3,10 +3,8 @@
 use crate::diagnose::comparison::significance::TRAIN_GAIN;
 use crate::diagnose::diagnosis::Inadequacy;
 use crate::model::Model;
-use crate::model::effects::EffectSpec;
+use crate::model::effects::{ActiveEffect, EffectSpec};
 
-/// Laws of which the force hangs on the displacement more than on anything else.
-const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
 /// Share of a force over the displacement that is left from which a law of displacement that
 /// was named is only of another form: 90 % and more where it was, up to 87 % where it was not, in
 /// trials.
@@ -28,14 +26,14 @@ pub const CARRIED: f64 = 0.8;
 
 /// Whether the force of a law hangs on the displacement more than on anything else.
 pub fn of_displacement(spec: &&'static EffectSpec) -> bool {
-    OF_DISPLACEMENT.contains(&spec.id)
+    spec.facts.force_over_displacement
 }
 
 /// Whether an attraction acts far beyond the last micrometres before touch.
 pub fn attraction_reaches_far(model: &Model) -> bool {
-    let of = |parameter: &str| model.get(&format!("long_range_attraction.{parameter}"));
-    let reach = of("h0").zip(of("n"));
-    reach.is_some_and(|(h0, n)| h0 > LONG_RANGE_DECAY * n)
+    let falls_off = |e: &ActiveEffect| e.spec.facts.falls_off.map(|of| of(&e.values));
+    let attraction = model.effects.iter().find_map(falls_off);
+    attraction.is_some_and(|a| a.reach > LONG_RANGE_DECAY * a.exponent)
 }
 
 /// What the effects named leave.
@@ -116,7 +114,7 @@ impl AbstentionEvidence {
 
     /// Laws over the stroke. An attraction that acts at touch alone is none.
     fn over_stroke(&self) -> usize {
-        let over = |s: &&&EffectSpec| self.far || s.id != "long_range_attraction";
+        let over = |s: &&&EffectSpec| self.far || s.facts.falls_off.is_none();
         self.displaced.iter().filter(over).count()
     }
 
