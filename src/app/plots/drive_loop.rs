@@ -80,7 +80,7 @@ fn recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64,
         name: format!("xp of {}", recording.name),
         slot: ("recording", overlay.id),
         source: (Source::of(recording), alignment),
-        stroke: Stroke::new(style::THIN, style::overlay_color(ui, overlay.color)),
+        stroke: Stroke::new(style::THIN_LINE, style::overlay_color(ui, overlay.color)),
         dashed: false,
     };
     let Some(voltage) = &recording.voltage else {

@@ -1,4 +1,4 @@
-//! Proof mass and cantilever against time, with recordings and the kept curve.
+//! Proof mass and cantilever against time, with recordings and the reference curve.
 
 use std::sync::Arc;
 
@@ -19,9 +19,9 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
     plot.least = 1e-10;
     let cantilever = state.view.show_cantilever;
-    if let Some(ghost) = &state.ghost {
-        let pyramid = Arc::clone(&ghost.proof_mass_pyramid);
-        let curve = Curve::new("A: xp", pyramid, palette.ghost).width(1.5);
+    if let Some(reference) = &state.reference {
+        let pyramid = Arc::clone(&reference.proof_mass_pyramid);
+        let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
         plot.curves.push(curve.dashed());
     }
     if cantilever {
@@ -54,7 +54,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     } else if state.setup.overlays.iter().all(|overlay| !overlay.visible) {
         plot.message = Some("The first result is being computed.".to_owned());
     }
-    // Measured points lie over the simulation: they are what it has to meet.
+    // Recordings are drawn over the simulation, which has to match them.
     plot.curves.extend(recorded(ui, state, Channel::ProofMass));
     plot
 }

@@ -22,9 +22,6 @@ use eframe::egui::{
 
 use crate::app::state::State;
 
-/// Its name, as on the command line.
-pub const NAME: &str = "diagnose";
-
 /// A step: its title, its share of the width, and what draws it.
 struct Step {
     title: &'static str,

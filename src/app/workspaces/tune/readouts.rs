@@ -75,7 +75,7 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
         return;
     }
     let ghost = |id: OverlayId| {
-        let ghost = state.ghost.as_ref()?;
+        let ghost = state.reference.as_ref()?;
         let found = ghost.comparisons.iter().find(|c| c.id == id)?;
         found.comparison.as_ref().ok().map(|c| c.rms)
     };
@@ -138,8 +138,8 @@ fn plural(kind: EventKind, count: usize) -> String {
 }
 
 fn ghost(ui: &mut Ui, state: &mut State) {
-    let kept = state.ghost.clone();
-    let name = if kept.is_some() || state.view.kept.is_some() {
+    let kept = state.reference.clone();
+    let name = if kept.is_some() || state.view.reference_curve.is_some() {
         "Drop the kept curve"
     } else {
         "Keep this curve"
@@ -149,7 +149,7 @@ fn ghost(ui: &mut Ui, state: &mut State) {
         .on_hover_text("Keep the present curve to compare with (G)")
         .clicked()
     {
-        state.ask(Command::ToggleGhost);
+        state.ask(Command::ToggleReferenceCurve);
     }
     let Some(kept) = kept else {
         return;

@@ -67,7 +67,7 @@ fn decide(ui: &mut Ui, state: &mut State) {
             .on_hover_text("Forget this result; the sliders stay")
             .clicked()
         {
-            state.fitting.forget();
+            state.fitting.discard();
         }
         ui.checkbox(&mut state.fitting.shown, "Show its curves")
             .on_hover_text("The plots show the fitted device until it is applied or dropped");

@@ -109,7 +109,7 @@ pub fn full() -> State {
             false,
         ),
     ];
-    state.ghost = Some(snapshot(&state, 2.6e-6));
+    state.reference = Some(snapshot(&state, 2.6e-6));
     state
         .setup
         .preset
