@@ -5,7 +5,7 @@ use std::sync::Arc;
 use eframe::egui::Ui;
 
 use super::frame::curve::{Curve, Placed};
-use super::frame::style::{THICK, THIN};
+use super::frame::style::{THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
 use super::frame::{cache, style};
 use crate::app::setup::overlay::Overlay;
@@ -38,7 +38,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
             Arc::clone(&snapshot.proof_mass_pyramid),
             palette.proof_mass,
         );
-        plot.curves.push(proof_mass.clone().width(THICK));
+        plot.curves.push(proof_mass.clone().width(THICK_LINE));
         if let Some(value) = snapshot.trace.ground_level {
             plot.levels.push(Level {
                 value,
@@ -70,7 +70,7 @@ pub fn recorded(ui: &Ui, state: &State, channel: Channel) -> Vec<Curve> {
         let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
         let placed = Placed::aligned(&overlay.alignment, channel);
         let curve = curve.placed(placed).owned(overlay.id);
-        Some(curve.width(THIN).dots())
+        Some(curve.width(THIN_LINE).dots())
     };
     let overlays = &state.setup.overlays;
     overlays

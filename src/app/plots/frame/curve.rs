@@ -73,7 +73,7 @@ impl Curve {
             pyramid,
             placed: Placed::IDENTITY,
             color,
-            width: THIN,
+            width: THIN_LINE,
             dashed: false,
             dots: false,
             hidden: false,

@@ -256,7 +256,7 @@ pub fn shortened(name: &str) -> String {
     if letters.len() <= MAX_NAME_LETTERS {
         return name.to_owned();
     }
-    let start: String = letters[..MOST - 11].iter().collect();
+    let start: String = letters[..MAX_NAME_LETTERS - 11].iter().collect();
     let end: String = letters[letters.len() - 10..].iter().collect();
     format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
 }

@@ -9,6 +9,7 @@ use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::flows::load_example;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 use crate::diagnose::Diagnosis;
@@ -122,7 +123,7 @@ fn next(ui: &mut Ui, state: &mut State, answer: &Answer) {
             .clicked()
     {
         state.setup.drive = DriveChoice::Waveform(drive);
-        state.ask(Command::Workspace("tune"));
+        state.ask(Command::Workspace(WorkspaceId::Tune));
     }
 }
 
@@ -184,7 +185,7 @@ fn actions(ui: &mut Ui, state: &mut State) {
             .on_hover_text("Go to the sliders and curves; the device there is the accepted one")
             .clicked()
         {
-            state.ask(Command::Workspace("tune"));
+            state.ask(Command::Workspace(WorkspaceId::Tune));
         }
     });
     if on_trial {

@@ -120,7 +120,7 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
     recording_noise::sigma(ui, overlay)
-        .filter(|noise| *noise > recording_noise::NOTHING)
+        .filter(|noise| *noise > recording_noise::NEGLIGIBLE_NOISE)
         .map(|noise| noise * overlay.alignment.xp_scale.abs())
 }
 

@@ -13,6 +13,7 @@ use crate::app::analysis::diagnosis_view::{EventPlot, Evidence};
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Role;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::diagnose::report::fixture;
 
 #[test]
@@ -194,7 +195,10 @@ fn the_answer_is_used() {
     harness.get_by_label("Load this drive").scroll_to_me();
     harness.run_steps(60);
     press(&mut harness, "Load this drive");
-    assert_eq!(harness.state().commands, [Command::Workspace("tune")]);
+    assert_eq!(
+        harness.state().commands,
+        [Command::Workspace(WorkspaceId::Tune)]
+    );
     let DriveChoice::Waveform(drive) = &harness.state().setup.drive else {
         panic!("no waveform");
     };
