@@ -238,7 +238,7 @@ pub fn answer_text(diagnosis: &Diagnosis) -> String {
     use crate::diagnose::Verdict;
     let names: Vec<&str> = diagnosis.named.iter().map(|n| n.name.as_str()).collect();
     match diagnosis.verdict {
-        Verdict::Adequate => "nothing is missing from the model".to_owned(),
+        Verdict::Adequate => "nothing was left out".to_owned(),
         Verdict::Unexplained => "something outside the catalogue".to_owned(),
         Verdict::MissingPhysics => crate::diagnose::report::words::listed(&names),
     }

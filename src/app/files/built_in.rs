@@ -15,12 +15,12 @@ use crate::trial::demo;
 
 /// The made-up recording that comes with the program: the `paper` device with other
 /// parameters.
-pub const MADE_UP: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
+pub const MADE_UP_CSV: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
 /// Its name in the list of recordings.
 pub const MADE_UP_NAME: &str = "made-up recording";
 
 /// The hint of the first start: three things to try.
-pub const HINT: [&str; 3] = [
+pub const FIRST_START_HINT: [&str; 3] = [
     "The orange curve is a made-up recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.",
     "Press L to watch the device in slow motion, W to return to the whole span, G to set the present curve as the reference for comparison.",
     "Drop a CSV file on the window to compare it with the simulation; press ? for keys and mouse gestures.",
@@ -49,7 +49,7 @@ pub fn from_preset(preset: Preset) -> Setup {
 
 /// The made-up recording as overlay number `id`.
 pub fn made_up(id: u64) -> Option<Overlay> {
-    let recording = import_bytes_auto(MADE_UP_NAME, MADE_UP).ok()?;
+    let recording = import_bytes_auto(MADE_UP_NAME, MADE_UP_CSV).ok()?;
     Some(unread(id, Arc::new(recording)))
 }
 
@@ -85,7 +85,7 @@ mod tests {
         let overlay = made_up(1).expect("the built-in recording can be read");
         assert!(overlay.recording.warnings.is_empty());
         assert!(overlay.recording.voltage.is_some() && overlay.recording.cantilever.is_some());
-        let text = String::from_utf8_lossy(&MADE_UP[..200]);
+        let text = String::from_utf8_lossy(&MADE_UP_CSV[..200]);
         assert!(text.starts_with('#') && text.contains("made up"), "{text}");
     }
 }

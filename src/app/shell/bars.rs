@@ -43,7 +43,7 @@ pub(super) fn menu_bar(services: &mut Services, ui: &mut Ui) {
 fn hint(services: &mut Services, ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.vertical(|ui| {
-            for line in built_in::HINT {
+            for line in built_in::FIRST_START_HINT {
                 ui.label(line);
             }
         });
@@ -144,7 +144,7 @@ fn live_speed(live: LiveState) -> String {
         "live: paused".to_owned()
     } else if live.speed > 0.0 {
         let takes = format_quantity(1e-3 / live.speed, "s", 2);
-        format!("live: 1 ms of the device takes {takes}")
+        format!("live: 1 ms of device time takes {takes}")
     } else {
         "live: starting".to_owned()
     }
