@@ -95,7 +95,7 @@ fn a_panic_is_reported_and_the_worker_continues() {
         assert_eq!(text, "on purpose");
         worker.send(request(&setup));
         wait(&worker, |event| {
-            matches!(news, WorkerEvent::Snapshot(_)).then_some(())
+            matches!(event, WorkerEvent::Snapshot(_)).then_some(())
         });
     }
 }

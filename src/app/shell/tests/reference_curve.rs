@@ -78,7 +78,7 @@ fn a_reference_curve_driven_by_a_recording_comes_back_with_it_or_reports_it_miss
     });
     first.key_press(Key::G);
     first.run_steps(2);
-    let curve = first
+    let origin = first
         .state()
         .services
         .state
@@ -86,7 +86,7 @@ fn a_reference_curve_driven_by_a_recording_comes_back_with_it_or_reports_it_miss
         .reference_curve
         .clone()
         .unwrap();
-    assert_eq!(curve.drive, DriveChoice::Recorded(id));
+    assert_eq!(origin.drive, DriveChoice::Recorded(id));
     let saved = window.folder.path().join("s.impactscope.toml");
     save(first.state(), &saved);
     let before = curve(first.state()).unwrap();
@@ -105,7 +105,7 @@ fn a_reference_curve_driven_by_a_recording_comes_back_with_it_or_reports_it_miss
     // It stays in the session until it is discarded.
     assert_eq!(
         third.state().services.state.view.reference_curve,
-        Some(curve)
+        Some(origin)
     );
     third.key_press(Key::G);
     third.run_steps(2);
@@ -125,6 +125,6 @@ fn a_live_reference_curve_lasts_until_the_window_is_closed() {
     harness.run_steps(2);
     let state = &harness.state().services.state;
     assert!(state.reference.is_some() && state.view.reference_curve.is_none());
-    let is_reported = harness.query_all_by_label_contains("until the window is closed");
-    assert_eq!(said.count(), 1);
+    let notes = harness.query_all_by_label_contains("until the window is closed");
+    assert_eq!(notes.count(), 1);
 }
