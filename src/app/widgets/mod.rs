@@ -1,4 +1,5 @@
-//! TODO-doc
+//! Widgets that several parts of the window share: sliders, quantity fields, icons, remarks
+//! and small text.
 
 pub(super) mod callout;
 pub(super) mod default_value;
