@@ -77,7 +77,7 @@ fn settings(ui: &mut Ui, state: &mut State) {
                     if beam {
                         "beam with four modes"
                     } else {
-                        "two points, as in the model"
+                        "two coordinates, as in the model"
                     }
                 };
                 ComboBox::from_id_salt("trial device")

@@ -68,7 +68,7 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
         ui.weak(if state.setup.overlays.is_empty() {
             "Open a recording to compare with."
         } else if snapshot.live.is_some() {
-            "Recordings are compared in Whole span mode (W)."
+            "Recordings are compared in whole-span mode (W)."
         } else {
             "All recordings are hidden."
         });

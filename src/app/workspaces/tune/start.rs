@@ -97,7 +97,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn a_sine_gives_its_own_start() {
+    fn the_start_of_a_sine_is_found() {
         let time: Vec<f64> = (0..2000).map(|i| 3.0 + 0.01 * f64::from(i)).collect();
         let omega = std::f64::consts::TAU;
         let x = |t: f64| 0.02 + 0.1 * (omega * t).cos() + 0.05 * (omega * t).sin();
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fall_gives_its_own_start() {
+    fn the_start_of_a_free_fall_is_found() {
         let time: Vec<f64> = (0..30).map(|i| f64::from(i) / 15.0).collect();
         let values = time.iter().map(|t| 20.0 - 1.5 * t - 4.9 * t * t).collect();
         let recording = Recording::new("r", time, None, values, None).unwrap();

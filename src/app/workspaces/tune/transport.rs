@@ -280,7 +280,7 @@ mod tests {
     use super::super::transport::*;
 
     #[test]
-    fn speeds_read_as_fractions() {
+    fn speeds_are_written_as_fractions() {
         assert_eq!(speed_text(0.01), "1/100");
         assert_eq!(speed_text(0.4), "1/2.5");
         assert_eq!(speed_text(1.0), "1");

@@ -123,7 +123,7 @@ mod tests {
     use super::super::preview::*;
 
     #[test]
-    fn corners_are_met_and_bounded() {
+    fn the_curve_has_all_corners_and_few_points() {
         let square = Waveform::Square {
             frequency: 10.0,
             amplitude: 8.0,

@@ -180,7 +180,7 @@ mod tests {
     use super::super::table::*;
 
     #[test]
-    fn pasted_points_are_read_or_refused_with_the_line() {
+    fn pasted_points_are_read_or_refused_with_a_line_number() {
         let drive = read("t [s], V [V]\n# made by hand\n0, 0\n5 ms, 8 V\n10ms;-8\n").unwrap();
         let DriveChoice::Waveform(Waveform::Table(table)) = drive else {
             panic!("no table");

@@ -106,7 +106,7 @@ mod tests {
     use super::axis_unit;
 
     #[test]
-    fn axes_have_numbers_that_can_be_written() {
+    fn axis_units_give_numbers_with_few_digits() {
         assert_eq!(axis_unit(7e-5, "m").1, "\u{b5}m");
         assert_eq!(axis_unit(0.38, ""), (1.0, String::new()));
         let (factor, text) = axis_unit(2.8e-21, "N m^2 s");

@@ -3,10 +3,12 @@
 
 use eframe::egui::{Button, RichText, ScrollArea, Ui, Window};
 
+use super::choose::symbol;
 use super::figures;
 use crate::app::state::State;
 use crate::app::widgets::text::{error_color, heading, small};
 use crate::diagnose::report::words::capitalised;
+use crate::fit::default_free;
 use crate::fit::paper_steps::guide::Step;
 use crate::fit::paper_steps::outcome::Finding;
 
@@ -47,6 +49,7 @@ fn list(ui: &mut Ui, state: &mut State) {
     );
     if let Some(first) = state.identification.first.clone() {
         ui.label(small(first).color(error_color(ui)));
+        whole_fit_button(ui, state);
     }
     let mut start = None;
     let busy = state.identification.job.is_some();
@@ -124,6 +127,22 @@ fn list(ui: &mut Ui, state: &mut State) {
         let context = ui.ctx().clone();
         let (setup, fitting) = (&state.setup, &state.fitting);
         state.identification.start(step, setup, fitting, &context);
+    }
+}
+
+/// A button that frees the default parameters and opens the fit panel, for a device that is
+/// too far from the recordings for any step.
+fn whole_fit_button(ui: &mut Ui, state: &mut State) {
+    let locked = &state.setup.locked;
+    let free: Vec<String> = default_free(&state.setup.preset.model)
+        .into_iter()
+        .filter(|id| !locked.contains(id))
+        .map(|id| symbol(&id))
+        .collect();
+    let text = format!("Free {} and open the fit", free.join(", "));
+    if !free.is_empty() && ui.button(small(text)).clicked() {
+        state.fitting.free = None;
+        state.fitting.open = true;
     }
 }
 

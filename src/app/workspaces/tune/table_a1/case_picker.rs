@@ -115,7 +115,7 @@ mod tests {
     use super::super::case_picker::*;
 
     #[test]
-    fn all_cases_are_found_again() {
+    fn every_case_is_recognised_from_its_drive() {
         let mut setup = crate::app::workspaces::tune::tests::support::state().setup;
         for case in cases() {
             choose(&mut setup, case);

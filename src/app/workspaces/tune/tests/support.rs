@@ -1,4 +1,4 @@
-//! States made up for the tests: no worker, no files.
+//! States for the tests, without worker threads and files.
 
 use std::sync::Arc;
 use std::time::Duration;
