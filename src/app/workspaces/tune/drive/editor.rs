@@ -98,7 +98,7 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
         return;
     }
     if place == Place::Panel && state.drive_editor_open {
-        ui.weak("Open in its own window.");
+        ui.weak("The drive editor is open in a window.");
         return;
     }
     ui.horizontal(|ui| {

@@ -8,11 +8,12 @@ mod profile;
 mod result;
 mod steps;
 
-use eframe::egui::{Button, Color32, ProgressBar, ScrollArea, Ui, Window};
+use eframe::egui::{Button, ScrollArea, Ui, Window};
 
 use crate::app::setup::command::Command;
 use crate::app::setup::overlay::Role;
 use crate::app::state::State;
+use crate::app::widgets::job_progress::{cancel_button, progress_bar};
 use crate::app::widgets::text::{small, time_left};
 use crate::fit::Progress;
 
@@ -66,15 +67,9 @@ fn content(ui: &mut Ui, state: &mut State) {
 fn run(ui: &mut Ui, state: &mut State) {
     if let Some(job) = state.fitting.job.clone() {
         ui.horizontal(|ui| {
-            let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
-            if cancel
-                .on_hover_text("Stop soon and keep the best so far")
-                .clicked()
-            {
-                job.cancel();
-            }
+            cancel_button(ui, &job, "Stop soon and keep the best so far");
             match job.progress() {
-                Some(progress) => progress_bar(ui, &progress),
+                Some(progress) => fit_progress(ui, &progress),
                 None => {
                     ui.spinner();
                     ui.label("reading the recordings...");
@@ -103,21 +98,15 @@ fn run(ui: &mut Ui, state: &mut State) {
     });
 }
 
-fn progress_bar(ui: &mut Ui, progress: &Progress) {
+/// Stage, remaining time and misfit of a fit, on a progress bar.
+fn fit_progress(ui: &mut Ui, progress: &Progress) {
     let share = progress.iteration as f32 / progress.expected.max(1) as f32;
     let left = time_left(progress.remaining);
     let text = format!(
         "{}{left}; misfit {:.2} x noise",
         progress.stage, progress.misfit
     );
-    let bar = ProgressBar::new(share.clamp(0.0, 1.0))
-        .text(small(text).color(text_on_bar(ui)))
-        .desired_width(330.0);
-    ui.add(bar);
-}
-
-fn text_on_bar(ui: &Ui) -> Color32 {
-    ui.visuals().strong_text_color()
+    progress_bar(ui, share, text);
 }
 
 /// Why no fit can be started, if so.

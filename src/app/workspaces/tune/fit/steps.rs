@@ -6,6 +6,7 @@ use eframe::egui::{Button, RichText, ScrollArea, Ui, Window};
 use super::choose::symbol;
 use super::figures;
 use crate::app::state::State;
+use crate::app::widgets::job_progress::cancel_button;
 use crate::app::widgets::text::{error_color, heading, small};
 use crate::diagnose::report::words::capitalised;
 use crate::fit::default_free;
@@ -101,12 +102,9 @@ fn list(ui: &mut Ui, state: &mut State) {
         let what = step.map_or("Reading the recordings", Step::title);
         ui.label(small(what));
         ui.horizontal(|ui| {
-            let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
-            if cancel.on_hover_text("Stop soon").clicked() {
-                job.cancel();
-            }
+            cancel_button(ui, job, "Stop soon");
             match job.progress() {
-                Some(progress) => super::progress_bar(ui, &progress),
+                Some(progress) => super::fit_progress(ui, &progress),
                 None => {
                     ui.spinner();
                 }

@@ -6,12 +6,13 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Button, Grid, Id, ProgressBar, RichText, Ui};
+use eframe::egui::{Button, Grid, Id, RichText, Ui};
 
 use super::error_cell::{error, error_cell};
 use super::features::FEATURE_ROWS;
 use crate::app::analysis::job::Job;
 use crate::app::state::State;
+use crate::app::widgets::job_progress::{cancel_button, progress_bar};
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::calibrate::{
     CANNOT_TELL, FREE, GENERATIONS, Misfit, TableFit, fit_table,
@@ -76,21 +77,11 @@ impl TableFitState {
 }
 
 fn progress(ui: &mut Ui, job: &Job<TableFitProgress, TableFit>) {
-    let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
-    if cancel
-        .on_hover_text("Stop soon and keep the best so far")
-        .clicked()
-    {
-        job.cancel();
-    }
+    cancel_button(ui, job, "Stop soon and keep the best so far");
     match job.progress() {
         Some((share, left)) => {
             let text = format!("about {:.0} s left", left.as_secs_f64());
-            let color = ui.visuals().strong_text_color();
-            let bar = ProgressBar::new(share as f32)
-                .text(small(text).color(color))
-                .desired_width(330.0);
-            ui.add(bar);
+            progress_bar(ui, share as f32, text);
         }
         None => {
             ui.spinner();
