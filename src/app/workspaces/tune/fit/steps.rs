@@ -9,12 +9,23 @@ use crate::app::state::State;
 use crate::app::widgets::job_progress::cancel_button;
 use crate::app::widgets::text::{error_color, heading, small};
 use crate::diagnose::report::words::capitalised;
-use crate::fit::default_free;
 use crate::fit::paper_steps::guide::Step;
 use crate::fit::paper_steps::outcome::Finding;
+use crate::model::parameter::ParameterId;
 
 /// Up to this many recordings are named in the list; more are counted.
 const MAX_NAMED_RECORDINGS: usize = 3;
+
+/// The parameters of drive, damping and film. They shape the motion before a contact, so they
+/// must be right before bounces and releases can be read. The steps identify the contact itself.
+const MOTION_PARAMETERS: [ParameterId; 6] = [
+    ParameterId::Eta,
+    ParameterId::Zeta1,
+    ParameterId::Zeta2,
+    ParameterId::Dp,
+    ParameterId::Cs,
+    ParameterId::Gp,
+];
 
 /// Draws the window while it is open.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -50,7 +61,7 @@ fn list(ui: &mut Ui, state: &mut State) {
     );
     if let Some(first) = state.identification.first.clone() {
         ui.label(small(first).color(error_color(ui)));
-        whole_fit_button(ui, state);
+        first_fit_button(ui, state);
     }
     let mut start = None;
     let busy = state.identification.job.is_some();
@@ -128,18 +139,23 @@ fn list(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// A button that frees the default parameters and opens the fit panel, for a device that is
-/// too far from the recordings for any step.
-fn whole_fit_button(ui: &mut Ui, state: &mut State) {
-    let locked = &state.setup.locked;
-    let free: Vec<String> = default_free(&state.setup.preset.model)
+/// A button that frees [`MOTION_PARAMETERS`] and opens the fit panel, for a device that is too
+/// far from the recordings for any step.
+fn first_fit_button(ui: &mut Ui, state: &mut State) {
+    let setup = &state.setup;
+    let free: Vec<&str> = MOTION_PARAMETERS
         .into_iter()
-        .filter(|id| !locked.contains(id))
-        .map(|id| symbol(&id))
+        .filter(|id| setup.preset.model.uses(*id))
+        .map(|id| id.spec().id)
+        .filter(|id| !setup.locked.contains(*id))
         .collect();
-    let text = format!("Free {} and open the fit", free.join(", "));
-    if !free.is_empty() && ui.button(small(text)).clicked() {
-        state.fitting.free = None;
+    if free.is_empty() {
+        return;
+    }
+    let symbols: Vec<String> = free.iter().map(|id| symbol(id)).collect();
+    let text = format!("Free {} and open the fit", symbols.join(", "));
+    if ui.button(small(text)).clicked() {
+        state.fitting.free = Some(free.into_iter().map(str::to_owned).collect());
         state.fitting.open = true;
     }
 }
