@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Stroke, Ui};
+use eframe::egui::Ui;
 
 use super::frame::cache::Source;
 use super::frame::curve::Placed;
@@ -93,23 +93,13 @@ fn recorded_range(ui: &Ui, overlay: &Overlay, (from, to): (f64, f64)) -> Option<
     ))
 }
 
-fn add_recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64, f64)) {
+fn add_recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, view: (f64, f64)) {
     let recording = &overlay.recording;
     let alignment = overlay.alignment;
     let xp = Placed::aligned(&alignment, Channel::ProofMass);
-    let index = |t: f64| {
-        let time = t - alignment.time_shift;
-        recording.time.partition_point(|&sample| sample < time)
-    };
-    let path = xy::Path {
-        name: format!("xp of {}", recording.name),
-        slot: ("recording", overlay.id),
-        source: (Source::of(recording), alignment),
-        stroke: Stroke::new(style::THIN_LINE, style::overlay_color(ui, overlay.color)),
-        dashed: false,
-    };
     let velocity = cache::velocity(ui, overlay);
-    plot.add(ui, path, (index(from), index(to)), |i| {
+    let path = xy::recorded_path(ui, overlay);
+    plot.add(ui, path, xy::recorded_samples(overlay, view), |i| {
         [
             xp.value(recording.proof_mass[i]),
             velocity.0[i] * alignment.xp_scale,

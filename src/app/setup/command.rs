@@ -199,8 +199,8 @@ impl Command {
             Command::Step => ("Step", "Live mode: advance one step while paused"),
             Command::Restart => ("Restart", "Live mode: start again at t = 0"),
             Command::ToggleReferenceCurve => (
-                "Reference curve (A/B)",
-                "Make the present curve the reference (A), or discard the reference",
+                "Reference curve A",
+                "Keep the present curve as the reference A to compare with, or discard it",
             ),
             Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency and amplitude"),

@@ -7,9 +7,13 @@ use eframe::egui::{Color32, Id, Role, Sense, Stroke, Ui, WidgetInfo};
 use egui_plot::{Plot, PlotPoint};
 
 use super::axes::Unit;
+use super::cache::Source;
 use super::layer::Layer;
 use super::{axes, cache, style};
+use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
+use crate::recording::Recording;
+use crate::recording::align::Alignment;
 
 /// Most samples used for one path; of a longer one, the last are used.
 const MAX_SAMPLES: usize = 100_000;
@@ -30,6 +34,27 @@ pub struct Path<K> {
     pub stroke: Stroke,
     /// Whether it is dashed.
     pub dashed: bool,
+}
+
+/// The path of a recording, in the colour of its overlay.
+pub fn recorded_path(ui: &Ui, overlay: &Overlay) -> Path<(Source<Recording>, Alignment)> {
+    Path {
+        name: format!("xp of {}", overlay.recording.name),
+        slot: ("recording", overlay.id),
+        source: (Source::of(&overlay.recording), overlay.alignment),
+        stroke: Stroke::new(style::THIN_LINE, style::overlay_color(ui, overlay.color)),
+        dashed: false,
+    }
+}
+
+/// Indices of the samples of a recording between two times [s], after its time shift.
+pub fn recorded_samples(overlay: &Overlay, (from, to): (f64, f64)) -> (usize, usize) {
+    let index = |t: f64| {
+        let time = t - overlay.alignment.time_shift;
+        let samples = &overlay.recording.time;
+        samples.partition_point(|&sample| sample < time)
+    };
+    (index(from), index(to))
 }
 
 /// An axis of such a picture.
