@@ -26,7 +26,7 @@ fn request(overlays: &[Overlay], cs: f64) -> Result<SimulationRequest, Box<dyn s
         duration: 0.4,
         forces: true,
         overlays: overlays.to_vec(),
-        mode: Mode::Window,
+        mode: Mode::WholeSpan,
         slow_down: 0.01,
         paused: false,
         scrub: None,

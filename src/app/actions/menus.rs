@@ -42,7 +42,7 @@ const MENUS: [Menu; 4] = [
     (
         "Run",
         &[&[
-            Command::SetMode(Mode::Window),
+            Command::SetMode(Mode::WholeSpan),
             Command::SetMode(Mode::Live),
             Command::TogglePause,
             Command::Step,

@@ -207,7 +207,7 @@ fn set_mode(state: &mut State, mode: Mode) {
         // run was paused.
         state.paused = false;
     }
-    if mode == Mode::Window && state.view.mode != mode {
+    if mode == Mode::WholeSpan && state.view.mode != mode {
         // A live run has no end. A zoom beyond the simulated span would show nothing.
         let span = 0.0..=state.setup.duration;
         let inside = |(from, to): &(f64, f64)| span.contains(from) && span.contains(to);

@@ -117,7 +117,7 @@ impl Command {
             Command::Redo,
             Command::ResetParameters,
             Command::ResetAll,
-            Command::SetMode(Mode::Window),
+            Command::SetMode(Mode::WholeSpan),
             Command::SetMode(Mode::Live),
             Command::TogglePause,
             Command::Step,
@@ -191,7 +191,7 @@ impl Command {
                 "Reset everything",
                 "Return to the state of the first start; can be undone",
             ),
-            Command::SetMode(Mode::Window) => {
+            Command::SetMode(Mode::WholeSpan) => {
                 ("Whole span", "Simulate the whole time span at once")
             }
             Command::SetMode(Mode::Live) => ("Live mode", "Run the device in slow motion"),
@@ -346,7 +346,7 @@ impl Command {
             Command::Redo => ctrl_shift(Key::Z),
             Command::Palette => ctrl(Key::K),
             Command::Quit => ctrl(Key::Q),
-            Command::SetMode(Mode::Window) => plain(Key::W),
+            Command::SetMode(Mode::WholeSpan) => plain(Key::W),
             Command::SetMode(Mode::Live) => plain(Key::L),
             Command::TogglePause => plain(Key::Space),
             Command::Step => plain(Key::Period),

@@ -21,5 +21,6 @@ pub enum Mode {
     Live,
     /// The whole time span is simulated at once. Sessions know this mode as `Window`.
     #[default]
-    Window,
+    #[serde(rename = "Window")]
+    WholeSpan,
 }

@@ -85,7 +85,7 @@ pub struct View {
 impl Default for View {
     fn default() -> Self {
         Self {
-            mode: Mode::Window,
+            mode: Mode::WholeSpan,
             slow_down: 0.01,
             pictures: [
                 Picture::Voltage,

@@ -83,7 +83,7 @@ fn is_busy(services: &Services, is_broken: bool) -> bool {
     let Some(snapshot) = &state.snapshot else {
         return true;
     };
-    state.view.mode == Mode::Window
+    state.view.mode == Mode::WholeSpan
         && (snapshot.features.is_none()
             || snapshot.comparisons.iter().any(|c| c.features.is_none()))
 }

@@ -29,7 +29,7 @@ pub fn run(
         duration: curve.duration,
         forces: false,
         overlays: Vec::new(),
-        mode: Mode::Window,
+        mode: Mode::WholeSpan,
         slow_down: 1.0,
         paused: false,
         scrub: None,

@@ -190,9 +190,9 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         let fresh = request.is_some();
         let request = request.or_else(|| self.last.clone())?;
         let patience = match request.mode {
-            Mode::Window => {
+            Mode::WholeSpan => {
                 self.live = None;
-                self.serve_window(&request, fresh)
+                self.serve_whole_span(&request, fresh)
             }
             Mode::Live => self.serve_live(&request),
         };
@@ -200,11 +200,11 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         patience
     }
 
-    fn serve_window(&mut self, request: &SimulationRequest, fresh: bool) -> Option<Duration> {
+    fn serve_whole_span(&mut self, request: &SimulationRequest, fresh: bool) -> Option<Duration> {
         let reuse = self
             .shown
             .as_ref()
-            .filter(|(of, _)| of.mode == Mode::Window && of.same_run(request))
+            .filter(|(of, _)| of.mode == Mode::WholeSpan && of.same_run(request))
             .map(|(_, shown)| Arc::clone(shown));
         let snapshot = if let (Some(shown), false) = (&reuse, fresh) {
             shown.as_ref().clone()

@@ -12,7 +12,7 @@ fn request(setup: &Setup) -> SimulationRequest {
         duration: 0.1,
         forces: false,
         overlays: setup.overlays.clone(),
-        mode: Mode::Window,
+        mode: Mode::WholeSpan,
         slow_down: 0.1,
         paused: false,
         scrub: None,
@@ -83,7 +83,7 @@ fn a_panic_is_reported_and_the_worker_continues() {
     let setup = built_in::setup();
     let mut broken = setup.clone();
     broken.preset.model.effects.push(ActiveEffect::new(&BROKEN));
-    for mode in [Mode::Window, Mode::Live] {
+    for mode in [Mode::WholeSpan, Mode::Live] {
         worker.send(SimulationRequest {
             mode,
             ..request(&broken)

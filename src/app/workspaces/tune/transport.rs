@@ -39,7 +39,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             mode(ui, state);
             ui.separator();
             match state.view.mode {
-                Mode::Window => whole_span(ui, state),
+                Mode::WholeSpan => whole_span(ui, state),
                 Mode::Live => live(ui, state),
             }
             ui.with_layout(
@@ -54,7 +54,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
 }
 
 fn mode(ui: &mut Ui, state: &mut State) {
-    for (mode, name) in [(Mode::Window, "Whole span"), (Mode::Live, "Live")] {
+    for (mode, name) in [(Mode::WholeSpan, "Whole span"), (Mode::Live, "Live")] {
         let command = Command::SetMode(mode);
         let button = ui.selectable_label(state.view.mode == mode, name);
         if button.on_hover_text(hint(command)).clicked() && state.view.mode != mode {
