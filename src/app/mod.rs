@@ -7,6 +7,7 @@ pub mod export;
 pub mod files;
 pub mod flows;
 pub mod plots;
+pub(crate) mod services;
 pub mod setup;
 pub mod shell;
 pub mod simulation;

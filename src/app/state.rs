@@ -1,5 +1,5 @@
 //! The state that all panels see. Panels change `setup` and `view` in place and push
-//! commands; the shell notices changes, sends them to the worker and runs the commands.
+//! commands. The window sends changes to the simulator and runs the commands.
 
 use std::sync::Arc;
 
@@ -18,38 +18,38 @@ use super::simulation::snapshot::Snapshot;
 pub struct Cursors {
     /// Where the pointer is, while it is over a plot against time.
     pub hover: Option<f64>,
-    /// Set by a click; values are read out here.
+    /// Set by a click; values are read here.
     pub first: Option<f64>,
-    /// Set by a click with Shift; differences are read out between the two.
+    /// Set by Shift and click; differences between the two cursors are shown.
     pub second: Option<f64>,
 }
 
-/// Everything the panels of a workspace draw and change.
+/// Everything that the panels of a workspace draw and change.
 #[derive(Debug, Clone)]
 pub struct State {
-    /// Device, drive, recordings: what undo covers.
+    /// Device, drive and recordings; undo covers them.
     pub setup: Setup,
-    /// How it is looked at.
+    /// Mode, pictures, theme and zoom.
     pub view: View,
     /// The newest result, if there is one yet.
     pub snapshot: Option<Arc<Snapshot>>,
-    /// The curve kept for comparison.
-    pub ghost: Option<Arc<Snapshot>>,
-    /// Why the newest parameters gave no result.
+    /// The reference curve (A), to compare the present one with.
+    pub reference: Option<Arc<Snapshot>>,
+    /// Why the present values give no result.
     pub refusal: Option<Refusal>,
-    /// Live mode: what the person asked for. The state reached is in the snapshot.
+    /// Live mode: whether the person paused it. Whether it has paused is in the snapshot.
     pub paused: bool,
-    /// Live mode: time that is looked at [s] while scrubbing; `None` follows the run.
+    /// Live mode: the scrubbed time [s]; `None` follows the run.
     pub scrub: Option<f64>,
     /// Cursors of the plots.
     pub cursors: Cursors,
-    /// The picture that was just switched on, to be brought into view.
+    /// The picture just switched on; it is scrolled into view.
     pub reveal: Option<Picture>,
     /// The recording that commands act on.
     pub selected: Option<OverlayId>,
-    /// Commands for the shell, run after the frame is drawn.
+    /// Commands, run after the frame is drawn.
     pub commands: Vec<Command>,
-    /// What is said over the window, the newest last.
+    /// Notices over the window, the newest last.
     pub notices: Vec<Notice>,
     /// Whether the drive editor is open.
     pub drive_editor_open: bool,
@@ -64,20 +64,20 @@ pub struct State {
 }
 
 impl State {
-    /// Asks the shell for a command.
+    /// Asks for a command.
     pub fn ask(&mut self, command: Command) {
         self.commands.push(command);
     }
 }
 
-/// A state around a setup, nothing computed yet.
+/// A state around a setup, with nothing computed yet.
 pub fn state(setup: Setup, view: View) -> State {
     State {
         selected: setup.overlays.first().map(|overlay| overlay.id),
         setup,
         view,
         snapshot: None,
-        ghost: None,
+        reference: None,
         refusal: None,
         paused: false,
         scrub: None,

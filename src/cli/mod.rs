@@ -41,7 +41,7 @@ struct WindowArgs {
     #[arg(long)]
     preset: Option<String>,
     /// Workspace to open
-    #[arg(long, value_parser = crate::app::workspaces::NAMES)]
+    #[arg(long, value_parser = crate::app::setup::workspace_id::WorkspaceId::NAMES)]
     workspace: Option<String>,
     /// Save a picture of the settled window (PNG) and exit
     #[arg(long, value_name = "OUT.png")]

@@ -1,18 +1,20 @@
-//! What the commands of the Diagnose workspace do.
+//! The commands of the Diagnose workspace, and the results of its threads.
 
 use eframe::egui::Context;
 
 use crate::app::flows::{load_example, sealed_trial};
+use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::overlay::OverlayId;
-use crate::app::shell::window::Shell;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::State;
 
-/// Runs one of them, and shows the workspace where its outcome is seen.
-pub fn run(shell: &mut Shell, context: &Context, command: Command) {
-    let state = &mut shell.state;
+/// Runs a command of the Diagnose workspace and shows that workspace, where the outcome
+/// is seen.
+pub fn run(services: &mut Services, context: &Context, command: Command) {
+    let state = &mut services.state;
     if command != Command::AcceptDiagnosis {
-        state.view.workspace = crate::app::workspaces::diagnose::NAME.to_owned();
+        state.view.workspace = WorkspaceId::Diagnose.name().to_owned();
     }
     match command {
         Command::Diagnose => state.diagnosing.start(&state.setup, None, context),
@@ -25,10 +27,10 @@ pub fn run(shell: &mut Shell, context: &Context, command: Command) {
                 running.job.cancel();
             }
         }
-        Command::AcceptDiagnosis => accept(shell),
+        Command::AcceptDiagnosis => accept(services),
         Command::Example => {
-            if let Err(error) = load_example::load(state, &mut shell.next_overlay) {
-                shell.fail(format!("The example cannot be read: {error}"));
+            if let Err(error) = load_example::load(state, &mut services.last_overlay_id) {
+                services.fail(format!("The example recordings cannot be read: {error}"));
             }
         }
         Command::SealedTrial => {
@@ -39,21 +41,21 @@ pub fn run(shell: &mut Shell, context: &Context, command: Command) {
     }
 }
 
-/// Gives the device what was found.
-fn accept(shell: &mut Shell) {
-    let state = &mut shell.state;
+/// Takes the diagnosed values and effects over into the device.
+fn accept(services: &mut Services) {
+    let state = &mut services.state;
     let Some(answer) = state.diagnosing.shown() else {
         return;
     };
     state.setup.preset.model = answer.diagnosis.model.clone();
-    shell.notice(
+    services.notice(
         false,
-        "The device has the diagnosed values and effects now; Ctrl+Z takes them back",
+        "The device now has the diagnosed values and effects; undo with Ctrl+Z",
     );
 }
 
-/// Takes what the threads beside the window have brought. `last` is the number of the
-/// last recording. Returns whether a diagnosis has just ended.
+/// Takes the results of diagnoses and sealed trials. `last` is the highest recording number
+/// given out. Returns whether a diagnosis has just ended.
 pub fn poll(state: &mut State, last: &mut OverlayId) -> bool {
     sealed_trial::poll(state, last);
     state.diagnosing.take()

@@ -1,4 +1,5 @@
-//! Takes over what has become of files that were opened, read or saved.
+//! Takes the results of file work: recordings, presets and sessions that were read, files
+//! that were saved, and failures.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,20 +8,20 @@ use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::files::session_text::{Loaded, RecordingEntry};
+use crate::app::services::{ReferenceCurveStage, Services};
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::notice::About;
 use crate::app::setup::overlay::{Overlay, OverlayId};
-use crate::app::shell::reference_curve::Return;
-use crate::app::shell::window::{Shell, import_entry};
+use crate::app::setup::setup::choose_preset;
 use crate::app::state::Cursors;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;
-use crate::recording::align::Alignment;
+use crate::recording::align::{Aligned, Alignment};
 use crate::recording::csv::ImportSettings;
 
-/// Takes over what has become of files; returns whether anything has.
-pub fn take(shell: &mut Shell) -> bool {
-    let events = shell.files.poll();
+/// Takes the results of file work; returns whether there were any.
+pub fn receive(services: &mut Services) -> bool {
+    let events = services.files.poll();
     let any = !events.is_empty();
     for event in events {
         match event {
@@ -31,90 +32,94 @@ pub fn take(shell: &mut Shell) -> bool {
                 entry,
             } => {
                 let read = Arc::clone(&recording);
-                let id = add_recording(shell, path, settings, recording, entry);
+                let id = add_recording(services, path, settings, recording, entry);
                 for warning in &read.warnings {
                     let text = format!("{}: {}", read.name, warning.message);
-                    shell.notice_of(Some(About::Recording(id)), false, text);
+                    services.notice_about(Some(About::Recording(id)), false, text);
                 }
             }
             FileEvent::Ask { path, preview } => {
-                let known = shell
+                let known = services
                     .state
                     .setup
                     .overlays
                     .iter()
                     .find(|o| o.recording.path.as_ref() == Some(&path))
                     .map(|o| o.import.clone());
-                shell.dialogs.ask_import(path, preview, known);
+                services.dialogs.ask_import(path, preview, known);
             }
             FileEvent::Preset { preset } => {
-                crate::app::setup::setup::choose_preset(&mut shell.state.setup, &preset)
+                choose_preset(&mut services.state.setup, &preset);
             }
-            FileEvent::Session { path, loaded } => adopt_session(shell, path, *loaded),
+            FileEvent::Session { path, loaded } => adopt_session(services, path, *loaded),
             FileEvent::Saved { purpose, path } => {
-                shell.notice(false, format!("Saved {}", path.display()));
+                services.notice(false, format!("Saved {}", path.display()));
                 if purpose == Purpose::Session {
-                    shell.session_path = Some(path);
+                    services.session_path = Some(path);
                 }
             }
-            FileEvent::Aligned { id, found } => {
-                let overlays = &mut shell.state.setup.overlays;
-                if let Some(overlay) = overlays.iter_mut().find(|overlay| overlay.id == id) {
-                    overlay.alignment.time_shift = found.time_shift;
-                    let text = format!(
-                        "{}: shifted by {}; correlation {:.3} over {:.0} % of it",
-                        overlay.recording.name,
-                        format_quantity(found.time_shift, "s", 4),
-                        found.correlation.abs(),
-                        100.0 * found.share
-                    );
-                    shell.notice(false, text);
-                }
-            }
-            FileEvent::Failed { message } => shell.fail(message),
-            FileEvent::Lost { id, message } => shell.lost(id, message),
+            FileEvent::Aligned { id, found } => shift_recording(services, id, &found),
+            FileEvent::Failed { message } => services.fail(message),
+            FileEvent::Lost { id, message } => services.report_missing(id, message),
             FileEvent::Drive { waveform } => {
-                shell.state.setup.drive = DriveChoice::Waveform(waveform);
+                services.state.setup.drive = DriveChoice::Waveform(waveform);
             }
-            FileEvent::Kept { kept, run } => {
-                // It may have been dropped meanwhile, or another one kept.
-                if shell.state.view.kept.as_ref() == Some(&*kept) {
+            FileEvent::ReferenceCurve { curve, run } => {
+                // It may have been discarded or replaced meanwhile.
+                if services.state.view.reference_curve.as_ref() == Some(&*curve) {
                     match run {
-                        Ok(run) => shell.state.ghost = Some(run),
+                        Ok(run) => services.state.reference = Some(run),
                         Err(reason) => {
-                            shell.fail(format!("The kept curve (A/B) is not shown: {reason}"));
+                            services
+                                .fail(format!("The reference curve (A) cannot be shown: {reason}"));
                         }
                     }
                 }
             }
             FileEvent::TypePath { purpose } => {
-                if !shell.dialogs.is_open() {
-                    shell.dialogs.ask_path(purpose);
+                if !services.dialogs.is_open() {
+                    services.dialogs.ask_path(purpose);
                 }
             }
-            FileEvent::SaveTo { purpose, path } => save(shell, purpose, path),
+            FileEvent::SaveTo { purpose, path } => save(services, purpose, path),
         }
     }
     any
 }
 
-/// Shows a session in place of what is shown.
-fn adopt_session(shell: &mut Shell, path: PathBuf, loaded: Loaded) {
-    shell.next_overlay = shell.next_overlay.max(loaded.last_id());
-    for text in &loaded.missing {
-        shell.notice(true, text.clone());
+fn shift_recording(services: &mut Services, id: OverlayId, found: &Aligned) {
+    let overlays = &mut services.state.setup.overlays;
+    if let Some(overlay) = overlays.iter_mut().find(|overlay| overlay.id == id) {
+        overlay.alignment.time_shift = found.time_shift;
+        let text = format!(
+            "{}: shifted by {}; correlation {:.3} over {:.0} % of the recording",
+            overlay.recording.name,
+            format_quantity(found.time_shift, "s", 4),
+            found.correlation.abs(),
+            100.0 * found.share
+        );
+        services.notice(false, text);
     }
-    shell.order = (loaded.recordings.iter())
+}
+
+/// Replaces the present session by the one that was read.
+fn adopt_session(services: &mut Services, path: PathBuf, loaded: Loaded) {
+    services.last_overlay_id = services.last_overlay_id.max(loaded.last_id());
+    for text in &loaded.missing {
+        services.notice(true, text.clone());
+    }
+    services.requested_files = (loaded.recordings.iter())
         .filter_map(|entry| entry.path.clone())
         .collect();
-    shell.absent = loaded.recordings.clone();
-    shell.session_path = Some(path);
-    shell.hint = false;
-    let state = &mut shell.state;
-    // What belongs to the former session ends with it.
-    state.ghost = None;
-    shell.kept = Return::Open;
-    let state = &mut shell.state;
+    services.missing_recordings = loaded.recordings.clone();
+    services.session_path = Some(path);
+    services.shows_hint = false;
+    let state = &mut services.state;
+    // The former session's reference curve, diagnoses and cursors end with it; the tally of
+    // sealed trials belongs to the person.
+    state.reference = None;
+    services.reference_stage = ReferenceCurveStage::NotRequested;
+    let state = &mut services.state;
     let tally = state.diagnosing.trial.tally;
     state.diagnosing = Diagnosing::default();
     state.diagnosing.trial.tally = tally;
@@ -122,11 +127,13 @@ fn adopt_session(shell: &mut Shell, path: PathBuf, loaded: Loaded) {
     state.paused = false;
     state.cursors = Cursors::default();
     state.selected = loaded.setup.overlays.first().map(|overlay| overlay.id);
-    shell.speed_of.clone_from(&loaded.setup.preset.model.name);
+    services
+        .speed_set_for
+        .clone_from(&loaded.setup.preset.model.name);
     state.setup = loaded.setup;
     state.view = loaded.view;
     for entry in &loaded.recordings {
-        import_entry(&shell.files, entry);
+        services.files.import_session_recording(entry);
     }
 }
 
@@ -135,21 +142,21 @@ fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "toml")
 }
 
-/// Adds a recording; one read again from the same file replaces its former self. Returns
+/// Adds a recording; one read again from the same file replaces the earlier one. Returns
 /// its number.
 fn add_recording(
-    shell: &mut Shell,
+    services: &mut Services,
     path: PathBuf,
     settings: ImportSettings,
     recording: Arc<Recording>,
     entry: Option<RecordingEntry>,
 ) -> OverlayId {
-    let overlays = &mut shell.state.setup.overlays;
+    let overlays = &mut services.state.setup.overlays;
     let former = overlays
         .iter()
         .position(|o| o.recording.path.as_deref() == Some(&path));
-    // Where it stands among files that were asked for together.
-    let order = &shell.order;
+    // Its place among files that were requested together.
+    let order = &services.requested_files;
     let rank = |path: &PathBuf| order.iter().position(|asked| asked == path);
     let own_rank = rank(&path);
     let (alignment, color, visible, role) = match (&entry, former) {
@@ -170,16 +177,18 @@ fn add_recording(
         }
     };
     if let Some(entry) = &entry {
-        shell.absent.retain(|absent| absent.id != entry.id);
+        services
+            .missing_recordings
+            .retain(|absent| absent.id != entry.id);
         let lost = Some(About::Lost(entry.id));
-        shell.state.notices.retain(|notice| notice.about != lost);
+        services.state.notices.retain(|notice| notice.about != lost);
     }
-    // Data that changed take a new number: what was computed for the old one is void.
+    // New data take a new number: results computed for the old number no longer hold.
     let id = match &entry {
         Some(entry) => entry.id,
         None => {
-            shell.next_overlay += 1;
-            shell.next_overlay
+            services.last_overlay_id += 1;
+            services.last_overlay_id
         }
     };
     let overlay = Overlay {
@@ -194,8 +203,8 @@ fn add_recording(
     };
     match former {
         Some(i) => {
-            if shell.state.setup.drive == DriveChoice::Recorded(overlays[i].id) {
-                shell.state.setup.drive = DriveChoice::Recorded(id);
+            if services.state.setup.drive == DriveChoice::Recorded(overlays[i].id) {
+                services.state.setup.drive = DriveChoice::Recorded(id);
             }
             overlays[i] = overlay;
         }
@@ -205,6 +214,6 @@ fn add_recording(
             overlays.insert(at.unwrap_or(overlays.len()), overlay);
         }
     }
-    shell.state.selected = Some(id);
+    services.state.selected = Some(id);
     id
 }

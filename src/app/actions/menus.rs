@@ -4,152 +4,175 @@ use eframe::egui::{Button, Ui};
 
 use super::run::is_possible;
 use crate::app::files::recent;
+use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::setup::choose_preset;
 use crate::app::setup::view::Picture;
-use crate::app::shell::window::Shell;
-use crate::app::workspaces;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::model::preset::{EMBEDDED, Preset};
 
-/// The menus, all made of commands.
-pub fn menus(shell: &mut Shell, ui: &mut Ui) {
-    use crate::app::setup::command::Command as C;
-    ui.menu_button("File", |ui| {
-        items(shell, ui, &[C::Open, C::OpenPath]);
-        ui.menu_button("Open recent", |ui| {
-            let recent = recent::recent();
-            if recent.is_empty() {
-                ui.weak("nothing yet");
-            }
-            for path in recent {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                let entry = ui.button(name).on_hover_text(path.to_string_lossy());
-                if entry.clicked() {
-                    shell.files.open(path);
-                }
-            }
-        });
-        ui.menu_button("Open preset", |ui| {
-            for (name, _) in EMBEDDED {
-                if ui.button(name).clicked()
-                    && let Some(preset) = Preset::embedded(name)
-                {
-                    crate::app::setup::setup::choose_preset(&mut shell.state.setup, &preset);
-                }
-            }
-        });
-        ui.separator();
-        items(
-            shell,
-            ui,
-            &[C::SaveSession, C::SaveSessionAs, C::SavePreset],
-        );
-        ui.separator();
-        items(
-            shell,
-            ui,
-            &[C::ExportSvg, C::ExportPng, C::ExportTrace, C::ExportEvents],
-        );
-        ui.separator();
-        items(shell, ui, &[C::Quit]);
-    });
-    ui.menu_button("Edit", |ui| {
-        items(shell, ui, &[C::Undo, C::Redo]);
-        ui.separator();
-        items(
-            shell,
-            ui,
+/// A menu: its title and its entries in groups.
+type Menu = (&'static str, &'static [&'static [Command]]);
+
+/// The menus that hold commands alone. "File", "View" and
+/// "Help" have entries of their own.
+const MENUS: [Menu; 4] = [
+    (
+        "Edit",
+        &[
+            &[Command::Undo, Command::Redo],
             &[
-                C::DriveEditor,
-                C::LoadDrive,
-                C::ResetParameters,
-                C::ResetAll,
+                Command::DriveEditor,
+                Command::LoadDrive,
+                Command::ResetParameters,
+                Command::ResetAll,
             ],
-        );
-    });
-    ui.menu_button("Recording", |ui| {
-        items(
-            shell,
-            ui,
+        ],
+    ),
+    (
+        "Recording",
+        &[&[
+            Command::AutoAlign,
+            Command::UseRecordedDrive,
+            Command::ImportSettings,
+            Command::RemoveRecording,
+        ]],
+    ),
+    (
+        "Run",
+        &[&[
+            Command::SetMode(Mode::WholeSpan),
+            Command::SetMode(Mode::Live),
+            Command::TogglePause,
+            Command::Step,
+            Command::Restart,
+            Command::FitPanel,
+            Command::Identification,
+            Command::Validation,
+        ]],
+    ),
+    (
+        "Diagnosis",
+        &[
             &[
-                C::AutoAlign,
-                C::UseRecordedDrive,
-                C::ImportSettings,
-                C::RemoveRecording,
+                Command::Diagnose,
+                Command::DiagnoseByHand,
+                Command::CancelDiagnosis,
             ],
-        );
-    });
-    ui.menu_button("View", |ui| {
-        items(shell, ui, &workspaces::NAMES.map(C::Workspace));
-        ui.separator();
-        items(shell, ui, &Picture::ALL.map(C::TogglePicture));
-        ui.separator();
-        items(
-            shell,
-            ui,
-            &[C::ZoomAll, C::ToggleGhost, C::SidePanel, C::ToggleTheme],
-        );
-    });
-    ui.menu_button("Run", |ui| {
-        items(
-            shell,
-            ui,
             &[
-                C::SetMode(Mode::Window),
-                C::SetMode(Mode::Live),
-                C::TogglePause,
-                C::Step,
-                C::Restart,
-                C::FitPanel,
-                C::Identification,
-                C::Validation,
+                Command::AcceptDiagnosis,
+                Command::SaveDiagnosed,
+                Command::ExportReport,
+                Command::ExportDiagnosis,
             ],
-        );
-    });
-    ui.menu_button("Diagnosis", |ui| {
-        items(
-            shell,
-            ui,
-            &[C::Diagnose, C::DiagnoseByHand, C::CancelDiagnosis],
-        );
-        ui.separator();
-        items(
-            shell,
-            ui,
-            &[
-                C::AcceptDiagnosis,
-                C::SaveDiagnosed,
-                C::ExportReport,
-                C::ExportDiagnosis,
-            ],
-        );
-        ui.separator();
-        items(shell, ui, &[C::Example, C::SealedTrial]);
-    });
+            &[Command::Example, Command::SealedTrial],
+        ],
+    ),
+];
+
+/// Draws the menus.
+pub fn menus(services: &mut Services, ui: &mut Ui) {
+    let [edit, recording, run, diagnosis] = MENUS;
+    ui.menu_button("File", |ui| file_menu(services, ui));
+    menu(services, ui, edit);
+    menu(services, ui, recording);
+    ui.menu_button("View", |ui| view_menu(services, ui));
+    menu(services, ui, run);
+    menu(services, ui, diagnosis);
     ui.menu_button("Help", |ui| {
-        items(shell, ui, &[C::Help, C::Palette]);
+        items(services, ui, &[Command::Help, Command::Palette]);
         if ui.button("About").clicked() {
-            shell.dialogs.open_about();
+            services.dialogs.open_about();
         }
     });
 }
 
-fn items(shell: &mut Shell, ui: &mut Ui, commands: &[Command]) {
+fn menu(services: &mut Services, ui: &mut Ui, (title, groups): Menu) {
+    ui.menu_button(title, |ui| {
+        for (i, commands) in groups.iter().enumerate() {
+            if i > 0 {
+                ui.separator();
+            }
+            items(services, ui, commands);
+        }
+    });
+}
+
+fn file_menu(services: &mut Services, ui: &mut Ui) {
+    items(services, ui, &[Command::Open, Command::OpenPath]);
+    ui.menu_button("Open recent", |ui| {
+        let recent = recent::recent();
+        if recent.is_empty() {
+            ui.weak("no recent files");
+        }
+        for path in recent {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let entry = ui.button(name).on_hover_text(path.to_string_lossy());
+            if entry.clicked() {
+                services.files.open(path);
+            }
+        }
+    });
+    ui.menu_button("Open preset", |ui| {
+        for (name, _) in EMBEDDED {
+            if ui.button(name).clicked()
+                && let Some(preset) = Preset::embedded(name)
+            {
+                choose_preset(&mut services.state.setup, &preset);
+            }
+        }
+    });
+    ui.separator();
+    let save = [
+        Command::SaveSession,
+        Command::SaveSessionAs,
+        Command::SavePreset,
+    ];
+    items(services, ui, &save);
+    ui.separator();
+    let export = [
+        Command::ExportSvg,
+        Command::ExportPng,
+        Command::ExportTrace,
+        Command::ExportEvents,
+    ];
+    items(services, ui, &export);
+    ui.separator();
+    items(services, ui, &[Command::Quit]);
+}
+
+fn view_menu(services: &mut Services, ui: &mut Ui) {
+    items(services, ui, &WorkspaceId::ALL.map(Command::Workspace));
+    ui.separator();
+    items(services, ui, &Picture::ALL.map(Command::TogglePicture));
+    ui.separator();
+    let view = [
+        Command::ZoomAll,
+        Command::ToggleReferenceCurve,
+        Command::SidePanel,
+        Command::ToggleTheme,
+    ];
+    items(services, ui, &view);
+}
+
+/// Entries for commands; one that would do nothing now is disabled.
+fn items(services: &mut Services, ui: &mut Ui, commands: &[Command]) {
     for &command in commands {
         let (name, line) = command.text();
-        let mark = match command {
-            Command::TogglePicture(picture) => shell.state.view.pictures.contains(&picture),
-            Command::SetMode(mode) => shell.state.view.mode == mode,
-            Command::Workspace(name) => shell.state.view.workspace == name,
+        let is_on = match command {
+            Command::TogglePicture(picture) => services.state.view.pictures.contains(&picture),
+            Command::SetMode(mode) => services.state.view.mode == mode,
+            Command::Workspace(id) => services.state.view.workspace == id.name(),
             _ => false,
         };
-        let mut button = Button::selectable(mark, name);
+        let mut button = Button::selectable(is_on, name);
         if let Some(keys) = command.keys() {
             button = button.shortcut_text(keys);
         }
-        let entry = ui.add_enabled(is_possible(shell, command), button);
+        let entry = ui.add_enabled(is_possible(services, command), button);
         if entry.on_hover_text(line).clicked() {
-            shell.state.ask(command);
+            services.state.ask(command);
         }
     }
 }

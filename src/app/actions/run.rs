@@ -1,28 +1,31 @@
-//! What the commands do; menus and keys that ask for them.
+//! Runs the commands asked for in a frame: which of them are possible now, and what each
+//! one does.
 
 use std::sync::Arc;
 
 use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
+use super::reference_curve;
 use super::save::save;
 use crate::app::analysis::diagnosis;
 use crate::app::dialogs::{Answer, Target};
 use crate::app::files::built_in;
 use crate::app::files::event::{FileEvent, Purpose};
+use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::View;
-use crate::app::shell::window::Shell;
 use crate::app::state::{Cursors, State};
+use crate::app::workspaces::tune::recordings::remove as remove_recording;
 use crate::recording::align::auto_align;
 use crate::recording::{Channel, Grid};
 
-pub use super::menus::menus;
-
-/// Whether a shortcut was pressed; takes the key press. The modifiers are those of the
-/// press itself: on a slow display they are released before the frame is drawn. They
-/// must match exactly, but for Shift where the sign itself needs it (`?`).
+/// Whether a shortcut was pressed; consumes the key press.
+///
+/// The modifiers are those of the press itself: on a slow display they are released before
+/// the frame is drawn. They must match exactly, except that Shift is ignored for `?`, which
+/// needs it on many keyboards.
 pub fn pressed(input: &mut InputState, shortcut: &KeyboardShortcut) -> bool {
     let sign = shortcut.logical_key == Key::Questionmark;
     let before = input.events.len();
@@ -44,13 +47,13 @@ pub fn pressed(input: &mut InputState, shortcut: &KeyboardShortcut) -> bool {
 }
 
 /// Whether a command would do anything now.
-pub fn is_possible(shell: &Shell, command: Command) -> bool {
-    let state = &shell.state;
+pub fn is_possible(services: &Services, command: Command) -> bool {
+    let state = &services.state;
     let live = state.view.mode == Mode::Live;
     let diagnosing = &state.diagnosing;
     match command {
-        Command::Undo => shell.history.can_undo(),
-        Command::Redo => shell.history.can_redo(),
+        Command::Undo => services.history.can_undo(),
+        Command::Redo => services.history.can_redo(),
         Command::TogglePause | Command::Restart => live,
         Command::Step => live && state.paused,
         Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
@@ -61,12 +64,12 @@ pub fn is_possible(shell: &Shell, command: Command) -> bool {
         | Command::ExportPng
         | Command::ExportTrace
         | Command::ExportEvents
-        | Command::ToggleGhost => state.snapshot.is_some(),
+        | Command::ToggleReferenceCurve => state.snapshot.is_some(),
         Command::Diagnose | Command::DiagnoseByHand => {
             diagnosing.running.is_none() && diagnosis::obstacle(&state.setup).is_none()
         }
         Command::CancelDiagnosis => diagnosing.running.is_some(),
-        // A trial's device is not the person's.
+        // The device of a sealed trial is not the person's own.
         Command::AcceptDiagnosis => {
             diagnosing.shown().is_some() && diagnosing.trial.sealed.is_none()
         }
@@ -86,80 +89,56 @@ fn selected(state: &State) -> Option<&Overlay> {
 }
 
 /// Runs the commands asked for in this frame.
-pub fn run(shell: &mut Shell, ui: &Ui) {
-    for command in std::mem::take(&mut shell.state.commands) {
-        // What it changes is drawn in the next frame, which nothing else may cause.
+pub fn run(services: &mut Services, ui: &Ui) {
+    for command in std::mem::take(&mut services.state.commands) {
+        // The change is drawn in the next frame, which nothing else may request.
         ui.ctx().request_repaint();
-        if is_possible(shell, command) {
-            run_one(shell, ui, command);
+        if is_possible(services, command) {
+            run_one(services, ui, command);
         }
     }
 }
 
-fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
-    let state = &mut shell.state;
+fn run_one(services: &mut Services, ui: &Ui, command: Command) {
+    let state = &mut services.state;
     match command {
-        Command::Open => shell.files.open_dialog(),
-        Command::OpenPath => shell.dialogs.ask_path(None),
-        Command::SaveSession => match shell.session_path.clone() {
-            Some(path) => save(shell, Purpose::Session, path),
-            None => shell.dialogs.ask_path(Some(Purpose::Session)),
+        Command::Open => services.files.open_dialog(),
+        Command::OpenPath => services.dialogs.ask_path(None),
+        Command::SaveSession => match services.session_path.clone() {
+            Some(path) => save(services, Purpose::Session, path),
+            None => services.dialogs.ask_path(Some(Purpose::Session)),
         },
-        Command::SaveSessionAs => shell.dialogs.ask_path(Some(Purpose::Session)),
-        Command::SavePreset => shell.dialogs.ask_path(Some(Purpose::Preset)),
-        Command::ExportSvg => shell.dialogs.ask_path(Some(Purpose::Svg)),
-        Command::ExportPng => shell.dialogs.ask_path(Some(Purpose::Png)),
-        Command::ExportTrace => shell.dialogs.ask_path(Some(Purpose::Trace)),
-        Command::ExportEvents => shell.dialogs.ask_path(Some(Purpose::Events)),
+        Command::SaveSessionAs => services.dialogs.ask_path(Some(Purpose::Session)),
+        Command::SavePreset => services.dialogs.ask_path(Some(Purpose::Preset)),
+        Command::ExportSvg => services.dialogs.ask_path(Some(Purpose::Svg)),
+        Command::ExportPng => services.dialogs.ask_path(Some(Purpose::Png)),
+        Command::ExportTrace => services.dialogs.ask_path(Some(Purpose::Trace)),
+        Command::ExportEvents => services.dialogs.ask_path(Some(Purpose::Events)),
         Command::Undo => {
-            shell.history.undo(&mut state.setup);
+            services.history.undo(&mut state.setup);
         }
         Command::Redo => {
-            shell.history.redo(&mut state.setup);
+            services.history.redo(&mut state.setup);
         }
         Command::ResetParameters => {
             state.setup.preset = state.setup.original.as_ref().clone();
             state.setup.locked.clear();
         }
-        Command::ResetAll => {
-            state.setup = built_in::setup();
-            state.view = View {
-                workspace: state.view.workspace.clone(),
-                ..View::default()
-            };
-            state.ghost = None;
-            state.cursors = Cursors::default();
-            state.selected = state.setup.overlays.first().map(|o| o.id);
-            shell.hint = true;
-        }
-        Command::SetMode(mode) => {
-            if mode == Mode::Live && state.view.mode != mode {
-                // Whoever asks for it wants to see it run, also after a pause long ago.
-                state.paused = false;
-            }
-            if mode == Mode::Window && state.view.mode != mode {
-                // A live run goes on for ever: what the span does not hold is left behind.
-                let span = 0.0..=state.setup.duration;
-                let held = |(from, to): &(f64, f64)| span.contains(from) && span.contains(to);
-                state.view.time_range = state.view.time_range.filter(held);
-            }
-            state.view.mode = mode;
-            state.scrub = None;
-            state.cursors = Cursors::default();
-        }
+        Command::ResetAll => reset_all(services),
+        Command::SetMode(mode) => set_mode(state, mode),
         Command::TogglePause => {
             state.paused = !state.paused;
             if !state.paused {
                 state.scrub = None;
             }
         }
-        Command::Step => shell.steps += 1,
+        Command::Step => services.steps += 1,
         Command::Restart => {
-            shell.restarts += 1;
+            services.restarts += 1;
             state.scrub = None;
             state.paused = false;
         }
-        Command::ToggleGhost => shell.toggle_kept(),
+        Command::ToggleReferenceCurve => reference_curve::toggle(services),
         Command::TogglePicture(picture) => {
             if !state.view.pictures.remove(&picture) {
                 state.view.pictures.insert(picture);
@@ -171,20 +150,20 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
             state.view.dark = !state.view.dark;
         }
         Command::SidePanel => state.view.side_panel = !state.view.side_panel,
-        Command::Help => shell.dialogs.toggle_help(),
+        Command::Help => services.dialogs.toggle_help(),
         Command::Identification => state.identification.open = !state.identification.open,
         Command::FitPanel => state.fitting.open = !state.fitting.open,
         Command::Validation => state.validation_open = !state.validation_open,
         Command::DriveEditor => state.drive_editor_open = !state.drive_editor_open,
-        Command::AutoAlign => align(shell),
+        Command::AutoAlign => align(services),
         Command::ImportSettings => {
             if let Some(path) = selected(state).and_then(|o| o.recording.path.clone()) {
-                shell.files.ask(path);
+                services.files.ask(path);
             }
         }
         Command::RemoveRecording => {
             if let Some(id) = state.selected {
-                crate::app::workspaces::tune::recordings::remove(state, id);
+                remove_recording(state, id);
             }
         }
         Command::UseRecordedDrive => {
@@ -192,29 +171,60 @@ fn run_one(shell: &mut Shell, ui: &Ui, command: Command) {
                 state.setup.drive = DriveChoice::Recorded(overlay.id);
             }
         }
-        Command::LoadDrive => shell.dialogs.ask_file(Target::Drive),
-        Command::Workspace(name) => state.view.workspace = name.to_owned(),
+        Command::LoadDrive => services.dialogs.ask_file(Target::Drive),
+        Command::Workspace(id) => state.view.workspace = id.name().to_owned(),
         Command::Diagnose
         | Command::DiagnoseByHand
         | Command::CancelDiagnosis
         | Command::AcceptDiagnosis
         | Command::Example
-        | Command::SealedTrial => super::diagnosis::run(shell, ui.ctx(), command),
-        Command::SaveDiagnosed => shell.dialogs.ask_path(Some(Purpose::Diagnosed)),
-        Command::ExportReport => shell.dialogs.ask_path(Some(Purpose::Report)),
-        Command::ExportDiagnosis => shell.dialogs.ask_path(Some(Purpose::Diagnosis)),
-        Command::Palette => shell.dialogs.open_palette(),
+        | Command::SealedTrial => super::diagnosis::run(services, ui.ctx(), command),
+        Command::SaveDiagnosed => services.dialogs.ask_path(Some(Purpose::Diagnosed)),
+        Command::ExportReport => services.dialogs.ask_path(Some(Purpose::Report)),
+        Command::ExportDiagnosis => services.dialogs.ask_path(Some(Purpose::Diagnosis)),
+        Command::Palette => services.dialogs.open_palette(),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
     }
 }
 
+/// Back to the first start, in the present workspace.
+fn reset_all(services: &mut Services) {
+    let state = &mut services.state;
+    state.setup = built_in::setup();
+    state.view = View {
+        workspace: state.view.workspace.clone(),
+        ..View::default()
+    };
+    state.reference = None;
+    state.cursors = Cursors::default();
+    state.selected = state.setup.overlays.first().map(|o| o.id);
+    services.shows_hint = true;
+}
+
+fn set_mode(state: &mut State, mode: Mode) {
+    if mode == Mode::Live && state.view.mode != mode {
+        // A person who starts the live mode wants to see it run, even if an earlier live
+        // run was paused.
+        state.paused = false;
+    }
+    if mode == Mode::WholeSpan && state.view.mode != mode {
+        // A live run has no end. A zoom beyond the simulated span would show nothing.
+        let span = 0.0..=state.setup.duration;
+        let inside = |(from, to): &(f64, f64)| span.contains(from) && span.contains(to);
+        state.view.time_range = state.view.time_range.filter(inside);
+    }
+    state.view.mode = mode;
+    state.scrub = None;
+    state.cursors = Cursors::default();
+}
+
 /// Shifts the selected recording, or all if none is selected, onto the simulation.
-fn align(shell: &mut Shell) {
-    let Some(snapshot) = shell.state.snapshot.clone() else {
+fn align(services: &mut Services) {
+    let Some(snapshot) = services.state.snapshot.clone() else {
         return;
     };
-    let only = shell.state.selected;
-    for overlay in &shell.state.setup.overlays {
+    let only = services.state.selected;
+    for overlay in &services.state.setup.overlays {
         if only.is_some_and(|id| id != overlay.id) {
             continue;
         }
@@ -222,7 +232,7 @@ fn align(shell: &mut Shell) {
         let trace = Arc::clone(&snapshot.trace);
         let name = recording.name.clone();
         let scale = overlay.alignment.xp_scale;
-        shell.files.work("aligning", name.into(), move |_| {
+        services.files.work("aligning", name.into(), move |_| {
             let grid = Grid {
                 t0: trace.t0,
                 dt: trace.dt,
@@ -233,7 +243,7 @@ fn align(shell: &mut Shell) {
                 match auto_align(&recording, Channel::ProofMass, scale, grid, None) {
                     Ok(found) => FileEvent::Aligned { id, found },
                     Err(error) => FileEvent::Failed {
-                        message: format!("{} was not shifted: {error}", recording.name),
+                        message: format!("{} could not be aligned: {error}", recording.name),
                     },
                 },
             )
@@ -241,23 +251,27 @@ fn align(shell: &mut Shell) {
     }
 }
 
-/// Draws the dialogs and does what they answer.
-pub fn dialogs(shell: &mut Shell, ui: &mut Ui) {
-    match shell.dialogs.show(ui) {
+/// Draws the dialogs and carries out their answers.
+pub fn dialogs(services: &mut Services, ui: &mut Ui) {
+    match services.dialogs.show(ui) {
         None => {}
-        Some(Answer::Command(command)) => shell.state.ask(command),
-        Some(Answer::Open(path)) => shell.files.open(path),
-        Some(Answer::Drive(path)) => shell.files.drive(path),
+        Some(Answer::Command(command)) => services.state.ask(command),
+        Some(Answer::Open(path)) => services.files.open(path),
+        Some(Answer::Drive(path)) => services.files.drive(path),
         Some(Answer::Found(id, path)) => {
-            if let Some(entry) = shell.absent.iter().find(|entry| entry.id == id) {
+            if let Some(entry) = services
+                .missing_recordings
+                .iter()
+                .find(|entry| entry.id == id)
+            {
                 let settings = entry.import.clone();
-                shell.files.import(path, settings, Some(entry.clone()));
+                services.files.import(path, settings, Some(entry.clone()));
             }
         }
-        Some(Answer::Save(purpose, path)) => save(shell, purpose, path),
-        Some(Answer::Import(path, settings)) => shell.files.import(path, settings, None),
-        Some(Answer::Browse(None)) => shell.files.open_dialog(),
-        Some(Answer::Browse(Some(purpose))) => shell.files.save_dialog(purpose),
+        Some(Answer::Save(purpose, path)) => save(services, purpose, path),
+        Some(Answer::Import(path, settings)) => services.files.import(path, settings, None),
+        Some(Answer::Browse(None)) => services.files.open_dialog(),
+        Some(Answer::Browse(Some(purpose))) => services.files.save_dialog(purpose),
     }
 }
 
@@ -287,7 +301,7 @@ mod tests {
             (Key::Y, Modifiers::COMMAND, Some(Command::Redo)),
             (Key::Z, Modifiers::NONE, None),
             (Key::Questionmark, Modifiers::SHIFT, Some(Command::Help)),
-            (Key::G, Modifiers::NONE, Some(Command::ToggleGhost)),
+            (Key::G, Modifiers::NONE, Some(Command::ToggleReferenceCurve)),
             (Key::G, Modifiers::SHIFT, None),
             (Key::O, Modifiers::COMMAND, Some(Command::Open)),
             (Key::O, with_shift, Some(Command::OpenPath)),

@@ -9,8 +9,8 @@ use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::files::session_text::RecordingEntry;
 use crate::app::files::{recent, session};
 use crate::app::flows::sealed_trial::own_setup;
+use crate::app::services::Services;
 use crate::app::setup::drive_choice::DriveChoice;
-use crate::app::shell::window::Shell;
 use crate::app::state::State;
 use crate::diagnose::report;
 use crate::model::preset::Preset;
@@ -18,14 +18,14 @@ use crate::recording::TimeAxis;
 use crate::recording::events::events_csv;
 use crate::sim::Trace;
 
-/// Saves what is asked for to a path, as it is now.
-pub fn save(shell: &Shell, purpose: Purpose, path: PathBuf) {
-    let (state, absent) = (shell.state.clone(), shell.absent.clone());
-    shell.files.work("saving", path.clone(), move |_| {
+/// Saves the present state to a path, in the form that `purpose` names.
+pub fn save(services: &Services, purpose: Purpose, path: PathBuf) {
+    let (state, absent) = (services.state.clone(), services.missing_recordings.clone());
+    services.files.work("saving", path.clone(), move |_| {
         Some(match write(&state, &absent, purpose, &path) {
             Ok(()) => FileEvent::Saved { purpose, path },
             Err(reason) => FileEvent::Failed {
-                message: format!("Not saved: {reason}"),
+                message: format!("Saving failed: {reason}"),
             },
         })
     });
@@ -76,12 +76,13 @@ fn write(
     }
 }
 
-/// The present device with its drive and span.
+/// The present device as a preset, with its drive and span.
 fn preset(state: &State) -> Preset {
     let mut preset = state.setup.preset.clone();
     if let DriveChoice::Waveform(waveform) = &state.setup.drive {
         let text = waveform.to_string();
-        // A table has no form on one line: the preset keeps its own drive.
+        // A preset holds its drive in one line, which a table does not fit: the preset's own
+        // drive stays.
         if !text.starts_with("table:") {
             preset.drive = text;
         }

@@ -1,5 +1,5 @@
-//! What the person has asked of a diagnosis, and what came of it. A diagnosis changes
-//! nothing by itself: its model is taken over when that is asked for.
+//! Running a diagnosis, and its results. A diagnosis changes nothing by itself: the person
+//! accepts its model.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -17,31 +17,31 @@ use crate::diagnose::report::words::SPLIT;
 use crate::diagnose::{DiagnoseControl, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose};
 use crate::model::Model;
 
-/// A diagnosis in work.
+/// A running diagnosis.
 #[derive(Debug, Clone)]
 pub struct Running {
-    /// The work.
+    /// Its thread.
     pub job: Job<DiagnoseProgress, Diagnosis>,
-    /// What it was asked.
+    /// Its input.
     pub asked: Asked,
 }
 
-/// The Diagnose workspace's state.
+/// State of the Diagnose workspace.
 #[derive(Debug, Clone, Default)]
 pub struct Diagnosing {
-    /// The diagnosis in work.
+    /// The running diagnosis.
     pub running: Option<Running>,
-    /// The last search.
+    /// Result of the last search.
     pub automatic: Option<Arc<Answer>>,
-    /// The last answer with effects chosen by hand.
+    /// Result with effects chosen by hand.
     pub by_hand: Option<Arc<Answer>>,
-    /// Whether the one by hand is shown where there are both.
+    /// Whether the result by hand is shown if there are both.
     pub hand_shown: bool,
-    /// Why the last one brought nothing.
+    /// Why the last diagnosis failed.
     pub error: Option<String>,
-    /// Effects ticked by hand; `None` as the search named them.
+    /// Effects ticked by hand; `None` for those named by the search.
     pub picked: Option<BTreeSet<String>>,
-    /// What is looked at.
+    /// What is shown of the answer.
     pub look: Look,
     /// The sealed trial.
     pub trial: Trial,
@@ -57,7 +57,7 @@ impl Diagnosing {
         }
     }
 
-    /// Effects that are ticked: by hand, or as the search named them.
+    /// Effects that are ticked: by hand, or those named by the search.
     pub fn picked(&self) -> BTreeSet<String> {
         match (&self.picked, &self.automatic) {
             (Some(picked), _) => picked.clone(),
@@ -66,7 +66,7 @@ impl Diagnosing {
         }
     }
 
-    /// Ticks an effect, or takes its tick away.
+    /// Ticks or unticks an effect.
     pub fn pick(&mut self, id: &str, on: bool) {
         let mut picked = self.picked();
         if on {
@@ -77,16 +77,16 @@ impl Diagnosing {
         self.picked = Some(picked);
     }
 
-    /// Starts a diagnosis of the device as it is now: a search, or with the effects given.
+    /// Starts a diagnosis of the present device: a search, or with the given effects.
     pub fn start(&mut self, setup: &Setup, by_hand: Option<BTreeSet<String>>, context: &Context) {
         self.error = None;
         let asked = Asked::of(setup, by_hand);
         let model = setup.preset.model.clone();
         let of_job = asked.clone();
-        let job = Job::start("diagnosis", context, move |desk| {
-            let report = |progress: &DiagnoseProgress| desk.report(progress.clone());
+        let job = Job::start("diagnosis", context, move |control| {
+            let report = |progress: &DiagnoseProgress| control.report(progress.clone());
             let control = DiagnoseControl {
-                cancel: desk.cancel(),
+                cancel: control.cancel(),
                 progress: &report,
             };
             ask(&model, &of_job, &control)
@@ -94,7 +94,7 @@ impl Diagnosing {
         self.running = Some(Running { job, asked });
     }
 
-    /// Takes what a diagnosis has brought. Returns whether it has just ended.
+    /// Takes the result of the running diagnosis. Returns whether it has just ended.
     pub(crate) fn take(&mut self) -> bool {
         let Some(result) = self.running.as_ref().and_then(|running| running.job.take()) else {
             return false;
@@ -117,14 +117,14 @@ impl Diagnosing {
         if self.hand_shown {
             self.by_hand = Some(answer);
         } else {
-            // A search makes what was tried by hand before a thing of the past.
+            // A new search replaces earlier results by hand.
             self.by_hand = None;
             self.picked = None;
             self.automatic = Some(answer);
         }
     }
 
-    /// Whether the recordings or what they are used for have changed since the answer.
+    /// Whether the recordings or their roles have changed since the answer.
     pub fn is_stale(&self, setup: &Setup) -> bool {
         let Some(answer) = self.shown() else {
             return false;
@@ -148,14 +148,16 @@ pub fn named(diagnosis: &Diagnosis) -> BTreeSet<String> {
     diagnosis.named.iter().map(|n| n.id.clone()).collect()
 }
 
-/// Why no diagnosis can be started, with what to do.
+/// Why no diagnosis can be started, and what to do.
 pub fn obstacle(setup: &Setup) -> Option<String> {
     if setup.overlays.is_empty() {
-        return Some("There is no recording yet: drop CSV files on the window.".to_owned());
+        return Some("There are no recordings. Drop CSV files on the window.".to_owned());
     }
     let used = super::recording_roles::of(setup);
     if !used.iter().any(|(_, role)| *role == Role::Train) {
-        return Some("No recording is fitted to: choose \"fit\" for at least one.".to_owned());
+        return Some(
+            "No recording is used for fitting. Choose \"fit\" for at least one.".to_owned(),
+        );
     }
     let driven = setup.preset.model.piezo.is_some();
     let silent = used
@@ -163,8 +165,8 @@ pub fn obstacle(setup: &Setup) -> Option<String> {
         .find(|(o, role)| *role != Role::Unused && o.recording.voltage.is_none());
     if let Some((overlay, _)) = silent.filter(|_| driven) {
         return Some(format!(
-            "{} has no voltage, and the device is driven by one: choose \"leave\" for it, or \
-             open a file that has a column V.",
+            "{} has no voltage, but this device needs one. Choose \"ignore\" for it, or open a \
+             file with a column V.",
             overlay.recording.name
         ));
     }

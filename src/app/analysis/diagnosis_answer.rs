@@ -1,4 +1,5 @@
-//! TODO-doc
+//! A finished diagnosis together with its input, so that the answer stays readable after the
+//! recordings have changed.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,30 +10,30 @@ use crate::app::setup::setup::Setup;
 use crate::diagnose::Diagnosis;
 use crate::recording::Recording;
 
-/// A recording as it was diagnosed.
+/// A recording as the diagnosis used it.
 #[derive(Debug, Clone)]
 pub struct Used {
     /// Its number in the window.
     pub id: OverlayId,
-    /// Its data, shifted and scaled, under a name that no other has.
+    /// Its data, shifted and scaled, with a unique name.
     pub recording: Arc<Recording>,
     /// What it was used for.
     pub role: Role,
 }
 
-/// What a diagnosis was asked to look at.
+/// The input of a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Asked {
-    /// The recordings that were used, those fitted to first.
+    /// The recordings used; those fitted to come first.
     pub recordings: Vec<Used>,
-    /// Whether the last third of each was kept out for want of others.
+    /// Whether the last third of each recording was held out, because no recording was.
     pub split: bool,
-    /// Effects taken as left out by hand; `None` for a search.
+    /// Effects chosen by hand; `None` for a search.
     pub by_hand: Option<BTreeSet<String>>,
 }
 
 impl Asked {
-    /// Of the recordings of a setup by their roles.
+    /// The recordings of a setup, by their roles.
     pub fn of(setup: &Setup, by_hand: Option<BTreeSet<String>>) -> Self {
         let mut recordings: Vec<Used> = Vec::new();
         for role in [Role::Train, Role::HeldOut] {
@@ -43,7 +44,7 @@ impl Asked {
                 let mut recording = aligned(overlay);
                 let known = |name: &str| recordings.iter().any(|u| u.recording.name == name);
                 if known(&recording.name) {
-                    // What is said of one must not be taken for the other.
+                    // Results name recordings, so names must be unique.
                     let name = (2..)
                         .map(|n| format!("{} ({n})", recording.name))
                         .find(|name| !known(name));
@@ -77,11 +78,11 @@ impl Asked {
     }
 }
 
-/// What came of a diagnosis, with what it looked at.
+/// A diagnosis with its input.
 #[derive(Debug, Clone)]
 pub struct Answer {
-    /// What it says.
+    /// The result.
     pub diagnosis: Diagnosis,
-    /// What it was asked.
+    /// The input.
     pub asked: Asked,
 }

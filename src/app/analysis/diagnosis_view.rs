@@ -1,17 +1,17 @@
-//! What is looked at in the Diagnose workspace: kept apart from what was found.
+//! What the Diagnose workspace shows of an answer: recording, time span, figure, candidates.
 
 use std::collections::BTreeSet;
 
 use super::diagnosis_answer::Answer;
 use crate::model::effects::{EventFigure, EvidenceFigure, find};
 
-/// A picture that supports what is said.
+/// A figure that shows the evidence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Evidence {
-    /// A stretch of a recording.
+    /// A part of a recording over time.
     #[default]
     Zoom,
-    /// The force that the model lacks, against a quantity.
+    /// The force that the model is missing, against a quantity.
     Force,
     /// The residuals against a quantity.
     Marginal,
@@ -23,7 +23,7 @@ impl Evidence {
     /// All, in the order of their tabs.
     pub const ALL: [Self; 4] = [Self::Zoom, Self::Force, Self::Marginal, Self::Events];
 
-    /// Name of its tab, and what it shows.
+    /// Title and description of its tab.
     pub fn text(self) -> (&'static str, &'static str) {
         match self {
             Self::Zoom => (
@@ -32,15 +32,15 @@ impl Evidence {
             ),
             Self::Force => (
                 "Missing force",
-                "The force on the mass that the re-tuned model lacks, as measured",
+                "The force on the mass that the re-tuned model is missing, estimated from the recordings",
             ),
             Self::Marginal => (
                 "Residual against",
-                "How large the residual is against drive, position, speed and more",
+                "The size of the residual against drive, position, speed and other quantities",
             ),
             Self::Events => (
                 "Ground events",
-                "Bounces, releases and the height of the ground, one by one",
+                "Each bounce and release, and the height of the ground",
             ),
         }
     }
@@ -75,29 +75,29 @@ impl EventPlot {
     }
 }
 
-/// What is looked at.
+/// What is shown of an answer.
 #[derive(Debug, Clone, Default)]
 pub struct Look {
-    /// The recording: its name, and whether it is the part kept out.
+    /// The recording: its name, and whether its held-out part is shown.
     pub recording: Option<(String, bool)>,
-    /// The stretch in view \[s\]; `None` is all of it.
+    /// The time span in view [s]; `None` is all of it.
     pub window: Option<(f64, f64)>,
-    /// The picture that is open.
+    /// The open figure.
     pub evidence: Evidence,
     /// What the missing force is drawn against.
     pub force: Option<&'static str>,
     /// What the residual is drawn against.
     pub marginal: Option<&'static str>,
-    /// Which events.
+    /// The plot of contact events.
     pub events: EventPlot,
-    /// Candidates that are opened.
+    /// Candidates whose details are open.
     pub opened: BTreeSet<String>,
-    /// Whether the candidates that explain nothing are listed too.
+    /// Whether candidates that explain nothing are listed too.
     pub all_candidates: bool,
 }
 
 impl Look {
-    /// Begins to look at an answer: at its worst stretch, with what it names opened.
+    /// Starts with a new answer: at its largest mismatch, with the named effects open.
     pub fn begin(&mut self, answer: &Answer) {
         let d = &answer.diagnosis;
         *self = Self::default();
@@ -114,7 +114,7 @@ impl Look {
         }
     }
 
-    /// Shows a stretch of a recording with some of what is around it.
+    /// Shows a time span of a recording with some margin.
     pub fn zoom(&mut self, recording: &str, held_out: bool, (start, end): (f64, f64)) {
         self.recording = Some((recording.to_owned(), held_out));
         let margin = 0.35 * (end - start).max(1e-4);
@@ -129,7 +129,7 @@ impl Look {
         self.evidence = Evidence::Zoom;
     }
 
-    /// Opens the picture that speaks for or against an effect.
+    /// Opens the figure with the evidence for or against an effect.
     pub fn support(&mut self, id: &str) {
         match support(id) {
             Support::Force(against) => {
@@ -149,7 +149,7 @@ impl Look {
     }
 }
 
-/// The picture in which an effect shows.
+/// The figure in which an effect is visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Support {
     /// The missing force against a quantity.
@@ -158,12 +158,12 @@ pub enum Support {
     Marginal(&'static str),
     /// Events at the ground.
     Events(EventPlot),
-    /// A stretch of time.
+    /// A part of a recording over time.
     Time,
 }
 
 impl Support {
-    /// What the button that opens it says.
+    /// Label of the button that opens it.
     pub fn text(self) -> &'static str {
         match self {
             Self::Force(_) => "Show the missing force",
@@ -174,7 +174,7 @@ impl Support {
     }
 }
 
-/// The picture in which an effect of the catalogue shows best.
+/// The figure in which an effect of the catalogue is most visible.
 pub fn support(id: &str) -> Support {
     match find(id).map_or(EvidenceFigure::Time, |effect| effect.figure) {
         EvidenceFigure::Force(over) => Support::Force(over.symbol()),

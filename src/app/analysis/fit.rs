@@ -1,5 +1,5 @@
-//! What the person has asked of a fit, and what came of it. A fit changes nothing by
-//! itself: its values are applied when that is asked for.
+//! Running a fit, and its result. A fit changes nothing by itself: the person applies its
+//! values.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,45 +15,46 @@ use crate::fit::{
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
 
-/// The fit panel's state.
+/// State of the fit panel.
 #[derive(Debug, Clone, Default)]
 pub struct Fitting {
     /// Whether its window is open.
     pub open: bool,
-    /// Parameters ticked; `None` as by default.
+    /// Parameters ticked; `None` for the default selection.
     pub free: Option<BTreeSet<String>>,
-    /// The fit in work.
+    /// The running fit.
     pub job: Option<Job<Progress, FitResult>>,
-    /// Ids of the parameters that it moves, and the model it began with.
+    /// Ids of the fitted parameters, and the model the fit started from.
     pub moved: (Vec<String>, Option<Arc<Model>>),
-    /// Parts that it is fitted to, and how.
+    /// The parts of recordings used, and the options.
     asked: Option<Arc<(Vec<Part>, FitOptions)>>,
-    /// What came of the last.
+    /// Result of the last fit.
     pub result: Option<Arc<FitResult>>,
-    /// Why there is none.
+    /// Why the last fit failed.
     pub error: Option<String>,
-    /// The profile of one parameter.
+    /// The profile likelihood of one parameter.
     pub profile: Profile,
-    /// Whether the curves show the fit while it runs and until it is applied or dropped.
+    /// Whether the plots show the fitted curve, while the fit runs and until it is applied or
+    /// discarded.
     pub shown: bool,
 }
 
 /// A profile likelihood on request.
 #[derive(Debug, Clone, Default)]
 pub struct Profile {
-    /// The parameter that is chosen.
+    /// The chosen parameter.
     pub id: Option<String>,
-    /// The profile in work, with its parameter.
+    /// The running profile, with its parameter.
     pub job: Option<(String, Job<Progress, Vec<ProfilePoint>>)>,
     /// The last one, with its parameter.
     pub result: Option<(String, Result<Vec<ProfilePoint>, String>)>,
 }
 
-/// Shifts of a profile in standard errors of the parameter.
-const SHIFTS: [f64; 9] = [-3.0, -2.0, -1.2, -0.5, 0.0, 0.5, 1.2, 2.0, 3.0];
+/// Points of a profile, in standard errors of the parameter from its fitted value.
+const PROFILE_SHIFTS: [f64; 9] = [-3.0, -2.0, -1.2, -0.5, 0.0, 0.5, 1.2, 2.0, 3.0];
 
 impl Profile {
-    /// Ends the one in work and forgets the last: they are of a result that is no more.
+    /// Cancels the running profile and removes the last one: their fit result is gone.
     fn clear(&mut self) {
         if let Some((_, job)) = self.job.take() {
             job.cancel();
@@ -63,7 +64,7 @@ impl Profile {
 }
 
 impl Fitting {
-    /// Ids of the parameters to move: those ticked, less the locked.
+    /// Ids of the parameters to fit: those ticked, without the locked ones.
     pub fn free(&self, setup: &Setup) -> Vec<String> {
         let model = &setup.preset.model;
         let ticked = |id: &String| match &self.free {
@@ -76,7 +77,7 @@ impl Fitting {
             .collect()
     }
 
-    /// What a recording is used for: fitted to, if nothing else was chosen.
+    /// The role of a recording; fitted to, unless the person chose otherwise.
     pub fn role(&self, overlay: &Overlay) -> Role {
         let usual = if overlay.visible {
             Role::Train
@@ -86,7 +87,7 @@ impl Fitting {
         overlay.role.unwrap_or(usual)
     }
 
-    /// Starts a fit of the device as it is now.
+    /// Starts a fit of the present device.
     pub fn start(&mut self, setup: &Setup, context: &Context) {
         self.error = None;
         self.result = None;
@@ -107,18 +108,18 @@ impl Fitting {
         self.asked = Some(Arc::new((train.clone(), options.clone())));
         self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
         self.shown = true;
-        self.job = Some(Job::start("fit", context, move |desk| {
-            let report = |progress: &Progress| desk.report(progress.clone());
+        self.job = Some(Job::start("fit", context, move |control| {
+            let report = |progress: &Progress| control.report(progress.clone());
             let control = Control {
-                cancel: desk.cancel(),
+                cancel: control.cancel(),
                 progress: &report,
             };
             fit(&model, &train, &held_out, &options, &control).map_err(|e| e.to_string())
         }));
     }
 
-    /// Takes the result of a fit that has ended. Once a slider has moved since the fit
-    /// began, the curves are the sliders' again.
+    /// Takes the result of a finished fit. If a slider has moved since the fit started, the
+    /// plots show the slider values again.
     pub fn poll(&mut self, setup: &Setup) {
         let (_, start) = &self.moved;
         if start.as_deref() != Some(&setup.preset.model) {
@@ -143,7 +144,7 @@ impl Fitting {
         }
     }
 
-    /// The model whose curves are to be seen instead of the device's own, if any.
+    /// The model shown instead of the device's own, if any.
     pub fn preview(&self) -> Option<Model> {
         if !self.shown {
             return None;
@@ -160,8 +161,8 @@ impl Fitting {
         model.check().is_ok().then_some(model)
     }
 
-    /// Starts the profile of the chosen parameter around the last result, on what that was
-    /// fitted to.
+    /// Starts the profile of the chosen parameter around the last result, with the same
+    /// recordings.
     pub fn start_profile(&mut self, context: &Context) {
         let (Some(result), Some(asked)) = (self.result.clone(), self.asked.clone()) else {
             return;
@@ -171,21 +172,21 @@ impl Fitting {
         };
         self.profile.result = None;
         let of = id.clone();
-        let job = Job::start("profile", context, move |desk| {
+        let job = Job::start("profile", context, move |control| {
             let (train, options) = &*asked;
-            let report = |progress: &Progress| desk.report(progress.clone());
+            let report = |progress: &Progress| control.report(progress.clone());
             let control = Control {
-                cancel: desk.cancel(),
+                cancel: control.cancel(),
                 progress: &report,
             };
-            let points = profile_of(&result, train, &of, &SHIFTS, options, &control);
+            let points = profile_of(&result, train, &of, &PROFILE_SHIFTS, options, &control);
             points.map_err(|e| e.to_string())
         });
         self.profile.job = Some((id, job));
     }
 
-    /// Forgets the result and its profile.
-    pub fn forget(&mut self) {
+    /// Discards the result and its profile.
+    pub fn discard(&mut self) {
         self.result = None;
         self.profile.clear();
         self.shown = false;
@@ -200,11 +201,11 @@ impl Fitting {
         })
     }
 
-    /// Gives the device the fitted values.
+    /// Applies the fitted values to the device.
     pub fn apply(&mut self, setup: &mut Setup) {
         if let Some(result) = &self.result {
             for parameter in &result.parameters {
-                // Ids of the device that was fitted; another device may lack one.
+                // These ids belong to the fitted device; the present one may lack some.
                 let _ = setup.preset.model.set(&parameter.id, parameter.value);
             }
             self.shown = false;
@@ -212,7 +213,7 @@ impl Fitting {
     }
 }
 
-/// Ids that can be fitted: of the device and of its effects.
+/// Ids that can be fitted, of the device and its effects.
 pub fn candidates(model: &Model) -> Vec<String> {
     let own = model.parameters.iter().map(|(id, _)| id);
     let mut ids: Vec<String> = own
@@ -223,14 +224,15 @@ pub fn candidates(model: &Model) -> Vec<String> {
     ids
 }
 
-/// Whether a parameter is of the device, not of the run or the sensor: those are found
+/// Whether a parameter belongs to the device. Those of the run and the sensor are estimated
 /// for each recording anyway.
 fn is_physical(id: crate::model::parameter::ParameterId) -> bool {
     use crate::model::parameter::ParameterId as P;
     !matches!(id, P::X0 | P::V0 | P::OffsetP | P::OffsetC | P::Noise)
 }
 
-/// Recordings as parts; without any kept out, the last third of each.
+/// Recordings as parts to fit and parts held out. If none is held out, the last third of
+/// each one is.
 pub(crate) fn parts(
     train: Vec<Arc<Recording>>,
     held_out: Vec<Arc<Recording>>,
@@ -245,7 +247,7 @@ pub(crate) fn parts(
     }
 }
 
-/// The recording as it is drawn: shifted and scaled.
+/// The recording as aligned: shifted and scaled.
 pub(crate) fn aligned(overlay: &Overlay) -> Arc<Recording> {
     let alignment = &overlay.alignment;
     if *alignment == Default::default() {
@@ -273,7 +275,7 @@ mod tests {
     use crate::app::files::built_in;
 
     #[test]
-    fn what_is_fitted_is_what_is_ticked_and_not_locked() {
+    fn ticked_parameters_are_fitted_unless_they_are_locked() {
         let mut setup = built_in::setup();
         let mut fitting = Fitting::default();
         let usual = fitting.free(&setup);
@@ -285,13 +287,13 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_is_of_the_parameter_it_was_begun_for_and_goes_with_its_fit() {
+    fn a_profile_belongs_to_its_parameter_and_is_discarded_with_its_fit() {
         let setup = built_in::setup();
         let context = Context::default();
         let mut fitting = Fitting::default();
         let job = Job::start("profile", &context, |_| Ok(Vec::new()));
         fitting.profile.job = Some(("dp".to_owned(), job));
-        // Another choice while it works.
+        // Another choice while it runs.
         fitting.profile.id = Some("gp".to_owned());
         while fitting.profile.job.is_some() {
             fitting.poll(&setup);

@@ -1,5 +1,5 @@
-//! The paper's identification step by step: which steps the recordings allow, the one in
-//! work, and what each has found. Nothing is applied without being asked for.
+//! The paper's identification, step by step: which steps the recordings allow, the running
+//! one, and the result of each. Nothing is applied without the person's consent.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,44 +18,44 @@ use crate::model::Model;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
 
-/// What the thread beside the window brings.
+/// What the thread sends.
 #[derive(Debug, Clone)]
-pub enum News {
-    /// Which steps are allowed.
+pub enum StepEvent {
+    /// Which steps are possible.
     Guide(Guidance),
-    /// What one found.
+    /// The result of a step.
     Found(Finding),
 }
 
-/// Recordings, where they are put, and the name of the device.
+/// Recordings, their alignments, and the name of the device.
 type Seen = (Vec<(OverlayId, Alignment)>, String);
 
-/// What the guide has looked with and read; the steps need not read it again.
+/// What the guide used and read, so that the steps need not read it again.
 #[derive(Debug, Clone)]
 struct Looked {
     model: Arc<Model>,
     readings: Option<Arc<Readings>>,
 }
 
-/// State of the window.
+/// State of the identification window.
 #[derive(Debug, Clone, Default)]
 pub struct Identification {
     /// Whether it is open.
     pub open: bool,
-    /// Which steps are allowed, for the recordings and the device of `seen`.
+    /// Which steps are possible, for the recordings and the device of `seen`.
     pub allowances: Vec<Allowance>,
-    /// What to do before any of them.
+    /// What to do before any step.
     pub first: Option<String>,
     seen: Option<Seen>,
-    /// The device that they hold for, with what was read of the ground.
+    /// The device they are valid for, with what was read about the ground.
     looked: Option<Looked>,
-    /// The step in work; none while the recordings are looked at.
-    pub job: Option<(Option<Step>, Job<Progress, News>)>,
-    /// Name of the device that the findings are of.
+    /// The running step; `None` inside while the recordings are examined.
+    pub job: Option<(Option<Step>, Job<Progress, StepEvent>)>,
+    /// Name of the device that the results belong to.
     of: String,
-    /// What has been found, by the step's id; or why not.
+    /// Results by the id of the step, or why it failed.
     pub findings: BTreeMap<&'static str, Result<Finding, String>>,
-    /// The step that is looked at.
+    /// The step shown.
     pub chosen: Option<Step>,
 }
 
@@ -69,10 +69,10 @@ fn recordings(setup: &Setup, fitting: &Fitting) -> Vec<Arc<Recording>> {
 }
 
 impl Identification {
-    /// Takes what a thread has brought, and looks at the recordings anew if they changed.
+    /// Takes the results of the thread, and examines the recordings again if they have changed.
     pub fn poll(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
         if self.of != setup.preset.model.name {
-            // Branches of one device's drive are nothing to give to another.
+            // Results of one device must not be applied to another.
             self.of.clone_from(&setup.preset.model.name);
             self.findings.clear();
             if let Some((_, job)) = self.job.take() {
@@ -83,18 +83,18 @@ impl Identification {
             && let Some(result) = job.take()
         {
             match (step, result) {
-                // What was broken off says nothing.
-                (_, Ok(News::Guide(_))) if job.is_cancelled() => self.looked = None,
-                (_, Ok(News::Guide(found))) => {
+                // A cancelled examination has no result.
+                (_, Ok(StepEvent::Guide(_))) if job.is_cancelled() => self.looked = None,
+                (_, Ok(StepEvent::Guide(found))) => {
                     self.allowances = found.allowances;
                     self.first = found.first;
                     if let Some(looked) = &mut self.looked {
                         looked.readings = found.readings.map(Arc::new);
                     }
                 }
-                // Nor does a step that a person broke off fail: what it found before stays.
+                // A cancelled step has not failed: its earlier result stays.
                 (Some(_), Err(_)) if job.is_cancelled() => {}
-                (Some(step), Ok(News::Found(finding))) => {
+                (Some(step), Ok(StepEvent::Found(finding))) => {
                     self.findings.insert(step.id(), Ok(finding));
                 }
                 (Some(step), Err(error)) => {
@@ -109,7 +109,7 @@ impl Identification {
         }
     }
 
-    /// Looks which steps the recordings allow with the device as it is now.
+    /// Examines which steps the recordings allow for the present device.
     pub fn look(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
         let model = Arc::new(setup.preset.model.clone());
         let recordings = recordings(setup, fitting);
@@ -120,25 +120,30 @@ impl Identification {
             model: Arc::clone(&model),
             readings: None,
         });
-        let job = Job::start("guide", context, move |desk| {
-            let report = |progress: &Progress| desk.report(progress.clone());
+        let job = Job::start("guide", context, move |control| {
+            let report = |progress: &Progress| control.report(progress.clone());
             let control = Control {
-                cancel: desk.cancel(),
+                cancel: control.cancel(),
                 progress: &report,
             };
             let options = FitOptions::for_model(&model);
-            Ok(News::Guide(guide(&model, &recordings, &options, &control)))
+            Ok(StepEvent::Guide(guide(
+                &model,
+                &recordings,
+                &options,
+                &control,
+            )))
         });
         self.job = Some((None, job));
     }
 
-    /// Whether what the guide says holds for the device as it is now.
+    /// Whether the guide is valid for the present device.
     pub fn is_current(&self, setup: &Setup) -> bool {
         let looked = self.looked.as_ref();
         looked.is_some_and(|looked| *looked.model == setup.preset.model)
     }
 
-    /// Takes a step with the device as it is now.
+    /// Runs a step with the present device.
     pub fn start(&mut self, step: Step, setup: &Setup, fitting: &Fitting, context: &Context) {
         let (model, recordings) = (setup.preset.model.clone(), recordings(setup, fitting));
         self.chosen = Some(step);
@@ -146,10 +151,10 @@ impl Identification {
             *looked.model == model && self.seen.as_ref() == Some(&seen(setup, fitting))
         });
         let known = known.and_then(|looked| looked.readings.clone());
-        let job = Job::start(step.id(), context, move |desk| {
-            let report = |progress: &Progress| desk.report(progress.clone());
+        let job = Job::start(step.id(), context, move |control| {
+            let report = |progress: &Progress| control.report(progress.clone());
             let control = Control {
-                cancel: desk.cancel(),
+                cancel: control.cancel(),
                 progress: &report,
             };
             let options = FitOptions::for_model(&model);
@@ -161,7 +166,7 @@ impl Identification {
                 &options,
                 &control,
             );
-            found.map(News::Found).map_err(|e| e.to_string())
+            found.map(StepEvent::Found).map_err(|e| e.to_string())
         });
         self.job = Some((Some(step), job));
     }
@@ -181,7 +186,7 @@ mod tests {
     use crate::model::preset::Preset;
 
     #[test]
-    fn what_one_device_showed_is_not_another_ones() {
+    fn results_of_one_device_are_not_shown_for_another() {
         let mut setup = built_in::setup();
         let (fitting, context) = (Fitting::default(), Context::default());
         let mut identification = Identification::default();

@@ -1,5 +1,5 @@
-//! Long work beside the window: how far it is, a way to stop it, its result. A panic in
-//! it becomes an error in the window.
+//! Long work on a thread of its own, with progress, cancellation and a result. A panic in it
+//! becomes an error message.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,8 +14,8 @@ struct Shared<P, T> {
     result: Mutex<Option<Result<T, String>>>,
 }
 
-/// A piece of work on a thread of its own, with progress `P` and result `T`. Clones are
-/// handles of the same work.
+/// Work on a thread of its own, with progress `P` and result `T`. Clones are handles of the
+/// same work.
 #[derive(Debug)]
 pub struct Job<P, T>(Arc<Shared<P, T>>);
 
@@ -25,7 +25,7 @@ impl<P, T> Clone for Job<P, T> {
     }
 }
 
-/// What the work sees of its job.
+/// What the work uses to report progress and to see that it is cancelled.
 pub struct JobControl<P, T> {
     shared: Arc<Shared<P, T>>,
     context: Context,
@@ -36,12 +36,12 @@ fn lock<V>(mutex: &Mutex<V>) -> MutexGuard<'_, V> {
 }
 
 impl<P, T> JobControl<P, T> {
-    /// Becomes true when the work is to stop.
+    /// Becomes true when the work should stop.
     pub fn cancel(&self) -> &AtomicBool {
         &self.shared.cancel
     }
 
-    /// Shows how far the work is.
+    /// Reports progress.
     pub fn report(&self, progress: P) {
         *lock(&self.shared.progress) = Some(progress);
         self.context.request_repaint();
@@ -60,18 +60,19 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
             progress: Mutex::new(None),
             result: Mutex::new(None),
         });
-        let desk = JobControl {
+        let control = JobControl {
             shared: Arc::clone(&shared),
             context: context.clone(),
         };
         let thread = std::thread::Builder::new().name(name.to_owned());
         let started = thread.spawn(move || {
-            let result = catch_unwind(AssertUnwindSafe(|| work(&desk))).unwrap_or_else(|panic| {
-                let text = panic_text(panic.as_ref());
-                Err(format!("internal error: {text}. The window goes on"))
-            });
-            *lock(&desk.shared.result) = Some(result);
-            desk.context.request_repaint();
+            let result =
+                catch_unwind(AssertUnwindSafe(|| work(&control))).unwrap_or_else(|panic| {
+                    let text = panic_text(panic.as_ref());
+                    Err(format!("internal error: {text}"))
+                });
+            *lock(&control.shared.result) = Some(result);
+            control.context.request_repaint();
         });
         if let Err(error) = started {
             let text = format!("no thread could be started: {error}; close other programs");
@@ -80,12 +81,12 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
         Self(shared)
     }
 
-    /// Asks the work to stop soon.
+    /// Cancels the work; it stops soon.
     pub fn cancel(&self) {
         self.0.cancel.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was asked to stop.
+    /// Whether it was cancelled.
     pub fn is_cancelled(&self) -> bool {
         self.0.cancel.load(Ordering::Relaxed)
     }
@@ -98,13 +99,13 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
         lock(&self.0.progress).clone()
     }
 
-    /// The result, once, when the work has ended.
+    /// The result, once, after the work has ended.
     pub fn take(&self) -> Option<Result<T, String>> {
         lock(&self.0.result).take()
     }
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     panic
         .downcast_ref::<&str>()
@@ -130,11 +131,11 @@ mod tests {
     #[test]
     fn work_reports_is_cancelled_and_may_panic() {
         let context = Context::default();
-        let job: Job<u32, u32> = Job::start("test", &context, |desk| {
+        let job: Job<u32, u32> = Job::start("test", &context, |control| {
             let mut n = 0;
-            while !desk.cancel().load(Ordering::Relaxed) {
+            while !control.cancel().load(Ordering::Relaxed) {
                 n += 1;
-                desk.report(n);
+                control.report(n);
                 std::thread::sleep(std::time::Duration::from_millis(1));
             }
             Ok(n)

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! Long computations that the person starts (fit, diagnosis, identification, sealed trial)
+//! and their results. Each runs on a thread of its own and changes nothing by itself.
 
 pub mod diagnosis;
 pub(super) mod diagnosis_answer;

@@ -1,4 +1,4 @@
-//! Noise of the recordings, estimated once for each.
+//! The noise of each recording, estimated once.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,10 +10,11 @@ use crate::model::unit::format_quantity;
 use crate::recording::noise::{NoiseEstimate, recording_noise};
 use crate::recording::{Channel, Recording};
 
-/// Below this there is no noise worth naming [m].
-pub const NOTHING: f64 = 1e-13;
-/// Longer recordings are estimated on a thread of their own.
-const LONG: usize = 200_000;
+/// Noise below this is reported as none [m]; it is far below any displacement sensor.
+pub const NEGLIGIBLE_NOISE: f64 = 1e-13;
+/// Recordings with more samples are estimated on a thread of their own, so that the window
+/// does not stall.
+const MAX_FOREGROUND_SAMPLES: usize = 200_000;
 
 type Estimate = Arc<OnceLock<Result<NoiseEstimate, String>>>;
 
@@ -32,7 +33,7 @@ fn of(ui: &Ui, overlay: &Overlay) -> Estimate {
     }
     let result = Estimate::default();
     ui.data_mut(|data| data.insert_temp(key, result.clone()));
-    if overlay.recording.len() <= LONG {
+    if overlay.recording.len() <= MAX_FOREGROUND_SAMPLES {
         result.get_or_init(|| estimate(&overlay.recording));
     } else {
         let (context, recording, result) =
@@ -45,7 +46,7 @@ fn of(ui: &Ui, overlay: &Overlay) -> Estimate {
     result
 }
 
-/// Standard deviation of the noise of xp [m] before its scale, once it is known.
+/// Standard deviation of the noise of xp before its scale [m], once it is known.
 pub fn sigma(ui: &Ui, overlay: &Overlay) -> Option<f64> {
     of(ui, overlay)
         .get()?
@@ -59,18 +60,18 @@ pub fn is_pending(ui: &Ui, overlay: &Overlay) -> bool {
     of(ui, overlay).get().is_none()
 }
 
-/// The least noise of `overlays` that is known \[m\].
+/// The smallest known noise of `overlays` [m].
 pub fn quietest<'a>(ui: &Ui, overlays: impl IntoIterator<Item = &'a Overlay>) -> f64 {
     let known = overlays.into_iter().filter_map(|o| sigma(ui, o));
     known.fold(f64::INFINITY, f64::min)
 }
 
-/// The noise as text, or why it is not known; at most that much where others are as quiet as
-/// `quietest` \[m\], for quick motion passes for noise.
+/// The noise as text. If other recordings are as quiet as `quietest` [m], a larger estimate
+/// is only an upper bound, because fast motion looks like noise.
 pub fn text(ui: &Ui, overlay: &Overlay, quietest: f64) -> String {
     match of(ui, overlay).get() {
         None => "being estimated".to_owned(),
-        Some(Ok(estimate)) if estimate.sigma <= NOTHING => "none".to_owned(),
+        Some(Ok(estimate)) if estimate.sigma <= NEGLIGIBLE_NOISE => "none".to_owned(),
         Some(Ok(estimate)) => {
             let size = format_quantity(estimate.sigma, "m", 2);
             if estimate.sigma > ONE_NOISE * quietest {

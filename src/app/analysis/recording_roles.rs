@@ -1,16 +1,17 @@
-//! What each recording is used for. Until a person chooses, it is chosen for them.
+//! The role of each recording: fit, held out or unused. Until the person chooses, the program
+//! does.
 
 use crate::app::setup::overlay::{Overlay, OverlayId, Role};
 use crate::app::setup::setup::Setup;
 
-/// One in so many recordings is kept out by itself.
-const KEPT_OUT: usize = 4;
-/// How the name of one begins that is kept out by itself, whatever its place.
-const SAYS_SO: [&str; 3] = ["held-out", "held_out", "heldout"];
+/// The program holds out one of this many recordings.
+const HELD_OUT_ONE_IN: usize = 4;
+/// A recording whose name starts with one of these is held out.
+const HELD_OUT_PREFIXES: [&str; 3] = ["held-out", "held_out", "heldout"];
 
-/// Each recording with what it is used for. Until a person has chosen, those whose names say so
-/// are kept out, or the last quarter, at least one, where there are several; hidden ones are
-/// left, and so are made-up ones beside recordings of the person's own.
+/// Each recording with its role. Until the person has chosen, recordings named as held out
+/// are held out; if there are none, the last quarter is, and at least one of several. Hidden
+/// recordings are unused, and so are made-up ones if the person has recordings of their own.
 pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
     let own = setup.overlays.iter().any(|o| !o.made_up);
     let counts = |o: &Overlay| o.visible && !(own && o.made_up);
@@ -24,30 +25,34 @@ pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
         return all;
     }
     let used = all.iter().filter(|(_, r)| *r == Role::Train).count();
-    let say = |all: &[(&Overlay, Role)]| all.iter().filter(|a| says_so(a)).count();
+    let say = |all: &[(&Overlay, Role)]| all.iter().filter(|a| is_named_held_out(a)).count();
     if (1..used).contains(&say(&all)) {
-        let them = all.iter_mut().filter(|a| says_so(a));
+        let them = all.iter_mut().filter(|a| is_named_held_out(a));
         them.for_each(|(_, r)| *r = Role::HeldOut);
     } else if used > 1 {
-        let kept = (used / KEPT_OUT).max(1);
+        let held_out = (used / HELD_OUT_ONE_IN).max(1);
         let last = all.iter_mut().rev().filter(|(_, r)| *r == Role::Train);
-        last.take(kept).for_each(|(_, r)| *r = Role::HeldOut);
+        last.take(held_out).for_each(|(_, r)| *r = Role::HeldOut);
     }
     all
 }
 
-/// Whether the name of a recording that is used says that it is kept out.
-fn says_so((overlay, role): &(&Overlay, Role)) -> bool {
+/// Whether a used recording is named as held out.
+fn is_named_held_out((overlay, role): &(&Overlay, Role)) -> bool {
     let name = overlay.recording.name.to_lowercase();
-    *role != Role::Unused && SAYS_SO.iter().any(|begin| name.starts_with(begin))
+    *role != Role::Unused
+        && HELD_OUT_PREFIXES
+            .iter()
+            .any(|begin| name.starts_with(begin))
 }
 
-/// Whether those of `all` are kept out whose names say so, and no others.
+/// Whether exactly those recordings are held out that are named so.
 pub fn are_named(all: &[(&Overlay, Role)]) -> bool {
-    all.iter().all(|a| says_so(a) == (a.1 == Role::HeldOut))
+    all.iter()
+        .all(|a| is_named_held_out(a) == (a.1 == Role::HeldOut))
 }
 
-/// Whether a person has chosen what any recording is used for.
+/// Whether the person has chosen a role for any recording.
 pub fn is_chosen(setup: &Setup) -> bool {
     setup.overlays.iter().any(|o| o.role.is_some())
 }
@@ -60,7 +65,7 @@ pub fn choose(setup: &mut Setup, id: OverlayId, role: Role) {
     }
 }
 
-/// Leaves the roles to the program again.
+/// Lets the program choose the roles again.
 pub fn forget(setup: &mut Setup) {
     for overlay in &mut setup.overlays {
         overlay.role = None;
@@ -88,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn names_say_what_is_kept_out() {
+    fn recordings_named_held_out_are_held_out() {
         let mut setup = with(4);
         let call = |setup: &mut Setup, k: usize, name: &str| {
             let recording = std::sync::Arc::make_mut(&mut setup.overlays[k].recording);
@@ -97,7 +102,7 @@ mod tests {
         call(&mut setup, 1, "Held-out-1.csv");
         call(&mut setup, 4, "train-3.csv");
         assert_eq!(roles(&setup), [Unused, HeldOut, Train, Train, Train]);
-        // Where all say so none can be fitted to: the last is kept out.
+        // If all are named held out, only the last one is, so that some can be fitted to.
         for k in 1..5 {
             call(&mut setup, k, "held_out.csv");
         }
@@ -105,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_quarter_is_kept_out_until_a_person_chooses() {
+    fn the_last_quarter_is_held_out_until_a_person_chooses() {
         assert_eq!(roles(&with(0)), [Train]);
         assert_eq!(roles(&with(1)), [Unused, Train]);
         assert_eq!(roles(&with(2)), [Unused, Train, HeldOut]);
@@ -113,7 +118,7 @@ mod tests {
         assert_eq!(roles(&eight)[6..], [Train, HeldOut, HeldOut]);
         choose(&mut eight, 17, Train);
         assert_eq!(roles(&eight)[6..], [Train, HeldOut, Train]);
-        // One that is hidden keeps what was chosen for it.
+        // A hidden recording keeps its chosen role.
         eight.overlays[8].visible = false;
         assert_eq!(roles(&eight)[8], Train);
         forget(&mut eight);

@@ -1,6 +1,5 @@
-//! The sealed trial: recordings that conceal an effect, a guess, the answer of the tool,
-//! and the envelope. The truth stays in its envelope until that is opened; a diagnosis
-//! sees the recordings alone.
+//! The sealed trial: recordings with a concealed effect, the person's guess, the diagnosis,
+//! and the envelope that holds the truth. A diagnosis sees only the recordings.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -31,7 +30,7 @@ impl Level {
     /// All, the easiest first.
     pub const ALL: [Self; 3] = [Self::One, Self::Two, Self::Anything];
 
-    /// For people.
+    /// Its name in the window.
     pub fn text(self) -> &'static str {
         match self {
             Self::One => "one effect",
@@ -49,40 +48,40 @@ impl Level {
     }
 }
 
-/// What a person believes is concealed.
+/// The person's guess of what is concealed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Guess {
-    /// Nothing was left out.
+    /// Nothing is concealed.
     Nothing,
-    /// Something that the catalogue does not have.
+    /// Something outside the catalogue.
     Unknown,
     /// These effects of the catalogue.
     Effects(BTreeSet<String>),
 }
 
-/// Trials opened so far, and how many of them were told right.
+/// Trials opened so far, and how many answers were right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
-    /// Guesses that were right, of how many.
+    /// Right guesses, and number of guesses.
     pub person: (usize, usize),
-    /// Diagnoses that were right, of how many.
+    /// Right diagnoses, and number of diagnoses.
     pub tool: (usize, usize),
 }
 
-/// What an open envelope shows.
+/// The contents of an open envelope.
 #[derive(Debug, Clone)]
 pub struct Opened {
     /// What was concealed.
     pub truth: Truth,
-    /// Whether the text's hash is the seal that was shown at first.
+    /// Whether the hash of the text is the seal shown at the start.
     pub seal_holds: bool,
-    /// Mark of the tool's answer, if there was one.
+    /// Mark of the diagnosis, if there was one.
     pub tool: Option<Mark>,
     /// Mark of the guess, if there was one.
     pub person: Option<Mark>,
 }
 
-/// What was put aside for a trial.
+/// The person's own setup and answers, restored after the trial.
 #[derive(Debug, Clone)]
 pub(crate) struct Own {
     pub(crate) setup: Setup,
@@ -90,28 +89,28 @@ pub(crate) struct Own {
     pub(crate) by_hand: Option<Arc<Answer>>,
 }
 
-/// A trial whose recordings are loaded.
+/// A running trial.
 #[derive(Debug, Clone)]
 pub struct Sealed {
     /// Its seed.
     pub seed: u64,
     /// SHA-256 of the truth.
     pub seal: String,
-    /// What the person believes.
+    /// The person's guess.
     pub guess: Option<Guess>,
     /// The envelope's contents, once it is open.
     pub opened: Option<Opened>,
-    /// Whether the device is a beam, to which a further mode belongs.
+    /// Whether the device is a beam. A further mode then belongs to the device itself.
     pub(crate) beam: bool,
     pub(crate) envelope: Envelope,
     pub(crate) recordings: Vec<OverlayId>,
     pub(crate) own: Box<Own>,
 }
 
-/// Recordings and envelope of a trial that was made: its seed, and whether it is a beam.
+/// A generated trial: recordings, envelope, seed, and whether the device is a beam.
 pub(crate) type Made = (Recordings, Envelope, u64, bool);
 
-/// The sealed trial's state.
+/// State of the sealed trial.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// Whether its window is open.
@@ -122,15 +121,15 @@ pub struct Trial {
     pub level: Level,
     /// Whether the device is a distributed beam.
     pub beam: bool,
-    /// Rms of the readings' noise \[m\].
+    /// Rms of the measurement noise [m].
     pub noise: f64,
-    /// The trial that is being made.
+    /// The trial being generated.
     pub making: Option<Job<(), Made>>,
-    /// Why none could be made.
+    /// Why none could be generated.
     pub error: Option<String>,
-    /// The one that is on.
+    /// The running trial.
     pub sealed: Option<Sealed>,
-    /// How it has gone so far.
+    /// Results so far.
     pub tally: Tally,
 }
 
@@ -151,7 +150,7 @@ impl Default for Trial {
 }
 
 impl Trial {
-    /// The seed that is typed; one by chance if none is.
+    /// The typed seed; a random one if nothing is typed.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -161,11 +160,11 @@ impl Trial {
             return Ok(u64::from(rand::random::<u32>()));
         }
         text.parse().map_err(|_| {
-            format!("\"{text}\" is no seed: type a whole number, or nothing for one by chance")
+            format!("\"{text}\" is not a seed: type a whole number, or nothing for a random seed")
         })
     }
 
-    /// Starts making a trial.
+    /// Starts generating a trial.
     pub fn conceal(&mut self, context: &Context) {
         self.error = None;
         let seed = match self.seed() {
@@ -195,13 +194,13 @@ impl Trial {
     }
 }
 
-/// Whether a mark counts as right: also the name of one that cannot be told from it.
+/// Whether a mark counts as right. The name of an indistinguishable effect does.
 pub fn is_right(mark: Mark) -> bool {
     matches!(mark, Mark::Right | Mark::Group)
 }
 
-/// A guess as it is scored.
-pub(crate) fn said(guess: &Guess) -> score::Diagnosis {
+/// A guess in the form that is scored.
+pub(crate) fn scored_form(guess: &Guess) -> score::Diagnosis {
     use crate::trial::score::Verdict;
     let nowhere = score::Misfit {
         rms: f64::NAN,
@@ -234,13 +233,13 @@ pub(crate) fn said(guess: &Guess) -> score::Diagnosis {
     }
 }
 
-/// What a diagnosis answers in a few words.
+/// The answer of a diagnosis in a few words.
 pub fn answer_text(diagnosis: &Diagnosis) -> String {
     use crate::diagnose::Verdict;
     let names: Vec<&str> = diagnosis.named.iter().map(|n| n.name.as_str()).collect();
     match diagnosis.verdict {
         Verdict::Adequate => "nothing was left out".to_owned(),
-        Verdict::Unexplained => "something that the catalogue does not have".to_owned(),
+        Verdict::Unexplained => "something outside the catalogue".to_owned(),
         Verdict::MissingPhysics => crate::diagnose::report::words::listed(&names),
     }
 }

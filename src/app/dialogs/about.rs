@@ -1,4 +1,4 @@
-//! What the program is.
+//! Name, version, licence, and the source of the model.
 
 use eframe::egui::{Ui, Window};
 

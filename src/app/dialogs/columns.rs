@@ -12,7 +12,7 @@ pub fn name(response: &Response, role: Role, name: &str) {
     response.widget_info(|| WidgetInfo::labeled(role, response.enabled(), name));
 }
 
-/// Names a combobox, which also says what is chosen.
+/// Names a combobox, together with its choice.
 fn name_choice(response: &Response, name: &str, chosen: &str) {
     response.widget_info(|| {
         let mut info = WidgetInfo::labeled(Role::ComboBox, response.enabled(), name);
@@ -21,7 +21,7 @@ fn name_choice(response: &Response, name: &str, chosen: &str) {
     });
 }
 
-/// One of a few named values.
+/// A combobox for one of a few named values.
 pub fn pick<T: Copy + PartialEq>(
     ui: &mut Ui,
     name: &str,
@@ -44,30 +44,30 @@ pub fn pick<T: Copy + PartialEq>(
     name_choice(&response, name, chosen);
 }
 
-/// Lines before the numbers.
+/// Number of lines before the data.
 pub fn lines_before(ui: &mut Ui, lines: &mut usize) {
-    let label = ui.label("lines before the numbers").id;
+    let label = ui.label("lines before the data").id;
     ui.add(DragValue::new(lines).range(0..=100_000))
         .labelled_by(label);
 }
 
 /// Scale and sign of a quantity, in two cells.
 pub fn scale(ui: &mut Ui, quantity: &str, value: &mut f64) {
-    let mut turned = value.is_sign_negative();
+    let mut inverted = value.is_sign_negative();
     let mut size = value.abs();
     let field = ui.add(DragValue::new(&mut size).speed(0.01));
     name(&field, Role::SpinButton, &format!("{quantity} scale"));
-    let field = field.on_hover_text("the numbers are multiplied by this");
+    let field = field.on_hover_text("values are multiplied by this");
     if field.changed() && size.is_finite() {
-        // A typed minus turns over what is so far.
-        turned ^= size < 0.0;
-        *value = size.abs() * if turned { -1.0 } else { 1.0 };
+        // A typed minus changes the present sign.
+        inverted ^= size < 0.0;
+        *value = size.abs() * if inverted { -1.0 } else { 1.0 };
     }
-    let mut shown = turned;
+    let mut shown = inverted;
     let sign = ui
-        .checkbox(&mut shown, "turned")
-        .on_hover_text("up becomes down");
-    name(&sign, Role::CheckBox, &format!("{quantity} turned over"));
+        .checkbox(&mut shown, "inverted")
+        .on_hover_text("the sign is changed: up becomes down");
+    name(&sign, Role::CheckBox, &format!("{quantity} inverted"));
     if sign.changed() {
         *value = -*value;
     }

@@ -1,14 +1,14 @@
-//! The list of keys and gestures, made from the commands.
+//! The list of keys, made from the commands, and of mouse gestures.
 
 use eframe::egui::{Grid, ScrollArea, Ui, Window};
 
 use super::escape;
 use crate::app::setup::command::Command;
 
-/// What the mouse does.
+/// Mouse and key gestures.
 const GESTURES: [(&str, &str); 11] = [
     ("drag in a plot", "move through time"),
-    ("wheel in a plot", "zoom the time around the pointer"),
+    ("wheel in a plot", "zoom in time around the pointer"),
     ("double-click in a plot", "show the whole span"),
     ("click in a plot", "set the cursor"),
     (
@@ -17,14 +17,14 @@ const GESTURES: [(&str, &str); 11] = [
     ),
     ("Escape", "clear the cursors"),
     (
-        "click on a strip of residuals",
-        "look at that stretch (Diagnose)",
+        "click on a residual strip",
+        "show that part of the recording (Diagnose)",
     ),
     (
-        "drag on a strip of residuals",
-        "look at the stretch drawn over (Diagnose)",
+        "drag on a residual strip",
+        "show the selected part of the recording (Diagnose)",
     ),
-    ("double-click a slider", "back to the preset's value"),
+    ("double-click a slider", "reset it to the preset's value"),
     ("Shift + drag a slider", "move it finely"),
     ("arrow keys on a slider", "move it step by step"),
 ];

@@ -1,4 +1,4 @@
-//! How a recording is to be read: which column is what, units, offset, scale, sign.
+//! The import settings of a recording: columns, units, offset, scale and sign.
 
 use std::path::PathBuf;
 
@@ -25,17 +25,17 @@ pub struct ImportDialog {
     settings: ImportSettings,
     offset: String,
     offset_error: Option<String>,
-    /// The file's beginning, read once it is to be split in another way.
+    /// The beginning of the file, read once another delimiter is chosen.
     sample: Option<Sample>,
     /// The table shown.
     cells: Cells,
-    /// Whether a value was being edited: Escape then gives up the edit only.
+    /// Whether a value was being edited; Escape then ends only the edit.
     editing: bool,
     is_new: bool,
 }
 
 impl ImportDialog {
-    /// A dialog that starts with `known` settings, else with what was guessed.
+    /// A dialog that starts with `known` settings, else with the guessed ones.
     pub fn new(path: PathBuf, preview: Preview, known: Option<ImportSettings>) -> Self {
         let settings = known.unwrap_or_else(|| preview.settings.clone());
         Self {
@@ -81,7 +81,7 @@ impl ImportDialog {
             };
             if choice.index >= self.cells.columns {
                 return Some(format!(
-                    "Choose the column of the {name} anew: split so, there is no column {}.",
+                    "Choose the column of the {name} again: with this delimiter there is no column {}.",
                     choice.index + 1
                 ));
             }
@@ -94,14 +94,14 @@ impl ImportDialog {
         }
         let scales = [settings.voltage_scale, settings.xp_scale, settings.xc_scale];
         if scales.contains(&0.0) {
-            return Some("A scale of zero leaves nothing.".to_owned());
+            return Some("A scale must not be zero.".to_owned());
         }
         self.offset_error
             .is_some()
-            .then(|| "Mend the time offset.".to_owned())
+            .then(|| "Correct the time offset.".to_owned())
     }
 
-    /// Splits the file as it is now told.
+    /// Splits the file with the present settings.
     fn split(&mut self, ui: &Ui) {
         let (settings, guessed) = (&self.settings, &self.preview.settings);
         if (settings.delimiter, settings.skip_lines) == (guessed.delimiter, guessed.skip_lines) {
@@ -115,7 +115,7 @@ impl ImportDialog {
         let sample = self
             .sample
             .get_or_insert_with(|| Sample::read(self.path.clone(), ui.ctx()));
-        // Until the file is read the former table stays.
+        // Until the file is read, the earlier table stays.
         if let Some(cells) = sample.split(settings.delimiter, settings.skip_lines) {
             self.cells = cells;
         }
@@ -124,7 +124,7 @@ impl ImportDialog {
     /// Draws it; returns whether it stays open, and the answer.
     pub fn show(&mut self, ui: &mut Ui) -> (bool, Option<Answer>) {
         if std::mem::take(&mut self.is_new) {
-            // Keys belong to the dialog now, not to what was focused behind it.
+            // The dialog takes the keys, not the widget that was focused behind it.
             ui.memory_mut(|memory| {
                 if let Some(focused) = memory.focused() {
                     memory.surrender_focus(focused);
@@ -162,7 +162,7 @@ impl ImportDialog {
                 });
             });
         self.editing = ui.ctx().text_edit_focused();
-        // The field may have changed in this very frame.
+        // The field may have changed in this frame.
         if open && accepted && self.missing().is_none() {
             let answer = Answer::Import(self.path.clone(), self.settings.clone());
             return (false, Some(answer));
@@ -181,9 +181,9 @@ impl ImportDialog {
         for line in &self.preview.ambiguities {
             ui.colored_label(color, line);
         }
-        let said = |text: &String| self.preview.ambiguities.contains(text);
+        let is_shown = |text: &String| self.preview.ambiguities.contains(text);
         for warning in &self.preview.warnings {
-            if !said(&warning.message) {
+            if !is_shown(&warning.message) {
                 ui.label(&warning.message);
             }
         }
@@ -219,7 +219,9 @@ impl ImportDialog {
             let text = TextEdit::singleline(&mut self.offset)
                 .id(field)
                 .desired_width(90.0);
-            let text = ui.add(text).on_hover_text("added to the times, e.g. -1 s");
+            let text = ui
+                .add(text)
+                .on_hover_text("added to all times, for example -1 s");
             super::columns::name(&text, eframe::egui::Role::TextInput, "time offset");
             if text.changed() {
                 match parse_quantity(&self.offset, "s") {

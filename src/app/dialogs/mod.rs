@@ -1,4 +1,4 @@
-//! Windows that ask something. One file each.
+//! Dialogs, one file each: import settings, path, command palette, help, about.
 
 mod about;
 mod columns;
@@ -24,13 +24,13 @@ pub use self::import::ImportDialog;
 pub use self::palette::Palette;
 pub use self::path::PathDialog;
 
-/// Whether Escape was pressed for a dialog: an open menu takes it first.
+/// Whether Escape was pressed for a dialog; an open menu takes it first.
 fn escape(ui: &Ui) -> bool {
     !Popup::is_any_open(ui.ctx()) && ui.input(|input| input.key_pressed(Key::Escape))
 }
 
-/// Whether Enter was pressed for a dialog: with nothing focused or in its text `field`;
-/// elsewhere it belongs to the focused button or number.
+/// Whether Enter was pressed for a dialog, with nothing focused or in its text `field`. A
+/// focused button or number takes it otherwise.
 fn enter(ui: &Ui, field: Id) -> bool {
     let focused = ui.memory(|memory| memory.focused());
     focused.is_none_or(|id| id == field)
@@ -38,12 +38,12 @@ fn enter(ui: &Ui, field: Id) -> bool {
         && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
-/// What a file is asked for.
+/// What a requested file is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// A recording, a preset or a session.
     Any,
-    /// A session's recording that is not where it was.
+    /// A session's recording whose file is missing.
     Lost(OverlayId),
     /// A drive voltage.
     Drive,
@@ -56,13 +56,13 @@ pub enum Answer {
     Command(Command),
     /// Open a file.
     Open(PathBuf),
-    /// A session's recording is here now.
+    /// The new path of a session's recording.
     Found(OverlayId, PathBuf),
     /// Drive with the voltage in a file.
     Drive(PathBuf),
     /// Save to a file.
     Save(Purpose, PathBuf),
-    /// Import a recording so.
+    /// Import a recording with these settings.
     Import(PathBuf, ImportSettings),
     /// Use the system's dialog.
     Browse(Option<Purpose>),
@@ -79,12 +79,12 @@ pub struct Dialogs {
 }
 
 impl Dialogs {
-    /// Whether any is open: then keys belong to it.
+    /// Whether one is open that takes the keys.
     pub fn is_open(&self) -> bool {
         self.import.is_some() || self.path.is_some() || self.palette.is_some()
     }
 
-    /// Asks how a recording is to be read; starts from `known` settings, if given.
+    /// Opens the import settings of a recording; starts from `known` settings, if given.
     pub fn ask_import(&mut self, path: PathBuf, preview: Preview, known: Option<ImportSettings>) {
         self.import = Some(ImportDialog::new(path, preview, known));
     }
@@ -94,7 +94,7 @@ impl Dialogs {
         self.path = Some(PathDialog::new(purpose));
     }
 
-    /// Asks for a file with a purpose of its own.
+    /// Asks for a file for `target`.
     pub fn ask_file(&mut self, target: Target) {
         self.path = Some(PathDialog::asking_for(target));
     }
@@ -104,17 +104,17 @@ impl Dialogs {
         self.palette = Some(Palette::default());
     }
 
-    /// Shows or hides the list of keys.
+    /// Shows or hides keys and gestures.
     pub fn toggle_help(&mut self) {
         self.help = !self.help;
     }
 
-    /// Shows what the program is.
+    /// Shows name, version and source of the model.
     pub fn open_about(&mut self) {
         self.about = true;
     }
 
-    /// Draws what is open; returns what was answered.
+    /// Draws the open dialogs; returns the answer.
     pub fn show(&mut self, ui: &mut Ui) -> Option<Answer> {
         let mut answer = None;
         if let Some(dialog) = &mut self.import {

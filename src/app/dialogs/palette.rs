@@ -1,4 +1,4 @@
-//! The command palette: every command by name.
+//! The command palette: finds every command by name.
 
 use eframe::egui::{Align2, Key, ScrollArea, TextEdit, Ui, Window};
 
@@ -11,8 +11,8 @@ pub struct Palette {
     chosen: usize,
 }
 
-/// Commands whose name or help has all the words, those with all in the name first;
-/// failing that, commands whose name has the letters in this order.
+/// Commands whose name or help contains all the words; those with all words in the name
+/// come first. If there are none, commands whose name contains the letters in this order.
 fn matching(text: &str) -> Vec<Command> {
     let words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();
     let has_all = |place: &str| words.iter().all(|word| place.contains(word));
@@ -35,7 +35,7 @@ fn matching(text: &str) -> Vec<Command> {
     by_name
 }
 
-/// Whether `letters` stand in `text` in this order, with others between.
+/// Whether `text` contains `letters` in this order, possibly with others between them.
 fn has_letters(text: &str, letters: &str) -> bool {
     let mut rest = text.chars();
     letters
@@ -97,7 +97,7 @@ impl Palette {
                         }
                     }
                     if found.is_empty() {
-                        ui.weak("no command has these words");
+                        ui.weak("no command matches");
                     }
                 });
             });

@@ -1,4 +1,4 @@
-//! A path typed by hand: works where the system has no file dialog.
+//! A typed path, for systems without a file dialog.
 
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
@@ -9,14 +9,14 @@ use super::{Answer, Target, enter, escape};
 use crate::app::files::event::Purpose;
 use crate::app::theme;
 
-/// Names from a folder that are offered.
-const OFFERED: usize = 8;
-/// Names from a folder that are looked at.
-const LOOKED_AT: usize = 20_000;
+/// Most names of a folder that are suggested.
+const MAX_SUGGESTIONS: usize = 8;
+/// Most names of a folder that are read, so that a huge folder does not take long.
+const MAX_NAMES_READ: usize = 20_000;
 
-/// Something in a folder.
+/// A suggested file or folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-struct Offer {
+struct Suggestion {
     path: PathBuf,
     is_folder: bool,
 }
@@ -26,20 +26,20 @@ struct Offer {
 pub struct PathDialog {
     /// `None` opens, else saves.
     purpose: Option<Purpose>,
-    /// What a file that is opened is for.
+    /// What an opened file is for.
     target: Target,
-    /// What the text began with: a folder, so that a name is enough.
+    /// The text at the start: a folder, so that typing a name is enough.
     start: String,
     text: String,
     error: Option<String>,
     /// The existing file that the person was asked about before it is replaced.
     confirm: Option<PathBuf>,
-    /// Whether the text field is to take the keys.
+    /// Whether the text field is to get the focus.
     focus: bool,
-    /// The text that `offers` was made for, or is being made.
+    /// The text that the suggestions belong to.
     listed: Option<String>,
-    coming: Option<Receiver<Vec<Offer>>>,
-    offers: Vec<Offer>,
+    pending: Option<Receiver<Vec<Suggestion>>>,
+    suggestions: Vec<Suggestion>,
 }
 
 impl PathDialog {
@@ -60,12 +60,12 @@ impl PathDialog {
             confirm: None,
             focus: true,
             listed: None,
-            coming: None,
-            offers: Vec::new(),
+            pending: None,
+            suggestions: Vec::new(),
         }
     }
 
-    /// A dialog for a file with a purpose of its own.
+    /// A dialog for a file for `target`.
     pub fn asking_for(target: Target) -> Self {
         Self {
             target,
@@ -73,31 +73,31 @@ impl PathDialog {
         }
     }
 
-    /// Lists what goes on as the text does, in a thread: a folder may be far away. One
-    /// at a time, so that a folder that does not answer costs one thread.
+    /// Lists names that start with the text, in a thread, because a folder may be on a slow
+    /// network. One at a time, so that a folder that does not respond costs one thread.
     fn list(&mut self, context: &Context) {
-        if let Some(coming) = &self.coming {
-            match coming.try_recv() {
-                Ok(offers) => self.offers = offers,
+        if let Some(pending) = &self.pending {
+            match pending.try_recv() {
+                Ok(suggestions) => self.suggestions = suggestions,
                 Err(std::sync::mpsc::TryRecvError::Empty) => return,
-                Err(std::sync::mpsc::TryRecvError::Disconnected) => self.offers.clear(),
+                Err(std::sync::mpsc::TryRecvError::Disconnected) => self.suggestions.clear(),
             }
-            self.coming = None;
+            self.pending = None;
         }
         if self.listed.as_deref() == Some(self.text.as_str()) {
             return;
         }
         self.listed = Some(self.text.clone());
-        let (send, coming) = channel();
+        let (send, pending) = channel();
         let (text, context) = (self.path_text(), context.clone());
         let started = std::thread::Builder::new()
             .name("folder".to_owned())
             .spawn(move || {
                 // The dialog may be closed meanwhile.
-                let _ = send.send(offers(&text));
+                let _ = send.send(suggestions(&text));
                 context.request_repaint();
             });
-        self.coming = started.is_ok().then_some(coming);
+        self.pending = started.is_ok().then_some(pending);
     }
 
     /// The text with `~` as the person's home folder.
@@ -114,7 +114,7 @@ impl PathDialog {
         }
     }
 
-    /// The path that is meant: one to save to has an extension.
+    /// The typed path; one to save to gets an extension.
     fn path(&self) -> PathBuf {
         let path = PathBuf::from(self.path_text());
         match (self.purpose, path.file_name()) {
@@ -143,14 +143,14 @@ impl PathDialog {
                 });
             }
             self.error = Some(if bare.is_dir() {
-                "this is a folder: go on with the name of a file in it".to_owned()
+                "this is a folder; add the name of a file in it".to_owned()
             } else {
                 format!("{}: there is no such file; check the path", bare.display())
             });
             return None;
         };
         if ends_in_folder || bare.is_dir() || path.is_dir() || path.file_name().is_none() {
-            self.error = Some("give a file name after the folder".to_owned());
+            self.error = Some("add a file name after the folder".to_owned());
             return None;
         }
         let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
@@ -162,7 +162,7 @@ impl PathDialog {
         }
         if path.exists() && self.confirm.as_ref() != Some(&path) {
             self.error = Some(format!(
-                "{} exists: press Replace to write over it, or give another name",
+                "{} exists: press Replace to overwrite it, or type another name",
                 path.display()
             ));
             self.confirm = Some(path);
@@ -171,9 +171,9 @@ impl PathDialog {
         Some(Answer::Save(purpose, path))
     }
 
-    /// Takes a changed text: what was said about the former one is void.
+    /// Reacts to a changed text: messages about the earlier one disappear.
     fn changed(&mut self) {
-        // A whole path typed or pasted after the folder is meant as it is.
+        // An absolute path typed or pasted after the folder replaces it.
         if let Some(typed) = self.text.strip_prefix(&self.start)
             && (typed.starts_with('~') || Path::new(typed).is_absolute())
         {
@@ -226,7 +226,7 @@ impl PathDialog {
                     if ui.button(action).clicked() {
                         answer = self.accept();
                     }
-                    // The system's dialog knows recordings, presets and sessions only.
+                    // The system's dialog opens only recordings, presets and sessions.
                     if self.target == Target::Any && ui.button("Browse...").clicked() {
                         answer = Some(Answer::Browse(self.purpose));
                     }
@@ -234,27 +234,27 @@ impl PathDialog {
                         open = false;
                     }
                 });
-                // Last: names that arrive late move no button from under the pointer.
-                self.choices(ui);
+                // Last, so that names that arrive later do not move a button under the pointer.
+                self.suggestion_list(ui);
             });
         (open && answer.is_none(), answer)
     }
 
-    fn choices(&mut self, ui: &mut Ui) {
+    fn suggestion_list(&mut self, ui: &mut Ui) {
         let mut chosen = None;
-        for offer in &self.offers {
-            let name = offer.path.file_name().unwrap_or_default();
+        for suggestion in &self.suggestions {
+            let name = suggestion.path.file_name().unwrap_or_default();
             let mut name = name.to_string_lossy().into_owned();
-            if offer.is_folder {
+            if suggestion.is_folder {
                 name.push(MAIN_SEPARATOR);
             }
             if ui.selectable_label(false, name).clicked() {
-                chosen = Some(offer.clone());
+                chosen = Some(suggestion.clone());
             }
         }
-        if let Some(offer) = chosen {
-            self.text = offer.path.to_string_lossy().into_owned();
-            if offer.is_folder {
+        if let Some(suggestion) = chosen {
+            self.text = suggestion.path.to_string_lossy().into_owned();
+            if suggestion.is_folder {
                 self.text.push(MAIN_SEPARATOR);
             }
             self.focus = true;
@@ -263,8 +263,9 @@ impl PathDialog {
     }
 }
 
-/// What goes on as `text` does: folders first, hidden names only if asked for.
-fn offers(text: &str) -> Vec<Offer> {
+/// Names that start with `text`: folders first, hidden names only if `text` starts with a
+/// dot.
+fn suggestions(text: &str) -> Vec<Suggestion> {
     let path = Path::new(text);
     let (folder, start) = if text.ends_with(['/', MAIN_SEPARATOR]) {
         (path, String::new())
@@ -282,7 +283,7 @@ fn offers(text: &str) -> Vec<Offer> {
     };
     let mut found: Vec<PathBuf> = entries
         .flatten()
-        .take(LOOKED_AT)
+        .take(MAX_NAMES_READ)
         .map(|entry| entry.path())
         .filter(|path| {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -291,16 +292,16 @@ fn offers(text: &str) -> Vec<Offer> {
         })
         .collect();
     found.sort();
-    // The disk is asked about few.
-    found.truncate(4 * OFFERED);
-    let mut offers: Vec<Offer> = found
+    // Only these are looked up on the disk.
+    found.truncate(4 * MAX_SUGGESTIONS);
+    let mut suggestions: Vec<Suggestion> = found
         .into_iter()
-        .map(|path| Offer {
+        .map(|path| Suggestion {
             is_folder: path.is_dir(),
             path,
         })
         .collect();
-    offers.sort_by_key(|offer| !offer.is_folder);
-    offers.truncate(OFFERED);
-    offers
+    suggestions.sort_by_key(|suggestion| !suggestion.is_folder);
+    suggestions.truncate(MAX_SUGGESTIONS);
+    suggestions
 }

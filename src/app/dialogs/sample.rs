@@ -1,4 +1,4 @@
-//! The beginning of a file, to show it split in other ways than the import suggests.
+//! The beginning of a file, to preview it with other delimiters than the guessed one.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,10 @@ use eframe::egui::Context;
 
 use crate::recording::csv::{Decimal, Delimiter};
 
-/// Bytes read.
-const HEAD: u64 = 256 << 10;
-/// Rows shown.
-const ROWS: usize = 20;
+/// Bytes read for the preview.
+const SAMPLE_BYTES: u64 = 256 << 10;
+/// Rows shown in the preview.
+const SAMPLE_ROWS: usize = 20;
 
 /// The first lines of a file, read in a thread of their own.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub struct Sample {
 /// Lines split into cells.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cells {
-    /// Names of the columns, as far as there is a header.
+    /// Names of the columns; empty without a header.
     pub header: Vec<String>,
     /// Number of columns.
     pub columns: usize,
@@ -63,18 +63,18 @@ impl Sample {
     }
 }
 
-/// The first lines; bytes that are no text show as replacement characters.
+/// The first lines. Bytes that are not text become replacement characters.
 fn head(path: &Path) -> std::io::Result<Vec<String>> {
     let mut bytes = Vec::new();
     std::fs::File::open(path)?
-        .take(HEAD)
+        .take(SAMPLE_BYTES)
         .read_to_end(&mut bytes)?;
-    let cut = bytes.len() as u64 == HEAD;
+    let cut = bytes.len() as u64 == SAMPLE_BYTES;
     let text = String::from_utf8_lossy(&bytes);
     Ok(lines(text.trim_start_matches('\u{feff}'), cut))
 }
 
-/// Lines of a text; the last one is left out if the text was `cut`.
+/// Lines of a text, without the last one if the text was `cut`.
 fn lines(text: &str, cut: bool) -> Vec<String> {
     let newline = if text.contains('\n') { '\n' } else { '\r' };
     let mut lines: Vec<String> = text
@@ -99,7 +99,7 @@ fn split(lines: &[String], delimiter: Delimiter, skip: usize) -> Cells {
     let rows: Vec<Vec<String>> = lines[skip..]
         .iter()
         .filter(|line| !line.trim().is_empty())
-        .take(ROWS)
+        .take(SAMPLE_ROWS)
         .map(|line| cells(line, delimiter))
         .collect();
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -110,7 +110,7 @@ fn split(lines: &[String], delimiter: Delimiter, skip: usize) -> Cells {
     }
 }
 
-/// One line at a time, so that a quote without its partner spoils no other.
+/// Splits one line at a time, so that an unpaired quote does not affect other lines.
 fn cells(line: &str, delimiter: Delimiter) -> Vec<String> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -126,7 +126,7 @@ fn cells(line: &str, delimiter: Delimiter) -> Vec<String> {
     }
 }
 
-/// Whether a cell reads as a number, so that others can be marked.
+/// Whether a cell is a number; others are marked.
 pub fn is_number(cell: &str, decimal: Decimal) -> bool {
     let cell = cell.trim().trim_matches('"');
     match decimal {
@@ -140,7 +140,7 @@ mod tests {
     use super::super::sample::*;
 
     #[test]
-    fn lines_are_split_as_told() {
+    fn lines_are_split_by_the_chosen_delimiter() {
         let text = lines("# t [s]; x [um]\r\n0,5;\"1\"\r\n1,5;2\r\n", false);
         let found = split(&text, Delimiter::Semicolon, 1);
         assert_eq!(found.header, ["t [s]", "x [um]"]);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quote_without_partner_spoils_one_row_only() {
+    fn an_unpaired_quote_affects_one_row_only() {
         let text = lines("1,\"2\n3,4\n", false);
         assert_eq!(split(&text, Delimiter::Comma, 0).rows[1], ["3", "4"]);
     }

@@ -1,4 +1,4 @@
-//! The first rows of a file as they are split now.
+//! The first rows of a file, split with the present settings.
 
 use eframe::egui::{RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
@@ -7,11 +7,11 @@ use super::sample::{Cells, is_number};
 use crate::app::theme;
 use crate::recording::csv::Decimal;
 
-/// Columns that hold a quantity, and its name.
+/// Columns in use, each with the name of its quantity.
 pub type Roles = Vec<(usize, &'static str)>;
 
-/// Columns drawn; a wrong delimiter must not make thousands.
-const MOST_COLUMNS: usize = 64;
+/// Most columns drawn, because a wrong delimiter can give thousands.
+const MAX_COLUMNS: usize = 64;
 
 /// Name of a column, numbered from 1 where the file has none.
 pub fn column_name(cells: &Cells, index: usize) -> String {
@@ -21,13 +21,13 @@ pub fn column_name(cells: &Cells, index: usize) -> String {
     }
 }
 
-/// Draws the table; cells of chosen columns that are no numbers are marked.
+/// Draws the table. Cells of chosen columns are marked if they are not numbers.
 pub fn show(ui: &mut Ui, cells: &Cells, decimal: Decimal, roles: &Roles) {
     if cells.rows.is_empty() {
-        ui.weak("no rows so: fewer lines before the numbers, or another delimiter");
+        ui.weak("no rows found: reduce the lines before the data, or choose another delimiter");
         return;
     }
-    let columns = cells.columns.min(MOST_COLUMNS);
+    let columns = cells.columns.min(MAX_COLUMNS);
     let color = theme::error(ui.visuals().dark_mode);
     let role = |column: usize| roles.iter().find(|(i, _)| *i == column).map(|(_, n)| *n);
     // Few columns share the width, many are scrolled through.
@@ -68,7 +68,7 @@ pub fn show(ui: &mut Ui, cells: &Cells, decimal: Decimal, roles: &Roles) {
                 }
             });
     });
-    if cells.columns > MOST_COLUMNS {
-        ui.weak(format!("and {} columns more", cells.columns - MOST_COLUMNS));
+    if cells.columns > MAX_COLUMNS {
+        ui.weak(format!("and {} more columns", cells.columns - MAX_COLUMNS));
     }
 }

@@ -42,7 +42,7 @@ fn import(folder: &Path, text: &str) -> Harness<'static, World> {
     harness(|dialogs| dialogs.ask_import(path, preview, None))
 }
 
-/// Waits for a thread to bring what makes `done` true.
+/// Waits until a thread has made `done` true.
 fn wait(harness: &mut Harness<'_, World>, done: impl Fn(&Harness<'_, World>) -> bool) {
     for _ in 0..500 {
         harness.run_steps(2);
@@ -54,7 +54,7 @@ fn wait(harness: &mut Harness<'_, World>, done: impl Fn(&Harness<'_, World>) -> 
     panic!("it never came");
 }
 
-fn says(harness: &Harness<'_, World>, part: &str) -> bool {
+fn shows(harness: &Harness<'_, World>, part: &str) -> bool {
     harness.query_all_by_label_contains(part).next().is_some()
 }
 
@@ -82,13 +82,13 @@ fn retype(harness: &mut Harness<'_, World>, name: &str, text: &str) {
 fn columns_are_chosen_and_imported_with_enter() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = import(folder.path(), CSV);
-    assert!(says(&harness, "Choose the column of the proof mass"));
+    assert!(shows(&harness, "Choose the column of the proof mass"));
     harness.key_press(Key::Enter);
     harness.run_steps(3);
     assert!(harness.state().answers.is_empty(), "nothing is chosen yet");
     combobox(&mut harness, "proof mass column", "b [um]");
     combobox(&mut harness, "time unit", "ms");
-    field(&harness, Role::CheckBox, "proof mass turned over").click();
+    field(&harness, Role::CheckBox, "proof mass inverted").click();
     harness.run_steps(3);
     retype(&mut harness, "time offset", "-2 ms");
     harness.key_press(Key::Enter);
@@ -106,28 +106,28 @@ fn columns_are_chosen_and_imported_with_enter() {
 }
 
 #[test]
-fn nonsense_and_doubles_are_explained() {
+fn invalid_values_and_duplicate_columns_are_explained() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = import(folder.path(), CSV);
     combobox(&mut harness, "proof mass column", "time");
-    assert!(says(&harness, "time and proof mass are the same column"));
+    assert!(shows(&harness, "time and proof mass are the same column"));
     combobox(&mut harness, "proof mass column", "a [um]");
     retype(&mut harness, "time offset", "soon");
-    assert!(says(&harness, "Mend the time offset"));
+    assert!(shows(&harness, "Correct the time offset"));
     harness.key_press(Key::Enter);
     harness.run_steps(3);
     assert!(harness.state().answers.is_empty());
 }
 
 #[test]
-fn another_delimiter_splits_the_table_anew() {
+fn another_delimiter_splits_the_table_again() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = import(folder.path(), CSV);
     combobox(&mut harness, "delimiter", "semicolon");
-    wait(&mut harness, |harness| says(harness, "0.001, 8, 2"));
+    wait(&mut harness, |harness| shows(harness, "0.001, 8, 2"));
     combobox(&mut harness, "proof mass column", "none");
     combobox(&mut harness, "delimiter", "comma");
-    assert!(!says(&harness, "0.001, 8, 2"));
+    assert!(!shows(&harness, "0.001, 8, 2"));
     combobox(&mut harness, "decimal sign", "comma");
     let dialog = harness.state().dialogs.import.as_ref().unwrap();
     assert_eq!(dialog.settings().delimiter, Delimiter::Comma);
@@ -150,7 +150,7 @@ fn escape_and_cancel_close_without_an_answer() {
 }
 
 #[test]
-fn escape_in_a_field_gives_up_the_edit_first() {
+fn escape_in_a_field_first_ends_the_edit() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = import(folder.path(), CSV);
     retype(&mut harness, "time offset", "1 s");
@@ -171,18 +171,18 @@ fn a_path_is_completed_and_opened() {
     let mut harness = harness(|dialogs| {
         dialogs.path = Some(PathDialog::starting_in(&start, None));
     });
-    wait(&mut harness, |harness| says(harness, "first.csv"));
-    // The folder itself is no file.
+    wait(&mut harness, |harness| shows(harness, "first.csv"));
+    // The folder itself is not a file.
     harness.key_press(Key::Enter);
     harness.run_steps(3);
-    assert!(says(&harness, "this is a folder"));
+    assert!(shows(&harness, "this is a folder"));
     let field = harness.get_by_role(Role::TextInput);
     assert!(field.is_focused(), "the next key goes on typing");
     field.type_text("firs");
-    wait(&mut harness, |harness| !says(harness, "more"));
+    wait(&mut harness, |harness| !shows(harness, "more"));
     harness.key_press(Key::Enter);
     harness.run_steps(3);
-    assert!(says(&harness, "there is no such file"));
+    assert!(shows(&harness, "there is no such file"));
     harness
         .get_by_role_and_label(Role::Button, "first.csv")
         .click();
@@ -195,7 +195,7 @@ fn a_path_is_completed_and_opened() {
 }
 
 #[test]
-fn a_whole_path_typed_after_the_folder_is_meant_as_it_is() {
+fn an_absolute_path_typed_after_the_folder_replaces_it() {
     let (start, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let file = elsewhere.path().join("first.csv");
     std::fs::write(&file, CSV).unwrap();
@@ -236,7 +236,7 @@ fn an_existing_file_is_replaced_only_when_confirmed() {
     type_path(&mut harness, "mine");
     harness.key_press(Key::Enter);
     harness.run_steps(3);
-    assert!(harness.state().answers.is_empty() && says(&harness, "exists: press Replace"));
+    assert!(harness.state().answers.is_empty() && shows(&harness, "exists: press Replace"));
     harness
         .get_by_role_and_label(Role::Button, "Replace")
         .click();
@@ -245,7 +245,7 @@ fn an_existing_file_is_replaced_only_when_confirmed() {
         harness.state().answers,
         [Answer::Save(Purpose::Session, taken.clone())]
     );
-    // Another name after the question is not replaced unasked.
+    // Another name after the question needs its own confirmation.
     let mut harness = save();
     type_path(&mut harness, "mine");
     harness.key_press(Key::Enter);
@@ -253,7 +253,7 @@ fn an_existing_file_is_replaced_only_when_confirmed() {
     type_path(&mut harness, "no/such/folder/x");
     harness.key_press(Key::Enter);
     harness.run_steps(3);
-    assert!(says(&harness, "there is no such folder"));
+    assert!(shows(&harness, "there is no such folder"));
     type_path(&mut harness, "new.toml");
     harness.key_press(Key::Enter);
     harness.run_steps(3);
@@ -328,7 +328,7 @@ fn help_lists_every_command_with_a_key() {
 fn about_names_version_paper_and_licence() {
     let mut harness = harness(Dialogs::open_about);
     for part in [env!("CARGO_PKG_VERSION"), "Oldham", "Licence"] {
-        assert!(says(&harness, part), "{part}");
+        assert!(shows(&harness, part), "{part}");
     }
     harness.key_press(Key::Escape);
     harness.run_steps(3);

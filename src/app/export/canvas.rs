@@ -5,28 +5,28 @@ use plotters::prelude::DrawingBackend;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, IntoFont, RGBAColor, ShapeStyle, TextStyle};
 
-use super::ExportError;
+use super::error::ExportError;
 
-/// Name of the font: viewers of an SVG know it.
+/// Name of the font. Viewers of an SVG know this generic name.
 pub const FONT: &str = "sans-serif";
-/// Plotters' size of a font of one point.
+/// The size that plotters takes for a font of one point.
 const FONT_UNIT: f64 = 1.24;
-/// Dash and space [points].
-const DASH: [f64; 2] = [6.0, 4.0];
+/// Length of a dash and of the gap after it [points].
+const DASH_AND_GAP: [f64; 2] = [6.0, 4.0];
 
-/// A place [points] from the left upper corner.
+/// A position [points] from the upper left corner.
 pub type Place = [f64; 2];
 
-/// Where text stands against its place.
+/// Where text lies relative to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// Beginning at the place, in the middle of its height.
+    /// Starts at the position, centred vertically.
     Left,
-    /// Ending at the place, in the middle of its height.
+    /// Ends at the position, centred vertically.
     Right,
-    /// Its middle at the place.
+    /// Centred at the position.
     Middle,
-    /// Turned to run upwards, its middle at the place.
+    /// Rotated to read upwards, centred at the position.
     Upwards,
 }
 
@@ -40,7 +40,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The part of the stretch from `a` to `b` that lies inside (Liang and Barsky).
+    /// The part of the segment from `a` to `b` that lies inside (Liang and Barsky 1984).
     pub fn clip(&self, a: Place, b: Place) -> Option<(Place, Place)> {
         let (mut from, mut to) = (0.0f64, 1.0f64);
         for axis in 0..2 {
@@ -91,7 +91,7 @@ fn style(color: Color32, size: f64, anchor: Anchor) -> TextStyle<'static> {
 
 /// Width of a text [points].
 pub fn text_width(text: &str, size: f64) -> Result<f64, ExportError> {
-    // Measured large, for the answer comes in whole numbers.
+    // Measured at ten times the size, because plotters answers in whole numbers.
     let font = (FONT, 10.0 * FONT_UNIT * size).into_font();
     let (width, _) = font.box_size(text).map_err(refused)?;
     Ok(f64::from(width) / 10.0)
@@ -109,8 +109,9 @@ pub struct Canvas<B: DrawingBackend> {
 }
 
 impl<B: DrawingBackend> Canvas<B> {
-    /// With `scale` of the backend's units a point. Without `paths` a line is drawn
-    /// stretch by stretch: plotters' bitmaps draw wide paths with sharp turns badly.
+    /// A canvas with `scale` backend units per point. Without `paths` a line is drawn
+    /// segment by segment: the bitmap backend of plotters draws wide paths with sharp
+    /// turns badly.
     pub fn new(backend: B, scale: f64, paths: bool) -> Self {
         Self {
             backend,
@@ -157,7 +158,7 @@ impl<B: DrawingBackend> Canvas<B> {
             return self.backend.draw_path(path, &stroke).map_err(refused);
         }
         for pair in points.windows(2) {
-            // Each stretch reaches under the next, so that turns are closed.
+            // Each segment is extended under the next one, so that turns are closed.
             let step = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
             let length = step[0].hypot(step[1]).max(1e-9);
             let reach = step.map(|s| 0.3 * width * s / length);
@@ -205,14 +206,14 @@ impl<B: DrawingBackend> Canvas<B> {
 fn dashes(points: &[Place]) -> Vec<Vec<Place>> {
     let mut all = Vec::new();
     let mut dash: Vec<Place> = points.first().copied().into_iter().collect();
-    let (mut drawing, mut left) = (true, DASH[0]);
+    let (mut drawing, mut remaining) = (true, DASH_AND_GAP[0]);
     for pair in points.windows(2) {
         let (mut a, b) = (pair[0], pair[1]);
         let mut length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        while length > left {
-            let share = left / length;
+        while length > remaining {
+            let share = remaining / length;
             a = [0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis]));
-            length -= left;
+            length -= remaining;
             if drawing {
                 dash.push(a);
                 all.push(std::mem::take(&mut dash));
@@ -220,9 +221,9 @@ fn dashes(points: &[Place]) -> Vec<Vec<Place>> {
                 dash = vec![a];
             }
             drawing = !drawing;
-            left = DASH[usize::from(!drawing)];
+            remaining = DASH_AND_GAP[usize::from(!drawing)];
         }
-        left -= length;
+        remaining -= length;
         if drawing {
             dash.push(b);
         }

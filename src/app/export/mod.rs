@@ -1,59 +1,39 @@
 //! The visible pictures in files: SVG for print, PNG for everything else.
 //!
 //! Both are drawn from the same [`Sheet`], with the ranges, units and curves of the
-//! window, on white. The device's picture is left out: it shows one instant, not a result.
+//! window, on white. The device's picture is not exported: it shows one instant, not a result.
 
 mod canvas;
+pub mod error;
 mod page;
 pub mod sheet;
 #[cfg(test)]
 mod tests;
 
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 
 use image::{ImageFormat, RgbImage};
 use plotters::prelude::{BitMapBackend, SVGBackend};
 use plotters::style::{FontStyle, register_font};
-use thiserror::Error;
 
 use self::canvas::Canvas;
+use self::error::ExportError;
 use self::page::Page;
 use self::sheet::Sheet;
 use super::files::atomic_write::write_atomically;
 use super::state::State;
 
-/// Width of a page inside its axes [points].
-const WIDTH: f64 = 1100.0;
-/// Units of the SVG's drawing in a point: its backend has whole numbers only.
+/// Width of the axes' area of a page [points].
+const PAGE_WIDTH: f64 = 1100.0;
+/// Units of the SVG drawing per point. The backend takes whole numbers only, so tenths of
+/// a point keep curves smooth.
 const SVG_UNITS: f64 = 10.0;
-/// Pixels of the PNG in a point.
+/// Pixels of the PNG per point.
 const PNG_PIXELS: u32 = 2;
-/// Pixels drawn for one that is kept, each way.
+/// Pixels drawn per pixel of the PNG, in each direction; their mean smooths edges.
 const OVERSAMPLING: u32 = 2;
-
-/// Why there is no file.
-#[derive(Debug, Error)]
-pub enum ExportError {
-    /// Nothing but the device is shown.
-    #[error("no plot is shown that could be exported; switch one on, for example the trajectory")]
-    NothingShown,
-    /// The drawing library refused.
-    #[error("the plots could not be drawn: {0}")]
-    Drawing(String),
-    /// The picture could not be encoded.
-    #[error("the picture could not be encoded: {0}")]
-    Encoding(#[from] image::ImageError),
-    /// The file could not be written; an older one of that name is untouched.
-    #[error("{path}: {reason}", path = path.display())]
-    Writing {
-        /// Which file.
-        path: PathBuf,
-        /// The system's words and what to do.
-        reason: String,
-    },
-}
 
 /// Writes the visible pictures as SVG to `path`.
 ///
@@ -84,7 +64,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
 }
 
 fn sheet(state: &State) -> Result<Sheet, ExportError> {
-    let sheet = Sheet::of(state, WIDTH);
+    let sheet = Sheet::of(state, PAGE_WIDTH);
     if sheet.is_empty() {
         return Err(ExportError::NothingShown);
     }
@@ -104,7 +84,7 @@ fn font() -> Result<(), ExportError> {
 
 fn svg_text(sheet: &Sheet) -> Result<String, ExportError> {
     font()?;
-    let page = Page::new(sheet, WIDTH)?;
+    let page = Page::new(sheet, PAGE_WIDTH)?;
     let size = page.size.map(|side| (side * SVG_UNITS).round() as u32);
     let mut text = String::new();
     page.draw(&mut Canvas::new(
@@ -120,7 +100,7 @@ fn svg_text(sheet: &Sheet) -> Result<String, ExportError> {
 
 fn png_bytes(sheet: &Sheet) -> Result<Vec<u8>, ExportError> {
     font()?;
-    let page = Page::new(sheet, WIDTH)?;
+    let page = Page::new(sheet, PAGE_WIDTH)?;
     let [width, height] = page.size.map(|side| (side.ceil() as u32) * PNG_PIXELS);
     let (wide, high) = (width * OVERSAMPLING, height * OVERSAMPLING);
     let mut fine = vec![0u8; wide as usize * high as usize * 3];

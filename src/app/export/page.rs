@@ -1,47 +1,47 @@
-//! A page of pictures: where each stands, its legend, its axes, its lines.
+//! Lays out and draws a page of pictures with legends, axes and lines.
 
 use eframe::egui::Color32;
 use plotters::prelude::DrawingBackend;
 
-use super::ExportError;
 use super::canvas::{Anchor, Canvas, Frame, Place, text_width};
+use super::error::ExportError;
 use super::sheet::{Line, Panel, Sheet};
 use crate::app::plots::frame::layer::Mark;
 
-/// Text of axes and legends [points].
-const TEXT: f64 = 12.0;
-/// Space around the page.
-const MARGIN: f64 = 14.0;
-/// Ticks and label of a vertical axis.
-const AXIS: f64 = 72.0;
-/// Ticks and label of a horizontal axis.
-const FOOT: f64 = 44.0;
-/// One row of a legend.
-const ROW: f64 = 18.0;
-/// Space between pictures.
-const GAP: f64 = 12.0;
+/// Text size of axes and legends [points].
+const TEXT_SIZE: f64 = 12.0;
+/// Space around the page [points].
+const PAGE_MARGIN: f64 = 14.0;
+/// Width for ticks and label of a vertical axis [points].
+const AXIS_WIDTH: f64 = 72.0;
+/// Height for ticks and label of a horizontal axis [points].
+const AXIS_HEIGHT: f64 = 44.0;
+/// Height of one row of a legend [points].
+const LEGEND_ROW: f64 = 18.0;
+/// Space between pictures [points].
+const PICTURE_GAP: f64 = 12.0;
 
-/// What a legend shows beside a name.
+/// The sign next to a name in a legend.
 enum Sign {
     Line(Color32, f64, bool),
     Area(Color32),
     Mark(Mark, Color32),
 }
 
-/// A name in a legend, placed in its row [points].
+/// A name in a legend, with its position [points].
 struct Entry {
     sign: Sign,
     name: String,
     at: Place,
 }
 
-/// A picture with its place.
+/// A picture with its position on the page.
 struct Placed<'a> {
     panel: &'a Panel,
     frame: Frame,
     legend: Vec<Entry>,
-    /// Whether it carries its horizontal axis.
-    has_foot: bool,
+    /// Whether its horizontal axis is drawn.
+    has_x_axis: bool,
 }
 
 /// A laid-out page.
@@ -56,32 +56,32 @@ impl<'a> Page<'a> {
     /// Lays out a sheet whose axes are `width` points wide.
     pub fn new(sheet: &'a Sheet, width: f64) -> Result<Self, ExportError> {
         let mut pictures = Vec::new();
-        let mut top = MARGIN;
-        let left = MARGIN + AXIS;
+        let mut top = PAGE_MARGIN;
+        let left = PAGE_MARGIN + AXIS_WIDTH;
         let last = sheet.stacked.len().saturating_sub(1);
         for (i, panel) in sheet.stacked.iter().enumerate() {
             let picture = place(panel, [left, top], width, None, i == last)?;
-            top = picture.frame.max[1] + GAP + if i == last { FOOT } else { 0.0 };
+            top = picture.frame.max[1] + PICTURE_GAP + if i == last { AXIS_HEIGHT } else { 0.0 };
             pictures.push(picture);
         }
         let count = sheet.row.len().max(1) as f64;
-        let part = (width - (count - 1.0) * (AXIS + GAP)) / count;
+        let part = (width - (count - 1.0) * (AXIS_WIDTH + PICTURE_GAP)) / count;
         let mut rows = 0;
         for panel in &sheet.row {
             rows = rows.max(legend(panel, [0.0, 0.0], part)?.1);
         }
         for (i, panel) in sheet.row.iter().enumerate() {
-            let corner = [left + i as f64 * (part + AXIS + GAP), top];
+            let corner = [left + i as f64 * (part + AXIS_WIDTH + PICTURE_GAP), top];
             pictures.push(place(panel, corner, part, Some(rows), true)?);
         }
         if let Some(picture) = pictures.last().filter(|_| !sheet.row.is_empty()) {
-            top = picture.frame.max[1] + FOOT + GAP;
+            top = picture.frame.max[1] + AXIS_HEIGHT + PICTURE_GAP;
         }
-        let height = (top - GAP + MARGIN).ceil();
+        let height = (top - PICTURE_GAP + PAGE_MARGIN).ceil();
         Ok(Self {
             sheet,
             pictures,
-            size: [(left + width + MARGIN + 10.0).ceil(), height],
+            size: [(left + width + PAGE_MARGIN + 10.0).ceil(), height],
         })
     }
 
@@ -99,16 +99,16 @@ impl<'a> Page<'a> {
     }
 }
 
-/// Puts a picture with its legend, of as many `rows` as are asked for, at a corner.
+/// Places a picture with its legend at a corner. The legend has `rows` rows if given.
 fn place(
     panel: &Panel,
     corner: Place,
     width: f64,
     rows: Option<usize>,
-    has_foot: bool,
+    has_x_axis: bool,
 ) -> Result<Placed<'_>, ExportError> {
     let (legend, own) = legend(panel, corner, width)?;
-    let top = corner[1] + rows.unwrap_or(own) as f64 * ROW;
+    let top = corner[1] + rows.unwrap_or(own) as f64 * LEGEND_ROW;
     Ok(Placed {
         panel,
         frame: Frame {
@@ -116,7 +116,7 @@ fn place(
             max: [corner[0] + width, top + panel.height],
         },
         legend,
-        has_foot,
+        has_x_axis,
     })
 }
 
@@ -146,11 +146,11 @@ fn legend(panel: &Panel, corner: Place, width: f64) -> Result<(Vec<Entry>, usize
     let (mut x, mut row) = (0.0, 0);
     let mut entries = Vec::new();
     for (sign, name) in all {
-        let length = 24.0 + text_width(&name, TEXT)? + 18.0;
+        let length = 24.0 + text_width(&name, TEXT_SIZE)? + 18.0;
         if x > 0.0 && x + length > width {
             (x, row) = (0.0, row + 1);
         }
-        let at = [corner[0] + x, corner[1] + (row as f64 + 0.4) * ROW];
+        let at = [corner[0] + x, corner[1] + (row as f64 + 0.4) * LEGEND_ROW];
         entries.push(Entry { sign, name, at });
         x += length;
     }
@@ -160,6 +160,7 @@ fn legend(panel: &Panel, corner: Place, width: f64) -> Result<(Vec<Entry>, usize
 
 /// Corners of a marker.
 fn corners(mark: Mark, [x, y]: Place) -> Vec<Place> {
+    /// Half width of a marker [points].
     const R: f64 = 4.0;
     let corners: &[Place] = match mark {
         Mark::Impact => &[[-R, -R], [R, -R], [0.0, R]],
@@ -170,7 +171,7 @@ fn corners(mark: Mark, [x, y]: Place) -> Vec<Place> {
 }
 
 impl Placed<'_> {
-    /// Place of a point given in the units of the axes.
+    /// Position of a point given in the units of the axes.
     fn at(&self, [x, y]: [f64; 2]) -> Place {
         let (Frame { min, max }, panel) = (self.frame, self.panel);
         let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
@@ -202,7 +203,7 @@ impl Placed<'_> {
         if let Some(message) = &self.panel.message {
             let Frame { min, max } = self.frame;
             let middle = [0.5 * (min[0] + max[0]), 0.5 * (min[1] + max[1])];
-            canvas.text(message, middle, TEXT, sheet.text, Anchor::Middle)?;
+            canvas.text(message, middle, TEXT_SIZE, sheet.text, Anchor::Middle)?;
         }
         for entry in &self.legend {
             entry.draw(canvas, sheet.text)?;
@@ -242,25 +243,37 @@ impl Placed<'_> {
         for (value, text) in &self.panel.x.ticks {
             let x = self.at([*value, 0.0])[0];
             canvas.line(&[[x, min[1]], [x, max[1]]], grid, 0.6)?;
-            if self.has_foot {
+            if self.has_x_axis {
                 let at = [x, max[1] + 11.0];
-                canvas.text(text, at, TEXT, sheet.text, Anchor::Middle)?;
+                canvas.text(text, at, TEXT_SIZE, sheet.text, Anchor::Middle)?;
             }
         }
         for (value, text) in &self.panel.y.ticks {
             let y = self.at([0.0, *value])[1];
             canvas.line(&[[min[0], y], [max[0], y]], grid, 0.6)?;
             let at = [min[0] - 6.0, y];
-            canvas.text(text, at, TEXT, sheet.text, Anchor::Right)?;
+            canvas.text(text, at, TEXT_SIZE, sheet.text, Anchor::Right)?;
         }
         let outline = [min, [max[0], min[1]], max, [min[0], max[1]], min];
         canvas.line(&outline, sheet.grid, 0.8)?;
-        if self.has_foot {
+        if self.has_x_axis {
             let at = [0.5 * (min[0] + max[0]), max[1] + 30.0];
-            canvas.text(&self.panel.x.label, at, TEXT, sheet.text, Anchor::Middle)?;
+            canvas.text(
+                &self.panel.x.label,
+                at,
+                TEXT_SIZE,
+                sheet.text,
+                Anchor::Middle,
+            )?;
         }
-        let at = [min[0] - AXIS + 12.0, 0.5 * (min[1] + max[1])];
-        canvas.text(&self.panel.y.label, at, TEXT, sheet.text, Anchor::Upwards)
+        let at = [min[0] - AXIS_WIDTH + 12.0, 0.5 * (min[1] + max[1])];
+        canvas.text(
+            &self.panel.y.label,
+            at,
+            TEXT_SIZE,
+            sheet.text,
+            Anchor::Upwards,
+        )
     }
 
     fn level<B: DrawingBackend>(
@@ -279,10 +292,10 @@ impl Placed<'_> {
         // Below the line if there is room, above it otherwise.
         let shift = if max[1] - y > 17.0 { 8.0 } else { -8.0 };
         let at = [max[0] - 6.0, y + shift];
-        canvas.text(name, at, TEXT, color, Anchor::Right)
+        canvas.text(name, at, TEXT_SIZE, color, Anchor::Right)
     }
 
-    /// Draws what of a line lies inside the frame.
+    /// Draws the parts of a line that lie inside the frame.
     fn line<B: DrawingBackend>(
         &self,
         canvas: &mut Canvas<B>,
@@ -338,6 +351,6 @@ impl Entry {
             }
             Sign::Mark(mark, color) => canvas.polygon(&corners(mark, [x + 9.0, y]), color)?,
         }
-        canvas.text(&self.name, [x + 24.0, y], TEXT, text, Anchor::Left)
+        canvas.text(&self.name, [x + 24.0, y], TEXT_SIZE, text, Anchor::Left)
     }
 }

@@ -1,5 +1,5 @@
-//! The visible pictures as plain data for files: what is on the screen, with the same
-//! ranges, units and curves, tied to no window and in the colours for white paper.
+//! The visible pictures as plain data for export: the same ranges, units and curves as on
+//! the screen, independent of the window, in the colours for white paper.
 
 use eframe::egui::{Color32, Context, RawInput, Ui};
 
@@ -16,18 +16,18 @@ use crate::app::state::State;
 use crate::app::theme;
 
 /// Longest wait for the noise of long recordings [s].
-const PATIENCE: f64 = 2.0;
-/// Space between two round ticks [points]: across, up.
-const TICKS: [f64; 2] = [80.0, 28.0];
+const MAX_NOISE_WAIT: f64 = 2.0;
+/// Smallest space between two ticks, horizontal and vertical [points].
+const TICK_SPACING: [f64; 2] = [80.0, 28.0];
 
-/// All visible pictures but the device's.
+/// All visible pictures except the device's.
 #[derive(Debug, Clone, Default)]
 pub struct Sheet {
-    /// Pictures over the whole width, linked in time, from the top.
+    /// Pictures over the whole width with a common time axis, from top to bottom.
     pub stacked: Vec<Panel>,
     /// Pictures side by side below them.
     pub row: Vec<Panel>,
-    /// Behind everything.
+    /// Background.
     pub background: Color32,
     /// Axes and their text.
     pub text: Color32,
@@ -40,16 +40,16 @@ pub struct Sheet {
 pub struct Scale {
     /// `quantity [unit]`.
     pub label: String,
-    /// Least and greatest value shown.
+    /// Smallest and largest value shown.
     pub range: (f64, f64),
-    /// Places and texts of the ticks.
+    /// Positions and texts of the ticks.
     pub ticks: Vec<(f64, String)>,
 }
 
 /// A line with its name; `[NaN, NaN]` breaks it.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// As in the legend.
+    /// Its name in the legend.
     pub name: String,
     /// In the units of the axes.
     pub points: Vec<[f64; 2]>,
@@ -61,10 +61,10 @@ pub struct Line {
     pub dashed: bool,
 }
 
-/// One picture; all places in the units of its axes.
+/// One picture; all positions are in the units of its axes.
 #[derive(Debug, Clone)]
 pub struct Panel {
-    /// Which one.
+    /// Which picture.
     pub picture: Picture,
     /// Horizontal axis.
     pub x: Scale,
@@ -72,19 +72,19 @@ pub struct Panel {
     pub y: Scale,
     /// Height inside its axes [points].
     pub height: f64,
-    /// Lines, the lowest first.
+    /// Lines, from back to front.
     pub lines: Vec<Line>,
     /// Named horizontal lines.
     pub levels: Vec<(f64, &'static str, Color32)>,
-    /// Half heights of stripes around zero.
+    /// Half heights of shaded bands around zero, with their colours.
     pub bands: Vec<(f64, Color32)>,
-    /// Stretches in contact.
+    /// Time spans in contact.
     pub contacts: Vec<(f64, f64)>,
     /// Their colour.
     pub contact_color: Color32,
     /// Events.
     pub marks: Vec<(Mark, Color32, [f64; 2])>,
-    /// What is said instead of curves.
+    /// Text shown instead of curves.
     pub message: Option<String>,
 }
 
@@ -94,11 +94,11 @@ impl Sheet {
         self.stacked.is_empty() && self.row.is_empty()
     }
 
-    /// The pictures that are switched on, for a sheet whose axes are `width` points wide.
+    /// The visible pictures, for a sheet whose axes are `width` points wide.
     pub fn of(state: &State, width: f64) -> Self {
-        // A window of its own that nobody sees: pictures describe themselves to it.
+        // The pictures are described to a hidden window of its own.
         let context = Context::default();
-        // Files go onto paper and into documents: light whatever the window is.
+        // Exports go into documents, so they are light whatever the theme of the window.
         theme::apply(&context, false);
         let started = std::time::Instant::now();
         loop {
@@ -109,7 +109,7 @@ impl Sheet {
             });
             // Nobody draws its text.
             output.textures_delta.clear();
-            if !waiting || started.elapsed().as_secs_f64() > PATIENCE {
+            if !waiting || started.elapsed().as_secs_f64() > MAX_NOISE_WAIT {
                 return sheet;
             }
             std::thread::sleep(std::time::Duration::from_millis(20));
@@ -149,13 +149,13 @@ impl Sheet {
 /// Height of pictures without a time axis [points].
 const PLANE_HEIGHT: f64 = 320.0;
 
-/// Whether the noise of a recording that is shown is still being looked for.
+/// Whether the noise of a visible recording is still being estimated.
 fn is_waiting(ui: &Ui, state: &State) -> bool {
     if !state.view.pictures.contains(&Picture::Residual) {
         return false;
     }
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
-    // Asking starts the search: every one is asked.
+    // The first question starts the estimate, so every recording must be asked.
     visible
         .filter(|o| recording_noise::is_pending(ui, o))
         .count()
@@ -208,13 +208,13 @@ impl Panel {
                 time.label("time t"),
                 (window.0 / time.factor, window.1 / time.factor),
                 width,
-                TICKS[0],
+                TICK_SPACING[0],
             ),
             y: Scale::new(
                 unit.label(plot.quantity),
                 (low / unit.factor, high / unit.factor),
                 height,
-                TICKS[1],
+                TICK_SPACING[1],
             ),
             height,
             lines: lines.collect(),
@@ -251,8 +251,8 @@ impl Panel {
         });
         Self {
             picture: plot.picture,
-            x: scale(0, width, TICKS[0]),
-            y: scale(1, PLANE_HEIGHT, TICKS[1]),
+            x: scale(0, width, TICK_SPACING[0]),
+            y: scale(1, PLANE_HEIGHT, TICK_SPACING[1]),
             height: PLANE_HEIGHT,
             lines: lines.collect(),
             levels: Vec::new(),

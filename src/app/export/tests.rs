@@ -1,4 +1,5 @@
-//! Files of the pictures: what they say, that they can be read, that nothing is harmed.
+//! Exported pictures: their contents, that they can be read, and that a failed export
+//! leaves an older file unchanged.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -64,7 +65,7 @@ fn with_overlays(preset: Preset, drive: Waveform, overlays: Vec<Overlay>) -> Sta
     crate::app::state::state(setup, view)
 }
 
-/// Checks that every element is closed in its turn and nothing is left unescaped.
+/// Checks that all elements are closed in order and all text is escaped.
 fn well_formed(svg: &str) {
     let mut open: Vec<&str> = Vec::new();
     for part in svg.split('<').skip(1) {
@@ -114,7 +115,7 @@ fn an_svg_has_its_size_in_points() {
     let sheet = sheet(&state()).unwrap();
     let page = {
         font().unwrap();
-        Page::new(&sheet, WIDTH).unwrap().size
+        Page::new(&sheet, PAGE_WIDTH).unwrap().size
     };
     let svg = svg_text(&sheet).unwrap();
     let head = format!("width=\"{}\" height=\"{}\"", page[0], page[1]);
@@ -126,7 +127,7 @@ fn a_png_has_its_size_and_curves_in_their_colours() {
     let sheet = sheet(&state()).unwrap();
     let bytes = png_bytes(&sheet).unwrap();
     let picture = image::load_from_memory(&bytes).unwrap().to_rgb8();
-    let size = Page::new(&sheet, WIDTH).unwrap().size;
+    let size = Page::new(&sheet, PAGE_WIDTH).unwrap().size;
     let expected = size.map(|side| side.ceil() as u32 * PNG_PIXELS);
     assert_eq!([picture.width(), picture.height()], expected);
     for line in sheet.stacked.iter().flat_map(|panel| &panel.lines) {

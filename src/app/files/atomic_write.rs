@@ -1,10 +1,11 @@
-//! TODO-doc
+//! Writes files so that a crash or power cut never leaves half a file, and keeps copies of
+//! files that cannot be read.
 
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::session_text::FORMAT;
+use super::session_text::FORMAT_VERSION;
 use crate::atomic_write;
 
 /// A session that cannot be saved or opened.
@@ -19,23 +20,23 @@ pub enum SessionError {
     },
     /// The session was written by another version of the program.
     #[error(
-        "{}: the session has format {found}, this version reads {FORMAT}; open it with the version that wrote it",
+        "{}: the session has format {found}, this version reads {FORMAT_VERSION}; open it with the version that wrote it",
         path.display()
     )]
     ForeignVersion { path: PathBuf, found: i64 },
     /// The file is damaged, or no session.
     #[error("{}: {reason}", path.display())]
     Unreadable { path: PathBuf, reason: String },
-    /// Something in the session has no form in a file.
+    /// The session holds something that cannot be written to a file.
     #[error("{}: the session cannot be written: {reason}", path.display())]
     Unwritable { path: PathBuf, reason: String },
 }
 
-/// Writes bytes to a file so that it is either whole or as before, also after a cut in
-/// the power supply.
+/// Writes bytes to a file so that it is either complete or unchanged, even after a power
+/// cut.
 ///
 /// # Errors
-/// [`SessionError::Io`]; nothing is left behind then.
+/// [`SessionError::Io`]; no temporary file remains.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     atomic_write::write_atomically(path, bytes).map_err(|source| SessionError::Io {
         path: path.to_owned(),
@@ -57,24 +58,24 @@ pub fn keep_unreadable(path: &Path) -> Result<PathBuf, SessionError> {
     loop {
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(format!(".unreadable-{n}"));
-        let kept = path.with_file_name(name);
-        match std::fs::File::create_new(&kept) {
+        let copy = path.with_file_name(name);
+        match std::fs::File::create_new(&copy) {
             Ok(mut to) => {
-                std::io::copy(&mut from, &mut to).map_err(|e| fail(&kept, e))?;
-                to.sync_all().map_err(|e| fail(&kept, e))?;
-                return Ok(kept);
+                std::io::copy(&mut from, &mut to).map_err(|e| fail(&copy, e))?;
+                to.sync_all().map_err(|e| fail(&copy, e))?;
+                return Ok(copy);
             }
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => n += 1,
-            Err(error) => return Err(fail(&kept, error)),
+            Err(error) => return Err(fail(&copy, error)),
         }
     }
 }
 
-/// Folder of autosave, recent files and remembered imports; made if missing. The
+/// Folder of the autosaved session and of the recent files; created if missing. The
 /// environment variable `IMPACTSCOPE_DATA_DIR` names another.
 pub fn data_dir() -> Option<PathBuf> {
     let folder = if cfg!(test) {
-        // Tests see nothing of the person's, and leave it alone.
+        // Tests neither read nor change the person's files.
         std::env::temp_dir().join(format!("impactscope-test-{}", std::process::id()))
     } else {
         match std::env::var_os("IMPACTSCOPE_DATA_DIR").filter(|folder| !folder.is_empty()) {

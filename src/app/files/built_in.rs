@@ -1,4 +1,5 @@
-//! What is shown when the program is started without files: never an empty window.
+//! What comes with the program: the first start's device and recording, so that the window
+//! is never empty, and the example recordings.
 
 use std::sync::Arc;
 
@@ -12,16 +13,17 @@ use crate::recording::align::Alignment;
 use crate::recording::csv::{ImportSettings, import_bytes_auto};
 use crate::trial::demo;
 
-/// The made-up recording that is shipped: the `paper` device with other parameters.
-pub const MADE_UP: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
+/// The made-up recording that comes with the program: the `paper` device with other
+/// parameters.
+pub const MADE_UP_CSV: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
 /// Its name in the list of recordings.
 pub const MADE_UP_NAME: &str = "made-up recording";
 
-/// Three lines on what to try.
-pub const HINT: [&str; 3] = [
+/// The hint of the first start: three things to try.
+pub const FIRST_START_HINT: [&str; 3] = [
     "The orange curve is a made-up recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.",
-    "Press L to watch the device in slow motion, W to come back to the whole span, G to keep a curve for comparison.",
-    "Drop your own CSV on the window to lay it over the simulation; press ? for keys and mouse.",
+    "Press L to watch the device in slow motion, W to return to the whole span, G to set the present curve as the reference for comparison.",
+    "Drop a CSV file on the window to compare it with the simulation; press ? for keys and mouse gestures.",
 ];
 
 /// The `paper` device at its usual drive with the made-up recording over it.
@@ -45,14 +47,14 @@ pub fn from_preset(preset: Preset) -> Setup {
     }
 }
 
-/// The shipped recording as overlay number `id`.
+/// The made-up recording as overlay number `id`.
 pub fn made_up(id: u64) -> Option<Overlay> {
-    let recording = import_bytes_auto(MADE_UP_NAME, MADE_UP).ok()?;
+    let recording = import_bytes_auto(MADE_UP_NAME, MADE_UP_CSV).ok()?;
     Some(unread(id, Arc::new(recording)))
 }
 
-/// The shipped recording of that name as overlay number `id`: one of the example's, or
-/// the one of the first start where no name is known.
+/// The built-in recording of that name as overlay number `id`: one of the example's, or the
+/// first start's if `name` is `None`.
 pub fn shipped(name: Option<&str>, id: u64) -> Option<Overlay> {
     match name {
         None | Some(MADE_UP_NAME) => made_up(id),
@@ -60,7 +62,7 @@ pub fn shipped(name: Option<&str>, id: u64) -> Option<Overlay> {
     }
 }
 
-/// A recording that came from no file as overlay number `id`.
+/// A recording that comes from no file, as overlay number `id`.
 pub fn unread(id: u64, recording: Arc<Recording>) -> Overlay {
     Overlay {
         id,
@@ -79,11 +81,11 @@ mod tests {
     use super::super::built_in::*;
 
     #[test]
-    fn the_shipped_recording_is_sound_and_says_what_it_is() {
-        let overlay = made_up(1).expect("the shipped recording reads");
+    fn the_built_in_recording_is_valid_and_declared_as_made_up() {
+        let overlay = made_up(1).expect("the built-in recording can be read");
         assert!(overlay.recording.warnings.is_empty());
         assert!(overlay.recording.voltage.is_some() && overlay.recording.cantilever.is_some());
-        let text = String::from_utf8_lossy(&MADE_UP[..200]);
+        let text = String::from_utf8_lossy(&MADE_UP_CSV[..200]);
         assert!(text.starts_with('#') && text.contains("made up"), "{text}");
     }
 }

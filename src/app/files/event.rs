@@ -1,11 +1,11 @@
-//! TODO-doc
+//! The outcome of work on a file, as the window receives it.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::session_text::{Loaded, RecordingEntry};
 use crate::app::setup::overlay::OverlayId;
-use crate::app::setup::reference_curve::Kept;
+use crate::app::setup::reference_curve::ReferenceCurve;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
@@ -13,45 +13,45 @@ use crate::recording::Recording;
 use crate::recording::align::Aligned;
 use crate::recording::csv::{ImportSettings, Preview};
 
-/// What became of a file.
+/// The outcome of work on a file.
 #[derive(Debug)]
 pub enum FileEvent {
-    /// A recording, and how its columns were read.
+    /// A recording was read, with these settings.
     Recording {
         path: PathBuf,
         settings: ImportSettings,
         recording: Arc<Recording>,
-        /// What a session remembers of it, if it came from one.
+        /// Its entry in the session, if it belongs to one.
         entry: Option<RecordingEntry>,
     },
-    /// A recording whose columns the person must name.
+    /// A recording whose columns the person must choose.
     Ask { path: PathBuf, preview: Preview },
-    /// A preset.
+    /// A preset was read.
     Preset { preset: Box<Preset> },
-    /// A session, its recordings still to come.
+    /// A session was read; its recordings are read next.
     Session { path: PathBuf, loaded: Box<Loaded> },
-    /// It could not be opened: what, where, what to do.
+    /// The work failed: what happened, where, and what to do.
     Failed { message: String },
-    /// It was saved.
+    /// A file was saved.
     Saved { purpose: Purpose, path: PathBuf },
     /// A recording's shift onto the simulation was found.
     Aligned { id: OverlayId, found: Aligned },
-    /// A recording of a session that is not there.
+    /// The file of a session's recording is missing.
     Lost { id: OverlayId, message: String },
-    /// A drive read from a file.
+    /// A drive was read.
     Drive { waveform: Waveform },
-    /// A session's kept curve was computed again.
-    Kept {
-        kept: Box<Kept>,
+    /// A session's reference curve was computed again.
+    ReferenceCurve {
+        curve: Box<ReferenceCurve>,
         run: Result<Arc<Snapshot>, String>,
     },
-    /// The system has no file dialog: the path must be typed. `None` is for opening.
+    /// The system has no file dialog, so the path must be typed; `None` is for opening.
     TypePath { purpose: Option<Purpose> },
-    /// A place to save to was chosen.
+    /// The person chose where to save.
     SaveTo { purpose: Purpose, path: PathBuf },
 }
 
-/// What a file is saved for.
+/// What is saved to a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// The session.

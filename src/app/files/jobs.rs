@@ -1,4 +1,4 @@
-//! What the window knows of files being worked on: how far they are, and a way to stop.
+//! Work on files in progress: how far it is, and a way to stop it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -14,26 +14,26 @@ use crate::app::analysis::job::panic_text;
 pub struct Job {
     what: &'static str,
     path: PathBuf,
-    /// Share done in per cent.
+    /// Progress in per cent.
     percent: AtomicU32,
     cancelled: AtomicBool,
 }
 
-/// A file being worked on, for the screen.
+/// A file being worked on, as it is shown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Working {
-    /// What is done with it, as `reading`.
+    /// The work, for example `reading`.
     pub what: &'static str,
     /// The file.
     pub path: PathBuf,
-    /// Share done, 0 to 1.
+    /// Progress, 0 to 1.
     pub fraction: f32,
 }
 
-/// Asks the window to look again.
+/// Requests a new frame of the window.
 pub type Repaint = Arc<dyn Fn() + Send + Sync>;
 
-/// The jobs in progress; a finished one is only a dead reference.
+/// The jobs in progress; a finished one is a dead reference.
 #[derive(Debug, Clone, Default)]
 pub struct Jobs(Arc<Mutex<Vec<Weak<Job>>>>);
 
@@ -47,7 +47,7 @@ impl Jobs {
         self.lock().iter().filter_map(Weak::upgrade).collect()
     }
 
-    /// The same for the screen.
+    /// The same, as they are shown.
     pub fn working(&self) -> Vec<Working> {
         let show = |job: Arc<Job>| Working {
             what: job.what,
@@ -57,7 +57,7 @@ impl Jobs {
         self.running().into_iter().map(show).collect()
     }
 
-    /// Asks all to stop.
+    /// Cancels all jobs.
     pub fn cancel(&self) {
         for job in self.running() {
             job.cancel();
@@ -66,13 +66,13 @@ impl Jobs {
 }
 
 impl Job {
-    /// Asks it to stop; it does at its next report of progress.
+    /// Cancels the job; it stops at its next report of progress.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 }
 
-/// What a job has at hand while it works.
+/// The connection of a job to the window.
 pub struct Context {
     pub(crate) job: Arc<Job>,
     jobs: Jobs,
@@ -81,7 +81,7 @@ pub struct Context {
 }
 
 impl Context {
-    /// Starts a job on a file; `what` is done with it, as `reading`.
+    /// Registers a job on a file; `what` names the work, for example `reading`.
     pub fn new(
         what: &'static str,
         path: PathBuf,
@@ -104,12 +104,12 @@ impl Context {
         }
     }
 
-    /// Does the work, catches its panics, and tells the window.
+    /// Does the work, catches its panics, and sends the outcome to the window.
     pub fn run(self, work: impl FnOnce(&Self) -> Option<FileEvent>) {
         let event = catch_unwind(AssertUnwindSafe(|| work(&self))).unwrap_or_else(|panic| {
             Some(FileEvent::Failed {
                 message: format!(
-                    "{}: internal error while working on this file: {}; the window goes on",
+                    "{}: internal error while working on this file: {}",
                     self.job.path.display(),
                     panic_text(panic.as_ref())
                 ),
@@ -127,7 +127,7 @@ impl Context {
         repaint();
     }
 
-    /// Notes the share done; returns whether to go on.
+    /// Reports progress, 0 to 1; returns whether to continue.
     pub fn progress(&self, share: f32) -> bool {
         let percent = (share.clamp(0.0, 1.0) * 100.0) as u32;
         if self.job.percent.swap(percent, Ordering::Relaxed) != percent {

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! Files: opening, importing, saving, sessions, recent files and what comes with the
+//! program. All work on files runs on threads of its own.
 
 pub(crate) mod atomic_write;
 pub mod built_in;

@@ -1,5 +1,5 @@
-//! Opening files without holding up the window: reading, importing and the system's
-//! file dialog run on threads of their own.
+//! Opens files without blocking the window: reading, importing and the system's file dialog
+//! run on threads of their own.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -15,8 +15,8 @@ use super::session_text::RecordingEntry;
 use crate::app::analysis::job::panic_text;
 use crate::recording::csv::{ImportSettings, preview};
 
-/// A system's dialog that is gone sooner than this was never seen by anybody.
-const UNSEEN: Duration = Duration::from_millis(250);
+/// A file dialog that closes sooner than this was never shown: nobody can answer so fast.
+const MIN_DIALOG_TIME: Duration = Duration::from_millis(250);
 
 /// File work in progress.
 pub struct Files {
@@ -41,22 +41,22 @@ impl Files {
         }
     }
 
-    /// Number of files being worked on; an open dialog of the system is none.
+    /// Number of files being worked on; an open file dialog does not count.
     pub fn pending(&self) -> usize {
         self.jobs.running().len()
     }
 
-    /// Files being worked on and how far they are.
+    /// Files being worked on, with their progress.
     pub fn working(&self) -> Vec<Working> {
         self.jobs.working()
     }
 
-    /// Stops the imports in progress; nothing comes of them.
+    /// Stops the imports in progress; they give no result.
     pub fn cancel(&self) {
         self.jobs.cancel();
     }
 
-    /// What has become of files since the last call.
+    /// Outcomes since the last call.
     pub fn poll(&self) -> Vec<FileEvent> {
         self.events.try_iter().collect()
     }
@@ -70,7 +70,7 @@ impl Files {
         self.work("reading", path, work);
     }
 
-    /// Works on something in a thread of its own; `what` is done with `path`, as `saving`.
+    /// Works on a file in a thread of its own. `what` names the work, for example `saving`.
     pub fn work(
         &self,
         what: &'static str,
@@ -98,19 +98,26 @@ impl Files {
         (self.repaint)();
     }
 
-    /// Opens a file of any kind: a recording that is clear is imported at once, as it
-    /// was last time if it is known.
+    /// Opens a file of any kind. A recording with unambiguous columns is imported at once; a
+    /// known one is imported as last time.
     pub fn open(&self, path: PathBuf) {
         let path = absolute(path);
         self.spawn(path.clone(), move |context| open(path, context));
     }
 
-    /// Imports a recording with given settings; `entry` is what a session remembers of it.
+    /// Imports a recording with given settings; `entry` is its entry in a session.
     pub fn import(&self, path: PathBuf, settings: ImportSettings, entry: Option<RecordingEntry>) {
         let path = absolute(path);
         self.spawn(path.clone(), move |context| {
             import_with(path, settings, Vec::new(), entry, context)
         });
+    }
+
+    /// Imports a recording of a session, with the settings stored in it.
+    pub fn import_session_recording(&self, entry: &RecordingEntry) {
+        if let Some(path) = &entry.path {
+            self.import(path.clone(), entry.import.clone(), Some(entry.clone()));
+        }
     }
 
     /// Reads a drive from a CSV with time and voltage.
@@ -119,7 +126,7 @@ impl Files {
         self.spawn(path.clone(), move |_| Some(drive_from(&path)));
     }
 
-    /// Shows how a recording would be read, to be changed by the person.
+    /// Previews how a recording would be read, so that the person can change the settings.
     pub fn ask(&self, path: PathBuf) {
         let path = absolute(path);
         self.spawn(path.clone(), move |_| {
@@ -170,12 +177,12 @@ impl Files {
         });
     }
 
-    /// Runs a dialog of the system, one at a time; `show` says whether a file was chosen.
-    /// Where there is none, the path is asked for.
+    /// Runs a file dialog of the system, one at a time; `show` returns whether a file was
+    /// chosen. On a system without file dialogs the person types the path.
     fn dialog(&self, purpose: Option<Purpose>, show: impl FnOnce() -> bool + Send + 'static) {
         if self.asking.swap(true, Ordering::AcqRel) {
             return self.fail(
-                "the system's file dialog is already open, or hangs; \"Open path...\" and dropping a file on the window need none".to_owned(),
+                "the system's file dialog is already open or not responding; use \"Open path...\" or drop the file on the window".to_owned(),
             );
         }
         let (send, repaint, asking) = (
@@ -190,11 +197,11 @@ impl Files {
                 let outcome = catch_unwind(AssertUnwindSafe(show));
                 let message = match outcome {
                     Err(panic) => Some(format!(
-                        "the system's file dialog failed: {}: type the path",
+                        "the system's file dialog failed ({}); type the path instead",
                         panic_text(panic.as_ref())
                     )),
-                    Ok(false) if since.elapsed() < UNSEEN => Some(
-                        "the system showed no file dialog: type the path, or drop a file on the window".to_owned(),
+                    Ok(false) if since.elapsed() < MIN_DIALOG_TIME => Some(
+                        "the system has no file dialog; type the path, or drop the file on the window".to_owned(),
                     ),
                     Ok(_) => None,
                 };
@@ -214,7 +221,7 @@ impl Files {
     }
 }
 
-/// The same file has the same name, whatever the current folder.
+/// The absolute path, which stays the same when the current folder changes.
 pub fn absolute(path: PathBuf) -> PathBuf {
     std::path::absolute(&path).unwrap_or(path)
 }

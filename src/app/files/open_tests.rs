@@ -7,10 +7,10 @@ use crate::app::setup::setup::Setup;
 use crate::app::setup::view::View;
 use crate::model::preset::Preset;
 
-const CLEAR: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
-const UNCLEAR: &str = "time, a, b\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
+const UNAMBIGUOUS_CSV: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
+const AMBIGUOUS_CSV: &str = "time, a, b\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
 
-/// What becomes of the work that is asked for.
+/// The outcomes of the requested work.
 fn events(ask: impl FnOnce(&Files)) -> Vec<FileEvent> {
     let calls = Arc::new(AtomicUsize::new(0));
     let of_files = Arc::clone(&calls);
@@ -41,9 +41,9 @@ fn setup() -> Setup {
 }
 
 #[test]
-fn a_clear_recording_is_imported_at_once() {
+fn a_recording_with_unambiguous_columns_is_imported_at_once() {
     let folder = tempfile::tempdir().unwrap();
-    let path = write(folder.path(), "a.csv", CLEAR);
+    let path = write(folder.path(), "a.csv", UNAMBIGUOUS_CSV);
     let found = events(|files| files.open(path.clone()));
     assert!(
         matches!(&found[..], [FileEvent::Recording { path: p, recording, .. }]
@@ -53,11 +53,11 @@ fn a_clear_recording_is_imported_at_once() {
 }
 
 #[test]
-fn two_columns_of_one_quantity_are_said_each_time() {
+fn two_columns_of_one_quantity_are_reported_each_time() {
     let folder = tempfile::tempdir().unwrap();
     let text = "t [s], xp [um], xp [nm]\n0, 1, 900\n1e-5, 2, 1900\n2e-5, 3, 2900\n";
     let path = write(folder.path(), "a.csv", text);
-    // The second time it is read as remembered.
+    // The second time it is read with the stored settings.
     for time in ["first", "second"] {
         let found = events(|files| files.open(path.clone()));
         let [FileEvent::Recording { recording, .. }] = &found[..] else {
@@ -81,9 +81,9 @@ fn two_columns_of_one_quantity_are_said_each_time() {
 }
 
 #[test]
-fn an_unclear_one_asks_and_is_remembered() {
+fn an_ambiguous_recording_asks_and_its_settings_are_stored() {
     let folder = tempfile::tempdir().unwrap();
-    let path = write(folder.path(), "a.csv", UNCLEAR);
+    let path = write(folder.path(), "a.csv", AMBIGUOUS_CSV);
     let found = events(|files| files.open(path.clone()));
     let [FileEvent::Ask { preview, .. }] = &found[..] else {
         panic!("{found:?}");
@@ -105,7 +105,7 @@ fn an_unclear_one_asks_and_is_remembered() {
         matches!(&found[..], [FileEvent::Recording { settings: s, .. }] if *s == settings),
         "{found:?}"
     );
-    // Written anew with fewer columns, it asks again and says why.
+    // Saved again with fewer columns, it asks again and gives the reason.
     write(folder.path(), "a.csv", "time, a\n0, 8\n0.001, 8\n");
     let found = events(|files| files.open(path.clone()));
     assert!(
@@ -116,7 +116,7 @@ fn an_unclear_one_asks_and_is_remembered() {
 }
 
 #[test]
-fn kinds_are_told_by_content() {
+fn the_kind_of_a_file_is_found_from_its_content() {
     let folder = tempfile::tempdir().unwrap();
     let session = folder.path().join("mine.toml");
     session::save(&session, &setup(), &View::default(), &[]).unwrap();
@@ -144,9 +144,9 @@ fn kinds_are_told_by_content() {
 }
 
 #[test]
-fn vanished_and_changed_recordings_are_said_with_a_remedy() {
+fn missing_and_changed_recordings_are_reported_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
-    let path = write(folder.path(), "a.csv", CLEAR);
+    let path = write(folder.path(), "a.csv", UNAMBIGUOUS_CSV);
     let settings = preview(&path).unwrap().settings;
     let entry = RecordingEntry {
         id: 4,
@@ -168,7 +168,7 @@ fn vanished_and_changed_recordings_are_said_with_a_remedy() {
     let found = import();
     assert!(
         matches!(&found[..], [FileEvent::Failed { message }]
-            if message.contains("has changed") && message.contains("Open it anew")),
+            if message.contains("has changed") && message.contains("Open it again")),
         "{found:?}"
     );
     std::fs::remove_file(&path).unwrap();
@@ -188,7 +188,7 @@ fn a_panic_becomes_text_and_a_cancelled_import_nothing() {
         "{found:?}"
     );
     let folder = tempfile::tempdir().unwrap();
-    let path = write(folder.path(), "a.csv", CLEAR);
+    let path = write(folder.path(), "a.csv", UNAMBIGUOUS_CSV);
     let settings = preview(&path).unwrap().settings;
     let found = events(|files| {
         files.spawn(path.clone(), move |context| {

@@ -1,4 +1,4 @@
-//! What is done with a file that is opened, by its kind.
+//! Reads an opened file according to its kind.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,19 +23,19 @@ pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
         Err(error) => return Some(failed(&error)),
     };
     match recent::import_settings_for(&path) {
-        // A file that was written anew may need other settings than it did.
+        // A file that has changed may need other settings than last time.
         Some(settings) => {
-            // What nobody was asked about is said again.
+            // Guesses that nobody has confirmed are reported again.
             let as_guessed = settings == preview.settings && !preview.needs_dialog();
-            let said = if as_guessed {
+            let warnings = if as_guessed {
                 preview.warnings.clone()
             } else {
                 Vec::new()
             };
-            match import_with(path.clone(), settings, said, None, context) {
+            match import_with(path.clone(), settings, warnings, None, context) {
                 Some(FileEvent::Failed { message }) => {
                     preview.ambiguities.push(format!(
-                        "It can no longer be read as it was last time: {message}"
+                        "It can no longer be read with the settings of last time: {message}"
                     ));
                     Some(FileEvent::Ask { path, preview })
                 }
@@ -43,7 +43,7 @@ pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
             }
         }
         None if preview.needs_dialog() => Some(FileEvent::Ask { path, preview }),
-        // What the header left open was settled without asking: it is said.
+        // What the header leaves open was guessed without asking, so it is reported.
         None => import_with(path, preview.settings, preview.warnings, None, context),
     }
 }
@@ -63,7 +63,7 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
                 }
             }
             Err(error) => FileEvent::Failed {
-                message: format!("{error}; the file is left as it is"),
+                message: format!("{error}; the file was not changed"),
             },
         };
     }
@@ -78,20 +78,20 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
     }
 }
 
-/// Imports a recording; nothing comes of it if it was cancelled. `said` of its header is
-/// put before the warnings of its rows.
+/// Imports a recording; `None` if it was cancelled. `warnings` about its header are put
+/// before those about its rows.
 pub(super) fn import_with(
     path: PathBuf,
     settings: ImportSettings,
-    mut said: Vec<ImportWarning>,
+    mut warnings: Vec<ImportWarning>,
     entry: Option<RecordingEntry>,
     context: &Context,
 ) -> Option<FileEvent> {
     let progress = |share: f32| context.progress(share);
     Some(match import(&path, &settings, Some(&progress)) {
         Ok(mut recording) => {
-            said.append(&mut recording.warnings);
-            recording.warnings = said;
+            warnings.append(&mut recording.warnings);
+            recording.warnings = warnings;
             let expected = entry.as_ref().and_then(|entry| entry.sha256.as_ref());
             if expected.is_some() && expected != recording.sha256.as_ref() {
                 changed(&path)
@@ -111,14 +111,14 @@ pub(super) fn import_with(
         Err(error) => match entry {
             Some(entry) if !path.exists() => FileEvent::Lost {
                 id: entry.id,
-                message: format!("{error}. It stays in the session"),
+                message: format!("{error}. The recording stays in the session"),
             },
             _ => failed(&error),
         },
     })
 }
 
-/// The voltage of a file as a drive.
+/// Reads the voltage of a file as a drive.
 pub(super) fn drive_from(path: &Path) -> FileEvent {
     let (time, voltage) = match import_voltage(path) {
         Ok(table) => table,
@@ -136,7 +136,7 @@ pub(super) fn drive_from(path: &Path) -> FileEvent {
 fn changed(path: &Path) -> FileEvent {
     FileEvent::Failed {
         message: format!(
-            "{}: the file has changed since the session was saved; it was not loaded. Open it anew if the change is meant",
+            "{}: the file has changed since the session was saved, so it was not loaded. Open it again if the change is intended",
             path.display()
         ),
     }

@@ -1,6 +1,6 @@
-//! Files opened last and how recordings were read, remembered between starts in one
-//! small TOML file. Losing it loses nothing of the person's work; one that cannot be
-//! read is kept all the same.
+//! Recent files, and how recordings were read, stored between starts in one small TOML
+//! file. It holds none of the person's work; a copy of an unreadable one is kept all the
+//! same.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -10,19 +10,20 @@ use serde::{Deserialize, Serialize};
 use super::atomic_write::{data_dir, keep_unreadable, write_atomically};
 use crate::recording::csv::ImportSettings;
 
-/// Files kept in the list.
-const RECENT: usize = 12;
-/// Recordings whose import is remembered.
-const IMPORTS: usize = 100;
+/// Files in the list.
+const MAX_RECENT: usize = 12;
+/// Recordings whose import settings are stored.
+const MAX_IMPORTS: usize = 100;
 /// The file in the data folder.
-const FILE: &str = "memory.toml";
+const FILE_NAME: &str = "memory.toml";
 
-/// Reading and writing again is one step, whichever thread does it.
-static TURN: Mutex<()> = Mutex::new(());
+/// Held while the file is read, changed and written, so that threads do not overwrite each
+/// other's changes.
+static FILE_LOCK: Mutex<()> = Mutex::new(());
 
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-struct Memory {
+struct RecentFiles {
     recent: Vec<PathBuf>,
     import: Vec<Import>,
 }
@@ -33,20 +34,20 @@ struct Import {
     settings: ImportSettings,
 }
 
-impl Memory {
-    /// What is remembered; nothing if the file is missing or cannot be read.
+impl RecentFiles {
+    /// What the file holds; nothing if it is missing or cannot be read.
     fn load(folder: &Path) -> Self {
-        std::fs::read_to_string(folder.join(FILE))
+        std::fs::read_to_string(folder.join(FILE_NAME))
             .ok()
             .and_then(|text| toml::from_str(&text).ok())
             .unwrap_or_default()
     }
 
-    /// Changes what is remembered; keeps a file that cannot be read beside the new one.
+    /// Changes what the file holds; keeps a copy of a file that cannot be read.
     fn change(folder: &Path, change: impl FnOnce(&mut Self)) {
-        let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-        let path = folder.join(FILE);
-        let mut memory = match std::fs::read(&path) {
+        let _lock = FILE_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
+        let path = folder.join(FILE_NAME);
+        let mut list = match std::fs::read(&path) {
             Err(_) => Self::default(),
             Ok(bytes) => {
                 let known = std::str::from_utf8(&bytes)
@@ -54,59 +55,62 @@ impl Memory {
                     .and_then(|text| toml::from_str(text).ok());
                 known.unwrap_or_else(|| {
                     match keep_unreadable(&path) {
-                        Ok(kept) => log::warn!("unreadable, kept as {}", kept.display()),
+                        Ok(copy) => log::warn!(
+                            "unreadable list of recent files, copied to {}",
+                            copy.display()
+                        ),
                         Err(error) => log::warn!("{error}"),
                     }
                     Self::default()
                 })
             }
         };
-        change(&mut memory);
-        let written = toml::to_string(&memory)
+        change(&mut list);
+        let written = toml::to_string(&list)
             .map_err(|error| error.to_string())
             .and_then(|text| {
                 write_atomically(&path, text.as_bytes()).map_err(|error| error.to_string())
             });
         if let Err(error) = written {
-            log::warn!("recent files are not remembered: {error}");
+            log::warn!("the list of recent files was not saved: {error}");
         }
     }
 
     fn put(&mut self, path: PathBuf, settings: Option<&ImportSettings>) {
         self.recent.retain(|known| *known != path);
         self.recent.insert(0, path.clone());
-        self.recent.truncate(RECENT);
+        self.recent.truncate(MAX_RECENT);
         if let Some(settings) = settings {
             self.import.retain(|known| known.path != path);
             let settings = settings.clone();
             self.import.insert(0, Import { path, settings });
-            self.import.truncate(IMPORTS);
+            self.import.truncate(MAX_IMPORTS);
         }
     }
 }
 
-/// The same file has the same name, whatever the current folder.
+/// The absolute path, which stays the same when the current folder changes.
 fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Files opened last, newest first; at most 12.
+/// Recent files, newest first; at most 12.
 pub fn recent() -> Vec<PathBuf> {
-    data_dir().map_or_else(Vec::new, |folder| Memory::load(&folder).recent)
+    data_dir().map_or_else(Vec::new, |folder| RecentFiles::load(&folder).recent)
 }
 
-/// Puts a file at the top of the recent ones, and remembers how it was read.
+/// Puts a file at the top of the recent ones and stores its import settings.
 pub fn remember(path: &Path, settings: Option<&ImportSettings>) {
     if let Some(folder) = data_dir() {
         let path = absolute(path);
-        Memory::change(&folder, |memory| memory.put(path, settings));
+        RecentFiles::change(&folder, |list| list.put(path, settings));
     }
 }
 
-/// How a recording was read last time.
+/// The settings with which a recording was read last time.
 pub fn import_settings_for(path: &Path) -> Option<ImportSettings> {
     let path = absolute(path);
-    Memory::load(&data_dir()?)
+    RecentFiles::load(&data_dir()?)
         .import
         .into_iter()
         .find(|known| known.path == path)
@@ -126,28 +130,32 @@ mod tests {
         };
         for i in 0..15 {
             let path = PathBuf::from(format!("/data/{i}.csv"));
-            Memory::change(folder.path(), |m| m.put(path, Some(&settings)));
+            RecentFiles::change(folder.path(), |list| list.put(path, Some(&settings)));
         }
-        Memory::change(folder.path(), |m| m.put(PathBuf::from("/data/7.csv"), None));
-        let memory = Memory::load(folder.path());
-        assert_eq!(memory.recent.len(), RECENT);
-        assert_eq!(memory.recent[0], Path::new("/data/7.csv"));
-        assert_eq!(memory.recent[1], Path::new("/data/14.csv"));
-        assert_eq!(memory.import.len(), 15);
-        assert!(memory.import.iter().all(|i| i.settings == settings));
+        RecentFiles::change(folder.path(), |list| {
+            list.put(PathBuf::from("/data/7.csv"), None)
+        });
+        let list = RecentFiles::load(folder.path());
+        assert_eq!(list.recent.len(), MAX_RECENT);
+        assert_eq!(list.recent[0], Path::new("/data/7.csv"));
+        assert_eq!(list.recent[1], Path::new("/data/14.csv"));
+        assert_eq!(list.import.len(), 15);
+        assert!(list.import.iter().all(|i| i.settings == settings));
     }
 
     #[test]
     fn an_unreadable_list_is_ignored_and_kept() {
         let folder = tempfile::tempdir().unwrap();
         for damaged in [&b"recent = [\"/a"[..], &[0xff, 0xfe, 0x00]] {
-            std::fs::write(folder.path().join(FILE), damaged).unwrap();
-            assert_eq!(Memory::load(folder.path()), Memory::default());
-            Memory::change(folder.path(), |m| m.put(PathBuf::from("/b.csv"), None));
-            assert_eq!(Memory::load(folder.path()).recent.len(), 1);
+            std::fs::write(folder.path().join(FILE_NAME), damaged).unwrap();
+            assert_eq!(RecentFiles::load(folder.path()), RecentFiles::default());
+            RecentFiles::change(folder.path(), |list| {
+                list.put(PathBuf::from("/b.csv"), None)
+            });
+            assert_eq!(RecentFiles::load(folder.path()).recent.len(), 1);
         }
         for (n, damaged) in [(1, &b"recent = [\"/a"[..]), (2, &[0xff, 0xfe, 0x00])] {
-            let kept = folder.path().join(format!("{FILE}.unreadable-{n}"));
+            let kept = folder.path().join(format!("{FILE_NAME}.unreadable-{n}"));
             assert_eq!(std::fs::read(kept).unwrap(), damaged);
         }
     }

@@ -1,5 +1,5 @@
-//! Sessions: one versioned file, written to a temporary file and renamed. An unreadable
-//! one is kept and named, never overwritten by defaults.
+//! Saves and opens sessions. A session is one versioned file, written to a temporary file
+//! and renamed. An unreadable one is reported and never overwritten by defaults.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,8 @@ use super::session_text::{Loaded, RecordingEntry, TextError};
 use crate::app::setup::setup::Setup;
 use crate::app::setup::view::View;
 
-/// Saves a session. `absent` are recordings of it that could not be loaded this time:
-/// they stay in it.
+/// Saves a session. `missing` are its recordings whose files could not be loaded this time;
+/// they stay in the session.
 ///
 /// # Errors
 /// [`SessionError::Io`], [`SessionError::Unwritable`].
@@ -19,9 +19,9 @@ pub fn save(
     path: &Path,
     setup: &Setup,
     view: &View,
-    absent: &[RecordingEntry],
+    missing: &[RecordingEntry],
 ) -> Result<(), SessionError> {
-    let text = session_text::to_text(setup, view, absent, folder_of(path)).map_err(|reason| {
+    let text = session_text::to_text(setup, view, missing, folder_of(path)).map_err(|reason| {
         SessionError::Unwritable {
             path: path.to_owned(),
             reason,
@@ -33,11 +33,11 @@ pub fn save(
 /// Whether a file is a session rather than a preset.
 pub fn is_session(path: &Path) -> bool {
     path.to_string_lossy().ends_with(".impactscope.toml")
-        || std::fs::read_to_string(path).is_ok_and(|text| session_text::has_marker(&text))
+        || std::fs::read_to_string(path).is_ok_and(|text| session_text::has_version_key(&text))
 }
 
-/// Reads a session; its recordings are left to be imported. One that is not where it was
-/// is looked for as seen from the session's folder, then beside the session.
+/// Reads a session; its recordings are imported later. A recording that is no longer at its
+/// path is looked for at its relative path, then in the session's folder.
 ///
 /// # Errors
 /// [`SessionError`]; the file is never changed.
@@ -73,21 +73,21 @@ pub fn load(path: &Path) -> Result<Loaded, SessionError> {
     Ok(loaded)
 }
 
-/// Where a session's recording is now, if not where it was.
+/// Where a session's recording is now, if its path no longer exists.
 fn find(entry: &RecordingEntry, folder: &Path) -> Option<PathBuf> {
     let path = entry.path.as_ref()?;
     if path.exists() {
         return None;
     }
-    let beside = path.file_name().map(PathBuf::from);
-    [entry.relative.clone(), beside]
+    let same_folder = path.file_name().map(PathBuf::from);
+    [entry.relative.clone(), same_folder]
         .into_iter()
         .flatten()
         .map(|place| folder.join(place))
         .find(|place| place.exists())
 }
 
-/// The autosaved session.
+/// File of the autosaved session.
 pub fn autosave_path() -> Option<PathBuf> {
     Some(data_dir()?.join("autosave.impactscope.toml"))
 }

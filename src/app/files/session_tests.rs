@@ -5,7 +5,7 @@ use crate::app::files::built_in;
 use crate::app::files::session::*;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::{Overlay, Role};
-use crate::app::setup::reference_curve::Kept;
+use crate::app::setup::reference_curve::ReferenceCurve;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
@@ -45,7 +45,7 @@ fn overlay(id: u64, path: &Path) -> Overlay {
 }
 
 #[test]
-fn comes_back_as_it_was() {
+fn a_saved_session_is_restored_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0], 0.0).unwrap();
@@ -71,12 +71,12 @@ fn comes_back_as_it_was() {
         assert_eq!(loaded.view, view);
         assert!(loaded.recordings.is_empty() && loaded.missing.is_empty());
     }
-    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
-    assert_eq!(left.len(), 1, "no temporary file is left");
+    let entries: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(entries.len(), 1, "no temporary file remains");
 }
 
 #[test]
-fn recordings_come_back_by_path_hash_and_number() {
+fn recordings_are_restored_by_path_hash_and_number() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     let mut setup = setup();
@@ -99,16 +99,16 @@ fn recordings_come_back_by_path_hash_and_number() {
 }
 
 #[test]
-fn the_shipped_recording_needs_no_file() {
+fn the_built_in_recording_needs_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
-    let Some(mut shipped) = built_in::made_up(5) else {
-        return; // This build ships none.
+    let Some(mut built_in_overlay) = built_in::made_up(5) else {
+        return; // This build has none.
     };
-    shipped.alignment.time_shift = 2e-3;
-    shipped.visible = false;
+    built_in_overlay.alignment.time_shift = 2e-3;
+    built_in_overlay.visible = false;
     let mut setup = setup();
-    setup.overlays.push(shipped);
+    setup.overlays.push(built_in_overlay);
     save(&path, &setup, &View::default(), &[]).unwrap();
     let loaded = load(&path).unwrap();
     assert_eq!(loaded.setup, setup);
@@ -116,13 +116,13 @@ fn the_shipped_recording_needs_no_file() {
 }
 
 #[test]
-fn the_example_comes_back_by_name() {
+fn the_example_is_restored_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     let mut setup = setup();
-    let mut shipped = built_in::shipped(Some("held-out-2"), 8).unwrap();
-    shipped.role = Some(Role::HeldOut);
-    setup.overlays.push(shipped);
+    let mut built_in_overlay = built_in::shipped(Some("held-out-2"), 8).unwrap();
+    built_in_overlay.role = Some(Role::HeldOut);
+    setup.overlays.push(built_in_overlay);
     setup.overlays.extend(built_in::made_up(9));
     save(&path, &setup, &View::default(), &[]).unwrap();
     let loaded = load(&path).unwrap();
@@ -139,7 +139,7 @@ fn the_example_comes_back_by_name() {
 }
 
 #[test]
-fn a_session_that_moved_finds_its_recordings() {
+fn a_moved_session_finds_its_recordings() {
     let folder = tempfile::tempdir().unwrap();
     let (old, new) = (folder.path().join("old"), folder.path().join("new"));
     let mut setup = setup();
@@ -154,7 +154,7 @@ fn a_session_that_moved_finds_its_recordings() {
     )
     .unwrap();
     std::fs::rename(&old, &new).unwrap();
-    // One lies beside the session now, one is gone.
+    // One lies next to the session now, one is missing.
     std::fs::rename(new.join("data/two.csv"), new.join("two.csv")).unwrap();
     std::fs::remove_file(new.join("data/three.csv")).unwrap();
     let loaded = load(&new.join("a.impactscope.toml")).unwrap();
@@ -171,7 +171,7 @@ fn a_session_that_moved_finds_its_recordings() {
 }
 
 #[test]
-fn damage_is_named_and_the_file_is_kept() {
+fn damage_is_reported_and_a_copy_is_saved() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     save(&path, &setup(), &View::default(), &[]).unwrap();
@@ -191,19 +191,19 @@ fn damage_is_named_and_the_file_is_kept() {
         let error = load(&path).unwrap_err();
         assert!(matches!(error, SessionError::Unreadable { .. }), "{error}");
         assert!(error.to_string().contains("a.impactscope.toml"), "{error}");
-        let kept = keep_unreadable(&path).unwrap();
+        let copy = keep_unreadable(&path).unwrap();
         assert!(
-            kept.to_string_lossy()
+            copy.to_string_lossy()
                 .ends_with(&format!("unreadable-{}", i + 1))
         );
-        assert_eq!(&std::fs::read_to_string(kept).unwrap(), damaged);
+        assert_eq!(&std::fs::read_to_string(copy).unwrap(), damaged);
     }
     std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
     assert!(load(&path).unwrap_err().to_string().contains("UTF-8"));
 }
 
 #[test]
-fn every_cut_gives_an_error_and_no_panic() {
+fn a_truncated_session_gives_an_error_and_no_panic() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     let mut setup = setup();
@@ -214,7 +214,7 @@ fn every_cut_gives_an_error_and_no_panic() {
     let text = std::fs::read_to_string(&path).unwrap();
     for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
         if let Ok(loaded) = crate::app::files::session_text::from_text(&text[..end]) {
-            // Only what has a default may be missing.
+            // Only entries with a default may be missing.
             assert_eq!(loaded.setup.preset, setup.preset, "cut at {end}");
             assert_eq!(loaded.setup.locked, setup.locked, "cut at {end}");
             assert_eq!(loaded.recordings.len(), 1, "cut at {end}");
@@ -223,7 +223,7 @@ fn every_cut_gives_an_error_and_no_panic() {
 }
 
 #[test]
-fn another_version_is_told_apart_from_damage() {
+fn another_version_is_distinguished_from_damage() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     for text in [
@@ -241,7 +241,7 @@ fn another_version_is_told_apart_from_damage() {
 }
 
 #[test]
-fn two_recordings_of_one_number_are_told_apart() {
+fn two_recordings_with_the_same_number_are_renumbered() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     let mut setup = setup();
@@ -257,21 +257,21 @@ fn two_recordings_of_one_number_are_told_apart() {
 }
 
 #[test]
-fn a_failed_save_leaves_the_former_file_and_nothing_else() {
+fn a_failed_save_leaves_the_earlier_file_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("no/such/folder/x.toml");
     assert!(save(&missing, &setup(), &View::default(), &[]).is_err());
     assert!(load(&missing).is_err());
-    // A folder of that name cannot be replaced by a file.
+    // A folder with this name cannot be replaced by a file.
     let taken = folder.path().join("taken.impactscope.toml");
     std::fs::create_dir_all(taken.join("inside")).unwrap();
     assert!(save(&taken, &setup(), &View::default(), &[]).is_err());
-    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
-    assert_eq!(left.len(), 1, "{left:?}");
+    let entries: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(entries.len(), 1, "{entries:?}");
 }
 
 #[test]
-fn the_kept_curve_is_in_the_session_and_older_ones_have_none() {
+fn the_reference_curve_is_saved_and_older_sessions_have_none() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     let mut setup = setup();
@@ -281,21 +281,21 @@ fn the_kept_curve_is_in_the_session_and_older_ones_have_none() {
     save(&path, &setup, &View::default(), &[]).unwrap();
     let older = std::fs::read_to_string(&path).unwrap();
     assert!(!older.contains("kept"), "{older}");
-    assert_eq!(load(&path).unwrap().view.kept, None);
+    assert_eq!(load(&path).unwrap().view.reference_curve, None);
     let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0], 0.0).unwrap();
     for drive in [
         DriveChoice::Waveform(Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap()),
         DriveChoice::Waveform(Waveform::Table(Arc::new(table))),
         DriveChoice::Recorded(7),
     ] {
-        let kept = Kept {
+        let curve = ReferenceCurve {
             preset: Preset::embedded("oscillator").unwrap(),
             drive,
             shift: 1.5e-3,
             duration: 0.3,
         };
         let view = View {
-            kept: Some(kept),
+            reference_curve: Some(curve),
             ..View::default()
         };
         save(&path, &setup, &view, &[]).unwrap();
@@ -306,5 +306,5 @@ fn the_kept_curve_is_in_the_session_and_older_ones_have_none() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replace("duration = 0.3", "duration = -0.3")).unwrap();
     let error = load(&path).unwrap_err();
-    assert!(error.to_string().contains("kept curve"), "{error}");
+    assert!(error.to_string().contains("reference curve"), "{error}");
 }

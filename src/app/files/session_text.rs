@@ -1,4 +1,4 @@
-//! The text of a session file: what stands in it, and back.
+//! The text of a session file: writing and reading it.
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Component, Path, PathBuf};
@@ -15,17 +15,17 @@ use crate::model::preset::Preset;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
 
-/// Version that is written and read.
-pub const FORMAT: u32 = 1;
-/// The key that tells a session from a preset; its value is the version.
-pub const MARKER: &str = "impactscope_session";
+/// Version of the format that is written and read.
+pub const FORMAT_VERSION: u32 = 1;
+/// The key that distinguishes a session from a preset; its value is the version.
+pub const VERSION_KEY: &str = "impactscope_session";
 
 /// Why a text is no session that can be opened.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TextError {
-    /// A session, but of another version.
+    /// A session of another version.
     ForeignVersion(i64),
-    /// Damaged, or no session: what is wrong.
+    /// Damaged, or no session; the text says what is wrong.
     Damaged(String),
 }
 
@@ -37,9 +37,9 @@ struct File {
     duration: f64,
     locked: BTreeSet<String>,
     drive: DriveEntry,
-    /// The device as a preset's text, which has its own checks.
+    /// The device as the text of a preset, which checks itself when it is read.
     preset: String,
-    /// The preset that a reset goes back to; the device itself where there is none.
+    /// The preset that a reset goes back to; the device itself if absent.
     #[serde(default)]
     original: Option<String>,
     view: View,
@@ -55,14 +55,14 @@ struct File {
 pub struct RecordingEntry {
     /// Its number in the session.
     pub id: u64,
-    /// Where it is; none for the shipped one.
+    /// Its path; none for a built-in recording.
     pub path: Option<PathBuf>,
-    /// Where it is as seen from the session's folder, for sessions that are moved.
+    /// Its path relative to the session's folder, for sessions that are moved.
     #[serde(default)]
     pub relative: Option<PathBuf>,
     /// Hash of its bytes when it was loaded.
     pub sha256: Option<String>,
-    /// Whether it is the shipped one, which is made up.
+    /// Whether it is a made-up recording that comes with the program.
     #[serde(default)]
     pub made_up: bool,
     /// How its columns are read.
@@ -71,40 +71,40 @@ pub struct RecordingEntry {
     pub alignment: Alignment,
     /// Whether it is drawn.
     pub visible: bool,
-    /// Place in the palette.
+    /// Index into the palette.
     pub color: usize,
-    /// What it is used for, once that was chosen.
+    /// What it is used for; `None` until a person has chosen.
     #[serde(default)]
     pub role: Option<Role>,
-    /// Its name, by which a shipped one is found.
+    /// Its name, by which a built-in one is found.
     #[serde(default)]
     pub name: Option<String>,
 }
 
-/// The text of a session that will stand in `folder`, `absent` recordings included.
+/// The text of a session that will be saved in `folder`, including `missing` recordings.
 ///
 /// # Errors
-/// What cannot be written, such as a path that is no Unicode.
+/// What cannot be written, for example a path that is not Unicode.
 pub fn to_text(
     setup: &Setup,
     view: &View,
-    absent: &[RecordingEntry],
+    missing: &[RecordingEntry],
     folder: &Path,
 ) -> Result<String, String> {
     let file = File {
-        impactscope_session: FORMAT,
+        impactscope_session: FORMAT_VERSION,
         duration: setup.duration,
         locked: setup.locked.clone(),
         drive: DriveEntry::of(&setup.drive),
         preset: setup.preset.to_toml(),
         original: (setup.preset != *setup.original).then(|| setup.original.to_toml()),
         view: view.clone(),
-        recordings: Some(setup.overlays.len() + absent.len()),
+        recordings: Some(setup.overlays.len() + missing.len()),
         recording: setup
             .overlays
             .iter()
             .map(|overlay| entry(overlay, folder))
-            .chain(absent.iter().cloned())
+            .chain(missing.iter().cloned())
             .collect(),
     };
     toml::to_string(&file).map_err(|error| error.to_string())
@@ -118,7 +118,7 @@ fn entry(overlay: &Overlay, folder: &Path) -> RecordingEntry {
         .map(|path| std::path::absolute(path).unwrap_or_else(|_| path.clone()));
     RecordingEntry {
         id: overlay.id,
-        relative: path.as_ref().and_then(|path| seen_from(path, folder)),
+        relative: path.as_ref().and_then(|path| relative_to(path, folder)),
         path,
         sha256: overlay.recording.sha256.clone(),
         made_up: overlay.made_up,
@@ -135,12 +135,12 @@ fn entry(overlay: &Overlay, folder: &Path) -> RecordingEntry {
     }
 }
 
-/// `path` as seen from `folder`, both absolute; `None` if they are on different drives.
-fn seen_from(path: &Path, folder: &Path) -> Option<PathBuf> {
+/// `path` relative to `folder`, both absolute; `None` if they are on different drives.
+fn relative_to(path: &Path, folder: &Path) -> Option<PathBuf> {
     let folder = std::path::absolute(folder).ok()?;
     let (to, from): (Vec<_>, Vec<_>) = (path.components().collect(), folder.components().collect());
     let common = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
-    // Climbing over a `..` would need to ask the disk where it leads.
+    // A `..` in the folder may pass a symbolic link, so it cannot be resolved here.
     if common == 0 || from[common..].contains(&Component::ParentDir) {
         return None;
     }
@@ -149,10 +149,10 @@ fn seen_from(path: &Path, folder: &Path) -> Option<PathBuf> {
 }
 
 /// Whether a text has the session's key at the beginning of a line.
-pub fn has_marker(text: &str) -> bool {
+pub fn has_version_key(text: &str) -> bool {
     text.lines().any(|line| {
         line.trim_start()
-            .strip_prefix(MARKER)
+            .strip_prefix(VERSION_KEY)
             .is_some_and(|rest| rest.trim_start().starts_with('='))
     })
 }
@@ -163,20 +163,20 @@ pub fn has_marker(text: &str) -> bool {
 /// [`TextError`].
 pub fn from_text(text: &str) -> Result<Loaded, TextError> {
     let damaged = |error: toml::de::Error| TextError::Damaged(error.to_string());
-    // The version first: another version may have other keys.
+    // The version is checked first: another version may have other keys.
     let table: toml::Table = toml::from_str(text).map_err(damaged)?;
-    match table.get(MARKER).and_then(toml::Value::as_integer) {
+    match table.get(VERSION_KEY).and_then(toml::Value::as_integer) {
         None => {
             return Err(TextError::Damaged(format!(
-                "this is no session: it has no {MARKER}"
+                "this is not a session: it has no {VERSION_KEY}"
             )));
         }
-        Some(version) if version != i64::from(FORMAT) => {
+        Some(version) if version != i64::from(FORMAT_VERSION) => {
             return Err(TextError::ForeignVersion(version));
         }
         Some(_) => {}
     }
-    // From the text again, so that an error names its line.
+    // Parsed from the text again, so that an error names its line.
     let file: File = toml::from_str(text).map_err(damaged)?;
     loaded(file).map_err(TextError::Damaged)
 }
@@ -228,8 +228,8 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
     })
 }
 
-/// Gives recordings whose number is taken a new one: a person's session is worth more
-/// than a number. A drive by recording means the first that has it.
+/// Gives recordings with a number already taken a new one, so that a session with duplicate
+/// numbers can still be opened. A recorded drive then means the first of them.
 fn renumber(recordings: &mut [RecordingEntry]) {
     let mut known = HashSet::new();
     let mut next = recordings.iter().map(|entry| entry.id).max().unwrap_or(0);
@@ -242,26 +242,28 @@ fn renumber(recordings: &mut [RecordingEntry]) {
     }
 }
 
-/// Numbers that would harm later.
+/// Rejects numbers that would cause errors later.
 fn check(file: &File) -> Result<(), String> {
     let positive = |value: f64| value > 0.0 && value.is_finite();
     if !positive(file.duration) {
-        return Err(format!("the span {} s is no time", file.duration));
+        return Err(format!("the span of {} s is invalid", file.duration));
     }
     if !positive(file.view.slow_down) {
-        return Err(format!("the slow-down {} is no speed", file.view.slow_down));
+        return Err(format!("the slow-down {} is invalid", file.view.slow_down));
     }
     if let Some((start, end)) = file.view.time_range
         && !(start.is_finite() && end.is_finite() && start < end)
     {
-        return Err(format!("the view from {start} s to {end} s is empty"));
+        return Err(format!(
+            "the time range in view, {start} s to {end} s, is empty"
+        ));
     }
     let found = file.recording.len();
-    if let Some(told) = file.recordings
-        && told != found
+    if let Some(expected) = file.recordings
+        && expected != found
     {
         return Err(format!(
-            "the file is cut off: it has {found} of {told} recordings"
+            "the file is truncated: it has {found} of {expected} recordings"
         ));
     }
     for entry in &file.recording {
@@ -275,27 +277,30 @@ fn check(file: &File) -> Result<(), String> {
             a.voltage_scale,
         ];
         if !numbers.iter().all(|value| value.is_finite()) {
-            return Err(format!("recording {} is shifted by no number", entry.id));
+            return Err(format!(
+                "the alignment of recording {} is not a number",
+                entry.id
+            ));
         }
     }
     Ok(())
 }
 
-/// A session read from its file, its recordings not yet.
+/// A session read from its file; its recordings are not read yet.
 #[derive(Debug)]
 pub struct Loaded {
-    /// Everything but the recordings from files.
+    /// The setup, without the recordings that come from files.
     pub setup: Setup,
-    /// How it was looked at.
+    /// The view.
     pub view: View,
     /// Recordings to import.
     pub recordings: Vec<RecordingEntry>,
-    /// What could not be brought back, with the remedy: lines for the window.
+    /// What could not be restored and what to do, for the window.
     pub missing: Vec<String>,
 }
 
 impl Loaded {
-    /// The highest number of any recording, to number new ones from.
+    /// The highest number of any recording; new ones are numbered from it.
     pub fn last_id(&self) -> u64 {
         let shown = self.setup.overlays.iter().map(|overlay| overlay.id);
         let to_come = self.recordings.iter().map(|entry| entry.id);
@@ -308,21 +313,24 @@ mod tests {
     use super::super::session_text::*;
 
     #[test]
-    fn paths_are_seen_from_the_folder_of_the_session() {
-        let seen = |path: &str, folder: &str| seen_from(Path::new(path), Path::new(folder));
-        assert_eq!(seen("/a/b/c.csv", "/a/b"), Some(PathBuf::from("c.csv")));
-        assert_eq!(seen("/a/c.csv", "/a/b"), Some(PathBuf::from("../c.csv")));
+    fn paths_are_relative_to_the_folder_of_the_session() {
+        let relative = |path: &str, folder: &str| relative_to(Path::new(path), Path::new(folder));
+        assert_eq!(relative("/a/b/c.csv", "/a/b"), Some(PathBuf::from("c.csv")));
         assert_eq!(
-            seen("/x/y/c.csv", "/a/b"),
+            relative("/a/c.csv", "/a/b"),
+            Some(PathBuf::from("../c.csv"))
+        );
+        assert_eq!(
+            relative("/x/y/c.csv", "/a/b"),
             Some(PathBuf::from("../../x/y/c.csv"))
         );
-        assert_eq!(seen("/x/c.csv", "/a/../b"), None);
+        assert_eq!(relative("/x/c.csv", "/a/../b"), None);
     }
 
     #[test]
-    fn the_marker_is_a_key_and_no_word_in_a_comment() {
-        assert!(has_marker("# mine\nimpactscope_session = 1\n"));
-        assert!(!has_marker("# made from an impactscope_session = 1\n"));
-        assert!(!has_marker("impactscope_sessions = 1"));
+    fn the_version_key_is_not_found_in_a_comment() {
+        assert!(has_version_key("# mine\nimpactscope_session = 1\n"));
+        assert!(!has_version_key("# made from an impactscope_session = 1\n"));
+        assert!(!has_version_key("impactscope_sessions = 1"));
     }
 }

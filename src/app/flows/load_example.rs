@@ -1,4 +1,5 @@
-//! The example: recordings that come with the program, to see a diagnosis at once.
+//! The example: recordings that come with the program, so that a diagnosis can be tried at
+//! once.
 
 use crate::app::files::built_in;
 use crate::app::setup::overlay::{Overlay, OverlayId, Role};
@@ -7,8 +8,8 @@ use crate::app::state::State;
 use crate::model::preset::Preset;
 use crate::trial::{Recordings, demo};
 
-/// Loads the example beside the person's own recordings, which are left out of it; the
-/// device is the paper's. One step of undo takes it back.
+/// Loads the example and the paper's device. The person's own recordings stay, hidden and
+/// unused. One undo step reverts it.
 ///
 /// # Errors
 /// Why the recordings cannot be read.
@@ -16,7 +17,7 @@ pub fn load(state: &mut State, last: &mut OverlayId) -> Result<(), String> {
     let recordings = demo::recordings().map_err(|error| error.to_string())?;
     crate::app::setup::setup::choose_preset(&mut state.setup, &Preset::default());
     let overlays = &mut state.setup.overlays;
-    // What comes with the program makes room for what comes with the program.
+    // Built-in recordings are replaced.
     overlays.retain(|overlay| !overlay.made_up);
     for overlay in overlays.iter_mut() {
         (overlay.role, overlay.visible) = (Some(Role::Unused), false);
@@ -26,13 +27,13 @@ pub fn load(state: &mut State, last: &mut OverlayId) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether it is loaded.
+/// Whether the example is loaded.
 pub fn is_loaded(setup: &Setup) -> bool {
     let of_example = |o: &&Overlay| o.made_up && o.recording.name != built_in::MADE_UP_NAME;
     setup.overlays.iter().filter(of_example).count() > 1
 }
 
-/// Adds recordings of no file with their roles; the first one is drawn in Tune.
+/// Adds recordings that come from no file, with their roles; the first one is drawn in Tune.
 pub(crate) fn add(
     setup: &mut Setup,
     recordings: Recordings,

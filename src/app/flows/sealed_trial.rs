@@ -1,10 +1,11 @@
-//! TODO-doc
+//! The sealed trial from start to end: its recordings replace the person's own, the
+//! envelope is opened and scored, and the person's own setup comes back.
 
 use sha2::{Digest, Sha256};
 
 use super::load_example;
 use crate::app::analysis::job::Job;
-use crate::app::analysis::sealed_trial::{Made, Opened, Own, Sealed, is_right, said};
+use crate::app::analysis::sealed_trial::{Made, Opened, Own, Sealed, is_right, scored_form};
 use crate::app::files::built_in;
 use crate::app::setup::overlay::OverlayId;
 use crate::app::setup::setup::Setup;
@@ -13,7 +14,7 @@ use crate::model::preset::Preset;
 use crate::trial::score;
 use crate::trial::score::{Mark, may_also_name, score};
 
-/// Takes a trial that was made, and notices one whose recordings were taken back.
+/// Starts a trial that was generated, and ends one whose recordings were undone.
 pub(crate) fn poll(state: &mut State, last: &mut OverlayId) {
     if let Some(made) = state.diagnosing.trial.making.as_ref().and_then(Job::take) {
         state.diagnosing.trial.making = None;
@@ -28,12 +29,12 @@ pub(crate) fn poll(state: &mut State, last: &mut OverlayId) {
         overlays.iter().any(|o| sealed.recordings.contains(&o.id))
     };
     if trial.sealed.as_ref().is_some_and(|sealed| !there(sealed)) {
-        // Undone: what was the person's own is back by that already.
+        // Undo has already brought the person's own setup back.
         trial.sealed = None;
     }
 }
 
-/// Loads a trial's recordings in place of the person's own, which are put aside.
+/// Loads a trial's recordings in place of the person's own, which are stored until it ends.
 pub(crate) fn begin(
     state: &mut State,
     (recordings, envelope, seed, beam): Made,
@@ -65,7 +66,7 @@ pub(crate) fn begin(
     });
 }
 
-/// Ends the trial: the person's own recordings, device and answers come back.
+/// Ends the trial and restores the person's own recordings, device and answers.
 pub fn end(state: &mut State) {
     let Some(sealed) = state.diagnosing.trial.sealed.take() else {
         return;
@@ -86,7 +87,7 @@ pub fn end(state: &mut State) {
     }
 }
 
-/// The setup that is the person's own: a trial is no part of a session.
+/// The person's own setup, even during a trial: a trial is no part of a session.
 pub fn own_setup(state: &State) -> &Setup {
     match &state.diagnosing.trial.sealed {
         Some(sealed) => &sealed.own.setup,
@@ -94,7 +95,7 @@ pub fn own_setup(state: &State) -> &Setup {
     }
 }
 
-/// Opens the envelope: scores guess and answer, and adds them to the tally.
+/// Opens the envelope, scores the guess and the diagnosis, and adds them to the tally.
 pub fn open(state: &mut State) {
     let diagnosing = &mut state.diagnosing;
     let answer = diagnosing.automatic.clone();
@@ -108,9 +109,9 @@ pub fn open(state: &mut State) {
         .map(|byte| format!("{byte:02x}"))
         .collect();
     let may_add = may_also_name(sealed.beam);
-    let mark = |said: &score::Diagnosis| score(&truth, said, may_add).mark;
+    let mark = |answer: &score::Diagnosis| score(&truth, answer, may_add).mark;
     let tool = answer.map(|answer| mark(&score::Diagnosis::from(&answer.diagnosis)));
-    let person = sealed.guess.as_ref().map(|guess| mark(&said(guess)));
+    let person = sealed.guess.as_ref().map(|guess| mark(&scored_form(guess)));
     let count = |(right, of): &mut (usize, usize), mark: Option<Mark>| {
         *of += usize::from(mark.is_some());
         *right += usize::from(mark.is_some_and(is_right));

@@ -1,9 +1,9 @@
 //! The device drawn, moving with the run: a cantilever with its proof mass over the
 //! ground, a mass on a spring, or a free mass.
 //!
-//! Heights are to scale, lengths are not; the scale is that of the whole run, so that
-//! only the device moves. Force arrows grow with the force, the drive's and the mass's
-//! each against their own largest value in the run.
+//! Heights are to scale, lengths are not. The scale is fixed for the whole run, so that
+//! only the device moves. The length of an arrow is relative to the largest drive force of
+//! the run, or to the largest force on the mass.
 
 mod column;
 mod moment;
@@ -21,15 +21,15 @@ use crate::app::state::State;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
-/// Least and greatest height of the picture [points].
-const HEIGHT: (f32, f32) = (110.0, 420.0);
+/// Smallest and largest height of the picture [points].
+const HEIGHT_RANGE: (f32, f32) = (110.0, 420.0);
 
-/// What is to scale, on hovering.
-const NOTE: &str = "Heights are to scale (the bar), lengths are not. Arrows grow with the \
-     force: the drive's against the drive's largest, those on the mass against the largest \
-     on the mass in this run.";
+/// Shown on hovering: what is to scale.
+const SCALE_NOTE: &str = "Heights are to scale (see the bar), lengths are not. The length of \
+     an arrow is relative to the largest drive force of this run, or to the largest force on \
+     the mass.";
 
-/// What stands in the picture.
+/// What kind of device is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// A clamped beam with the mass at its end.
@@ -52,14 +52,14 @@ impl Kind {
     }
 }
 
-/// Places in the picture, fixed for a run and a size.
+/// Positions in the picture, fixed for a run and a size.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     /// Where the device moves.
     area: Rect,
-    /// Left upper corner of the column of text.
+    /// Upper left corner of the column of text.
     column: Pos2,
-    /// Centre of the mass across.
+    /// Horizontal centre of the mass.
     mass_x: f32,
     /// Width and height of the mass.
     mass: eframe::egui::Vec2,
@@ -116,7 +116,7 @@ impl Layout {
         self.low_y - ((x - self.low) * self.scale) as f32
     }
 
-    /// Most that an arrow can be long.
+    /// Length of the longest arrow [points].
     fn arrow(&self) -> f32 {
         (0.3 * self.area.height()).clamp(26.0, 70.0)
     }
@@ -127,7 +127,10 @@ impl Layout {
 pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
     let room = ui.available_size();
     let height = if room.y.is_finite() { room.y } else { 220.0 };
-    let size = vec2(room.x.max(240.0), height.clamp(HEIGHT.0, HEIGHT.1));
+    let size = vec2(
+        room.x.max(240.0),
+        height.clamp(HEIGHT_RANGE.0, HEIGHT_RANGE.1),
+    );
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let seen = state
         .snapshot
@@ -149,9 +152,9 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
         Some((snapshot, Some(moment))) => (snapshot, moment),
         other => {
             let why = if other.is_some() {
-                "no motion to draw at this time"
+                "no motion at this time"
             } else {
-                "the device appears here once it has been simulated"
+                "the device appears here after the first simulation"
             };
             text(&painter, rect.center(), "cc", why, 13.0, colors.weak);
             return;
@@ -179,10 +182,10 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
     }
     scene.scale_bar();
     column::show(&painter, &layout, &colors, &moment, &extremes, kind);
-    response.on_hover_text(NOTE);
+    response.on_hover_text(SCALE_NOTE);
 }
 
-/// What a screen reader says.
+/// The text for screen readers.
 fn label(moment: &Moment) -> String {
     let mut label = format!(
         "Device, {}, xp = {}",
@@ -195,14 +198,14 @@ fn label(moment: &Moment) -> String {
     label
 }
 
-/// The extremes of a run, looked for once per run.
+/// The extremes of a run, computed once per run.
 fn extremes(ui: &Ui, snapshot: &Snapshot) -> Extremes {
     let id = Id::unique("device picture extremes");
-    let kept = ui.data(|data| data.get_temp::<Extremes>(id));
-    if let Some(kept) = kept.filter(|kept| kept.are_of(snapshot)) {
-        return kept;
+    let known = ui.data(|data| data.get_temp::<Extremes>(id));
+    if let Some(known) = known.filter(|known| known.are_of(snapshot)) {
+        return known;
     }
-    let new = Extremes::new(snapshot, kept.as_ref());
+    let new = Extremes::new(snapshot, known.as_ref());
     ui.data_mut(|data| data.insert_temp(id, new));
     new
 }

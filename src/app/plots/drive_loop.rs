@@ -1,7 +1,7 @@
 //! Displacement against drive voltage, over the time in view, with recordings that have
 //! a voltage.
 
-use eframe::egui::{Stroke, Ui};
+use eframe::egui::Ui;
 
 use super::frame::cache::Source;
 use super::frame::curve::{Curve, Placed};
@@ -67,26 +67,16 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
     plot
 }
 
-fn recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64, f64)) {
+fn recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, view: (f64, f64)) {
     let recording = &overlay.recording;
     let alignment = overlay.alignment;
     let placed = |channel| Placed::aligned(&alignment, channel);
     let (volts, xp) = (placed(Channel::Voltage), placed(Channel::ProofMass));
-    let index = |t: f64| {
-        let time = t - alignment.time_shift;
-        recording.time.partition_point(|&sample| sample < time)
-    };
-    let path = xy::Path {
-        name: format!("xp of {}", recording.name),
-        slot: ("recording", overlay.id),
-        source: (Source::of(recording), alignment),
-        stroke: Stroke::new(style::THIN, style::overlay_color(ui, overlay.color)),
-        dashed: false,
-    };
     let Some(voltage) = &recording.voltage else {
         return;
     };
-    plot.add(ui, path, (index(from), index(to)), |i| {
+    let path = xy::recorded_path(ui, overlay);
+    plot.add(ui, path, xy::recorded_samples(overlay, view), |i| {
         [volts.value(voltage[i]), xp.value(recording.proof_mass[i])]
     });
 }

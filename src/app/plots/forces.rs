@@ -15,24 +15,25 @@ use crate::app::state::State;
 use crate::model::Model;
 use crate::sim::{Event, EventKind, ForceTraces, Trace};
 
-/// The largest force, and a picture of the voltage: beside it the others are flat lines.
-const DRIVE: &str = "drive";
+/// Name of the drive force. It follows the voltage and is so large that the other forces
+/// look flat next to it, so it is hidden at first.
+const DRIVE_FORCE: &str = "drive";
 
 type Column = fn(&ForceTraces) -> &[f64];
 
-/// What a force has to do with a release.
+/// The role of a force in a release.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     None,
-    /// It brings it about.
+    /// It causes the release.
     PullOff,
-    /// It holds the mass until then.
+    /// It holds the mass until the release.
     Adhesion,
 }
 
-/// Name, part in a release, samples.
+/// Name, role in a release, samples.
 const FORCES: [(&str, Part, Column); 6] = [
-    (DRIVE, Part::None, |forces| &forces.drive),
+    (DRIVE_FORCE, Part::None, |forces| &forces.drive),
     ("film", Part::None, |forces| &forces.film),
     ("effects", Part::None, |forces| &forces.effects),
     ("ground", Part::None, |forces| &forces.ground),
@@ -59,7 +60,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     plot
 }
 
-/// Why no force is drawn.
+/// Why no force is shown.
 fn why_none(model: &Model) -> String {
     if model.piezo.is_none() && !model.has_ground && model.effects.is_empty() {
         let device = &model.name;
@@ -80,39 +81,39 @@ fn curves(ui: &Ui, trace: &Arc<Trace>) -> Vec<Curve> {
                 })
             } else {
                 let id = Id::unique(("plot force", name));
-                cache::kept(ui, id, Source::of(trace), || {
+                cache::cached(ui, id, Source::of(trace), || {
                     let samples = trace.forces.as_ref().map_or(&[][..], values);
-                    to_the_end(trace, samples, part)
+                    up_to_release(trace, samples, part)
                 })
             };
-            // A device without effects has no curve of them.
+            // A device without effects has no curve for them.
             let (low, high) = pyramid.extremes()?;
             let curve = Curve::new(name, pyramid, color);
             let curve = match name {
-                DRIVE => curve.hidden(),
+                DRIVE_FORCE => curve.hidden(),
                 _ => curve,
             };
             (low != 0.0 || high != 0.0).then(|| {
                 if part == Part::None {
                     curve
                 } else {
-                    curve.width(style::THICK)
+                    curve.width(style::THICK_LINE)
                 }
             })
         })
         .collect();
-    // The drive hides behind its name so that the others are seen, where there are others.
+    // The drive force is hidden so that the others can be seen; if it is alone, it is shown.
     if let [only] = curves.as_mut_slice() {
         only.hidden = false;
     }
     curves
 }
 
-/// One of the two forces that decide a release, drawn up to the instant at which it
-/// happens: what is between two samples there is the crossing that frees the mass.
-fn to_the_end(trace: &Trace, values: &[f64], part: Part) -> Pyramid {
-    /// Between the last instant of a contact and the flight [s].
-    const AFTER: f64 = 1e-12;
+/// One of the two forces that decide a release, drawn up to the exact time of the release.
+/// The pull-off force reaches the adhesion there, between two samples.
+fn up_to_release(trace: &Trace, values: &[f64], part: Part) -> Pyramid {
+    /// Time between the end of a contact and the start of the flight [s].
+    const RELEASE_GAP: f64 = 1e-12;
     let decisive = |event: &&Event| matches!(event.kind, EventKind::Stick | EventKind::Release);
     let count = trace.events.iter().filter(decisive).count();
     if count == 0 || count > values.len() {
@@ -135,12 +136,12 @@ fn to_the_end(trace: &Trace, values: &[f64], part: Part) -> Pyramid {
             since = next;
             add(event.time, 0.0);
         } else {
-            // Adhesion grows slowly: its last sample holds. Where a contact has none, the
-            // force that overcame it is as large.
+            // Adhesion grows slowly, so its last sample is used. A contact without a sample
+            // takes the pull-off force, which is as large.
             let sampled = values[since..next].last().copied();
             let holding = sampled.filter(|_| part == Part::Adhesion);
             add(event.time, holding.unwrap_or(event.pull_off_force));
-            add(event.time + AFTER, 0.0);
+            add(event.time + RELEASE_GAP, 0.0);
         }
     }
     for (i, &value) in values.iter().enumerate().skip(next) {
@@ -167,8 +168,8 @@ mod tests {
         };
         let trace = simulate(&preset.model, &drive, 0.1, &options).unwrap();
         let forces = trace.forces.as_ref().unwrap();
-        let pull_off = to_the_end(&trace, &forces.pull_off, Part::PullOff);
-        let adhesion = to_the_end(&trace, &forces.adhesion, Part::Adhesion);
+        let pull_off = up_to_release(&trace, &forces.pull_off, Part::PullOff);
+        let adhesion = up_to_release(&trace, &forces.adhesion, Part::Adhesion);
         let releases = trace.events.iter().filter(|e| e.kind == EventKind::Release);
         let growth = 1.01 * preset.model.parameters[ParameterId::Ca] * trace.dt;
         let mut count = 0;

@@ -1,4 +1,4 @@
-//! The pictures of the Tune workspace, stacked: one file for each.
+//! The pictures of the Tune workspace, stacked; each has a file.
 
 pub mod device;
 mod drive_loop;
@@ -19,15 +19,15 @@ use super::setup::view::Picture;
 use super::state::{Cursors, State};
 
 /// Space between two pictures [points].
-const SPACING: f32 = 6.0;
-/// Height of a line that stands for a picture [points].
-const LINE: f32 = 20.0;
+const PICTURE_SPACING: f32 = 6.0;
+/// Height of the line of text that replaces an empty picture [points].
+const MESSAGE_HEIGHT: f32 = 20.0;
 /// Height of ticks and label of the time axis [points].
-const TIME_AXIS: f32 = 36.0;
-/// Least height of the pictures without a time axis [points].
-const XY_HEIGHT: f32 = 190.0;
+const TIME_AXIS_HEIGHT: f32 = 36.0;
+/// Smallest height of the pictures without a time axis [points].
+const MIN_XY_HEIGHT: f32 = 190.0;
 
-/// Draws all pictures that are switched on and takes up what is done over them.
+/// Draws all pictures that are switched on and reacts to mouse and keys over them.
 pub fn show(ui: &mut Ui, state: &mut State) {
     let typing = ui.ctx().memory(|memory| memory.focused().is_some());
     if !typing && !menu_open(ui) && ui.input(|input| input.key_pressed(Key::Escape)) {
@@ -50,20 +50,21 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     } else {
         0.0
     };
-    let mut rest = space.y - lines.len() as f32 * (LINE + SPACING) - 2.0 * SPACING;
+    let mut rest =
+        space.y - lines.len() as f32 * (MESSAGE_HEIGHT + PICTURE_SPACING) - 2.0 * PICTURE_SPACING;
     if device {
-        rest -= device_height + SPACING;
+        rest -= device_height + PICTURE_SPACING;
     }
     if !plots.is_empty() {
-        rest -= readout.height(space.x) + TIME_AXIS;
+        rest -= readout.height(space.x) + TIME_AXIS_HEIGHT;
     }
     let plane_height = if plots.is_empty() {
-        rest.clamp(XY_HEIGHT, 600.0)
+        rest.clamp(MIN_XY_HEIGHT, 600.0)
     } else {
-        (0.26 * space.y).clamp(XY_HEIGHT, 300.0)
+        (0.26 * space.y).clamp(MIN_XY_HEIGHT, 300.0)
     };
     if !planes.is_empty() {
-        rest -= plane_height + SPACING;
+        rest -= plane_height + PICTURE_SPACING;
     }
     let mut own: Vec<(Picture, f32)> = heights(&plots, rest);
     if device {
@@ -88,8 +89,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     device::show(ui, state, device_time(state));
                 });
                 match heights.first() {
-                    Some(&below) => frame::split::handle(ui, this, below, SPACING),
-                    None => ui.add_space(SPACING),
+                    Some(&below) => frame::split::handle(ui, this, below, PICTURE_SPACING),
+                    None => ui.add_space(PICTURE_SPACING),
                 }
             }
             if !plots.is_empty() {
@@ -102,11 +103,11 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             }
             time_plots(ui, state, plots, &heights);
             for line in lines {
-                ui.add_space(SPACING);
+                ui.add_space(PICTURE_SPACING);
                 ui.label(RichText::new(line).size(12.0).weak());
             }
             if !planes.is_empty() {
-                ui.add_space(SPACING);
+                ui.add_space(PICTURE_SPACING);
                 side_by_side(ui, state, &planes, plane_height);
                 if state
                     .reveal
@@ -119,7 +120,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         });
 }
 
-/// Whether a menu or a list is open, or was before this frame: Escape closes that first.
+/// Whether a menu or a list is open, or was before this frame: Escape closes it first.
 fn menu_open(ui: &Ui) -> bool {
     let key = Id::unique("menu open before");
     let now = Popup::is_any_open(ui.ctx());
@@ -128,7 +129,7 @@ fn menu_open(ui: &Ui) -> bool {
     now || before
 }
 
-/// The pictures against time that are switched on, and lines for those that have
+/// The pictures against time that are switched on, and a line of text for those that have
 /// nothing to show.
 pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
     let (mut plots, mut lines) = (Vec::new(), Vec::new());
@@ -155,7 +156,7 @@ pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
     (plots, lines)
 }
 
-/// Least height and share of what is left over.
+/// Smallest height [points], and share of the remaining height.
 fn demand(picture: Picture) -> (f32, f32) {
     match picture {
         Picture::Trajectory => (150.0, 3.0),
@@ -167,13 +168,13 @@ fn demand(picture: Picture) -> (f32, f32) {
 
 fn heights(plots: &[TimePlot], space: f32) -> Vec<(Picture, f32)> {
     let demands: Vec<(f32, f32)> = plots.iter().map(|plot| demand(plot.picture)).collect();
-    let least: f32 = demands.iter().map(|d| d.0 + SPACING).sum();
+    let least: f32 = demands.iter().map(|d| d.0 + PICTURE_SPACING).sum();
     let shares: f32 = demands.iter().map(|d| d.1).sum();
-    let left = (space - least).max(0.0);
+    let remaining = (space - least).max(0.0);
     demands
         .iter()
         .zip(plots)
-        .map(|((least, share), plot)| (plot.picture, (least + left * share / shares).floor()))
+        .map(|((least, share), plot)| (plot.picture, (least + remaining * share / shares).floor()))
         .collect()
 }
 
@@ -203,19 +204,19 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(
     state.cursors.hover = None;
     for (i, plot) in plots.into_iter().enumerate() {
         let lowest = i == last;
-        let height = heights[i].1 + if lowest { TIME_AXIS } else { 0.0 };
+        let height = heights[i].1 + if lowest { TIME_AXIS_HEIGHT } else { 0.0 };
         let name = format!("plot {}", plot.picture.name());
         let reveal = state.reveal == Some(plot.picture);
         let reply = plot.show(ui, &common, height, lowest);
         if reveal {
             let mut rect = reply.response.rect;
-            rect.max.y += TIME_AXIS;
+            rect.max.y += TIME_AXIS_HEIGHT;
             ui.scroll_to_rect(rect, None);
         }
         self::frame::layout_note::note(ui.ctx(), &name, reply.response.rect);
         frame::time_window::react(ui, state, &reply);
         if !lowest {
-            frame::split::handle(ui, heights[i], heights[i + 1], SPACING);
+            frame::split::handle(ui, heights[i], heights[i + 1], PICTURE_SPACING);
         }
     }
 }
@@ -231,7 +232,7 @@ fn side_by_side(ui: &mut Ui, state: &State, planes: &[Picture], height: f32) {
     });
 }
 
-/// One of them, `size` points big.
+/// One picture without a time axis, `size` points big.
 pub(crate) fn plane(ui: &Ui, state: &State, picture: Picture, size: [f32; 2]) -> frame::xy::XyPlot {
     match picture {
         Picture::PhasePortrait => phase_portrait::describe(ui, state, size),

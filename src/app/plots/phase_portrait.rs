@@ -1,9 +1,9 @@
-//! Velocity of the proof mass against its displacement, over the time in view; that of
-//! recordings by smoothed differences.
+//! Velocity of the proof mass against its displacement, over the time in view. The velocity
+//! of recordings is computed by smoothed differences.
 
 use std::sync::Arc;
 
-use eframe::egui::{Stroke, Ui};
+use eframe::egui::Ui;
 
 use super::frame::cache::Source;
 use super::frame::curve::Placed;
@@ -20,7 +20,7 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
     let palette = style::palette(ui);
     let view = time_window::in_view(state);
     let runs: Vec<(&'static str, &Arc<Snapshot>)> = [
-        ("velocity A", state.ghost.as_ref()),
+        ("velocity A", state.reference.as_ref()),
         ("velocity", state.snapshot.as_ref()),
     ]
     .into_iter()
@@ -53,20 +53,20 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
         add_recorded(ui, &mut plot, overlay, view);
     }
     for (name, run) in &runs {
-        let ghost = *name != "velocity";
-        let color = if ghost {
-            palette.ghost
+        let is_reference = *name != "velocity";
+        let color = if is_reference {
+            palette.reference
         } else {
             palette.proof_mass
         };
         let trace = &run.trace;
         let count = trace.len().min(trace.proof_mass_velocity.len());
         let path = xy::Path {
-            name: if ghost { "A: xp" } else { "xp" }.to_owned(),
+            name: if is_reference { "A: xp" } else { "xp" }.to_owned(),
             slot: (*name, 0),
             source: Source::of(trace),
             stroke: xy::stroke(color),
-            dashed: ghost,
+            dashed: is_reference,
         };
         let samples = xy::samples(trace.t0, trace.dt, count, view);
         plot.add(ui, path, samples, |i| {
@@ -93,23 +93,13 @@ fn recorded_range(ui: &Ui, overlay: &Overlay, (from, to): (f64, f64)) -> Option<
     ))
 }
 
-fn add_recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, (from, to): (f64, f64)) {
+fn add_recorded(ui: &Ui, plot: &mut xy::XyPlot, overlay: &Overlay, view: (f64, f64)) {
     let recording = &overlay.recording;
     let alignment = overlay.alignment;
     let xp = Placed::aligned(&alignment, Channel::ProofMass);
-    let index = |t: f64| {
-        let time = t - alignment.time_shift;
-        recording.time.partition_point(|&sample| sample < time)
-    };
-    let path = xy::Path {
-        name: format!("xp of {}", recording.name),
-        slot: ("recording", overlay.id),
-        source: (Source::of(recording), alignment),
-        stroke: Stroke::new(style::THIN, style::overlay_color(ui, overlay.color)),
-        dashed: false,
-    };
     let velocity = cache::velocity(ui, overlay);
-    plot.add(ui, path, (index(from), index(to)), |i| {
+    let path = xy::recorded_path(ui, overlay);
+    plot.add(ui, path, xy::recorded_samples(overlay, view), |i| {
         [
             xp.value(recording.proof_mass[i]),
             velocity.0[i] * alignment.xp_scale,

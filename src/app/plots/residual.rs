@@ -13,7 +13,7 @@ use crate::app::setup::view::Picture;
 use crate::app::simulation::snapshot::OverlayComparison;
 use crate::app::state::State;
 
-/// The picture, or a line that says why there is none.
+/// The picture, or a line of text that says why it is empty.
 pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
     let mut plot = TimePlot::new(Picture::Residual, "residual", "m");
     plot.least = 1e-10;
@@ -46,23 +46,23 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
     if !plot.curves.is_empty() {
         return Ok(plot);
     }
-    Err(reason.unwrap_or_else(|| nothing(state, visible.is_empty()).to_owned()))
+    Err(reason.unwrap_or_else(|| why_empty(state, visible.is_empty()).to_owned()))
 }
 
-/// What the run says of a recording.
+/// The comparison of a recording with the run.
 pub fn comparison<'a>(state: &'a State, overlay: &Overlay) -> Option<&'a OverlayComparison> {
     let comparisons = &state.snapshot.as_ref()?.comparisons;
     comparisons.iter().find(|c| c.id == overlay.id)
 }
 
-fn nothing(state: &State, none_visible: bool) -> &'static str {
+fn why_empty(state: &State, none_visible: bool) -> &'static str {
     let live = state.snapshot.as_ref().is_some_and(|s| s.live.is_some());
     if state.setup.overlays.is_empty() {
-        "Residual: open a recording to see how far it lies from the simulation."
+        "Residual: open a recording to see its distance from the simulation."
     } else if none_visible {
-        "Residual: show a recording to compare it with the simulation."
+        "Residual: make a recording visible to compare it with the simulation."
     } else if live {
-        "Residual: recordings are compared in Window mode."
+        "Residual: recordings are compared in whole-span mode (W)."
     } else {
         "Residual: the comparison is being computed."
     }

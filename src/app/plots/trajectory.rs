@@ -1,11 +1,11 @@
-//! Proof mass and cantilever against time, with recordings and the kept curve.
+//! Proof mass and cantilever against time, with recordings and the reference curve.
 
 use std::sync::Arc;
 
 use eframe::egui::Ui;
 
 use super::frame::curve::{Curve, Placed};
-use super::frame::style::{THICK, THIN};
+use super::frame::style::{THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
 use super::frame::{cache, style};
 use crate::app::setup::overlay::Overlay;
@@ -19,9 +19,9 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
     plot.least = 1e-10;
     let cantilever = state.view.show_cantilever;
-    if let Some(ghost) = &state.ghost {
-        let pyramid = Arc::clone(&ghost.proof_mass_pyramid);
-        let curve = Curve::new("A: xp", pyramid, palette.ghost).width(1.5);
+    if let Some(reference) = &state.reference {
+        let pyramid = Arc::clone(&reference.proof_mass_pyramid);
+        let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
         plot.curves.push(curve.dashed());
     }
     if cantilever {
@@ -38,7 +38,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
             Arc::clone(&snapshot.proof_mass_pyramid),
             palette.proof_mass,
         );
-        plot.curves.push(proof_mass.clone().width(THICK));
+        plot.curves.push(proof_mass.clone().width(THICK_LINE));
         if let Some(value) = snapshot.trace.ground_level {
             plot.levels.push(Level {
                 value,
@@ -54,7 +54,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     } else if state.setup.overlays.iter().all(|overlay| !overlay.visible) {
         plot.message = Some("The first result is being computed.".to_owned());
     }
-    // Measured points lie over the simulation: they are what it has to meet.
+    // Recordings are drawn over the simulation, which has to match them.
     plot.curves.extend(recorded(ui, state, Channel::ProofMass));
     plot
 }
@@ -70,7 +70,7 @@ pub fn recorded(ui: &Ui, state: &State, channel: Channel) -> Vec<Curve> {
         let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
         let placed = Placed::aligned(&overlay.alignment, channel);
         let curve = curve.placed(placed).owned(overlay.id);
-        Some(curve.width(THIN).dots())
+        Some(curve.width(THIN_LINE).dots())
     };
     let overlays = &state.setup.overlays;
     overlays

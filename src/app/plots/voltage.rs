@@ -21,7 +21,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     }
     if let Some(snapshot) = &state.snapshot {
         let pyramid = cache::column(ui, "voltage", &snapshot.trace, |trace| &trace.voltage);
-        // A constant voltage is no reason to show its last digits.
+        // A constant voltage must not be magnified to its last digits.
         let largest = pyramid.extremes().map(|(low, high)| high.max(-low));
         plot.least = plot.least.max(0.1 * largest.unwrap_or(0.0));
         let color = style::palette(ui).voltage;

@@ -1,12 +1,12 @@
-//! One list of commands, from which menus, keys, the palette and the help derive.
+//! The list of commands. Menus, keys, the palette and the help are made from it.
 
 use eframe::egui::{Key, KeyboardShortcut, ModifierNames, Modifiers};
 
 use super::drive_choice::Mode;
 use super::view::Picture;
-use crate::app::workspaces;
+use super::workspace_id::WorkspaceId;
 
-/// Everything a person can ask for that is not a value in a field.
+/// Everything a person can do apart from setting a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Opens a recording, preset or session through the file dialog.
@@ -19,32 +19,32 @@ pub enum Command {
     SaveSessionAs,
     /// Saves the present device as a preset.
     SavePreset,
-    /// Exports the visible plots.
+    /// Exports the visible plots as SVG.
     ExportSvg,
-    /// Exports the visible plots.
+    /// Exports the visible plots as PNG.
     ExportPng,
     /// Exports the simulated trace.
     ExportTrace,
     /// Exports the events.
     ExportEvents,
-    /// Takes the last change back.
+    /// Undoes the last change.
     Undo,
-    /// Makes it again.
+    /// Redoes it.
     Redo,
     /// Back to the preset's values.
     ResetParameters,
     /// Back to the first start.
     ResetAll,
-    /// Window or Live.
+    /// Whole span or live.
     SetMode(Mode),
-    /// Live: stands still or goes on.
+    /// Live: pauses or continues.
     TogglePause,
-    /// Live: one step on while paused.
+    /// Live: advances one step while paused.
     Step,
     /// Live: starts again at t = 0.
     Restart,
-    /// Keeps the present curve for comparison, or drops it.
-    ToggleGhost,
+    /// Makes the present curve the reference (A), or discards the reference.
+    ToggleReferenceCurve,
     /// Shows or hides a picture.
     TogglePicture(Picture),
     /// The whole time span.
@@ -73,25 +73,25 @@ pub enum Command {
     Quit,
     /// Changes how the selected recording was read.
     ImportSettings,
-    /// Takes the selected recording off the list.
+    /// Removes the selected recording.
     RemoveRecording,
     /// Simulates with the voltage of the selected recording.
     UseRecordedDrive,
     /// Shows the workspace of that name.
-    Workspace(&'static str),
-    /// Looks for what the model leaves out.
+    Workspace(WorkspaceId),
+    /// Searches for effects that the model is missing.
     Diagnose,
-    /// Fits and proves the effects ticked by hand.
+    /// Fits the effects ticked by hand and checks them on the held-out recordings.
     DiagnoseByHand,
-    /// Ends the diagnosis in work with what it has found.
+    /// Stops the running diagnosis and keeps its result so far.
     CancelDiagnosis,
-    /// Gives the device what the diagnosis found.
+    /// Takes the diagnosed values and effects over into the device.
     AcceptDiagnosis,
     /// Saves the diagnosed device as a preset.
     SaveDiagnosed,
     /// Writes the report of the diagnosis.
     ExportReport,
-    /// Writes the answer of the diagnosis for programs.
+    /// Writes the diagnosis as JSON.
     ExportDiagnosis,
     /// Loads the example's recordings.
     Example,
@@ -117,12 +117,12 @@ impl Command {
             Command::Redo,
             Command::ResetParameters,
             Command::ResetAll,
-            Command::SetMode(Mode::Window),
+            Command::SetMode(Mode::WholeSpan),
             Command::SetMode(Mode::Live),
             Command::TogglePause,
             Command::Step,
             Command::Restart,
-            Command::ToggleGhost,
+            Command::ToggleReferenceCurve,
             Command::ZoomAll,
             Command::DriveEditor,
             Command::LoadDrive,
@@ -149,7 +149,7 @@ impl Command {
             Command::Example,
             Command::SealedTrial,
         ]);
-        all.extend(workspaces::NAMES.map(Command::Workspace));
+        all.extend(WorkspaceId::ALL.map(Command::Workspace));
         all.extend(Picture::ALL.map(Command::TogglePicture));
         all
     }
@@ -182,40 +182,42 @@ impl Command {
             ),
             Command::ExportEvents => (
                 "Export events as CSV...",
-                "Write impacts, sticks and releases",
+                "Write all impacts, sticks and releases",
             ),
-            Command::Undo => ("Undo", "Take the last change back"),
-            Command::Redo => ("Redo", "Make the change again"),
-            Command::ResetParameters => ("Reset parameters", "Back to the values of the preset"),
-            Command::ResetAll => ("Reset everything", "Back to the first start; can be undone"),
-            Command::SetMode(Mode::Window) => (
-                "Window mode",
-                "Show the whole span for the current parameters at once",
+            Command::Undo => ("Undo", "Undo the last change"),
+            Command::Redo => ("Redo", "Redo the change"),
+            Command::ResetParameters => ("Reset parameters", "Return to the values of the preset"),
+            Command::ResetAll => (
+                "Reset everything",
+                "Return to the state of the first start; can be undone",
             ),
-            Command::SetMode(Mode::Live) => ("Live mode", "Let the device run in slow motion"),
-            Command::TogglePause => ("Pause / run", "Live mode: stand still or go on"),
-            Command::Step => ("Step", "Live mode: one step on while paused"),
+            Command::SetMode(Mode::WholeSpan) => {
+                ("Whole span", "Simulate the whole time span at once")
+            }
+            Command::SetMode(Mode::Live) => ("Live mode", "Run the device in slow motion"),
+            Command::TogglePause => ("Pause / run", "Live mode: pause or continue"),
+            Command::Step => ("Step", "Live mode: advance one step while paused"),
             Command::Restart => ("Restart", "Live mode: start again at t = 0"),
-            Command::ToggleGhost => (
-                "Keep curve (A/B)",
-                "Keep the present curve to compare with, or drop it",
+            Command::ToggleReferenceCurve => (
+                "Reference curve A",
+                "Keep the present curve as the reference A to compare with, or discard it",
             ),
             Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
-            Command::DriveEditor => ("Drive editor", "Edit waveform, frequency, amplitude"),
-            Command::FitPanel => ("Fit", "Find parameters from the recordings"),
+            Command::DriveEditor => ("Drive editor", "Edit waveform, frequency and amplitude"),
+            Command::FitPanel => ("Fit", "Fit parameters to the recordings"),
             Command::Identification => (
                 "Identification, step by step",
                 "The paper's steps: drive, restitution, adhesion, film, sensitivity",
             ),
             Command::Validation => (
                 "Table A.1",
-                "All 16 published experiments beside this device",
+                "Compare this device with all 16 published experiments",
             ),
             Command::AutoAlign => (
                 "Auto-align",
                 "Shift the recordings onto the simulation by cross-correlation",
             ),
-            Command::ToggleTheme => ("Dark / light", "Change the colours"),
+            Command::ToggleTheme => ("Dark / light", "Switch between dark and light theme"),
             Command::Palette => ("Command palette", "Find a command by name"),
             Command::Help => (
                 "Keyboard shortcuts",
@@ -248,7 +250,7 @@ impl Command {
             ),
             Command::RemoveRecording => (
                 "Remove recording",
-                "Take the selected recording off the list",
+                "Remove the selected recording from the list",
             ),
             Command::UseRecordedDrive => (
                 "Use recorded voltage",
@@ -256,35 +258,32 @@ impl Command {
             ),
             Command::LoadDrive => (
                 "Load drive...",
-                "Drive with the voltage of a CSV file that has t and V",
+                "Use the voltage of a CSV file with t and V as the drive",
             ),
             Command::SidePanel => (
                 "Side panel",
                 "Show or hide the panel with recordings and readouts",
             ),
-            Command::Workspace(name) => workspaces::ALL
-                .iter()
-                .find(|workspace| workspace.name == name)
-                .map_or((name, ""), |workspace| (workspace.title, workspace.help)),
+            Command::Workspace(id) => (id.title(), id.help()),
             Command::Diagnose => (
                 "Diagnose",
-                "Find what the model leaves out, from the recordings",
+                "Find the effects that the model is missing, from the recordings",
             ),
             Command::DiagnoseByHand => (
                 "Diagnose by hand",
-                "Fit and prove exactly the effects that are ticked",
+                "Fit exactly the ticked effects and check them on the held-out recordings",
             ),
             Command::CancelDiagnosis => (
                 "Cancel the diagnosis",
-                "Stop soon and keep what was found so far",
+                "Stop soon and keep the result so far",
             ),
             Command::AcceptDiagnosis => (
                 "Accept into the model",
-                "Give the device the diagnosed values and effects; undo takes it back",
+                "Use the diagnosed values and effects for the device; can be undone",
             ),
             Command::SaveDiagnosed => (
                 "Save diagnosed device as preset...",
-                "Save the device with what was left out as a preset file",
+                "Save the device with the diagnosed effects as a preset file",
             ),
             Command::ExportReport => (
                 "Export report...",
@@ -292,23 +291,23 @@ impl Command {
             ),
             Command::ExportDiagnosis => (
                 "Export diagnosis as JSON...",
-                "Write the diagnosis for programs",
+                "Write the diagnosis as JSON, for other programs",
             ),
             Command::Example => (
                 "Try the example",
-                "Load made-up recordings of a device that is not quite the paper's",
+                "Load made-up recordings of a device that differs slightly from the paper's",
             ),
             Command::SealedTrial => (
                 "Sealed trial",
-                "Let the program conceal an effect, guess it, and see whether it is found",
+                "The program conceals an effect; guess it, and see whether the diagnosis finds it",
             ),
-            Command::Quit => ("Quit", "End the program; the session is kept"),
+            Command::Quit => ("Quit", "Quit the program; the session is saved"),
         }
     }
 
     /// All its keys, the usual one first.
     pub fn shortcuts(self) -> impl Iterator<Item = KeyboardShortcut> {
-        // What other programs have taught.
+        // A second key for redo, usual in other programs.
         let also =
             (self == Command::Redo).then_some(KeyboardShortcut::new(Modifiers::COMMAND, Key::Y));
         self.shortcut().into_iter().chain(also)
@@ -319,7 +318,7 @@ impl Command {
         let text = |keys: KeyboardShortcut| {
             let is_mac = cfg!(target_os = "macos");
             let text = keys.format(&ModifierNames::NAMES, is_mac);
-            // Signs are known by their looks, not by their names.
+            // Punctuation is shown as the character itself.
             text.replace("Questionmark", "?").replace("Period", ".")
         };
         let all: Vec<String> = self.shortcuts().map(text).collect();
@@ -347,12 +346,12 @@ impl Command {
             Command::Redo => ctrl_shift(Key::Z),
             Command::Palette => ctrl(Key::K),
             Command::Quit => ctrl(Key::Q),
-            Command::SetMode(Mode::Window) => plain(Key::W),
+            Command::SetMode(Mode::WholeSpan) => plain(Key::W),
             Command::SetMode(Mode::Live) => plain(Key::L),
             Command::TogglePause => plain(Key::Space),
             Command::Step => plain(Key::Period),
             Command::Restart => plain(Key::R),
-            Command::ToggleGhost => plain(Key::G),
+            Command::ToggleReferenceCurve => plain(Key::G),
             Command::ZoomAll => plain(Key::A),
             Command::DriveEditor => plain(Key::D),
             Command::Validation => plain(Key::T),
@@ -361,11 +360,8 @@ impl Command {
             Command::ToggleTheme => plain(Key::N),
             Command::SidePanel => plain(Key::P),
             Command::Help => plain(Key::Questionmark),
-            Command::Workspace(name) => {
-                let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
-                let place = workspaces::NAMES.iter().position(|known| *known == name)?;
-                ctrl(*keys.get(place)?)
-            }
+            Command::Workspace(WorkspaceId::Tune) => ctrl(Key::Num1),
+            Command::Workspace(WorkspaceId::Diagnose) => ctrl(Key::Num2),
             Command::TogglePicture(picture) => {
                 let number = [
                     Key::Num1,

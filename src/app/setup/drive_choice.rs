@@ -1,4 +1,4 @@
-//! TODO-doc
+//! What drives the simulation, and whether it is shown live or as a whole.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,12 +14,13 @@ pub enum DriveChoice {
     Recorded(OverlayId),
 }
 
-/// Live or Window mode of the Tune workspace.
+/// Live or whole-span mode of the Tune workspace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 pub enum Mode {
-    /// Simulated time runs against wall time.
+    /// The device runs in slow motion.
     Live,
-    /// The whole span at once.
+    /// The whole time span is simulated at once. Sessions know this mode as `Window`.
     #[default]
-    Window,
+    #[serde(rename = "Window")]
+    WholeSpan,
 }

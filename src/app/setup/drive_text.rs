@@ -1,4 +1,4 @@
-//! A drive as it stands in a session file.
+//! A drive as it is written in a session file.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::model::drive::{VoltageTable, Waveform};
 pub enum DriveEntry {
     /// As on the command line: `square:15Hz:8V`.
     Waveform(String),
-    /// The same with the time of its sweep [s].
+    /// A chirp with the duration of its sweep [s].
     Chirp { text: String, sweep: f64 },
     /// Voltages [V] at times [s].
     Table {
@@ -26,7 +26,7 @@ pub enum DriveEntry {
 }
 
 impl DriveEntry {
-    /// Writes a drive.
+    /// The form of a drive in a file.
     pub fn of(drive: &DriveChoice) -> Self {
         match drive {
             DriveChoice::Recorded(id) => Self::Recorded(*id),
@@ -46,7 +46,7 @@ impl DriveEntry {
         }
     }
 
-    /// Reads it back, for a run over `duration` [s].
+    /// Reads it back, for a run of `duration` [s].
     ///
     /// # Errors
     /// What is wrong with it.

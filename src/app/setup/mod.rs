@@ -1,4 +1,5 @@
-//! TODO-doc
+//! What the person sets up and asks for: device, drive, recordings, view and commands.
+//! Plain data, no drawing.
 
 pub mod command;
 pub mod drive_choice;
@@ -9,3 +10,4 @@ pub(super) mod reference_curve;
 pub mod setup;
 pub mod undo;
 pub mod view;
+pub mod workspace_id;

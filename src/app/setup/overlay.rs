@@ -1,4 +1,4 @@
-//! TODO-doc
+//! A recording as it lies over the simulation: its data, alignment, colour and role.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
 
-/// Number of a recording within a session; never used again for another.
+/// Number of a recording within a session; never given to another recording.
 pub type OverlayId = u64;
 
 /// What a recording is used for.
@@ -17,7 +17,7 @@ pub type OverlayId = u64;
 pub enum Role {
     /// Fitted to.
     Train,
-    /// Kept out, to judge a fit or a diagnosis by.
+    /// Held out: not fitted to, but used to check a fit or a diagnosis.
     HeldOut,
     /// Not used.
     Unused,
@@ -36,9 +36,9 @@ pub struct Overlay {
     pub alignment: Alignment,
     /// Whether it is drawn and compared.
     pub visible: bool,
-    /// Place in the palette of `theme`.
+    /// Index into the palette of recordings.
     pub color: usize,
-    /// Shipped with the program: a made-up recording, and said to be.
+    /// Whether it is a made-up recording that comes with the program.
     pub made_up: bool,
     /// What it is used for; `None` until a person has chosen.
     pub role: Option<Role>,

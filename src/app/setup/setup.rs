@@ -1,4 +1,5 @@
-//! What the person has set up: everything that undo covers and a session file holds.
+//! What the person has set up: everything that undo covers. A session file holds it
+//! together with the view.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -13,19 +14,20 @@ use crate::model::preset::Preset;
 pub struct Setup {
     /// The device with its values, effects and slider ranges.
     pub preset: Preset,
-    /// The preset as it was read: what a reset goes back to.
+    /// The preset as it was read; a reset goes back to it.
     pub original: Arc<Preset>,
     /// Its drive.
     pub drive: DriveChoice,
-    /// Span of the window mode [s].
+    /// Span of the whole-span mode [s].
     pub duration: f64,
     /// Ids of parameters that are locked against change.
     pub locked: BTreeSet<String>,
-    /// Recordings laid over it.
+    /// Recordings shown over the simulation.
     pub overlays: Vec<Overlay>,
 }
 
-/// Changes the device; recordings, locks, and the drive if the new device has one, stay.
+/// Changes the device. Recordings and locks stay, and so does the drive if both devices
+/// have one.
 pub fn choose_preset(setup: &mut Setup, preset: &Preset) {
     let keeps_drive = setup.preset.model.piezo.is_some() && preset.model.piezo.is_some();
     if !keeps_drive {

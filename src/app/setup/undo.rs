@@ -2,10 +2,10 @@
 
 use super::setup::Setup;
 
-/// Steps that are kept.
-const DEPTH: usize = 200;
+/// Steps that can be undone.
+const MAX_STEPS: usize = 200;
 /// A change counts as finished when nothing has moved for this long [s].
-const QUIET: f64 = 0.3;
+const SETTLE_TIME: f64 = 0.3;
 
 /// Setups to go back and forth between.
 #[derive(Debug)]
@@ -14,10 +14,10 @@ pub struct History {
     future: Vec<Setup>,
     /// The last finished setup.
     settled: Setup,
-    /// The setup as last seen, and since when it is so.
+    /// The setup seen last, and since when it has been like this [s].
     seen: Setup,
     since: f64,
-    /// Whether a button or a text field was held when last seen.
+    /// Whether a button or a text field was held in the last frame.
     held: bool,
 }
 
@@ -37,8 +37,8 @@ impl History {
     /// Looks at the setup once a frame. `interacting`: a button or a text field is held;
     /// `now` [s]. Returns whether it must be called again soon for a change to settle.
     pub fn observe(&mut self, setup: &Setup, interacting: bool, now: f64) -> bool {
-        // A new interaction: the change before it is a step of its own, however short
-        // the time between.
+        // A new interaction: the change before it is a step of its own, however soon the
+        // new one follows.
         if interacting && !self.held {
             self.settle();
         }
@@ -50,7 +50,7 @@ impl History {
         if self.seen == self.settled {
             return false;
         }
-        if interacting || now - self.since < QUIET {
+        if interacting || now - self.since < SETTLE_TIME {
             return true;
         }
         self.settle();
@@ -63,7 +63,7 @@ impl History {
             self.past
                 .push(std::mem::replace(&mut self.settled, self.seen.clone()));
             self.future.clear();
-            if self.past.len() > DEPTH {
+            if self.past.len() > MAX_STEPS {
                 self.past.remove(0);
             }
         }
@@ -211,12 +211,12 @@ mod tests {
     fn the_oldest_steps_are_forgotten() {
         let mut setup = built_in::setup();
         let mut history = History::new(&setup);
-        for i in 0..(DEPTH + 50) {
+        for i in 0..(MAX_STEPS + 50) {
             set(&mut setup, 0.1 + 0.001 * i as f64);
             history.observe(&setup, true, i as f64);
             history.observe(&setup, false, i as f64 + 0.5);
         }
         let steps = std::iter::from_fn(|| history.undo(&mut setup).then_some(())).count();
-        assert_eq!(steps, DEPTH);
+        assert_eq!(steps, MAX_STEPS);
     }
 }

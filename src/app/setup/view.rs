@@ -1,13 +1,14 @@
-//! TODO-doc
+//! How the person looks at the setup: mode, pictures, theme, zoom. Saved with a session,
+//! but not covered by undo.
 
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
 use super::drive_choice::Mode;
-use super::reference_curve::Kept;
+use super::reference_curve::ReferenceCurve;
 
-/// The pictures that can be shown. One file each in `plots/`.
+/// The pictures that can be shown; each has a file in `plots/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Picture {
     /// Drive voltage against time.
@@ -22,12 +23,12 @@ pub enum Picture {
     PhasePortrait,
     /// Displacement against voltage.
     DriveLoop,
-    /// The device drawn.
+    /// A drawing of the device.
     Device,
 }
 
 impl Picture {
-    /// All, in the order they are stacked.
+    /// All, from top to bottom.
     pub const ALL: [Picture; 7] = [
         Picture::Voltage,
         Picture::Trajectory,
@@ -52,11 +53,11 @@ impl Picture {
     }
 }
 
-/// How it is looked at: saved with the session, not undone.
+/// How the setup is looked at.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct View {
-    /// Live or Window.
+    /// Live or whole span.
     pub mode: Mode,
     /// Simulated seconds per wall second in Live mode.
     pub slow_down: f64,
@@ -70,20 +71,21 @@ pub struct View {
     pub show_cantilever: bool,
     /// Whether events (impact, release) are marked.
     pub show_events: bool,
-    /// Curves switched by hand from how they are by themselves, as `Picture: name`.
+    /// Curves that the person switched from their default visibility, as `Picture: name`.
     pub switched_curves: BTreeSet<String>,
     /// Time span in view [s]; `None` is all of it.
     pub time_range: Option<(f64, f64)>,
     /// Name of the workspace.
     pub workspace: String,
-    /// The curve kept for comparison, if a session can bring it back.
-    pub kept: Option<Kept>,
+    /// The reference curve (A), if a session can compute it again.
+    #[serde(rename = "kept")]
+    pub reference_curve: Option<ReferenceCurve>,
 }
 
 impl Default for View {
     fn default() -> Self {
         Self {
-            mode: Mode::Window,
+            mode: Mode::WholeSpan,
             slow_down: 0.01,
             pictures: [
                 Picture::Voltage,
@@ -99,7 +101,7 @@ impl Default for View {
             switched_curves: BTreeSet::new(),
             time_range: None,
             workspace: "tune".to_owned(),
-            kept: None,
+            reference_curve: None,
         }
     }
 }

@@ -1,23 +1,23 @@
-//! What diagnoses and sealed trials bring, wherever the person looks meanwhile.
+//! Announces a finished diagnosis to a person who looks at another workspace.
 
-use super::window::Shell;
+use crate::app::actions::diagnosis::poll;
+use crate::app::services::Services;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::diagnose::report::verdict_sentence;
 
-impl Shell {
-    /// Takes what diagnoses and trials have brought; says so to whoever looks elsewhere.
-    pub(super) fn take_diagnosis(&mut self) {
-        let ended = crate::app::actions::diagnosis::poll(&mut self.state, &mut self.next_overlay);
-        if !ended || self.state.view.workspace == crate::app::workspaces::diagnose::NAME {
-            return;
+/// Takes the results of diagnoses and sealed trials, and announces a finished diagnosis.
+pub(super) fn update(services: &mut Services) {
+    let ended = poll(&mut services.state, &mut services.last_overlay_id);
+    if !ended || services.state.view.workspace == WorkspaceId::Diagnose.name() {
+        return;
+    }
+    let diagnosing = &services.state.diagnosing;
+    match (&diagnosing.error, diagnosing.shown()) {
+        (Some(error), _) => services.notice(true, format!("The diagnosis failed: {error}")),
+        (None, Some(answer)) => {
+            let text = verdict_sentence(&answer.diagnosis);
+            services.notice(false, format!("The diagnosis is finished. {text}"));
         }
-        let diagnosing = &self.state.diagnosing;
-        match (&diagnosing.error, diagnosing.shown()) {
-            (Some(error), _) => self.notice(true, format!("No diagnosis: {error}")),
-            (None, Some(answer)) => {
-                let text = verdict_sentence(&answer.diagnosis);
-                self.notice(false, format!("The diagnosis is done. {text}"));
-            }
-            (None, None) => {}
-        }
+        (None, None) => {}
     }
 }

@@ -1,5 +1,5 @@
-//! Where the named widgets are and what the read-outs say, written to the file named by
-//! the environment variable `IMPACTSCOPE_LAYOUT_FILE`, for tests that use a real window.
+//! Writes where the named widgets are and what the readouts show to the file named by the
+//! environment variable `IMPACTSCOPE_LAYOUT_FILE`, for tests that use a real window.
 
 use std::path::PathBuf;
 
@@ -46,7 +46,7 @@ impl Layout {
             .flat_map(|snapshot| &snapshot.comparisons)
             .map(|c| json!({ "id": c.id, "rms": c.comparison.as_ref().map(|c| c.rms).ok() }))
             .collect();
-        // Enough of the curve to tell that it moved.
+        // Enough of the curve to see that it has changed.
         let curve: Vec<f64> = state
             .snapshot
             .iter()
@@ -69,7 +69,8 @@ impl Layout {
         });
         if contents != self.written {
             self.written = contents.clone();
-            // How often the window was drawn so far; alone no reason to write.
+            // Number of frames so far. It changes in every frame, so it does not count as a
+            // change.
             contents["frames"] = context.cumulative_frame_nr().into();
             if let Err(error) = write_atomically(file, contents.to_string().as_bytes()) {
                 log::warn!("{error}");

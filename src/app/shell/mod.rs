@@ -1,13 +1,12 @@
-//! TODO-doc
+//! The window itself: its frame loop, bars, notices, autosave and screenshot.
 
 pub(super) mod autosave;
 pub(super) mod bars;
 pub(super) mod diagnosis;
-pub(super) mod drive;
 pub(super) mod layout_dump;
 pub mod options;
 pub mod picture;
-pub(super) mod reference_curve;
+pub(super) mod simulator;
 #[cfg(test)]
 pub(super) mod tests;
 pub(super) mod toasts;

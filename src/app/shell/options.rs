@@ -1,4 +1,4 @@
-//! TODO-doc
+//! What the window is opened with, and why it cannot be opened.
 
 use std::path::PathBuf;
 
@@ -15,14 +15,14 @@ pub struct WindowOptions {
     pub preset: Option<String>,
     /// Workspace by name.
     pub workspace: Option<String>,
-    /// Save a picture of the settled window here and end.
+    /// Save a picture of the settled window here, then end.
     pub screenshot: Option<PathBuf>,
 }
 
 /// Why there is no window.
 #[derive(Debug, Error)]
 pub enum AppError {
-    /// There is no display, or none that can be drawn on.
+    /// There is no usable display.
     #[error(
         "no window can be opened ({0}); without a display use a command: impactscope simulate --help"
     )]
@@ -30,7 +30,7 @@ pub enum AppError {
     /// The preset cannot be used.
     #[error(transparent)]
     Preset(#[from] PresetError),
-    /// What was named could not be opened; its picture shows the rest.
+    /// A named file could not be opened; the screenshot was saved without it.
     #[error("{0}")]
     File(String),
     /// The picture could not be saved.

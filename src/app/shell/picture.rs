@@ -1,4 +1,4 @@
-//! `--screenshot`: a picture of the settled window.
+//! `--screenshot`: saves a picture of the window once nothing moves any more, and closes it.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,63 +7,51 @@ use eframe::egui;
 use eframe::egui::{Ui, ViewportCommand};
 
 use super::options::AppError;
-use super::window::Shell;
+use crate::app::services::Services;
 use crate::app::setup::drive_choice::Mode;
 
-/// Quiet frames before the picture is taken.
+/// Frames without work before the picture is taken: the layout has then settled.
 const SETTLED_FRAMES: u32 = 12;
-/// Time after which it is taken as things are [s].
-const PATIENCE: f64 = 120.0;
+/// Time after which the picture is taken even if work goes on [s].
+const MAX_WAIT: f64 = 120.0;
 
 /// Outcome of `--screenshot`, handed out of the event loop.
 pub type PictureOutcome = Arc<Mutex<Option<Result<(), AppError>>>>;
 
-/// A picture to be taken: where to, and for how many frames the window is quiet.
-pub(super) type Wanted = (PathBuf, u32);
+/// A picture to be taken.
+pub(super) struct Screenshot {
+    path: PathBuf,
+    /// Frames without work so far.
+    settled_frames: u32,
+    outcome: PictureOutcome,
+}
 
-impl Shell {
-    /// Says that something failed; a picture of the window is then no success.
-    pub(in crate::app) fn fail(&mut self, message: String) {
-        if self.picture.is_some() {
-            self.failed.get_or_insert_with(|| message.clone());
+impl Screenshot {
+    /// A picture to be saved to `path`.
+    pub(super) fn new(path: PathBuf, outcome: PictureOutcome) -> Self {
+        Self {
+            path,
+            settled_frames: 0,
+            outcome,
         }
-        self.notice(true, message);
     }
 
-    /// Whether there is more to come without anybody's doing.
-    fn is_busy(&self) -> bool {
-        let state = &self.state;
-        if self.files.pending() > 0 {
-            return true;
-        }
-        if state.refusal.is_some() || self.broken {
-            return false;
-        }
-        let Some(snapshot) = &state.snapshot else {
-            return true;
-        };
-        state.view.mode == Mode::Window
-            && (snapshot.features.is_none()
-                || snapshot.comparisons.iter().any(|c| c.features.is_none()))
-    }
-
-    /// Takes the picture of `--screenshot` once nothing moves any more.
-    pub(super) fn picture(&mut self, ui: &Ui) {
-        let busy = self.is_busy() && ui.input(|input| input.time) < PATIENCE;
-        let Some((path, frames)) = &mut self.picture else {
-            return;
-        };
+    /// Called once a frame: takes the picture when the window has settled. `is_broken`: the
+    /// simulator gives no more results.
+    pub(super) fn update(&mut self, services: &mut Services, ui: &Ui, is_broken: bool) {
+        let busy = is_busy(services, is_broken) && ui.input(|input| input.time) < MAX_WAIT;
         ui.ctx().request_repaint();
         if busy {
-            *frames = 0;
+            self.settled_frames = 0;
             return;
         }
-        *frames += 1;
-        if *frames != SETTLED_FRAMES {
+        self.settled_frames += 1;
+        if self.settled_frames != SETTLED_FRAMES {
             return;
         }
-        let failed = self.failed.take();
-        let (path, outcome, context) = (path.clone(), Arc::clone(&self.outcome), ui.ctx().clone());
+        let failure = services.first_failure.take();
+        let (path, outcome) = (self.path.clone(), Arc::clone(&self.outcome));
+        let context = ui.ctx().clone();
         let callback = egui::ScreenshotCallback::new(move |image| {
             let [width, height] = image.size;
             let result = image::save_buffer(
@@ -74,11 +62,28 @@ impl Shell {
                 image::ColorType::Rgba8,
             )
             .map_err(|error| AppError::Screenshot(format!("{}: {error}", path.display())))
-            .and_then(|()| failed.map_or(Ok(()), |message| Err(AppError::File(message))));
+            .and_then(|()| failure.map_or(Ok(()), |message| Err(AppError::File(message))));
             *outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
             context.send_viewport_cmd(ViewportCommand::Close);
         });
         ui.ctx()
             .send_viewport_cmd(ViewportCommand::Screenshot(callback));
     }
+}
+
+/// Whether work in progress will still change the window.
+fn is_busy(services: &Services, is_broken: bool) -> bool {
+    let state = &services.state;
+    if services.files.pending() > 0 {
+        return true;
+    }
+    if state.refusal.is_some() || is_broken {
+        return false;
+    }
+    let Some(snapshot) = &state.snapshot else {
+        return true;
+    };
+    state.view.mode == Mode::WholeSpan
+        && (snapshot.features.is_none()
+            || snapshot.comparisons.iter().any(|c| c.features.is_none()))
 }

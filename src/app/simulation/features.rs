@@ -1,5 +1,5 @@
-//! The slower numbers of a snapshot: features of the run and of the recordings.
-//! A recording's own are computed once, on other threads.
+//! Features of the run and of the recordings. They take longer than the curves, so a
+//! snapshot gets them later. A recording's features are computed once, on other threads.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,23 +13,24 @@ use crate::model::parameter::ParameterId;
 use crate::recording::features::{FeatureOptions, Features, features, recording_features};
 use crate::recording::{Recording, TimeAxis};
 
-/// Features of recordings, computed once each.
-pub struct Summaries {
+/// Features of recordings and of the last run.
+pub struct FeatureCache {
     known: HashMap<OverlayId, Option<Arc<Features>>>,
     done: Receiver<(OverlayId, Arc<Features>)>,
     send: Sender<(OverlayId, Arc<Features>)>,
     repaint: Box<dyn Fn() -> Box<dyn Fn() + Send> + Send>,
-    /// Generation whose numbers are complete but for recordings still in work.
+    /// Generation whose features are complete, and how many recordings were ready then.
     finished: Option<(u64, usize)>,
-    /// Features of the live run, and when they were found.
+    /// Features of the live run, and when they were computed.
     live: Option<(Instant, Arc<Features>)>,
 }
 
-/// How often the features of a live run are looked for anew while it moves.
-const LIVE_PACE: Duration = Duration::from_millis(500);
+/// Time between two computations of the features of a moving live run. More often would
+/// slow the run down.
+const LIVE_FEATURE_INTERVAL: Duration = Duration::from_millis(500);
 
-impl Summaries {
-    /// `repaint` is called when a recording's features are there.
+impl FeatureCache {
+    /// `repaint` is called when a recording's features are ready.
     pub fn new(repaint: impl Fn() + Send + Clone + 'static) -> Self {
         let (send, done) = channel();
         Self {
@@ -42,21 +43,21 @@ impl Summaries {
         }
     }
 
-    /// Whether a recording is still in work.
+    /// Whether features of a recording are still being computed.
     pub fn is_waiting(&self) -> bool {
         self.known.values().any(Option::is_none)
     }
 
-    /// The snapshot with all numbers that can be had now, or `None` if it has them already.
+    /// The snapshot with all features known now, or `None` if it has them already.
     pub fn complete(
         &mut self,
         mut snapshot: Snapshot,
-        wish: &SimulationRequest,
+        request: &SimulationRequest,
     ) -> Option<Snapshot> {
         for (id, features) in self.done.try_iter() {
             self.known.insert(id, Some(features));
         }
-        for overlay in &wish.overlays {
+        for overlay in &request.overlays {
             self.ask(overlay);
         }
         let ready = self.known.values().flatten().count();
@@ -64,7 +65,7 @@ impl Summaries {
             return None;
         }
         if self.finished.is_none_or(|(g, _)| g != snapshot.generation) {
-            snapshot.features = Some(Arc::new(simulated_features(&snapshot, wish)));
+            snapshot.features = Some(Arc::new(simulated_features(&snapshot, request)));
         }
         for comparison in &mut snapshot.comparisons {
             comparison.features = self.known.get(&comparison.id).cloned().flatten();
@@ -73,15 +74,19 @@ impl Summaries {
         Some(snapshot)
     }
 
-    /// Adds the features of what is in view of a live run; those of a moment ago while
-    /// it moves.
-    pub fn follow(&mut self, snapshot: &mut Snapshot, wish: &SimulationRequest, still: bool) {
+    /// Adds the features of the visible part of a live run. While it moves, those of a moment
+    /// ago are reused.
+    pub fn follow(&mut self, snapshot: &mut Snapshot, request: &SimulationRequest, still: bool) {
         let recent = self
             .live
             .take()
-            .filter(|(at, _)| !still && at.elapsed() < LIVE_PACE);
-        let found = recent
-            .unwrap_or_else(|| (Instant::now(), Arc::new(simulated_features(snapshot, wish))));
+            .filter(|(at, _)| !still && at.elapsed() < LIVE_FEATURE_INTERVAL);
+        let found = recent.unwrap_or_else(|| {
+            (
+                Instant::now(),
+                Arc::new(simulated_features(snapshot, request)),
+            )
+        });
         snapshot.features = Some(Arc::clone(&found.1));
         self.live = Some(found);
     }
@@ -103,13 +108,13 @@ impl Summaries {
     }
 }
 
-/// Features of a simulated run, as its sensor shows it.
-fn simulated_features(snapshot: &Snapshot, wish: &SimulationRequest) -> Features {
+/// Features of a simulated run, with the noise of its sensor.
+fn simulated_features(snapshot: &Snapshot, request: &SimulationRequest) -> Features {
     let trace = &snapshot.trace;
     let options = FeatureOptions {
         contact_level: trace.ground_level,
-        period: wish.drive.period(),
-        noise: Some(wish.model.parameters[ParameterId::Noise]),
+        period: request.drive.period(),
+        noise: Some(request.model.parameters[ParameterId::Noise]),
         ..FeatureOptions::default()
     };
     features(

@@ -1,4 +1,4 @@
-//! A device that runs against wall time, with a history to scrub through.
+//! A device that runs in slow motion, with a history to scrub through.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,16 +10,16 @@ use crate::model::drive::Waveform;
 use crate::sim::{Runner, SimError, Trace};
 
 /// Samples kept for scrubbing: 40 s of device time at 50 kHz.
-const HISTORY: usize = 2_000_000;
-/// Samples handed to the window at once.
-const VIEW: usize = 200_000;
-/// Longest stretch of computing before commands are looked at again.
-const SLICE: Duration = Duration::from_millis(20);
-/// Wall time between two pictures [s]: no step of the run is longer, so that slow motion
-/// moves in each.
-const FRAME: f64 = 1.0 / 60.0;
-/// Device time of one single step [s].
-const SINGLE_STEP: f64 = 1e-4;
+const HISTORY_SAMPLES: usize = 2_000_000;
+/// Most samples in one snapshot; copying and decimating more would take too long.
+const MAX_VIEW_SAMPLES: usize = 200_000;
+/// Longest time of computing before new requests are taken.
+const MAX_SLICE: Duration = Duration::from_millis(20);
+/// Wall time between two pictures [s]. No step of the run is longer, so that slow motion
+/// moves in every picture.
+const FRAME_TIME: f64 = 1.0 / 60.0;
+/// Device time of a single step [s].
+const SINGLE_STEP_TIME: f64 = 1e-4;
 
 /// What a snapshot depends on.
 #[derive(Debug, PartialEq)]
@@ -39,7 +39,7 @@ pub struct Live {
     drive: Waveform,
     restarts: u64,
     steps: u64,
-    /// Wall and device time from which the present pace counts.
+    /// Start of the present pace: wall time, device time [s], and slow-down.
     pace: (Instant, f64, f64),
     /// Wall and device time at the last measurement of speed.
     measured: (Instant, f64),
@@ -53,24 +53,24 @@ impl Live {
     /// A device at rest at t = 0.
     ///
     /// # Errors
-    /// [`SimError`] if the wish cannot be simulated.
-    pub fn start(wish: &SimulationRequest) -> Result<Self, SimError> {
-        let mut options = wish.options();
-        // A run has no end; its slices are bounded by time instead.
+    /// [`SimError`] if the request cannot be simulated.
+    pub fn start(request: &SimulationRequest) -> Result<Self, SimError> {
+        let mut options = request.options();
+        // A live run has no end; its slices are bounded by wall time instead.
         options.max_steps = u64::MAX;
         options.max_events = usize::MAX;
         options.forces = true;
-        let mut runner = Runner::new(&wish.model, &wish.drive, &options)?;
-        runner.limit_step(FRAME * wish.slow_down);
+        let mut runner = Runner::new(&request.model, &request.drive, &options)?;
+        runner.limit_step(FRAME_TIME * request.slow_down);
         let now = Instant::now();
         Ok(Self {
             history: runner.new_trace(),
             runner,
-            model: Arc::clone(&wish.model),
-            drive: wish.drive.clone(),
-            restarts: wish.restarts,
-            steps: wish.steps,
-            pace: (now, 0.0, wish.slow_down),
+            model: Arc::clone(&request.model),
+            drive: request.drive.clone(),
+            restarts: request.restarts,
+            steps: request.steps,
+            pace: (now, 0.0, request.slow_down),
             measured: (now, 0.0),
             speed: 0.0,
             shown: None,
@@ -79,38 +79,38 @@ impl Live {
         })
     }
 
-    /// Takes over changed parameters and drive on the running device.
+    /// Applies changed parameters and a changed drive to the running device.
     ///
     /// # Errors
     /// [`SimError`] if they cannot be simulated; the device runs on with the old ones.
-    pub fn adopt(&mut self, wish: &SimulationRequest) -> Result<(), SimError> {
-        let other_device =
-            wish.model.modes.len() != self.model.modes.len() || wish.model.name != self.model.name;
-        if other_device || wish.restarts != self.restarts {
-            *self = Self::start(wish)?;
+    pub fn adopt(&mut self, request: &SimulationRequest) -> Result<(), SimError> {
+        let other_device = request.model.modes.len() != self.model.modes.len()
+            || request.model.name != self.model.name;
+        if other_device || request.restarts != self.restarts {
+            *self = Self::start(request)?;
             return Ok(());
         }
-        if wish.model != self.model {
-            self.runner.set_model(&wish.model)?;
-            self.model = Arc::clone(&wish.model);
+        if request.model != self.model {
+            self.runner.set_model(&request.model)?;
+            self.model = Arc::clone(&request.model);
             self.stopped = false;
-            self.restart_pace(wish);
+            self.restart_pace(request);
         }
-        if wish.drive != self.drive {
-            self.runner.set_drive(&wish.drive)?;
-            self.drive = wish.drive.clone();
+        if request.drive != self.drive {
+            self.runner.set_drive(&request.drive)?;
+            self.drive = request.drive.clone();
             self.stopped = false;
         }
         Ok(())
     }
 
-    fn restart_pace(&mut self, wish: &SimulationRequest) {
-        self.pace = (Instant::now(), self.runner.time(), wish.slow_down);
+    fn restart_pace(&mut self, request: &SimulationRequest) {
+        self.pace = (Instant::now(), self.runner.time(), request.slow_down);
     }
 
-    /// Whether nothing moves.
-    pub fn is_still(&self, wish: &SimulationRequest) -> bool {
-        wish.paused || self.stopped
+    /// Whether the device stands still.
+    pub fn is_still(&self, request: &SimulationRequest) -> bool {
+        request.paused || self.stopped
     }
 
     /// Whether there is something new to show since the last snapshot.
@@ -118,39 +118,39 @@ impl Live {
         self.changed
     }
 
-    /// Advances until simulated time has met wall time times the slow-down, or the
-    /// slice of computing is used up.
+    /// Advances until simulated time has reached wall time times the slow-down, or the slice
+    /// of computing time is used up.
     ///
     /// # Errors
-    /// [`SimError`] if the device cannot go on; it stands still then.
-    pub fn slice(&mut self, wish: &SimulationRequest) -> Result<(), SimError> {
+    /// [`SimError`] if the device cannot be simulated any further; it then stands still.
+    pub fn slice(&mut self, request: &SimulationRequest) -> Result<(), SimError> {
         let started = Instant::now();
-        if wish.steps != self.steps {
-            self.steps = wish.steps;
-            self.run(self.runner.time() + SINGLE_STEP)?;
+        if request.steps != self.steps {
+            self.steps = request.steps;
+            self.run(self.runner.time() + SINGLE_STEP_TIME)?;
         }
-        if wish.paused || self.stopped {
-            self.restart_pace(wish);
+        if request.paused || self.stopped {
+            self.restart_pace(request);
             self.measured = (started, self.runner.time());
             self.speed = 0.0;
             return Ok(());
         }
-        if self.pace.2 != wish.slow_down {
-            self.runner.limit_step(FRAME * wish.slow_down);
-            self.restart_pace(wish);
+        if self.pace.2 != request.slow_down {
+            self.runner.limit_step(FRAME_TIME * request.slow_down);
+            self.restart_pace(request);
         }
-        let target = self.pace.1 + self.pace.0.elapsed().as_secs_f64() * wish.slow_down;
+        let target = self.pace.1 + self.pace.0.elapsed().as_secs_f64() * request.slow_down;
         while self.runner.time() < target {
-            // Pieces short enough that the clock is looked at in time.
+            // Short pieces, so that the clock is checked often.
             let piece = (self.runner.time() + 1e-3).min(target);
             self.run(piece)?;
-            if started.elapsed() > SLICE {
+            if started.elapsed() > MAX_SLICE {
                 break;
             }
         }
         if self.runner.time() < target {
-            // Wall time cannot be met: do not chase it.
-            self.restart_pace(wish);
+            // The wanted speed is not reached: the run must not try to catch up.
+            self.restart_pace(request);
         }
         let since = self.measured.0.elapsed().as_secs_f64();
         if since > 0.5 {
@@ -163,27 +163,27 @@ impl Live {
     fn run(&mut self, until: f64) -> Result<(), SimError> {
         let result = self.runner.advance(until, &mut self.history);
         self.stopped = result.is_err();
-        if self.history.len() > HISTORY + HISTORY / 4 {
-            self.history.forget(self.history.len() - HISTORY);
+        if self.history.len() > HISTORY_SAMPLES + HISTORY_SAMPLES / 4 {
+            self.history.forget(self.history.len() - HISTORY_SAMPLES);
         }
         result
     }
 
-    /// What is to be seen now: the stretch of the history that ends at the time looked at.
-    pub fn snapshot(&mut self, generation: u64, wish: &SimulationRequest) -> Snapshot {
+    /// The part of the history that ends at the present time, or at the scrubbed one.
+    pub fn snapshot(&mut self, generation: u64, request: &SimulationRequest) -> Snapshot {
         let time = self.history.end().min(self.runner.time());
-        let end = wish.scrub.unwrap_or(time).clamp(self.history.t0, time);
-        let still = self.is_still(wish);
+        let end = request.scrub.unwrap_or(time).clamp(self.history.t0, time);
+        let still = self.is_still(request);
         let shown = Shown {
             time,
-            scrub: wish.scrub,
-            duration: wish.duration,
+            scrub: request.scrub,
+            duration: request.duration,
             still,
             model: Arc::clone(&self.model),
         };
         self.changed = self.shown.as_ref() != Some(&shown);
         self.shown = Some(shown);
-        let samples = ((wish.duration / self.history.dt) as usize).clamp(2, VIEW);
+        let samples = ((request.duration / self.history.dt) as usize).clamp(2, MAX_VIEW_SAMPLES);
         let last = ((end - self.history.t0) / self.history.dt).round() as usize + 1;
         let view = self
             .history

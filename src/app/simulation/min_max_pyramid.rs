@@ -1,6 +1,6 @@
-//! Long series for the screen: least and greatest value of every stretch, kept in levels
-//! of growing length, so that a picture of any part costs its pixels and not its samples
-//! and no spike is ever lost.
+//! Decimates long series for drawing. Levels of blocks of growing length hold the minimum
+//! and maximum of every block. Drawing any part then costs its pixels, not its samples, and
+//! no spike is lost.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use crate::recording::{GAP_FACTOR, median_interval};
 
 /// Samples in a block of the first level.
-const BLOCK: usize = 16;
+const BLOCK_SAMPLES: usize = 16;
 /// Blocks of one level in a block of the next.
-const FAN: usize = 8;
+const BLOCKS_PER_LEVEL: usize = 8;
 /// A point that breaks the line.
-const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
+const LINE_BREAK: [f64; 2] = [f64::NAN, f64::NAN];
 
 /// Least and greatest value of some samples; `low > high` if there is no number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,12 +24,12 @@ struct Extent {
 }
 
 impl Extent {
-    const NOTHING: Self = Self {
+    const EMPTY: Self = Self {
         low: f64::INFINITY,
         high: f64::NEG_INFINITY,
     };
 
-    /// Takes a sample in; what is not finite does not count.
+    /// Includes a sample; one that is not finite is ignored.
     fn add(&mut self, value: f64) {
         if value.abs() <= f64::MAX {
             self.low = if value < self.low { value } else { self.low };
@@ -52,14 +52,14 @@ impl Extent {
         if low > f64::NEG_INFINITY && high < f64::INFINITY {
             return Self { low, high };
         }
-        // Rarely: without the infinities.
-        let mut extent = Self::NOTHING;
+        // Rare: the infinities are removed.
+        let mut extent = Self::EMPTY;
         values.iter().for_each(|&value| extent.add(value));
         extent
     }
 
     fn union(blocks: &[Self]) -> Self {
-        let mut extent = Self::NOTHING;
+        let mut extent = Self::EMPTY;
         blocks.iter().for_each(|&block| extent.merge(block));
         extent
     }
@@ -74,11 +74,11 @@ impl Extent {
 enum Times {
     /// Sample `i` at `t0 + i dt`.
     Even { t0: f64, dt: f64 },
-    /// The time of each, and the step from which on the line is broken.
+    /// The time of each sample, and the smallest step that breaks the line.
     Listed { times: Arc<[f64]>, gap: f64 },
 }
 
-/// A series with the extents of its stretches. Cheap to clone.
+/// A series with the extents of its blocks. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Pyramid {
     times: Times,
@@ -94,8 +94,8 @@ impl Default for Pyramid {
 }
 
 impl Pyramid {
-    /// Of `values[i]` at `t0 + i dt` [s]. Not a number breaks the line. Without a positive
-    /// `dt` only the first sample is kept.
+    /// The series `values[i]` at `t0 + i dt` [s]. NaN breaks the line. Without a positive `dt`
+    /// only the first sample is used.
     pub fn new(t0: f64, dt: f64, values: &[f64]) -> Self {
         let usable = t0.is_finite() && dt.is_finite() && dt > 0.0;
         let (dt, count) = if usable {
@@ -106,8 +106,8 @@ impl Pyramid {
         Self::build(Times::Even { t0, dt }, &values[..count])
     }
 
-    /// Of `values[i]` at `times[i]` [s], increasing; the shorter of the two counts. The
-    /// line is broken where samples are missing.
+    /// The series `values[i]` at increasing `times[i]` [s], as long as the shorter of the
+    /// two. The line is broken where samples are missing.
     pub fn xy(times: &[f64], values: &[f64]) -> Self {
         let count = times.len().min(values.len());
         let gap = GAP_FACTOR * median_interval(&times[..count]);
@@ -131,17 +131,17 @@ impl Pyramid {
 
     fn build(times: Times, values: &[f64]) -> Self {
         let mut levels: Vec<Vec<Extent>> = Vec::new();
-        if values.len() > BLOCK {
-            // Each piece a whole number of blocks, and worth a thread.
-            let pieces = values.par_chunks(4096 * BLOCK);
+        if values.len() > BLOCK_SAMPLES {
+            // Each piece has a whole number of blocks and is long enough for a thread.
+            let pieces = values.par_chunks(4096 * BLOCK_SAMPLES);
             levels.push(
                 pieces
-                    .flat_map_iter(|piece| piece.chunks(BLOCK).map(Extent::of))
+                    .flat_map_iter(|piece| piece.chunks(BLOCK_SAMPLES).map(Extent::of))
                     .collect(),
             );
         }
-        while let Some(last) = levels.last().filter(|level| level.len() > FAN) {
-            let next = last.chunks(FAN).map(Extent::union).collect();
+        while let Some(last) = levels.last().filter(|level| level.len() > BLOCKS_PER_LEVEL) {
+            let next = last.chunks(BLOCKS_PER_LEVEL).map(Extent::union).collect();
             levels.push(next);
         }
         Self {
@@ -161,7 +161,7 @@ impl Pyramid {
         self.values.is_empty()
     }
 
-    /// Time of sample `i` [s]; the last one's past the end.
+    /// Time of sample `i` [s]; past the end, that of the last sample.
     fn time(&self, i: usize) -> f64 {
         match &self.times {
             Times::Even { t0, dt } => t0 + i as f64 * dt,
@@ -176,7 +176,7 @@ impl Pyramid {
     fn at_or_after(&self, t: f64) -> usize {
         match &self.times {
             Times::Even { t0, dt } => {
-                // A hair of tolerance: t0 + n dt is rarely exact in binary.
+                // A small tolerance, because t0 + n dt is rarely exact in binary.
                 let position = ((t - t0) / dt - 1e-9).ceil();
                 (position.max(0.0) as usize).min(self.len())
             }
@@ -204,28 +204,27 @@ impl Pyramid {
         let Some(first) = self.levels.first() else {
             return Extent::of(&self.values[start..end]);
         };
-        if end - start <= 2 * BLOCK {
+        if end - start <= 2 * BLOCK_SAMPLES {
             return Extent::of(&self.values[start..end]);
         }
-        let (mut from, mut to) = (start.div_ceil(BLOCK), end / BLOCK);
-        let mut extent = Extent::of(&self.values[start..from * BLOCK]);
-        extent.merge(Extent::of(&self.values[to * BLOCK..end]));
+        let (mut from, mut to) = (start.div_ceil(BLOCK_SAMPLES), end / BLOCK_SAMPLES);
+        let mut extent = Extent::of(&self.values[start..from * BLOCK_SAMPLES]);
+        extent.merge(Extent::of(&self.values[to * BLOCK_SAMPLES..end]));
         let mut level = first;
         for next in &self.levels[1..] {
-            if to - from <= 2 * FAN {
+            if to - from <= 2 * BLOCKS_PER_LEVEL {
                 break;
             }
-            let (inner_from, inner_to) = (from.div_ceil(FAN), to / FAN);
-            extent.merge(Extent::union(&level[from..inner_from * FAN]));
-            extent.merge(Extent::union(&level[inner_to * FAN..to]));
+            let (inner_from, inner_to) = (from.div_ceil(BLOCKS_PER_LEVEL), to / BLOCKS_PER_LEVEL);
+            extent.merge(Extent::union(&level[from..inner_from * BLOCKS_PER_LEVEL]));
+            extent.merge(Extent::union(&level[inner_to * BLOCKS_PER_LEVEL..to]));
             (from, to, level) = (inner_from, inner_to, next);
         }
         extent.merge(Extent::union(&level[from..to]));
         extent
     }
 
-    /// Value at `t` [s] by straight lines; `None` outside, in a gap or next to a sample
-    /// that is not a number.
+    /// Value at `t` [s] by linear interpolation; `None` outside, in a gap or next to NaN.
     pub fn value_at(&self, t: f64) -> Option<f64> {
         let last = self.len().checked_sub(1)?;
         let after = self.at_or_after(t);
@@ -235,7 +234,7 @@ impl Pyramid {
         let right = self.values[after];
         let step = self.time(after) - t;
         if after == 0 || step <= 0.0 {
-            // Before the first sample only as far as rounding goes.
+            // Before the first sample only within rounding.
             let near = step <= 1e-9 * (self.time(last) - self.time(0)).max(1e-9);
             return right.is_finite().then_some(right).filter(|_| near);
         }
@@ -248,7 +247,7 @@ impl Pyramid {
         value.is_finite().then_some(value)
     }
 
-    /// Least and greatest value that the line takes from `t_min` to `t_max` [s].
+    /// Minimum and maximum of the line from `t_min` to `t_max` [s].
     pub fn value_range(&self, t_min: f64, t_max: f64) -> Option<(f64, f64)> {
         let from = self.at_or_after(t_min);
         let to = self.at_or_after(t_max).max(from);
@@ -261,15 +260,15 @@ impl Pyramid {
         extent.known()
     }
 
-    /// Least and greatest value of all.
+    /// Minimum and maximum of all samples.
     pub fn extremes(&self) -> Option<(f64, f64)> {
         self.extent(0..self.len()).known()
     }
 
-    /// The line from `t_min` to `t_max` [s] for `pixels` columns, as `[time, value]`:
-    /// the samples themselves where they are few, otherwise first, least, greatest and
-    /// last of each column, at most four points. `[NaN, NaN]` breaks the line. One sample
-    /// beyond each end is taken along, so that the line leaves the picture.
+    /// The line from `t_min` to `t_max` [s] for `pixels` columns, as `[time, value]`. Few
+    /// samples are given as they are; of many, each column has its first, minimum, maximum
+    /// and last point. `[NaN, NaN]` breaks the line. One sample beyond each end is included,
+    /// so that the line reaches the edge of the picture.
     pub fn draw(&self, t_min: f64, t_max: f64, pixels: usize) -> Vec<[f64; 2]> {
         let valid = t_min <= t_max && pixels > 0 && !self.is_empty();
         if !valid {
@@ -293,7 +292,7 @@ impl Pyramid {
         let width = (t_max - t_min) / pixels as f64;
         let mut start = from;
         for column in 0..=pixels {
-            // The last column holds what lies beyond the end.
+            // The last column includes samples beyond the end.
             let end = if column == pixels {
                 to
             } else {
@@ -335,9 +334,9 @@ impl Pyramid {
     }
 }
 
-/// First of the increasing `times` at or after `t`; their number if there is none. Looks
-/// first where it would be among even ones: a search through a million from the middle
-/// takes twenty glances at memory that is far away, for each column of a picture.
+/// Index of the first of the increasing `times` at or after `t`; their number if there is
+/// none. It first tries where the index would be for uniform times: a binary search through
+/// a million times costs twenty cache misses for each column of a picture.
 fn first_from(times: &[f64], t: f64) -> usize {
     let (Some(first), Some(last)) = (times.first(), times.last()) else {
         return 0;
@@ -360,7 +359,7 @@ fn first_from(times: &[f64], t: f64) -> usize {
     }
 }
 
-/// Points on the way, with breaks between them and never at an end.
+/// The points of a line so far, with breaks between them and never at an end.
 #[derive(Default)]
 struct Line {
     points: Vec<[f64; 2]>,
@@ -378,7 +377,7 @@ impl Line {
             return;
         }
         if std::mem::take(&mut self.broken) {
-            self.points.push(BREAK);
+            self.points.push(LINE_BREAK);
         }
         self.points.push([time, value]);
     }

@@ -1,4 +1,4 @@
-//! TODO-doc
+//! What the window asks the simulator for.
 
 use std::sync::Arc;
 
@@ -8,30 +8,30 @@ use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::sim::Options;
 
-/// What the window wants shown. Equal wishes cost nothing.
+/// Everything a result depends on. A request equal to the last one is not sent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulationRequest {
     /// The device.
     pub model: Arc<Model>,
     /// Its drive, resolved.
     pub drive: Waveform,
-    /// Span of the window mode, and of the view in live mode [s].
+    /// Span of the whole-span mode, and of the view in live mode [s].
     pub duration: f64,
     /// Whether forces are recorded.
     pub forces: bool,
     /// Recordings to compare with.
     pub overlays: Vec<Overlay>,
-    /// Window or live.
+    /// Whole span or live.
     pub mode: Mode,
     /// Live: simulated seconds per wall second.
     pub slow_down: f64,
-    /// Live: stand still.
+    /// Live: whether it is paused.
     pub paused: bool,
     /// Live: time looked at while scrubbing [s].
     pub scrub: Option<f64>,
-    /// Counts up to start again at t = 0.
+    /// How many restarts were requested; a new count starts again at t = 0.
     pub restarts: u64,
-    /// Counts up for one step on.
+    /// How many single steps were requested.
     pub steps: u64,
 }
 
@@ -39,7 +39,8 @@ impl SimulationRequest {
     /// Samples per second that show this device's motion: 50 kHz on the ground, fewer
     /// for slow devices and very long spans.
     pub fn rate(&self) -> f64 {
-        const MOST_SAMPLES: f64 = 4e6;
+        /// Bounds memory and drawing time of very long spans.
+        const MAX_SAMPLES: f64 = 4e6;
         let fastest = self
             .model
             .structure()
@@ -51,15 +52,15 @@ impl SimulationRequest {
         } else {
             (64.0 * fastest).clamp(200.0, 50e3)
         };
-        rate.min(MOST_SAMPLES / self.duration)
+        rate.min(MAX_SAMPLES / self.duration)
     }
 
-    /// Options of the simulator for this wish.
+    /// Options of the simulator for this request.
     pub fn options(&self) -> Options {
         Options {
             rate: self.rate(),
             forces: self.forces,
-            // A window that takes longer than a few seconds is of no use while tuning.
+            // A run that takes longer than a few seconds is of no use while tuning.
             max_steps: 20_000_000,
             ..Options::default()
         }

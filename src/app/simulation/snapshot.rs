@@ -1,4 +1,4 @@
-//! What the worker hands to the window: immutable, behind `Arc`.
+//! A result of the simulator as the window draws it: immutable, shared behind `Arc`.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,24 +12,24 @@ use crate::recording::features::Features;
 use crate::recording::{Channel, Grid};
 use crate::sim::Trace;
 
-/// A simulated run with everything that is drawn of it.
+/// A simulated run with everything that is drawn from it.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     /// Counts up with every result.
     pub generation: u64,
-    /// The model it was computed with (the last good one).
+    /// The model it was computed with (the last valid one).
     pub model: Arc<Model>,
     /// The run. Forces are recorded when the picture asks for them.
     pub trace: Arc<Trace>,
-    /// Decimation of `trace.proof_mass` and `trace.cantilever` for drawing.
+    /// `trace.proof_mass` decimated for drawing.
     pub proof_mass_pyramid: Arc<Pyramid>,
-    /// Empty for a device without that point.
+    /// `trace.cantilever` decimated; empty for a device without that point.
     pub cantilever_pyramid: Arc<Pyramid>,
     /// Features of the simulated run, per period, once they are computed.
     pub features: Option<Arc<Features>>,
     /// One for each visible recording.
     pub comparisons: Vec<OverlayComparison>,
-    /// What the run cost.
+    /// Computing time.
     pub cost: Duration,
     /// Drive and span [s] of a run that starts at rest and can be repeated; a live one
     /// cannot.
@@ -38,7 +38,7 @@ pub struct Snapshot {
     pub live: Option<LiveState>,
 }
 
-/// A recording against the run.
+/// A recording compared with the run.
 #[derive(Debug, Clone)]
 pub struct OverlayComparison {
     /// Which recording.
@@ -51,21 +51,21 @@ pub struct OverlayComparison {
     pub features: Option<Arc<Features>>,
 }
 
-/// Where a live run stands.
+/// How far a live run is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveState {
-    /// Simulated time reached [s]; the trace may end earlier, where it is looked at.
+    /// Simulated time reached [s]. While scrubbing, the trace ends earlier.
     pub time: f64,
     /// Oldest time that can be scrubbed to [s].
     pub history_start: f64,
-    /// Simulated seconds per wall second really reached.
+    /// Simulated seconds per wall second, as measured.
     pub speed: f64,
-    /// Whether it stands still.
+    /// Whether it is paused.
     pub paused: bool,
 }
 
 impl Snapshot {
-    /// A run with what is drawn of it; features are left to be filled in.
+    /// A run prepared for drawing; its features are added later.
     pub fn new(
         generation: u64,
         model: &Arc<Model>,

@@ -1,13 +1,13 @@
-//! The thread that owns the simulator. The window sends what it wants shown, whole; the
-//! newest wish replaces one not yet taken up, so that a slider drag never queues.
-//! Results come back immutable behind `Arc`.
+//! The thread that owns the simulator. The window sends complete requests; a new one
+//! replaces one that has not been started, so that a slider drag never builds up a queue.
+//! Results come back immutable, behind `Arc`.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::features::Summaries;
+use super::features::FeatureCache;
 use super::live::Live;
 use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
@@ -15,19 +15,20 @@ use crate::app::analysis::job::panic_text;
 use crate::app::setup::drive_choice::Mode;
 use crate::sim::{SimError, simulate_while};
 
-/// A run that takes longer is given up when something newer is wished.
-const LONG_RUN: Duration = Duration::from_millis(500);
+/// A run that takes longer is given up when something newer is requested. Shorter ones are
+/// finished, so that a slider drag shows all its curves.
+const MAX_OUTDATED_RUN: Duration = Duration::from_millis(500);
 
-/// What the worker has to say.
+/// What the simulator thread reports.
 #[derive(Debug, Clone)]
-pub enum News {
+pub enum WorkerEvent {
     /// A new result.
     Snapshot(Arc<Snapshot>),
-    /// The wish cannot be simulated; the last good result stays.
+    /// The request cannot be simulated; the last result stays.
     Refused(SimError),
-    /// Live: the device cannot go on; it is paused.
+    /// Live: the device cannot be simulated any further; it is paused.
     Stopped(SimError),
-    /// A panic, caught: the text says where.
+    /// The simulator panicked; the text says where.
     Broken(String),
 }
 
@@ -35,12 +36,12 @@ pub enum News {
 struct Shared {
     inbox: Mutex<Inbox>,
     wake: Condvar,
-    outbox: Mutex<Vec<News>>,
+    outbox: Mutex<Vec<WorkerEvent>>,
 }
 
 #[derive(Debug, Default)]
 struct Inbox {
-    wish: Option<SimulationRequest>,
+    request: Option<SimulationRequest>,
     quit: bool,
 }
 
@@ -57,7 +58,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread. `repaint` is called when there is news.
+    /// Starts the thread. `repaint` is called when there is an event.
     ///
     /// # Errors
     /// The system's, if no thread can be started.
@@ -73,14 +74,14 @@ impl Worker {
         })
     }
 
-    /// Asks for a result; replaces a wish not yet taken up.
-    pub fn send(&self, wish: SimulationRequest) {
-        lock(&self.shared.inbox).wish = Some(wish);
+    /// Requests a result; replaces a request that has not been started.
+    pub fn send(&self, request: SimulationRequest) {
+        lock(&self.shared.inbox).request = Some(request);
         self.shared.wake.notify_one();
     }
 
-    /// News since the last call, oldest first.
-    pub fn news(&self) -> Vec<News> {
+    /// Events since the last call, oldest first.
+    pub fn events(&self) -> Vec<WorkerEvent> {
         std::mem::take(&mut *lock(&self.shared.outbox))
     }
 }
@@ -100,10 +101,10 @@ impl Drop for Worker {
 struct Engine<R> {
     shared: Arc<Shared>,
     repaint: R,
-    summaries: Summaries,
+    features: FeatureCache,
     live: Option<Live>,
     last: Option<SimulationRequest>,
-    /// The last result, and the wish that it fulfils.
+    /// The last result and its request.
     shown: Option<(SimulationRequest, Arc<Snapshot>)>,
     generation: u64,
 }
@@ -111,7 +112,7 @@ struct Engine<R> {
 impl<R: Fn() + Send + Clone + 'static> Engine<R> {
     fn new(shared: Arc<Shared>, repaint: R) -> Self {
         Self {
-            summaries: Summaries::new(repaint.clone()),
+            features: FeatureCache::new(repaint.clone()),
             shared,
             repaint,
             live: None,
@@ -125,29 +126,29 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         // While the device runs live the thread wakes for the next slice.
         let mut patience = None;
         loop {
-            let Some(wish) = self.next_wish(patience) else {
+            let Some(request) = self.next_request(patience) else {
                 return;
             };
-            let result = catch_unwind(AssertUnwindSafe(|| self.serve(wish)));
+            let result = catch_unwind(AssertUnwindSafe(|| self.serve(request)));
             patience = result.unwrap_or_else(|panic| {
                 self.live = None;
                 self.last = None;
-                self.post(News::Broken(panic_text(panic.as_ref())));
+                self.post(WorkerEvent::Broken(panic_text(panic.as_ref())));
                 None
             });
         }
     }
 
-    /// Waits for a wish: for ever, or at most `patience`. `None` ends the thread.
+    /// Waits for a request: for ever, or at most `patience`. `None` ends the thread.
     #[allow(clippy::type_complexity)]
-    fn next_wish(&self, patience: Option<Duration>) -> Option<Option<SimulationRequest>> {
+    fn next_request(&self, patience: Option<Duration>) -> Option<Option<SimulationRequest>> {
         let mut inbox = lock(&self.shared.inbox);
         loop {
             if inbox.quit {
                 return None;
             }
-            if let Some(wish) = inbox.wish.take() {
-                return Some(Some(wish));
+            if let Some(request) = inbox.request.take() {
+                return Some(Some(request));
             }
             match patience {
                 Some(time) => {
@@ -159,7 +160,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                     return if inbox.quit {
                         None
                     } else {
-                        Some(inbox.wish.take())
+                        Some(inbox.request.take())
                     };
                 }
                 None => {
@@ -174,36 +175,36 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         }
     }
 
-    fn post(&self, news: News) {
+    fn post(&self, event: WorkerEvent) {
         let mut outbox = lock(&self.shared.outbox);
-        // What nobody has looked at yet is replaced by newer news of its kind.
-        outbox.retain(|old| std::mem::discriminant(old) != std::mem::discriminant(&news));
-        outbox.push(news);
+        // An event nobody has taken yet is replaced by a newer one of its kind.
+        outbox.retain(|old| std::mem::discriminant(old) != std::mem::discriminant(&event));
+        outbox.push(event);
         drop(outbox);
         (self.repaint)();
     }
 
-    /// Does what is wished, or goes on with what runs; returns how long to wait for the
-    /// next wish.
-    fn serve(&mut self, wish: Option<SimulationRequest>) -> Option<Duration> {
-        let fresh = wish.is_some();
-        let wish = wish.or_else(|| self.last.clone())?;
-        let patience = match wish.mode {
-            Mode::Window => {
+    /// Serves a new request, or continues the last one. Returns how long to wait for the
+    /// next request.
+    fn serve(&mut self, request: Option<SimulationRequest>) -> Option<Duration> {
+        let fresh = request.is_some();
+        let request = request.or_else(|| self.last.clone())?;
+        let patience = match request.mode {
+            Mode::WholeSpan => {
                 self.live = None;
-                self.serve_window(&wish, fresh)
+                self.serve_whole_span(&request, fresh)
             }
-            Mode::Live => self.serve_live(&wish),
+            Mode::Live => self.serve_live(&request),
         };
-        self.last = Some(wish);
+        self.last = Some(request);
         patience
     }
 
-    fn serve_window(&mut self, wish: &SimulationRequest, fresh: bool) -> Option<Duration> {
+    fn serve_whole_span(&mut self, request: &SimulationRequest, fresh: bool) -> Option<Duration> {
         let reuse = self
             .shown
             .as_ref()
-            .filter(|(of, _)| of.mode == Mode::Window && of.same_run(wish))
+            .filter(|(of, _)| of.mode == Mode::WholeSpan && of.same_run(request))
             .map(|(_, shown)| Arc::clone(shown));
         let snapshot = if let (Some(shown), false) = (&reuse, fresh) {
             shown.as_ref().clone()
@@ -212,14 +213,15 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             let trace = match &reuse {
                 Some(shown) => Arc::clone(&shown.trace),
                 None => {
-                    let go_on = || self.goes_on(started);
-                    let (model, drive) = (&wish.model, &wish.drive);
-                    match simulate_while(model, drive, wish.duration, &wish.options(), go_on) {
+                    let go_on = || self.is_worth_finishing(started);
+                    let (model, drive) = (&request.model, &request.drive);
+                    match simulate_while(model, drive, request.duration, &request.options(), go_on)
+                    {
                         Ok(Some(trace)) => Arc::new(trace),
-                        // The newer wish is in the inbox.
+                        // The newer request is in the inbox.
                         Ok(None) => return None,
                         Err(error) => {
-                            self.post(News::Refused(error));
+                            self.post(WorkerEvent::Refused(error));
                             return None;
                         }
                     }
@@ -230,65 +232,70 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 None => started.elapsed(),
             };
             self.generation += 1;
-            let mut snapshot =
-                Snapshot::new(self.generation, &wish.model, trace, &wish.overlays, cost);
-            snapshot.run_of = Some((wish.drive.clone(), wish.duration));
-            self.show(wish, snapshot.clone());
+            let mut snapshot = Snapshot::new(
+                self.generation,
+                &request.model,
+                trace,
+                &request.overlays,
+                cost,
+            );
+            snapshot.run_of = Some((request.drive.clone(), request.duration));
+            self.show(request, snapshot.clone());
             snapshot
         };
-        // The curve is out; now the slower numbers, unless something newer is wished.
-        if lock(&self.shared.inbox).wish.is_some() {
+        // The curve is sent first; its features follow, unless something newer is requested.
+        if lock(&self.shared.inbox).request.is_some() {
             return None;
         }
-        if let Some(complete) = self.summaries.complete(snapshot, wish) {
-            self.show(wish, complete);
+        if let Some(complete) = self.features.complete(snapshot, request) {
+            self.show(request, complete);
         }
         // Recordings' own features arrive from other threads.
-        self.summaries
+        self.features
             .is_waiting()
             .then_some(Duration::from_millis(50))
     }
 
-    /// Whether a run begun at `started` is worth finishing. A short one is, also when
-    /// something newer is wished: during a drag every curve is one to see.
-    fn goes_on(&self, started: Instant) -> bool {
+    /// Whether a run begun at `started` is worth finishing. A short one always is: during a
+    /// drag every curve is shown.
+    fn is_worth_finishing(&self, started: Instant) -> bool {
         let inbox = lock(&self.shared.inbox);
-        !inbox.quit && (inbox.wish.is_none() || started.elapsed() < LONG_RUN)
+        !inbox.quit && (inbox.request.is_none() || started.elapsed() < MAX_OUTDATED_RUN)
     }
 
-    fn show(&mut self, wish: &SimulationRequest, snapshot: Snapshot) {
+    fn show(&mut self, request: &SimulationRequest, snapshot: Snapshot) {
         let snapshot = Arc::new(snapshot);
-        self.shown = Some((wish.clone(), Arc::clone(&snapshot)));
-        self.post(News::Snapshot(snapshot));
+        self.shown = Some((request.clone(), Arc::clone(&snapshot)));
+        self.post(WorkerEvent::Snapshot(snapshot));
     }
 
-    fn serve_live(&mut self, wish: &SimulationRequest) -> Option<Duration> {
-        let mut live = match self.live.take().map_or_else(|| Live::start(wish), Ok) {
+    fn serve_live(&mut self, request: &SimulationRequest) -> Option<Duration> {
+        let mut live = match self.live.take().map_or_else(|| Live::start(request), Ok) {
             Ok(live) => live,
             Err(error) => {
-                self.post(News::Refused(error));
+                self.post(WorkerEvent::Refused(error));
                 return None;
             }
         };
-        let adopted = live.adopt(wish);
-        let outcome = live.slice(wish);
+        let adopted = live.adopt(request);
+        let outcome = live.slice(request);
         self.generation += 1;
-        let mut snapshot = live.snapshot(self.generation, wish);
-        let still = live.is_still(wish);
+        let mut snapshot = live.snapshot(self.generation, request);
+        let still = live.is_still(request);
         if outcome.is_err() || live.has_changed() {
-            self.summaries.follow(&mut snapshot, wish, still);
-            self.show(wish, snapshot);
+            self.features.follow(&mut snapshot, request, still);
+            self.show(request, snapshot);
         }
         self.live = Some(live);
-        // After the picture, which is of the last good parameters.
+        // Sent after the picture, which shows the last valid parameters.
         if let Err(error) = adopted {
-            self.post(News::Refused(error));
+            self.post(WorkerEvent::Refused(error));
         }
         if let Err(error) = outcome {
-            self.post(News::Stopped(error));
+            self.post(WorkerEvent::Stopped(error));
             return None;
         }
-        // Sixty pictures a second while it moves, none while it stands.
+        // Sixty pictures a second while it moves, none while it stands still.
         (!still).then_some(Duration::from_millis(16))
     }
 }

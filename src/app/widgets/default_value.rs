@@ -1,4 +1,4 @@
-//! What a reset goes back to: the values of the preset as it was read.
+//! Default values: those of the preset that is loaded. A reset goes back to them.
 
 use std::sync::OnceLock;
 
@@ -18,12 +18,13 @@ pub fn embedded() -> &'static [Preset] {
     })
 }
 
-/// Value that a parameter is reset to.
+/// Default of a parameter [SI].
 pub fn value(setup: &Setup, id: ParameterId) -> f64 {
     setup.original.model.parameters[id]
 }
 
-/// Value that an effect's parameter number `index` is reset to.
+/// Default of parameter number `index` of an effect [SI]: from the preset if that has the
+/// effect, else from the catalogue.
 pub fn effect_value(setup: &Setup, effect: &EffectSpec, index: usize) -> f64 {
     let own = &setup.original.model.effects;
     own.iter()
@@ -31,7 +32,7 @@ pub fn effect_value(setup: &Setup, effect: &EffectSpec, index: usize) -> f64 {
         .map_or(effect.parameters[index].default, |e| e.values[index])
 }
 
-/// Whether a value differs from what it is reset to.
+/// Whether a value differs from its default by more than rounding.
 pub fn differs(value: f64, original: f64) -> bool {
     (value - original).abs() > 1e-12 * value.abs().max(original.abs())
 }

@@ -1,4 +1,4 @@
-//! Icons that are drawn: the default fonts have none.
+//! Icons, drawn with lines because the default fonts have none.
 
 use std::f32::consts::{PI, TAU};
 
@@ -31,13 +31,12 @@ pub enum Icon {
 /// Side of the square an icon takes up [points].
 pub const ICON_SIZE: f32 = 18.0;
 
-/// A button without a frame that shows an icon. `label` is its name for screen
-/// readers and tests.
+/// A frameless button with an icon. `label` is its name for screen readers and tests.
 pub fn icon_button(ui: &mut Ui, icon: Icon, label: &str) -> Response {
     icon_widget(ui, icon, label, None, true)
 }
 
-/// Like [`icon_button`], greyed out and without effect unless `enabled`.
+/// Like [`icon_button`], but greyed out and inactive unless `enabled`.
 pub fn icon_button_enabled(ui: &mut Ui, icon: Icon, label: &str, enabled: bool) -> Response {
     icon_widget(ui, icon, label, None, enabled)
 }

@@ -1,4 +1,5 @@
-//! A parameter: name, track with its default marked, typed value, reset and lock.
+//! The slider of a parameter: name, track with the default marked, typed value, reset and
+//! lock.
 
 use eframe::egui::{Align, Grid, Id, Label, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
@@ -6,12 +7,12 @@ use super::callout;
 use super::default_value::differs;
 use super::icon::{ICON_SIZE, Icon, icon_button, icon_toggle};
 use super::quantity_field::QuantityField;
-use super::slider_track::Rail;
+use super::slider_track::SliderTrack;
 use crate::model::parameter::{ParameterSpec, Scale};
 use crate::model::unit::format_quantity;
 
 /// Space between the parts of a row [points].
-const GAP: f32 = 4.0;
+const PART_GAP: f32 = 4.0;
 
 /// How much room a slider takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,13 +25,13 @@ pub enum Size {
 
 /// A parameter to be shown.
 pub struct ParameterSlider<'a> {
-    /// Tells the same slider at two places apart.
+    /// Distinguishes the same slider in two places.
     pub scope: &'a str,
-    /// What people type: `Cs`, or `quadratic_drag.cd`.
+    /// Id as typed by a person: `Cs`, or `quadratic_drag.cd`.
     pub id: &'a str,
-    /// Row of the table, with the slider range of this device.
+    /// The parameter, with the slider range of this device.
     pub spec: ParameterSpec,
-    /// Present value [SI].
+    /// Current value [SI].
     pub value: f64,
     /// Value of the preset [SI], marked on the track; reset goes back to it.
     pub original: f64,
@@ -38,7 +39,7 @@ pub struct ParameterSlider<'a> {
     pub locked: Option<bool>,
     /// How much room it takes.
     pub size: Size,
-    /// Why the model refuses the present value.
+    /// Why the model refuses the current value.
     pub problem: Option<&'a str>,
 }
 
@@ -52,27 +53,27 @@ pub struct SliderOutput {
 }
 
 impl ParameterSlider<'_> {
-    /// Draws the slider over the width at hand.
+    /// Draws the slider over the available width.
     pub fn show(self, ui: &mut Ui) -> SliderOutput {
         let mut output = SliderOutput::default();
         let (error, row);
         let width = ui.available_width();
         let long_unit = self.spec.unit.len() > 6;
-        // All places are given: a wide text never moves its neighbours.
+        // Every part has a fixed place, so that a long text does not move the others.
         match self.size {
             Size::Large => {
                 let (rect, _) = ui.allocate_exact_size(vec2(width, 48.0), Sense::hover());
                 row = rect;
                 let (top, bottom) = rect.split_top_bottom_at_fraction(0.5);
                 let field = if long_unit { 132.0 } else { 104.0 };
-                let (rest, lock) = split_right(top, ICON_SIZE + GAP);
-                let (name, value) = split_right(rest, field + GAP);
+                let (rest, lock) = split_right(top, ICON_SIZE + PART_GAP);
+                let (name, value) = split_right(rest, field + PART_GAP);
                 self.place(ui, name, "name", |ui| self.name(ui));
                 error = self.place(ui, value, "value", |ui| self.field(ui, field, &mut output));
                 self.place(ui, lock, "lock", |ui| self.lock(ui, &mut output));
-                let (track, reset) = split_right(bottom, ICON_SIZE + GAP);
+                let (track, reset) = split_right(bottom, ICON_SIZE + PART_GAP);
                 self.place(ui, track, "track", |ui| {
-                    self.rail(ui, track.width(), 24.0, &mut output);
+                    self.track(ui, track.width(), 24.0, &mut output);
                 });
                 self.place(ui, reset, "reset", |ui| self.reset(ui, &mut output));
             }
@@ -85,12 +86,12 @@ impl ParameterSlider<'_> {
                 };
                 row = rect;
                 let (name, rest) = rect.split_left_right_at_x(rect.left() + 54.0);
-                let (rest, lock) = split_right(rest, ICON_SIZE + GAP);
-                let (rest, reset) = split_right(rest, ICON_SIZE + GAP);
-                let (track, value) = split_right(rest, field + GAP);
+                let (rest, lock) = split_right(rest, ICON_SIZE + PART_GAP);
+                let (rest, reset) = split_right(rest, ICON_SIZE + PART_GAP);
+                let (track, value) = split_right(rest, field + PART_GAP);
                 self.place(ui, name, "name", |ui| self.symbol(ui, 14.0));
                 self.place(ui, track, "track", |ui| {
-                    self.rail(ui, track.width(), 18.0, &mut output);
+                    self.track(ui, track.width(), 18.0, &mut output);
                 });
                 error = self.place(ui, value, "value", |ui| self.field(ui, field, &mut output));
                 self.place(ui, reset, "reset", |ui| self.reset(ui, &mut output));
@@ -106,7 +107,7 @@ impl ParameterSlider<'_> {
         output
     }
 
-    /// Shows `content` in a part of the row, with an identity of its own.
+    /// Shows `content` in a part of the row, with its own widget id.
     fn place<R>(
         &self,
         ui: &mut Ui,
@@ -119,9 +120,9 @@ impl ParameterSlider<'_> {
             .max_rect(rect)
             .layout(Layout::left_to_right(Align::Center));
         let mut child = ui.new_child(builder);
-        child.spacing_mut().item_spacing.x = GAP;
+        child.spacing_mut().item_spacing.x = PART_GAP;
         if part != "track" && part != "name" {
-            child.add_space(GAP);
+            child.add_space(PART_GAP);
         }
         content(&mut child)
     }
@@ -145,10 +146,10 @@ impl ParameterSlider<'_> {
         label.on_hover_ui(|ui| self.tooltip(ui));
     }
 
-    fn rail(&self, ui: &mut Ui, width: f32, height: f32, output: &mut SliderOutput) {
+    fn track(&self, ui: &mut Ui, width: f32, height: f32, output: &mut SliderOutput) {
         let label = format!("{}, {}", self.id, self.spec.name);
         let text = self.write(self.value);
-        let shown = Rail {
+        let shown = SliderTrack {
             id: Id::unique(("slider", self.scope, self.id)),
             label: &label,
             text: &text,
@@ -214,7 +215,7 @@ impl ParameterSlider<'_> {
         let button = icon_toggle(ui, icon, &format!("lock {}", self.id), locked);
         output.toggle_lock |= button.clicked();
         button.on_hover_text(if locked {
-            "Locked: neither hands nor fits change it. Click to unlock."
+            "Locked: sliders and fits do not change it. Click to unlock."
         } else {
             "Lock this value against change."
         });
@@ -242,7 +243,7 @@ impl ParameterSlider<'_> {
                     ui.end_row();
                 };
                 let unit = if spec.unit.is_empty() {
-                    "none, a plain number"
+                    "none (dimensionless)"
                 } else {
                     spec.unit
                 };
@@ -261,7 +262,7 @@ impl ParameterSlider<'_> {
                     ),
                 );
             });
-        ui.weak("Shift: fine. Arrow keys when focused. Double click: default. Type values beyond the track.");
+        ui.weak("Shift: fine steps. Arrow keys when focused. Double click: default. Values outside the range can be typed.");
     }
 }
 
@@ -270,7 +271,7 @@ fn split_right(rect: Rect, width: f32) -> (Rect, Rect) {
     rect.split_left_right_at_x((rect.right() - width).max(rect.left()))
 }
 
-/// Position of a value on the track. Zero on a logarithmic track lies left of it.
+/// Position of a value on the track. Zero on a logarithmic track lies to the left of it.
 fn fraction(spec: &ParameterSpec, value: f64) -> f64 {
     let fraction = spec.fraction(value);
     if fraction.is_nan() {
@@ -280,8 +281,8 @@ fn fraction(spec: &ParameterSpec, value: f64) -> f64 {
     }
 }
 
-/// Value at a position, rounded to what `pixel` (share of the track) can tell apart, so
-/// that dragged values are short.
+/// Value at a position, rounded to what one `pixel` (share of the track) resolves, so that
+/// dragged values have few digits.
 fn round_to_pixel(spec: &ParameterSpec, fraction: f64, pixel: f64) -> f64 {
     let value = spec.value_at(fraction);
     let (low, high) = spec.range;
@@ -296,7 +297,7 @@ fn round_to_pixel(spec: &ParameterSpec, fraction: f64, pixel: f64) -> f64 {
     if !(step > 0.0 && step.is_finite()) {
         return value;
     }
-    // Through text: the shortest decimal number, without 0.30000000000000004.
+    // Via text, which gives the nearest decimal number: 0.3, not 0.30000000000000004.
     let exponent = step.log10().floor() as i32;
     let scaled = (value / 10f64.powi(exponent)).round();
     format!("{scaled}e{exponent}")
@@ -320,14 +321,14 @@ mod tests {
         assert!((cs.fraction(value) - 0.5).abs() < 1.0 / 250.0);
         assert_eq!(round_to_pixel(&cs, 0.0, 0.01), cs.range.0);
         assert_eq!(round_to_pixel(&cs, 1.0, 0.01), cs.range.1);
-        // Fine steps tell more apart than coarse ones.
+        // Fine steps resolve more than coarse ones.
         let coarse = round_to_pixel(&gp, 0.33333, 0.004);
         let fine = round_to_pixel(&gp, 0.33333, 0.0004);
         assert!((gp.fraction(fine) - 0.33333).abs() <= (gp.fraction(coarse) - 0.33333).abs());
     }
 
     #[test]
-    fn values_off_the_track_are_shown_at_its_end() {
+    fn values_outside_the_track_are_shown_at_its_end() {
         let cs = *ParameterId::Cs.spec();
         assert_eq!(fraction(&cs, 0.0), -1.0);
         assert!(fraction(&cs, 1e-10) > 1.0);

@@ -1,7 +1,8 @@
-//! A field for a quantity with its unit: "58 um", "2e-21". Nonsense stays in the field
-//! with the reason; the value stays what it was.
+//! A field for a quantity with its unit: "58 um", "2e-21". Text that cannot be read stays in
+//! the field with the reason, and the value stays as it was.
 
 use eframe::egui::text::{CCursor, CCursorRange};
+use eframe::egui::text_edit::TextEditOutput;
 use eframe::egui::{Align2, FontSelection, Id, Key, Margin, Response, StrokeKind, TextEdit, Ui};
 
 use crate::model::unit::{format_quantity, parse_quantity, prefix_for};
@@ -28,7 +29,7 @@ pub struct QuantityOutput {
     pub response: Response,
     /// A new value [SI], typed and accepted.
     pub value: Option<f64>,
-    /// Why what stands in the field is no value.
+    /// Why the text in the field cannot be read.
     pub error: Option<String>,
 }
 
@@ -36,23 +37,25 @@ pub struct QuantityOutput {
 #[derive(Debug, Clone)]
 struct Draft {
     text: String,
-    /// Text and value when typing began: left unchanged they change nothing.
+    /// Text when typing began. If it is unchanged, so is the value.
     start: String,
+    /// Value when typing began [SI].
     value: f64,
     error: Option<String>,
 }
 
-/// What a number without a unit means: SI, or the unit that the field shows, whichever is
-/// nearer to the value that stands there. `72` in a field of 70 um is 72 um, `7e-5` too.
-fn meant(text: &str, value: f64, now: f64, unit: &str) -> f64 {
-    let bare = text.trim().parse::<f64>().is_ok();
+/// The value of a number typed without a unit. It may be in SI or in the unit that the field
+/// shows; the reading nearer to the current value `now` is taken. In a field of 70 um, both
+/// `72` and `7e-5` are read as expected.
+fn interpret(text: &str, value: f64, now: f64, unit: &str) -> f64 {
+    let has_no_unit = text.trim().parse::<f64>().is_ok();
     let (_, factor) = prefix_for(now, unit);
-    if !bare || factor == 1.0 || now == 0.0 || value == 0.0 {
+    if !has_no_unit || factor == 1.0 || now == 0.0 || value == 0.0 {
         return value;
     }
-    let far = |value: f64| (value / now).abs().ln().abs();
+    let log_distance = |value: f64| (value / now).abs().ln().abs();
     let shown = value * factor;
-    if far(shown) < far(value) {
+    if log_distance(shown) < log_distance(value) {
         shown
     } else {
         value
@@ -60,71 +63,29 @@ fn meant(text: &str, value: f64, now: f64, unit: &str) -> f64 {
 }
 
 impl QuantityField<'_> {
-    /// Draws the field. A typed value is taken on Enter, Tab or a click elsewhere if
-    /// `check` has nothing against it; Escape gives up.
+    /// Draws the field. A typed value is accepted on Enter, Tab or a click elsewhere if
+    /// `check` returns no objection; Escape discards it.
     pub fn show(self, ui: &mut Ui, check: impl Fn(f64) -> Option<String>) -> QuantityOutput {
         let key = self.id.with("draft");
-        let mut draft: Option<Draft> = ui.data(|data| data.get_temp(key));
-        // A value that changed elsewhere ends a failed attempt.
-        let focused = ui.memory(|memory| memory.has_focus(self.id));
-        if draft
-            .as_ref()
-            .is_some_and(|d| d.value != self.value && !focused)
-        {
-            draft = None;
-        }
-        // A failed attempt that stands in the field is given up by Escape from anywhere.
-        if !focused && ui.input(|i| i.key_pressed(Key::Escape)) {
-            draft = None;
-        }
+        let mut draft = self.current_draft(ui, key);
         let mut text = match &draft {
             Some(draft) => draft.text.clone(),
             None => format_quantity(self.value, self.unit, 4),
         };
         let read = |text: &str| match parse_quantity(text, self.unit) {
             Ok(value) => {
-                let value = meant(text, value, self.value, self.unit);
+                let value = interpret(text, value, self.value, self.unit);
                 check(value).map_or(Ok(value), Err)
             }
             Err(error) => Err(error.to_string()),
         };
-        let wrong = draft
+        let is_wrong = draft
             .as_ref()
             .is_some_and(|d| d.text != d.start && read(&d.text).is_err());
-        let color = if wrong {
-            super::text::error_color(ui)
-        } else {
-            ui.visuals().text_color()
-        };
-        let edit = TextEdit::singleline(&mut text)
-            .id(self.id)
-            .margin(Margin::symmetric(4, 2))
-            .desired_width(self.width - 8.0)
-            .align(Align2::RIGHT_CENTER)
-            .font(FontSelection::Default)
-            .text_color(color)
-            .interactive(self.enabled);
-        let mut shown = edit.show(ui);
+        let mut shown = self.edit(ui, &mut text, is_wrong);
         let response = shown.response.response.clone();
-        ui.ctx()
-            .accesskit_node_builder(response.id, |node| node.set_label(self.label));
-
-        let mut value = None;
         if response.gained_focus() {
-            let full = format_quantity(self.value, self.unit, 9);
-            // A failed attempt is mended, not thrown away.
-            if draft.is_none() {
-                draft = Some(Draft {
-                    text: full.clone(),
-                    start: full,
-                    value: self.value,
-                    error: None,
-                });
-            }
-            let length = draft.as_ref().map_or(0, |d| d.text.chars().count());
-            let all = CCursorRange::two(CCursor::new(0), CCursor::new(length));
-            shown.state.cursor.set_char_range(Some(all));
-            shown.state.store(ui.ctx(), response.id);
+            self.begin(ui, &mut draft, &mut shown);
         }
         if response.changed()
             && let Some(draft) = &mut draft
@@ -132,18 +93,9 @@ impl QuantityField<'_> {
             draft.text = text;
             draft.error = None;
         }
-        if response.lost_focus()
-            && let Some(mut finished) = draft.take()
-            && !ui.input(|i| i.key_pressed(Key::Escape))
-            && finished.text != finished.start
-        {
-            match read(&finished.text) {
-                Ok(typed) => value = Some(typed),
-                Err(reason) => {
-                    finished.error = Some(reason);
-                    draft = Some(finished);
-                }
-            }
+        let mut value = None;
+        if response.lost_focus() {
+            value = finish(ui, &mut draft, read);
         }
         let error = draft.as_ref().and_then(|d| d.error.clone());
         if error.is_some() {
@@ -151,18 +103,94 @@ impl QuantityField<'_> {
             ui.painter()
                 .rect_stroke(response.rect, 2.0, stroke, StrokeKind::Outside);
         }
-        ui.data_mut(|data| match draft {
-            Some(draft) => {
-                data.insert_temp(key, draft);
-            }
-            None => {
-                data.remove::<Draft>(key);
-            }
-        });
+        store(ui, key, draft);
         QuantityOutput {
             response,
             value,
             error,
         }
     }
+
+    /// The draft of the last frame, unless it has ended.
+    fn current_draft(&self, ui: &Ui, key: Id) -> Option<Draft> {
+        let draft: Option<Draft> = ui.data(|data| data.get_temp(key));
+        let focused = ui.memory(|memory| memory.has_focus(self.id));
+        // A value that was changed elsewhere ends a failed attempt, and so does Escape.
+        let ended = |d: &Draft| {
+            !focused && (d.value != self.value || ui.input(|i| i.key_pressed(Key::Escape)))
+        };
+        draft.filter(|d| !ended(d))
+    }
+
+    /// Draws the text field.
+    fn edit(&self, ui: &mut Ui, text: &mut String, is_wrong: bool) -> TextEditOutput {
+        let color = if is_wrong {
+            super::text::error_color(ui)
+        } else {
+            ui.visuals().text_color()
+        };
+        let edit = TextEdit::singleline(text)
+            .id(self.id)
+            .margin(Margin::symmetric(4, 2))
+            .desired_width(self.width - 8.0)
+            .align(Align2::RIGHT_CENTER)
+            .font(FontSelection::Default)
+            .text_color(color)
+            .interactive(self.enabled);
+        let shown = edit.show(ui);
+        ui.ctx()
+            .accesskit_node_builder(shown.response.response.id, |node| {
+                node.set_label(self.label)
+            });
+        shown
+    }
+
+    /// Begins to type: the text gets all its digits and is selected.
+    fn begin(&self, ui: &Ui, draft: &mut Option<Draft>, shown: &mut TextEditOutput) {
+        let full = format_quantity(self.value, self.unit, 9);
+        // A failed attempt is kept, so that it can be corrected.
+        let draft = draft.get_or_insert_with(|| Draft {
+            text: full.clone(),
+            start: full,
+            value: self.value,
+            error: None,
+        });
+        let length = draft.text.chars().count();
+        let all = CCursorRange::two(CCursor::new(0), CCursor::new(length));
+        shown.state.cursor.set_char_range(Some(all));
+        let id = shown.response.response.id;
+        shown.state.clone().store(ui.ctx(), id);
+    }
+}
+
+/// Ends typing: returns the value that was read, or keeps the draft with the reason why not.
+fn finish(
+    ui: &Ui,
+    draft: &mut Option<Draft>,
+    read: impl Fn(&str) -> Result<f64, String>,
+) -> Option<f64> {
+    let mut finished = draft.take()?;
+    if ui.input(|i| i.key_pressed(Key::Escape)) || finished.text == finished.start {
+        return None;
+    }
+    match read(&finished.text) {
+        Ok(typed) => Some(typed),
+        Err(reason) => {
+            finished.error = Some(reason);
+            *draft = Some(finished);
+            None
+        }
+    }
+}
+
+/// Keeps the draft for the next frame, or forgets it.
+fn store(ui: &Ui, key: Id, draft: Option<Draft>) {
+    ui.data_mut(|data| match draft {
+        Some(draft) => {
+            data.insert_temp(key, draft);
+        }
+        None => {
+            data.remove::<Draft>(key);
+        }
+    });
 }

@@ -1,5 +1,5 @@
-//! The track of a slider: a position between 0 and 1 that is dragged, stepped by keys
-//! and read by screen readers. What the position means is the caller's.
+//! The track of a slider: a position between 0 and 1 that can be dragged, changed by keys and
+//! read by screen readers. The caller maps it to a value.
 
 use eframe::egui::accesskit::{Action, ActionData};
 use eframe::egui::{
@@ -8,33 +8,33 @@ use eframe::egui::{
 
 /// Share of the track that one press of an arrow key moves.
 const KEY_STEP: f64 = 0.01;
-/// How much finer everything is while Shift is held.
-const FINE: f64 = 0.1;
+/// Factor on every movement while Shift is held.
+const FINE_FACTOR: f64 = 0.1;
 
 /// A track to be shown.
-pub struct Rail<'a> {
+pub struct SliderTrack<'a> {
     /// Identity, stable over frames.
     pub id: Id,
     /// Name for screen readers.
     pub label: &'a str,
     /// The value as text, for screen readers.
     pub text: &'a str,
-    /// Value, least and greatest in the unit of the caller, for screen readers.
+    /// Value, minimum and maximum in the unit of the caller, for screen readers.
     pub numeric: (f64, f64, f64),
-    /// Position; may lie outside 0..1 and is then shown at the end.
+    /// Position; outside 0..1 it is shown at the end of the track.
     pub fraction: f64,
     /// Position of the default, marked with a tick.
     pub mark: Option<f64>,
     /// A locked track is shown but does not move.
     pub enabled: bool,
-    /// Draws it in the colour of errors.
+    /// Whether it is drawn in the colour of errors.
     pub error: bool,
     /// Width and height [points].
     pub size: Vec2,
 }
 
-/// What a person did with a [`Rail`].
-pub struct RailOutput {
+/// What a person did with a [`SliderTrack`].
+pub struct TrackOutput {
     /// The whole track.
     pub response: Response,
     /// New position, 0..1.
@@ -47,19 +47,19 @@ pub struct RailOutput {
     pub reset: bool,
 }
 
-/// A drag on its way: position it stands at, unclamped, and where the pointer was.
+/// A drag in progress: its unclamped position, and the last x of the pointer [points].
 #[derive(Debug, Clone, Copy)]
 struct Drag {
     fraction: f64,
     pointer: f32,
 }
 
-impl Rail<'_> {
+impl SliderTrack<'_> {
     /// Draws the track and reads pointer, keys, wheel (only with focus) and screen reader.
-    pub fn show(self, ui: &mut Ui) -> RailOutput {
+    pub fn show(self, ui: &mut Ui) -> TrackOutput {
         let (rect, _) = ui.allocate_exact_size(self.size, Sense::hover());
         let response = ui.interact(rect, self.id, Sense::click_and_drag());
-        let mut output = RailOutput {
+        let mut output = TrackOutput {
             response,
             fraction: None,
             value: None,
@@ -102,7 +102,7 @@ impl Rail<'_> {
         left + span * fraction as f32
     }
 
-    fn pointer(&self, ui: &Ui, output: &mut RailOutput) {
+    fn pointer(&self, ui: &Ui, output: &mut TrackOutput) {
         let response = &output.response;
         let key = self.id.with("drag");
         let down = response.is_pointer_button_down_on() && ui.input(|i| i.pointer.primary_down());
@@ -114,7 +114,7 @@ impl Rail<'_> {
                 && !output.fine
                 && let Some(pointer) = response.interact_pointer_pos()
             {
-                // A tap so short that press and release came in one frame.
+                // A tap so short that press and release arrive in one frame.
                 let (left, span) = self.travel(response);
                 output.fraction = Some(f64::from((pointer.x - left) / span).clamp(0.0, 1.0));
                 response.request_focus();
@@ -145,14 +145,18 @@ impl Rail<'_> {
         };
         let moved = f64::from((pointer.x - drag.pointer) / span);
         if moved != 0.0 {
-            drag.fraction += if output.fine { FINE * moved } else { moved };
+            drag.fraction += if output.fine {
+                FINE_FACTOR * moved
+            } else {
+                moved
+            };
             output.fraction = Some(drag.fraction.clamp(0.0, 1.0));
         }
         drag.pointer = pointer.x;
         ui.data_mut(|data| data.insert_temp(key, drag));
     }
 
-    fn keys(&self, ui: &Ui, output: &mut RailOutput) {
+    fn keys(&self, ui: &Ui, output: &mut TrackOutput) {
         if !output.response.has_focus() {
             return;
         }
@@ -169,13 +173,13 @@ impl Rail<'_> {
         let mut fraction = self.fraction.clamp(0.0, 1.0);
         let mut step = |by: f64, fine: bool| {
             if by != 0.0 {
-                fraction += by * KEY_STEP * if fine { FINE } else { 1.0 };
+                fraction += by * KEY_STEP * if fine { FINE_FACTOR } else { 1.0 };
                 output.fraction = Some(fraction.clamp(0.0, 1.0));
                 output.fine |= fine;
             }
         };
         let mut jump = None;
-        // Each press knows its own modifiers, however fast they follow one another.
+        // Each event carries its own modifiers, which may change within a frame.
         for event in ui.input(|i| i.events.clone()) {
             let Event::Key {
                 key,
@@ -198,7 +202,7 @@ impl Rail<'_> {
             }
         }
         if output.response.hovered() {
-            // The wheel belongs to the focused slider, not to the page around it.
+            // The wheel moves the focused slider instead of scrolling the panel.
             let wheel = ui.input_mut(|i| std::mem::take(&mut i.smooth_scroll_delta));
             step(f64::from(wheel.y + wheel.x) / 40.0, false);
         }
@@ -207,7 +211,7 @@ impl Rail<'_> {
         }
     }
 
-    fn screen_reader(&self, ui: &Ui, output: &mut RailOutput) {
+    fn screen_reader(&self, ui: &Ui, output: &mut TrackOutput) {
         let (steps, value) = ui.input(|i| {
             let count = |action| i.num_accesskit_action_requests(self.id, action) as f64;
             let value = i
@@ -223,17 +227,17 @@ impl Rail<'_> {
             output.fraction = Some((self.fraction + steps * KEY_STEP).clamp(0.0, 1.0));
         }
         output.value = value;
-        let (_, least, greatest) = self.numeric;
+        let (_, minimum, maximum) = self.numeric;
         ui.ctx().accesskit_node_builder(self.id, |node| {
-            node.set_min_numeric_value(least);
-            node.set_max_numeric_value(greatest);
+            node.set_min_numeric_value(minimum);
+            node.set_max_numeric_value(maximum);
             node.add_action(Action::SetValue);
             node.add_action(Action::Increment);
             node.add_action(Action::Decrement);
         });
     }
 
-    fn paint(&self, ui: &Ui, output: &RailOutput) {
+    fn paint(&self, ui: &Ui, output: &TrackOutput) {
         let (response, visuals, painter) = (&output.response, ui.visuals(), ui.painter());
         let rect = response.rect;
         let (radius, y) = (self.radius(), rect.center().y);
@@ -259,7 +263,7 @@ impl Rail<'_> {
         };
         painter.rect_filled(bar(left - half, left + span + half), half, groove);
         let x = self.x_at(response, self.fraction);
-        // What is filled is the distance from the default.
+        // The filled part shows the distance from the default.
         let from = self
             .mark
             .map_or(left - half, |mark| self.x_at(response, mark));
@@ -282,19 +286,19 @@ impl Rail<'_> {
         } else {
             Stroke::new(1.0, look.fg_stroke.color)
         };
-        let beyond = if self.fraction < -1e-9 {
+        let outside = if self.fraction < -1e-9 {
             -1.0
         } else if self.fraction > 1.0 + 1e-9 {
             1.0
         } else {
             0.0
         };
-        if beyond == 0.0 {
+        if outside == 0.0 {
             painter.circle(pos2(x, y), radius, fill, outline);
         } else {
-            // An arrow head that points to where the value lies.
-            let tip = pos2(x + beyond * (radius + 1.0), y);
-            let back = tip.x - beyond * 1.7 * radius;
+            // An arrow head that points towards the value outside the track.
+            let tip = pos2(x + outside * (radius + 1.0), y);
+            let back = tip.x - outside * 1.7 * radius;
             painter.add(Shape::convex_polygon(
                 vec![tip, pos2(back, y + radius), pos2(back, y - radius)],
                 fill,

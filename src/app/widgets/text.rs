@@ -1,4 +1,4 @@
-//! TODO-doc
+//! Small pieces of text: sizes, headings, times, axis numbers and shortened names.
 
 use std::ops::RangeInclusive;
 
@@ -14,7 +14,7 @@ pub(crate) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).size(11.5)
 }
 
-/// What is left of a time, to be said after how far it is: nothing of less than a second.
+/// The remaining time, to follow a progress; empty below one second.
 pub(crate) fn time_left(left: std::time::Duration) -> String {
     let seconds = left.as_secs_f64();
     if seconds < 1.0 {
@@ -23,12 +23,12 @@ pub(crate) fn time_left(left: std::time::Duration) -> String {
     format!(", about {seconds:.0} s left")
 }
 
-/// Colour of errors in the present theme.
+/// Colour of errors in the current theme.
 pub(crate) fn error_color(ui: &Ui) -> eframe::egui::Color32 {
     crate::app::theme::error(ui.visuals().dark_mode)
 }
 
-/// Grid lines at round values, some six across the plot.
+/// Grid lines at round values, about six across the plot.
 pub(crate) fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
     uniform_grid_spacer(|input| {
         let step = step_of(input.bounds.0, input.bounds.1);
@@ -36,12 +36,12 @@ pub(crate) fn round_steps() -> impl Fn(GridInput) -> Vec<GridMark> {
     })
 }
 
-/// Distance of those lines on an axis from `low` to `high`.
+/// Distance of the grid lines on an axis from `low` to `high`.
 pub(crate) fn step_of(low: f64, high: f64) -> f64 {
     round_step((high - low) / 6.0)
 }
 
-/// Text of such a line, with as many digits for all of an axis.
+/// Number at a grid line, with the same digits along the axis.
 pub(crate) fn round_text(mark: GridMark, range: &RangeInclusive<f64>) -> String {
     tick(GridMark {
         step_size: step_of(*range.start(), *range.end()),
@@ -49,10 +49,12 @@ pub(crate) fn round_text(mark: GridMark, range: &RangeInclusive<f64>) -> String 
     })
 }
 
+/// The title of a part of a panel.
 pub(crate) fn heading(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).strong());
 }
 
+/// Name of a recording; its number if it was removed.
 pub(crate) fn name_of(setup: &Setup, id: OverlayId) -> String {
     let overlay = setup.overlays.iter().find(|overlay| overlay.id == id);
     overlay.map_or_else(
@@ -61,7 +63,7 @@ pub(crate) fn name_of(setup: &Setup, id: OverlayId) -> String {
     )
 }
 
-/// A name of at most `limit` characters: without its middle, since names of a series
+/// A name of at most `limit` characters. The middle is cut, because the names of a series
 /// differ at the end.
 pub(crate) fn short(name: &str, limit: usize) -> String {
     let letters: Vec<char> = name.chars().collect();

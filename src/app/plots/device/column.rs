@@ -1,4 +1,4 @@
-//! The column of text beside the device.
+//! The column of text next to the device.
 
 use eframe::egui::{Color32, Painter, pos2, vec2};
 
@@ -7,10 +7,10 @@ use super::paint::{Colors, arrow, text};
 use super::{Kind, Layout};
 use crate::model::unit::{format_number, format_quantity};
 
-/// Points on screen that make a metre at a density of 96 per inch.
+/// Points per metre on a screen with 96 points per inch.
 const POINTS_PER_METRE: f64 = 96.0 / 0.0254;
 
-/// Regime, time, voltage, displacement and forces, one line each, and what is to scale.
+/// Draws regime, time, voltage, displacement and forces, one line each, and the scale.
 pub(super) fn show(
     painter: &Painter,
     layout: &Layout,
@@ -32,7 +32,7 @@ pub(super) fn show(
         at.y += 19.0;
     }
     let mut line = |marker: Option<(Color32, f64)>, words: String, color: Color32| {
-        // The last line is kept for the note on the scale.
+        // The last line is reserved for the scale.
         if at.y + 30.0 > bottom {
             return;
         }
@@ -59,7 +59,7 @@ pub(super) fn show(
         c.text,
     );
     if kind == Kind::Free {
-        // Rounding of the simulator is no velocity.
+        // Rounding errors of the simulator are shown as zero.
         let rounding = moment.velocity.abs() < 1e-9 * extremes.speed;
         let velocity = if rounding { 0.0 } else { moment.velocity };
         let marker = (velocity != 0.0).then_some((c.drive, velocity));
@@ -73,10 +73,10 @@ pub(super) fn show(
     let forces = [
         ("piezo drive", shown(moment.drive), c.drive),
         ("gas film", shown(moment.film), c.film),
-        ("structure's pull", shown(moment.pull_off), c.pull),
+        ("restoring force", shown(moment.pull_off), c.pull),
         ("ground", shown(moment.ground), c.reaction),
         (
-            "adhesion, up to",
+            "adhesion limit",
             shown(moment.adhesion.map(|f| -f)),
             c.adhesion,
         ),

@@ -1,4 +1,4 @@
-//! What the picture of the device shows: one instant of a run, and the run's extremes.
+//! What the picture of the device shows: one instant of a run, and the extremes of the run.
 
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::simulation::snapshot::Snapshot;
@@ -9,15 +9,15 @@ use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity, prefix_for};
 use crate::sim::{EventKind, Trace};
 
-/// Most samples that are looked at for the extremes, so that a long live run costs no
-/// more than a short one.
-const EXTREME_SAMPLES: usize = 20_000;
+/// Most samples searched for the extremes, so that a long live run costs no more than a
+/// short one.
+const MAX_EXTREME_SAMPLES: usize = 20_000;
 
-/// Film force that fills an arrow where none was recorded to compare with [N]: the
-/// paper's abstract has 50 to 130 nN.
-const USUAL_FILM: f64 = 1e-7;
+/// Film force with an arrow of full length if the run has no recorded forces [N]. The
+/// paper's abstract gives 50 to 130 nN.
+const TYPICAL_FILM_FORCE: f64 = 1e-7;
 
-/// The device at one time. Displacements are the device's own (sensor offsets taken off).
+/// The device at one time. Displacements are those of the device, without sensor offsets.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Moment {
     /// Time [s].
@@ -26,19 +26,19 @@ pub(super) struct Moment {
     pub voltage: Option<f64>,
     /// Displacement of the proof mass [m].
     pub xp: f64,
-    /// The same as the sensor shows it, and the curves [m].
+    /// The same as the sensor and the curves show it [m].
     pub reading: f64,
     /// Displacement of the cantilever's centre [m].
     pub xc: Option<f64>,
     /// Velocity of the proof mass [m/s].
     pub velocity: f64,
-    /// Start of the contact that is going on [s].
+    /// Start of the present contact [s].
     pub contact_since: Option<f64>,
     /// Piezo drive [N].
     pub drive: Option<f64>,
     /// Gas film on the mass [N].
     pub film: Option<f64>,
-    /// Largest force that adhesion can hold now [N]; only in contact.
+    /// Adhesion limit at this time [N]; only in contact.
     pub adhesion: Option<f64>,
     /// Force of the ground on the mass [N]; only in contact.
     pub ground: Option<f64>,
@@ -46,15 +46,15 @@ pub(super) struct Moment {
     pub pull_off: Option<f64>,
     /// All effects on the mass [N].
     pub effects: Option<f64>,
-    /// What they are called: the one that is on, or all together.
+    /// Their name: that of the only one, or "effects".
     pub effects_name: &'static str,
 }
 
-/// Two neighbouring samples and the place between them.
+/// Two neighbouring samples and a position between them.
 struct Place {
     i: usize,
     weight: f64,
-    /// Whether straight lines may be drawn between the two: not across a contact's ends.
+    /// Whether to interpolate between the two: not across the start or end of a contact.
     smooth: bool,
 }
 
@@ -66,7 +66,7 @@ impl Place {
         let value = match (self.smooth, self.weight) {
             (_, 0.0) => a,
             (true, w) => a + (b - a) * w,
-            // Across an impact or a release the nearer sample is the honest one.
+            // Across an impact or a release the nearer sample is used.
             (false, w) if w < 0.5 => a,
             _ => b,
         };
@@ -74,7 +74,7 @@ impl Place {
     }
 }
 
-/// Start of the contact that holds at `t` [s]. An open contact holds to the run's end.
+/// Start of the contact at time `t` [s]. A contact without end lasts to the end of the run.
 fn contact_since(trace: &Trace, t: f64) -> Option<f64> {
     let after = trace.contacts.partition_point(|&(start, _)| start <= t);
     let &(start, end) = trace.contacts.get(after.checked_sub(1)?)?;
@@ -138,7 +138,7 @@ impl Moment {
             contact_since: since,
             drive: read(forces.map(|f| &f.drive)),
             film: read(forces.map(|f| &f.film)),
-            // The law itself, so that a run without forces shows it too.
+            // Computed from the law, so that a run without recorded forces shows it too.
             adhesion: ground.and_then(|g| Some(g.adhesion(t - since?))),
             ground: read(forces.map(|f| &f.ground)).filter(|_| since.is_some()),
             pull_off: read(forces.map(|f| &f.pull_off)).filter(|_| since.is_some()),
@@ -157,7 +157,7 @@ impl Moment {
         Some(moment)
     }
 
-    /// The drive's force from the waveform, for a run that recorded no forces.
+    /// The drive force computed from the waveform, for a run without recorded forces.
     fn drive_of(&self, state: &State, snapshot: &Snapshot) -> Option<f64> {
         let piezo = snapshot.model.piezo.as_ref()?;
         let DriveChoice::Waveform(waveform) = &state.setup.drive else {
@@ -169,7 +169,7 @@ impl Moment {
         Some(snapshot.model.parameters[ParameterId::Eta] * gain).filter(|f| f.is_finite())
     }
 
-    /// In words: flight, contact and for how long, or what pulls it off.
+    /// In words: in flight, in contact and for how long, or pulling off.
     pub fn regime(&self) -> String {
         let Some(since) = self.contact_since else {
             return "in flight".to_owned();
@@ -189,7 +189,7 @@ impl Moment {
     }
 }
 
-/// Extremes of a run, kept per generation.
+/// Extremes of a run, computed once per generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extremes {
     key: (u64, usize),
@@ -207,8 +207,8 @@ pub(super) struct Extremes {
     pub speed: f64,
 }
 
-/// What names a run: its number, and its place in memory (tests and sessions may
-/// count from 1 again).
+/// Identifies a run by its number and its address in memory (tests and sessions may count
+/// from 1 again).
 fn key(snapshot: &Snapshot) -> (u64, usize) {
     let trace: *const Trace = &*snapshot.trace;
     (snapshot.generation, trace as usize)
@@ -220,12 +220,12 @@ impl Extremes {
         self.key == key(snapshot)
     }
 
-    /// Looks through a run. `previous` steadies the range in Live mode, where every
-    /// frame brings a run that differs little.
+    /// Computes the extremes of a run. `previous` steadies the range in live mode, where every
+    /// frame brings a slightly different run.
     pub fn new(snapshot: &Snapshot, previous: Option<&Self>) -> Self {
         let trace = &*snapshot.trace;
         let parameters = &snapshot.model.parameters;
-        let stride = trace.len().div_ceil(EXTREME_SAMPLES).max(1);
+        let stride = trace.len().div_ceil(MAX_EXTREME_SAMPLES).max(1);
         let range = |values: &[f64]| {
             values
                 .iter()
@@ -254,8 +254,8 @@ impl Extremes {
             (low, high) = (-1e-6, 1e-6);
         }
         if let Some(old) = previous.filter(|_| snapshot.live.is_some()) {
-            // A picture whose scale changes cannot be read: it grows when it must, by
-            // enough not to grow soon again, and shrinks only for far smaller motions.
+            // A changing scale is hard to read. So the range grows only when it must, and then
+            // by some margin, and it shrinks only for much smaller motions.
             let fits = old.low <= low && old.high >= high;
             if fits && high - low > 0.25 * (old.high - old.low) {
                 (low, high) = (old.low, old.high);
@@ -278,7 +278,7 @@ impl Extremes {
             high,
             film: match forces {
                 Some(f) => finite(size(&f.film)),
-                None => USUAL_FILM,
+                None => TYPICAL_FILM_FORCE,
             },
             drive: match forces {
                 Some(f) => finite(size(&f.drive)),

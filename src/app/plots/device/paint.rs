@@ -4,7 +4,7 @@ use eframe::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, Visuals, pos2, vec2,
 };
 
-/// Colours of the parts; those of Okabe and Ito where they carry a meaning.
+/// Colours of the parts. Colours with a meaning are from the palette of Okabe and Ito.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Colors {
     pub text: Color32,
@@ -52,7 +52,8 @@ impl Colors {
     }
 }
 
-/// Draws text; `place` is two letters for across (`l`, `c`, `r`) and down (`t`, `c`, `b`).
+/// Draws text. `place` is two letters, for horizontal (`l`, `c`, `r`) and vertical (`t`, `c`,
+/// `b`) alignment.
 pub(super) fn text(
     painter: &Painter,
     at: Pos2,
@@ -80,7 +81,8 @@ pub(super) fn leader(painter: &Painter, from: Pos2, to: Pos2, color: Color32) {
     painter.circle_filled(to, 1.8, color);
 }
 
-/// An upright arrow from `from`, up for a positive `length` [points]; nothing below 2.
+/// A vertical arrow from `from`, upwards for a positive `length` [points]. Arrows shorter
+/// than 2 points are not drawn.
 pub(super) fn arrow(painter: &Painter, from: Pos2, length: f32, width: f32, color: Color32) {
     if !length.is_finite() || length.abs() < 2.0 {
         return;
@@ -138,7 +140,7 @@ pub(super) fn strip(
     painter.line(below, Stroke::new(1.0, edge));
 }
 
-/// Rectangle of `size` standing with the middle of its base on `base`, turned by `angle`.
+/// Rectangle of `size` with the middle of its base at `base`, rotated by `angle`.
 pub(super) fn block(base: Pos2, size: Vec2, angle: f32) -> Vec<Pos2> {
     let (sin, cos) = angle.sin_cos();
     let turn = |x: f32, y: f32| pos2(base.x + x * cos - y * sin, base.y + x * sin + y * cos);

@@ -7,14 +7,14 @@ use super::moment::{Extremes, Moment};
 use super::paint::{Colors, arrow, block, leader, nice_below, strip, text};
 use crate::model::unit::format_quantity;
 
-/// Pieces of the drawn beam.
+/// Number of segments of the drawn beam.
 const BEAM_PIECES: usize = 40;
-/// Heights of bumps of the ground, in points below the ridge, side by side.
-const BUMPS: [f32; 16] = [
+/// Depths of the ground's rough profile below its ridge, from left to right [points].
+const GROUND_PROFILE: [f32; 16] = [
     9.0, 6.0, 10.0, 8.0, 5.0, 9.0, 11.0, 7.0, 10.0, 6.0, 9.0, 12.0, 7.0, 9.0, 5.0, 10.0,
 ];
 
-/// Everything that is needed to draw one instant.
+/// Everything needed to draw one instant.
 pub(super) struct Scene<'a> {
     pub painter: &'a Painter,
     pub layout: &'a Layout,
@@ -120,15 +120,15 @@ impl Scene<'_> {
             self.painter,
             pos2(plate.right() + 8.0, plate.center().y),
             "lc",
-            "ceiling, spring",
+            "ceiling and spring",
             12.0,
             c.weak,
         );
-        self.beside("mass");
+        self.label_left_of_mass("mass");
         self.mass_arrows();
     }
 
-    /// A ball in free motion beside a scale of heights.
+    /// A ball in free motion next to a scale of heights.
     pub fn free(&self) {
         let (l, c) = (self.layout, self.colors);
         self.ground();
@@ -164,7 +164,7 @@ impl Scene<'_> {
         let speed = self.length(self.moment.velocity, self.extremes.speed);
         let from = centre - vec2(0.0, radius * speed.signum());
         arrow(self.painter, from, speed, 2.5, c.drive);
-        self.beside("mass");
+        self.label_left_of_mass("mass");
     }
 
     /// Where the mass is at rest without voltage.
@@ -186,8 +186,8 @@ impl Scene<'_> {
         let (left, right) = (l.area.left(), l.area.right());
         let mut line = vec![];
         let ridge = 0.32 * l.mass.x;
-        for (i, bump) in BUMPS.iter().enumerate() {
-            let x = left + (right - left) * i as f32 / (BUMPS.len() - 1) as f32;
+        for (i, bump) in GROUND_PROFILE.iter().enumerate() {
+            let x = left + (right - left) * i as f32 / (GROUND_PROFILE.len() - 1) as f32;
             if (x - l.mass_x).abs() > 2.2 * ridge {
                 line.push(pos2(x, y + bump));
             }
@@ -202,7 +202,7 @@ impl Scene<'_> {
                 pos2(l.mass_x + 1.5 * ridge, y + 8.0),
             ],
         );
-        // Upright slices: the whole is not convex.
+        // Drawn in vertical slices, because the whole is not convex.
         let mut mesh = eframe::egui::Mesh::default();
         for p in &line {
             mesh.colored_vertex(*p, c.ground);
@@ -230,7 +230,7 @@ impl Scene<'_> {
         }
     }
 
-    /// The gas between mass and ground, the stronger the more it pushes.
+    /// The gas between mass and ground; the colour is stronger for a larger force.
     fn film(&self) {
         let (l, c) = (self.layout, self.colors);
         let Some(level) = l.ground else { return };
@@ -271,7 +271,7 @@ impl Scene<'_> {
             .add(Shape::convex_polygon(corners, c.mass, edge));
     }
 
-    /// The mass's name at the top edge, with a line to it.
+    /// The name of the mass at the top edge, with a line to the mass.
     fn mass_label(&self, name: &str) {
         let (l, c) = (self.layout, self.colors);
         let at = pos2(l.mass_x + 0.5 * l.mass.x, l.area.top() + 2.0);
@@ -285,7 +285,7 @@ impl Scene<'_> {
     }
 
     /// A name that moves with the mass, on its left.
-    fn beside(&self, name: &str) {
+    fn label_left_of_mass(&self, name: &str) {
         let l = self.layout;
         let at = self.base() - vec2(0.5 * l.mass.x + 8.0, 0.5 * l.mass.y);
         text(self.painter, at, "rc", name, 12.0, self.colors.weak);
@@ -333,7 +333,7 @@ impl Scene<'_> {
         draw(m.effects, at(0.3, top), 2.5, c.weak);
     }
 
-    /// A bar of a round height at the right edge; its length says the scale.
+    /// A bar of a round height at the right edge, which shows the scale.
     pub fn scale_bar(&self) {
         let (l, c) = (self.layout, self.colors);
         let room = f64::from(0.38 * l.area.height());

@@ -84,7 +84,7 @@ fn held() -> Trace {
     }
 }
 
-/// What the picture calls itself at a time.
+/// The accessible name of the picture at a time.
 fn name(state: &State, time: Option<f64>, size: (f32, f32), theme: Theme) -> String {
     let mut harness = Harness::builder()
         .with_size(vec2(size.0, size.1))
@@ -95,51 +95,51 @@ fn name(state: &State, time: Option<f64>, size: (f32, f32), theme: Theme) -> Str
     node.accesskit_node().label().unwrap_or_default()
 }
 
-fn said(state: &State, time: Option<f64>) -> String {
+fn label_of(state: &State, time: Option<f64>) -> String {
     name(state, time, (500.0, 150.0), Theme::Dark)
 }
 
 #[test]
-fn says_what_happens() {
+fn the_name_describes_the_motion() {
     let state = with(state("paper"), held());
-    assert!(said(&state, Some(0.5e-3)).contains("in flight"));
-    let pressed = said(&state, Some(1e-3));
+    assert!(label_of(&state, Some(0.5e-3)).contains("in flight"));
+    let pressed = label_of(&state, Some(1e-3));
     assert!(pressed.contains("in contact"), "{pressed}");
     assert!(pressed.contains("xp = -58 µm, V = -8 V"), "{pressed}");
-    let pulled = said(&state, Some(2e-3));
+    let pulled = label_of(&state, Some(2e-3));
     // Adhesion after 1 ms: 27.43 nN + 1.7 uN/s x 1 ms.
     assert!(pulled.contains("pulling off: 20 of 29.1 nN"), "{pulled}");
-    assert!(said(&state, Some(3.5e-3)).contains("in flight"));
-    // Times beyond the run, and none, are its ends.
-    assert!(said(&state, Some(9.0)).contains("xp = 20 µm"));
-    assert!(said(&state, None).contains("xp = 20 µm"));
-    assert!(said(&state, Some(-9.0)).contains("xp = 0 m"));
+    assert!(label_of(&state, Some(3.5e-3)).contains("in flight"));
+    // Times beyond the run show its ends, and no time shows its last sample.
+    assert!(label_of(&state, Some(9.0)).contains("xp = 20 µm"));
+    assert!(label_of(&state, None).contains("xp = 20 µm"));
+    assert!(label_of(&state, Some(-9.0)).contains("xp = 0 m"));
 }
 
 #[test]
-fn a_contact_still_open_at_the_end_holds() {
+fn a_contact_without_end_lasts_to_the_end_of_the_run() {
     let mut trace = held();
     trace.proof_mass[4] = -58e-6;
     trace.contacts = vec![(1e-3, 4e-3)];
     trace.events.clear();
     let state = with(state("paper"), trace);
-    let end = said(&state, None);
+    let end = label_of(&state, None);
     assert!(end.contains("in contact 3 ms"), "{end}");
 }
 
 #[test]
-fn nothing_to_draw_is_said() {
+fn nothing_to_draw_is_named() {
     let empty = state("paper");
-    assert!(said(&empty, None).contains("nothing to draw"));
+    assert!(label_of(&empty, None).contains("nothing to draw"));
     let empty = with(state("paper"), Trace::default());
-    assert!(said(&empty, Some(0.0)).contains("nothing to draw"));
+    assert!(label_of(&empty, Some(0.0)).contains("nothing to draw"));
     let mut trace = held();
     trace.proof_mass = vec![f64::NAN; 5];
     let nan = with(state("paper"), trace);
-    assert!(said(&nan, Some(1e-3)).contains("nothing to draw"));
+    assert!(label_of(&nan, Some(1e-3)).contains("nothing to draw"));
     let mut trace = held();
     trace.dt = f64::NAN;
-    assert!(said(&with(state("paper"), trace), Some(1e-3)).contains("Device"));
+    assert!(label_of(&with(state("paper"), trace), Some(1e-3)).contains("Device"));
 }
 
 #[test]
@@ -150,14 +150,14 @@ fn one_sample_and_missing_columns_are_drawn() {
         ..Trace::default()
     };
     for preset in ["paper", "oscillator", "faller"] {
-        let label = said(&with(state(preset), trace.clone()), Some(0.0));
+        let label = label_of(&with(state(preset), trace.clone()), Some(0.0));
         assert!(label.contains("xp = 1 µm"), "{label}");
     }
     let mut trace = held();
     trace.cantilever = vec![f64::NAN; 5];
     trace.voltage.clear();
     trace.forces = None;
-    let label = said(&with(state("paper"), trace), Some(2e-3));
+    let label = label_of(&with(state("paper"), trace), Some(2e-3));
     assert!(label.ends_with("in contact 1 ms, xp = -58 µm"), "{label}");
 }
 
@@ -183,7 +183,7 @@ fn all_presets_sizes_and_themes_are_drawn() {
 }
 
 #[test]
-fn forces_that_were_not_recorded_are_those_of_the_run() {
+fn forces_that_were_not_recorded_are_computed() {
     let (with, without) = (
         simulated("paper", 50e3, 0.06, true),
         simulated("paper", 50e3, 0.06, false),
@@ -211,7 +211,7 @@ fn forces_that_were_not_recorded_are_those_of_the_run() {
 }
 
 #[test]
-fn the_range_is_that_of_the_run_and_without_the_sensors_offset() {
+fn the_range_is_that_of_the_run_without_the_sensor_offset() {
     let mut state = state("paper");
     let offset = 5e-6;
     let parameters = &mut state.setup.preset.model.parameters;
@@ -225,7 +225,7 @@ fn the_range_is_that_of_the_run_and_without_the_sensors_offset() {
     assert!((extremes.low + 58e-6).abs() < 1e-12);
     assert!((extremes.high - 20e-6).abs() < 1e-12);
     assert!(extremes.are_of(snapshot));
-    // Drawn where it is, read as the sensor shows it.
+    // Drawn at its true position; the number is what the sensor shows.
     let moment = Moment::new(&state, snapshot, Some(2e-3)).unwrap();
     assert!((moment.xp + 58e-6).abs() < 1e-12);
     assert!((moment.reading + 53e-6).abs() < 1e-12);

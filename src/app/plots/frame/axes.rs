@@ -8,12 +8,12 @@ use super::style::{AXIS_TEXT, AXIS_WIDTH};
 use crate::model::unit::prefix_for;
 
 /// Smallest distance of two grid lines that the plot library draws [points].
-const LEAST_SPACING: f32 = 8.0;
+const MIN_GRID_SPACING: f32 = 8.0;
 
-/// A unit to show values in.
+/// The unit in which values are shown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
-    /// As written: `µm`.
+    /// Its text, for example `µm`.
     pub text: String,
     /// SI value of one.
     pub factor: f64,
@@ -33,7 +33,7 @@ impl Unit {
         }
     }
 
-    /// For times: by the span in view, but with few digits before the point.
+    /// For times: chosen by the span in view, but with few digits before the decimal point.
     pub fn of_times(from: f64, to: f64) -> Self {
         let latest = from.abs().max(to.abs());
         Self::of_magnitude("s", (to - from).max(2.5e-3 * latest))
@@ -45,7 +45,7 @@ impl Unit {
     }
 }
 
-/// The next of 1, 2, 5 times a power of ten.
+/// The smallest 1, 2 or 5 times a power of ten that is not below `least`.
 pub fn round_step(least: f64) -> f64 {
     if !(least.is_finite() && least > 0.0) {
         return 1.0;
@@ -58,8 +58,8 @@ pub fn round_step(least: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
-/// Range of an axis on which values from `low` to `high` have room. Rounded, so that it
-/// stands still while a live curve moves a little.
+/// Range of an axis with some margin around the values. It is rounded, so that it stays the
+/// same while a live curve moves a little.
 pub fn room(range: Option<(f64, f64)>, least: f64) -> (f64, f64) {
     let (low, high) = range.unwrap_or((-least, least));
     let floor = least.max(1e-6 * low.abs().max(high.abs()));
@@ -80,11 +80,11 @@ pub fn union(ranges: impl IntoIterator<Item = (f64, f64)>) -> Option<(f64, f64)>
         .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
-/// Round marks at least `spacing` points apart; in a low picture closer, where one mark alone
-/// would tell no scale.
+/// Round marks at least `spacing` points apart. In a low picture they may be closer, because
+/// a single mark shows no scale.
 fn marks(input: &GridInput, spacing: f64) -> Vec<GridMark> {
-    /// Share of a round step below which the next smaller one lies.
-    const FINER: f64 = 0.4;
+    /// The next smaller round step is at least this share of a round step.
+    const NEXT_STEP_RATIO: f64 = 0.4;
     let (from, to) = input.bounds;
     let every = |step: f64| -> Vec<GridMark> {
         let first = (from / step).ceil();
@@ -98,10 +98,10 @@ fn marks(input: &GridInput, spacing: f64) -> Vec<GridMark> {
             })
             .collect()
     };
-    let step = round_step(input.base_step_size / f64::from(LEAST_SPACING) * spacing);
+    let step = round_step(input.base_step_size / f64::from(MIN_GRID_SPACING) * spacing);
     let marks = every(step);
     if marks.len() < 2 {
-        every(round_step(FINER * step))
+        every(round_step(NEXT_STEP_RATIO * step))
     } else {
         marks
     }
@@ -130,8 +130,8 @@ pub fn tick(mark: GridMark) -> String {
     format!("{value:.decimals$}")
 }
 
-/// Gives a plot of `height` points its axes; without `x_label` the horizontal axis is
-/// left out. All motion of the view is the caller's.
+/// Gives a plot of `height` points its axes; without `x_label` it has no horizontal axis.
+/// The caller moves the view.
 pub fn dress<'a>(
     plot: Plot<'a>,
     ui: &Ui,
@@ -156,7 +156,7 @@ pub fn dress<'a>(
         .tick_label_color(palette.text)
         .min_thickness(AXIS_WIDTH)
         .formatter(move |mark, range| {
-            // A label at the very edge would reach into the next picture.
+            // A label at the edge would reach into the next picture.
             let edge = 7.0 / f64::from(height.max(1.0)) * (range.end() - range.start());
             let inside = mark.value > range.start() + edge && mark.value < range.end() - edge;
             if inside { tick(mark) } else { String::new() }
@@ -167,7 +167,7 @@ pub fn dress<'a>(
         .show_axes([has_x, true])
         .x_grid_spacer(|input| marks(&input, 80.0))
         .y_grid_spacer(|input| marks(&input, 24.0))
-        .grid_spacing(Rangef::new(LEAST_SPACING, 2.0 * LEAST_SPACING))
+        .grid_spacing(Rangef::new(MIN_GRID_SPACING, 2.0 * MIN_GRID_SPACING))
         .grid_color(palette.grid.gamma_multiply(0.35))
         .allow_drag(false)
         .allow_zoom(false)
@@ -201,7 +201,7 @@ mod tests {
         let values = |half: f64, height: f64| -> Vec<f64> {
             let input = GridInput {
                 bounds: (-half, half),
-                base_step_size: 2.0 * half / height * f64::from(LEAST_SPACING),
+                base_step_size: 2.0 * half / height * f64::from(MIN_GRID_SPACING),
             };
             marks(&input, 24.0).iter().map(|mark| mark.value).collect()
         };
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_written_short() {
+    fn times_have_short_units() {
         assert_eq!(Unit::of_times(0.0, 0.4).text, "ms");
         assert_eq!(Unit::of_times(0.4, 0.4005).text, "ms");
         assert_eq!(Unit::of_times(12.3, 12.301).text, "ms");

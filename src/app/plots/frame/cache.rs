@@ -1,5 +1,5 @@
-//! What is derived from results and recordings for drawing, made once and kept as long as
-//! its source is the one in view.
+//! Caches what is derived from results and recordings for drawing. A value is made once and
+//! kept while its source is in view.
 
 use std::sync::{Arc, Weak};
 
@@ -11,8 +11,8 @@ use crate::recording::velocity::slopes;
 use crate::recording::{Channel, Recording};
 use crate::sim::Trace;
 
-/// Value kept under `id`, made anew when `key` differs.
-pub fn kept<K, V>(ui: &Ui, id: Id, key: K, make: impl FnOnce() -> V) -> Arc<V>
+/// The value cached under `id`; made again when `key` differs.
+pub fn cached<K, V>(ui: &Ui, id: Id, key: K, make: impl FnOnce() -> V) -> Arc<V>
 where
     K: PartialEq + Clone + Send + Sync + 'static,
     V: Send + Sync + 'static,
@@ -27,12 +27,13 @@ where
     value
 }
 
-/// Stands for something shared without keeping its contents; equal only for the same one.
+/// Identifies shared data without keeping it alive. Two are equal only if they refer to the
+/// same data.
 #[derive(Debug)]
 pub struct Source<T>(Weak<T>);
 
 impl<T> Source<T> {
-    /// Of a shared thing.
+    /// The identity of shared data.
     pub fn of(shared: &Arc<T>) -> Self {
         Self(Arc::downgrade(shared))
     }
@@ -58,7 +59,7 @@ pub fn column(
     values: impl FnOnce(&Trace) -> &[f64],
 ) -> Arc<Pyramid> {
     let id = Id::unique(("plot column", name));
-    kept(ui, id, Source::of(trace), || {
+    cached(ui, id, Source::of(trace), || {
         Pyramid::new(trace.t0, trace.dt, values(trace))
     })
 }
@@ -68,19 +69,19 @@ pub fn column(
 pub fn velocity(ui: &Ui, overlay: &Overlay) -> Arc<(Vec<f64>, Pyramid)> {
     let recording: &Arc<Recording> = &overlay.recording;
     let id = Id::unique(("plot velocity", overlay.id));
-    kept(ui, id, Source::of(recording), || {
+    cached(ui, id, Source::of(recording), || {
         let velocity = slopes(&recording.time, &recording.proof_mass);
         let pyramid = Pyramid::xy(&recording.time, &velocity);
         (velocity, pyramid)
     })
 }
 
-/// A channel of a recording as it was recorded, if it was.
+/// A channel of a recording, without its alignment; `None` if it was not recorded.
 pub fn channel(ui: &Ui, overlay: &Overlay, channel: Channel) -> Option<Arc<Pyramid>> {
     let recording: &Arc<Recording> = &overlay.recording;
     recording.channel(channel)?;
     let id = Id::unique(("plot channel", overlay.id, channel));
-    Some(kept(ui, id, Source::of(recording), || {
+    Some(cached(ui, id, Source::of(recording), || {
         Pyramid::xy(
             &recording.time,
             recording.channel(channel).unwrap_or_default(),

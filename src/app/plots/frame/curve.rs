@@ -1,16 +1,16 @@
-//! A curve against time: a series, how it is laid over, how it looks.
+//! A curve against time: its series, its alignment and its style.
 
 use std::sync::Arc;
 
 use eframe::egui::Color32;
 
-use super::style::THIN;
+use super::style::THIN_LINE;
 use crate::app::setup::overlay::OverlayId;
 use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
 
-/// Where a series is drawn: `time + shift`, `value * scale + offset`.
+/// How a series is drawn: at `time + shift`, with `value * scale + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {
     shift: f64,
@@ -19,14 +19,14 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// As it is.
-    pub const AS_IS: Self = Self {
+    /// Without shift and scale.
+    pub const IDENTITY: Self = Self {
         shift: 0.0,
         scale: 1.0,
         offset: 0.0,
     };
 
-    /// As a recording's channel is aligned.
+    /// The alignment of a recording's channel.
     pub fn aligned(alignment: &Alignment, channel: Channel) -> Self {
         let offset = alignment.value(channel, 0.0);
         Self {
@@ -45,35 +45,35 @@ impl Placed {
 /// One curve of a picture against time; SI.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// What the read-out calls it.
+    /// Its name in the readout.
     pub name: String,
     /// The series.
     pub pyramid: Arc<Pyramid>,
-    /// Where it is drawn.
+    /// Its shift and scale.
     pub placed: Placed,
     /// Its colour.
     pub color: Color32,
     /// Its width [points].
     pub width: f32,
-    /// Whether it is dashed, where it is not too dense for that.
+    /// Whether it is dashed, unless it is too dense.
     pub dashed: bool,
-    /// Whether its samples are dots, where they are far enough apart.
+    /// Whether its samples are drawn as dots where they are far enough apart.
     pub dots: bool,
-    /// Whether only its name is shown.
+    /// Whether only its name is shown, in the readout.
     pub hidden: bool,
-    /// The recording that it is of.
+    /// The recording it belongs to.
     pub owner: Option<OverlayId>,
 }
 
 impl Curve {
-    /// A thin, solid curve where its series is.
+    /// A thin, solid curve without shift and scale.
     pub fn new(name: impl Into<String>, pyramid: Arc<Pyramid>, color: Color32) -> Self {
         Self {
             name: name.into(),
             pyramid,
-            placed: Placed::AS_IS,
+            placed: Placed::IDENTITY,
             color,
-            width: THIN,
+            width: THIN_LINE,
             dashed: false,
             dots: false,
             hidden: false,
@@ -81,7 +81,7 @@ impl Curve {
         }
     }
 
-    /// Of another width.
+    /// With another width.
     pub fn width(mut self, width: f32) -> Self {
         self.width = width;
         self
@@ -99,19 +99,19 @@ impl Curve {
         self
     }
 
-    /// Hidden until it is asked for.
+    /// Hidden until the person shows it.
     pub fn hidden(mut self) -> Self {
         self.hidden = true;
         self
     }
 
-    /// Of a recording.
+    /// Belonging to a recording.
     pub fn owned(mut self, owner: OverlayId) -> Self {
         self.owner = Some(owner);
         self
     }
 
-    /// Somewhere else.
+    /// With a shift and scale.
     pub fn placed(mut self, placed: Placed) -> Self {
         self.placed = placed;
         self

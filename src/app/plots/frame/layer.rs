@@ -1,5 +1,5 @@
-//! What is drawn inside the frame of a plot, without the hover search and the bounds of
-//! the plot library's own items: both look at every point.
+//! What is drawn inside the frame of a plot. The plot library's own items would search
+//! every point for hovering and bounds, which is too slow for long curves.
 
 use std::ops::RangeInclusive;
 
@@ -8,8 +8,9 @@ use egui_plot::{PlotBounds, PlotGeometry, PlotItem, PlotItemBase, PlotPoint, Plo
 
 use super::style::AXIS_TEXT;
 
-/// Longest dashed line [points]; a longer one is drawn solid, it would be all dashes.
-const LONGEST_DASHED: f32 = 12_000.0;
+/// Longest line that is dashed [points]. A longer one covers the plot so densely that it is
+/// drawn solid.
+const MAX_DASHED_LENGTH: f32 = 12_000.0;
 
 type Draw = dyn Fn(&Ui, &PlotTransform, &mut Vec<Shape>);
 
@@ -99,12 +100,16 @@ impl PlotItem for Layer {
     }
 }
 
-/// Place of a point on the screen, kept near the frame: what lies far outside would lose
-/// its place in single precision.
+/// Position of a point on the screen. Far points are moved nearer, because single precision
+/// does not resolve them.
 fn place(transform: &PlotTransform, [x, y]: [f64; 2]) -> Pos2 {
-    const FAR: f32 = 1e5;
+    /// Largest coordinate on the screen [points].
+    const MAX_COORDINATE: f32 = 1e5;
     let pos = transform.position_from_point(&PlotPoint::new(x, y));
-    pos2(pos.x.clamp(-FAR, FAR), pos.y.clamp(-FAR, FAR))
+    pos2(
+        pos.x.clamp(-MAX_COORDINATE, MAX_COORDINATE),
+        pos.y.clamp(-MAX_COORDINATE, MAX_COORDINATE),
+    )
 }
 
 fn polyline(
@@ -124,7 +129,7 @@ fn polyline(
         )),
         _ => {
             let length: f32 = path.windows(2).map(|p| p[0].distance(p[1])).sum();
-            if dashed && length < LONGEST_DASHED {
+            if dashed && length < MAX_DASHED_LENGTH {
                 shapes.extend(Shape::dashed_line(&path, stroke, 6.0, 4.0));
             } else {
                 shapes.push(Shape::line(path, stroke));
@@ -133,7 +138,7 @@ fn polyline(
     }
 }
 
-/// What happened, as drawn.
+/// The marker of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// A triangle that points down.
@@ -146,6 +151,7 @@ pub enum Mark {
 
 /// A marker at `at`.
 pub fn mark(mark: Mark, at: Pos2, color: Color32) -> Shape {
+    /// Half width of a marker [points].
     const R: f32 = 4.0;
     let corners = match mark {
         Mark::Impact => vec![vec2(-R, -R), vec2(R, -R), vec2(0.0, R)],

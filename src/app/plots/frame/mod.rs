@@ -1,4 +1,5 @@
-//! TODO-doc
+//! What all pictures have in common: axes, curves, layers, cursors, readouts, colours and
+//! the handles between pictures.
 
 pub(crate) mod axes;
 pub(crate) mod cache;

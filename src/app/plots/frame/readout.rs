@@ -1,5 +1,5 @@
-//! The strip over the plots: names and colours of all curves, and their values at the
-//! pointer or the cursor.
+//! The readout above the plots: name and colour of each curve, and its value at the pointer
+//! or the cursor.
 
 use eframe::egui::{
     Align, Color32, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, StrokeKind, Ui,
@@ -14,16 +14,16 @@ use crate::app::state::State;
 use crate::model::unit::format_quantity;
 use crate::recording::{Channel, Grid};
 
-/// Width of the colour's sign and the space after it [points].
-const SIGN: f32 = 14.0;
-/// About the width of a letter of a name [points].
-const LETTER: f32 = 6.4;
-/// Room for a value, so that a changing one moves nothing [points].
-const VALUE: f32 = 76.0;
-/// Longest name that is written out [letters].
-const MOST: usize = 22;
+/// Width of the colour swatch and the space after it [points].
+const SWATCH_WIDTH: f32 = 14.0;
+/// Approximate width of a letter [points].
+const LETTER_WIDTH: f32 = 6.4;
+/// Width reserved for a value, so that a changing one does not move the others [points].
+const VALUE_WIDTH: f32 = 76.0;
+/// Longest name that is written in full [letters].
+const MAX_NAME_LETTERS: usize = 22;
 /// Height of a row [points].
-const ROW: f32 = 18.0;
+const ROW_HEIGHT: f32 = 18.0;
 
 /// One entry: the curve's colour, its name, its value.
 #[derive(Debug, Clone)]
@@ -33,28 +33,28 @@ struct Entry {
     value: String,
     switch: Option<Switch>,
     mark: Option<Mark>,
-    /// Said when the pointer is over it, a line each.
+    /// Lines shown when the pointer is over it.
     details: Vec<String>,
 }
 
 /// What a click on an entry shows or hides.
 #[derive(Debug, Clone)]
 struct Switch {
-    /// What it is called by screen readers.
+    /// Its name for screen readers.
     name: String,
     /// Curves that a click switches.
     keys: Vec<String>,
     hidden: bool,
 }
 
-/// What can be read off.
+/// All entries.
 #[derive(Debug, Clone, Default)]
 pub struct Readout {
     entries: Vec<Entry>,
 }
 
 impl Readout {
-    /// Of the described pictures, at the pointer or else the first cursor.
+    /// Reads the pictures at the pointer, else at the first cursor.
     pub fn of(ui: &Ui, state: &State, plots: &[TimePlot]) -> Self {
         let palette = style::palette(ui);
         let time = time(state);
@@ -70,10 +70,10 @@ impl Readout {
             });
         };
         add(None, "t", time, "s", None);
-        let crowd = is_crowd(state);
+        let grouped = is_grouped(state);
         for plot in plots {
             for curve in &plot.curves {
-                if crowd && curve.owner.is_some() {
+                if grouped && curve.owner.is_some() {
                     continue;
                 }
                 let value = time.and_then(|t| curve.value_at(t));
@@ -111,10 +111,10 @@ impl Readout {
             let rate = (span != 0.0).then(|| 1.0 / span.abs());
             add(color, "1/dt", rate, "Hz", None);
             for plot in plots {
-                let told = |curve: &&Curve| {
-                    !crowd || curve.owner.is_none() || curve.owner == state.selected
+                let is_listed = |curve: &&Curve| {
+                    !grouped || curve.owner.is_none() || curve.owner == state.selected
                 };
-                for curve in plot.drawn().filter(told) {
+                for curve in plot.drawn().filter(is_listed) {
                     let ends = curve.value_at(second).zip(curve.value_at(first));
                     let name = format!("\u{394} {}", shortened(&curve.name));
                     let difference = ends.map(|(b, a)| b - a);
@@ -122,7 +122,7 @@ impl Readout {
                 }
             }
         }
-        if crowd {
+        if grouped {
             entries.extend(of_recordings(ui, state, plots, time));
         }
         let has_ground = state.setup.preset.model.has_ground;
@@ -164,10 +164,10 @@ impl Readout {
 
     /// Height of all rows [points].
     pub fn height(&self, width: f32) -> f32 {
-        self.rows(width).len() as f32 * ROW
+        self.rows(width).len() as f32 * ROW_HEIGHT
     }
 
-    /// Draws it over the whole width. Returns the keys of curves that are to be switched.
+    /// Draws it over the whole width. Returns the keys of curves that were clicked.
     pub fn show(&self, ui: &mut Ui) -> Vec<String> {
         let mut switched = Vec::new();
         for row in self.rows(ui.available_width()) {
@@ -175,7 +175,7 @@ impl Readout {
                 ui.spacing_mut().item_spacing = vec2(4.0, 0.0);
                 for entry in row {
                     let layout = Layout::left_to_right(Align::Center);
-                    let size = vec2(entry.width() - 4.0, ROW);
+                    let size = vec2(entry.width() - 4.0, ROW_HEIGHT);
                     ui.allocate_ui_with_layout(size, layout, |ui| {
                         ui.set_min_size(size);
                         if entry.show(ui)
@@ -191,17 +191,17 @@ impl Readout {
     }
 }
 
-/// Most recordings whose curves all have a name of their own.
-const FEW: usize = 3;
+/// Most recordings whose curves each have an entry. With more, each recording has one.
+const MAX_SEPARATE_RECORDINGS: usize = 3;
 
-/// Whether there are so many recordings that each has one name for all its curves.
-fn is_crowd(state: &State) -> bool {
+/// Whether there are so many recordings that each has one entry for all its curves.
+fn is_grouped(state: &State) -> bool {
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
-    visible.count() > FEW
+    visible.count() > MAX_SEPARATE_RECORDINGS
 }
 
-/// One entry for each recording that is drawn, with the value of its proof mass; the
-/// other values are said when the pointer is over it.
+/// One entry for each visible recording, with the value of its proof mass. Its other values
+/// are shown when the pointer is over the entry.
 fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) -> Vec<Entry> {
     let mut entries = Vec::new();
     for overlay in &state.setup.overlays {
@@ -214,7 +214,7 @@ fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) 
         let all: Vec<_> = curves.collect();
         let hidden = all.iter().all(|(_, curve)| curve.hidden);
         for (plot, curve) in all {
-            // All are shown or hidden together.
+            // All curves of a recording are shown or hidden together.
             if curve.hidden == hidden {
                 keys.push(plot.key(curve));
             }
@@ -248,37 +248,41 @@ fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) 
     entries
 }
 
-/// A name that leaves room for others: without the usual ending, and where it is still
-/// long without its middle, since names of a series differ at the end.
+/// A name without its `.csv`; a long one also without its middle, since the names of a
+/// series differ at the end.
 pub fn shortened(name: &str) -> String {
     let name = name.strip_suffix(".csv").unwrap_or(name);
     let letters: Vec<char> = name.chars().collect();
-    if letters.len() <= MOST {
+    if letters.len() <= MAX_NAME_LETTERS {
         return name.to_owned();
     }
-    let start: String = letters[..MOST - 11].iter().collect();
+    let start: String = letters[..MAX_NAME_LETTERS - 11].iter().collect();
     let end: String = letters[letters.len() - 10..].iter().collect();
     format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
 }
 
-/// Time that is read off [s].
+/// Time at which values are read [s].
 pub fn time(state: &State) -> Option<f64> {
     state.cursors.hover.or(state.cursors.first)
 }
 
 impl Entry {
-    /// Width it takes, whatever its value [points].
+    /// Its width, whatever its value [points].
     fn width(&self) -> f32 {
-        let name = LETTER * shortened(&self.name).chars().count() as f32;
-        let value = if self.mark.is_some() { 0.0 } else { VALUE };
-        SIGN + name + value + 10.0
+        let name = LETTER_WIDTH * shortened(&self.name).chars().count() as f32;
+        let value = if self.mark.is_some() {
+            0.0
+        } else {
+            VALUE_WIDTH
+        };
+        SWATCH_WIDTH + name + value + 10.0
     }
 
-    /// Draws it; true when its curve is to be switched.
+    /// Draws it; returns whether it was clicked.
     fn show(&self, ui: &mut Ui) -> bool {
         let hidden = self.switch.as_ref().is_some_and(|switch| switch.hidden);
         let cell = ui.max_rect();
-        let (_, rect) = ui.allocate_space(vec2(10.0, ROW));
+        let (_, rect) = ui.allocate_space(vec2(10.0, ROW_HEIGHT));
         if let Some(color) = self.color {
             let y = rect.center().y;
             if let Some(sign) = self.mark {
@@ -323,7 +327,7 @@ mod tests {
     use super::shortened;
 
     #[test]
-    fn names_of_a_series_stay_apart() {
+    fn shortened_names_of_a_series_stay_distinct() {
         assert_eq!(shortened("xp oscillator-1.csv"), "xp oscillator-1");
         let long = |n| shortened(&format!("xp measurement of the third device {n}.csv"));
         assert_ne!(long("0001"), long("0002"));

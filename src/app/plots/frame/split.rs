@@ -8,36 +8,36 @@ use eframe::egui::{
 
 use crate::app::setup::view::Picture;
 
-/// What an arrow key moves [points].
-const STEP: f32 = 12.0;
+/// How far an arrow key moves a handle [points].
+const ARROW_KEY_STEP: f32 = 12.0;
 
-/// Least height that a handle leaves a picture [points].
-fn least(picture: Picture) -> f32 {
+/// The smallest height that a handle can give a picture [points].
+fn min_height(picture: Picture) -> f32 {
     match picture {
         Picture::Device => 110.0,
         _ => 48.0,
     }
 }
 
-/// How much higher than by themselves people made the pictures.
-type Factors = BTreeMap<Picture, f32>;
+/// How much the person enlarged each picture, as a factor.
+type HeightFactors = BTreeMap<Picture, f32>;
 
 fn id() -> Id {
     Id::unique("plot heights")
 }
 
-/// Heights near `own`, shared out anew as the handles were left; their sum stays.
+/// The heights `own` as changed with the handles; their sum stays the same.
 pub fn heights(ui: &Ui, own: &[(Picture, f32)]) -> Vec<f32> {
-    let factors: Factors = ui.data(|data| data.get_temp(id())).unwrap_or_default();
+    let factors: HeightFactors = ui.data(|data| data.get_temp(id())).unwrap_or_default();
     let factor = |picture: &Picture| factors.get(picture).copied().unwrap_or(1.0);
-    let wished: Vec<f32> = own
+    let wanted: Vec<f32> = own
         .iter()
-        .map(|(p, h)| (h * factor(p)).max(least(*p)))
+        .map(|(p, h)| (h * factor(p)).max(min_height(*p)))
         .collect();
     let sum = |heights: &[f32]| heights.iter().sum::<f32>().max(1.0);
     let whole: f32 = own.iter().map(|(_, height)| height).sum();
-    let scale = whole / sum(&wished);
-    wished
+    let scale = whole / sum(&wanted);
+    wanted
         .iter()
         .map(|height| (height * scale).floor())
         .collect()
@@ -65,24 +65,24 @@ pub fn handle(ui: &mut Ui, above: (Picture, f32), below: (Picture, f32), space: 
         };
         ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
         let pressed = |key| ui.input(|input| input.num_presses(key)) as f32;
-        step += STEP * (pressed(Key::ArrowDown) - pressed(Key::ArrowUp));
+        step += ARROW_KEY_STEP * (pressed(Key::ArrowDown) - pressed(Key::ArrowUp));
     }
     if response.double_clicked() {
-        ui.data_mut(|data| data.remove_temp::<Factors>(id()));
+        ui.data_mut(|data| data.remove_temp::<HeightFactors>(id()));
     } else if step != 0.0 {
         shift(ui, above, below, step);
     }
     response.on_hover_text(
-        "Drag, or press up and down, to share out the height; double-click to reset.",
+        "Drag, or press the up and down keys, to change the heights; double-click to reset.",
     );
 }
 
-/// Gives `step` points of the one below to the one above.
+/// Moves the handle down by `step` points: the upper picture grows, the lower one shrinks.
 fn shift(ui: &Ui, above: (Picture, f32), below: (Picture, f32), step: f32) {
-    let room = |(picture, height): (Picture, f32)| (height - least(picture)).max(0.0);
+    let room = |(picture, height): (Picture, f32)| (height - min_height(picture)).max(0.0);
     let step = step.clamp(-room(above), room(below));
     ui.data_mut(|data| {
-        let factors: &mut Factors = data.get_temp_mut_or_default(id());
+        let factors: &mut HeightFactors = data.get_temp_mut_or_default(id());
         for ((picture, height), step) in [(above, step), (below, -step)] {
             *factors.entry(picture).or_insert(1.0) *= (height + step) / height.max(1.0);
         }

@@ -1,15 +1,15 @@
-//! Colours and sizes of all pictures, for dark and light, after Okabe and Ito's palette,
-//! which the colour-blind can tell apart, darkened where it would be faint on white. What
-//! is simulated is blue, what was recorded is not.
+//! Colours and sizes of all pictures, for the dark and the light theme. The colours follow
+//! Okabe and Ito's palette, which colour-blind people can distinguish, darkened where it
+//! would be faint on white. Simulated curves are blue, recordings are not.
 
 use eframe::egui::{Color32, Ui};
 
-/// Width of the curve that matters [points].
-pub const THICK: f32 = 2.2;
+/// Width of the main curve [points].
+pub const THICK_LINE: f32 = 2.2;
 /// Width of all other curves [points].
-pub const THIN: f32 = 1.2;
-/// Room for the ticks and the label of a vertical axis [points]; the same for all, so
-/// that times lie below each other.
+pub const THIN_LINE: f32 = 1.2;
+/// Width for ticks and label of a vertical axis [points]. It is the same for all pictures,
+/// so that equal times are aligned.
 pub const AXIS_WIDTH: f32 = 62.0;
 /// Size of the text on axes [points].
 pub const AXIS_TEXT: f32 = 12.0;
@@ -23,15 +23,15 @@ pub struct Palette {
     pub cantilever: Color32,
     /// Drive voltage.
     pub voltage: Color32,
-    /// The curve kept for comparison.
-    pub ghost: Color32,
+    /// The reference curve (A).
+    pub reference: Color32,
     /// The ground and its text.
     pub ground: Color32,
-    /// Stretches in contact, drawn under the curves.
+    /// Time in contact, drawn under the curves.
     pub contact: Color32,
     /// Impacts.
     pub impact: Color32,
-    /// Impacts after which the mass stays.
+    /// Impacts after which the mass sticks.
     pub stick: Color32,
     /// Releases.
     pub release: Color32,
@@ -55,7 +55,7 @@ const DARK: Palette = Palette {
     proof_mass: rgb(0x56b4e9),
     cantilever: rgb(0x8ea9d8),
     voltage: rgb(0x7fb2ff),
-    ghost: rgb(0x9a8fb8),
+    reference: rgb(0x9a8fb8),
     ground: rgb(0xb0aca4),
     contact: Color32::from_rgba_premultiplied(28, 25, 16, 44),
     impact: rgb(0xff8a5c),
@@ -79,7 +79,7 @@ const LIGHT: Palette = Palette {
     proof_mass: rgb(0x0072b2),
     cantilever: rgb(0x6078b0),
     voltage: rgb(0x2a5bc0),
-    ghost: rgb(0x8a7ab0),
+    reference: rgb(0x8a7ab0),
     ground: rgb(0x6a655c),
     contact: Color32::from_rgba_premultiplied(44, 37, 18, 48),
     impact: rgb(0xc44a00),
@@ -108,8 +108,8 @@ pub fn palette(ui: &Ui) -> &'static Palette {
     }
 }
 
-/// Colour of a recording, by its place in the palette: the first six the colour-blind can
-/// tell apart, the next six all others can.
+/// Colour of a recording by its index in the palette. Colour-blind people can distinguish
+/// the first six.
 pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
     const DARK: [Color32; 12] = [
         rgb(0xe69f00),

@@ -16,8 +16,8 @@ use crate::app::setup::view::Picture;
 use crate::app::state::Cursors;
 use crate::sim::{EventKind, Trace};
 
-/// Pixels for each sample from which on samples are drawn as dots.
-const SPARSE: usize = 5;
+/// Samples with at least this many pixels each are drawn as dots.
+const DOT_PIXELS: usize = 5;
 
 /// A horizontal line with its name.
 #[derive(Debug, Clone)]
@@ -33,15 +33,15 @@ pub struct Level {
 /// A picture against time, as its file describes it; SI.
 #[derive(Debug, Clone)]
 pub struct TimePlot {
-    /// Which one.
+    /// Which picture.
     pub picture: Picture,
     /// Quantity on the vertical axis.
     pub quantity: &'static str,
     /// Its SI unit.
     pub base: &'static str,
-    /// Least range that is shown.
+    /// The smallest range that is shown.
     pub least: f64,
-    /// Curves, the lowest first.
+    /// Curves, from back to front.
     pub curves: Vec<Curve>,
     /// Horizontal lines.
     pub levels: Vec<Level>,
@@ -51,11 +51,11 @@ pub struct TimePlot {
     pub contacts: Option<Arc<Trace>>,
     /// The run and the curve on which events are marked.
     pub events: Option<(Arc<Trace>, Curve)>,
-    /// What to say instead of curves.
+    /// Text shown instead of curves.
     pub message: Option<String>,
 }
 
-/// What all pictures against time have in common in a frame.
+/// What all pictures against time share in a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Common {
     /// Time in view [s].
@@ -64,9 +64,9 @@ pub struct Common {
     pub cursors: Cursors,
 }
 
-/// What a plot answers.
+/// The response of a plot to mouse and keys.
 pub struct Reply {
-    /// Of the area inside the axes.
+    /// Response of the area inside the axes.
     pub response: Response,
     /// Time at its left and right edge [s].
     pub window: (f64, f64),
@@ -94,19 +94,19 @@ impl TimePlot {
         self.curves.iter().filter(|curve| !curve.hidden)
     }
 
-    /// What a switched curve is called in the view.
+    /// The key of a curve in `View::switched_curves`.
     pub fn key(&self, curve: &Curve) -> String {
         format!("{}: {}", self.picture.name(), curve.name)
     }
 
-    /// Range of the values in view, with room.
+    /// Range of the values in view, with a margin.
     pub fn range(&self, (from, to): (f64, f64)) -> (f64, f64) {
         let mut range = axes::union(self.drawn().filter_map(|c| c.value_range(from, to)));
         for &(half, _) in &self.bands {
             range = axes::union(range.into_iter().chain([(-half, half)]));
         }
         for level in &self.levels {
-            // A level far away must not flatten the curve.
+            // A distant level must not flatten the curve.
             let wide = axes::union(range.into_iter().chain([(level.value, level.value)]));
             let size = |r: Option<(f64, f64)>| r.map_or(0.0, |(low, high)| high - low);
             if size(wide) <= 1.5 * size(range).max(self.least) {
@@ -161,7 +161,7 @@ impl TimePlot {
             for curve in self.curves.iter().filter(|curve| !curve.hidden) {
                 let stroke = Stroke::new(curve.width, curve.color);
                 let points = curve.draw(window, pixels, scale);
-                if curve.dots && SPARSE * points.len() < pixels {
+                if curve.dots && DOT_PIXELS * points.len() < pixels {
                     plot.add(Layer::dots(points.clone(), curve.color));
                 }
                 plot.add(Layer::line(points, stroke, curve.dashed));
@@ -203,7 +203,7 @@ fn stripe(half: f64, color: Color32) -> Layer {
     })
 }
 
-/// The contacts in view [s]; those closer than a pixel as one.
+/// The contacts in view [s]; contacts closer than a pixel are merged.
 pub fn contact_stretches(trace: &Trace, (from, to): (f64, f64), pixels: usize) -> Vec<(f64, f64)> {
     let all = &trace.contacts;
     let pixel = (to - from) / pixels as f64;
@@ -214,7 +214,7 @@ pub fn contact_stretches(trace: &Trace, (from, to): (f64, f64), pixels: usize) -
             Some(last) if start - last.1 < pixel => last.1 = end,
             _ => pieces.push((start, end)),
         }
-        // Contacts that end within this pixel change nothing that can be seen.
+        // Contacts that end within this pixel cannot be seen.
         next += 1;
         next += all[next..].partition_point(|contact| contact.1 < end + 0.5 * pixel);
     }
@@ -235,7 +235,8 @@ fn contacts(trace: &Trace, window: (f64, f64), unit: f64, pixels: usize, color: 
 /// A marker with its colour and place: time [s], value (SI).
 pub type Marked = (Mark, Color32, [f64; 2]);
 
-/// Impacts, sticks and releases; of those closer than a marker the first of its kind.
+/// Impacts, sticks and releases. Of events closer than a marker, the first of each kind is
+/// kept.
 pub fn event_marks(
     trace: &Trace,
     curve: &Curve,
@@ -264,7 +265,7 @@ pub fn event_marks(
             }
         }
         next += 1;
-        // Where all kinds are drawn, jump to the end of the marker.
+        // Once all kinds are drawn here, continue after the marker.
         let first = last.iter().copied().fold(f64::INFINITY, f64::min);
         if first > event.time - spacing {
             next += trace.events[next..].partition_point(|e| e.time < first + spacing);

@@ -7,8 +7,8 @@ use super::time_plot::Reply;
 use crate::app::simulation::snapshot::LiveState;
 use crate::app::state::{Cursors, State};
 
-/// Shortest time that can be shown [s].
-const SHORTEST: f64 = 1e-7;
+/// Shortest time span that can be shown [s].
+const MIN_SPAN: f64 = 1e-7;
 
 /// First and last simulated time [s].
 fn simulated(state: &State) -> Option<(f64, f64)> {
@@ -18,7 +18,7 @@ fn simulated(state: &State) -> Option<(f64, f64)> {
     usable.then_some(span)
 }
 
-/// First and last time of the visible recordings where they are laid [s].
+/// First and last time of the visible recordings, as aligned [s].
 fn recorded(state: &State) -> Option<(f64, f64)> {
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
     union(visible.map(|overlay| {
@@ -27,7 +27,7 @@ fn recorded(state: &State) -> Option<(f64, f64)> {
     }))
 }
 
-/// Where a live run stands, if there is one.
+/// How far the live run is, if there is one.
 fn live(state: &State) -> Option<LiveState> {
     state.snapshot.as_ref()?.live
 }
@@ -43,10 +43,10 @@ fn all(state: &State) -> (f64, f64) {
     simulated(state)
         .filter(|(from, to)| to > from)
         .or_else(|| recorded(state))
-        .unwrap_or((0.0, state.setup.duration.max(SHORTEST)))
+        .unwrap_or((0.0, state.setup.duration.max(MIN_SPAN)))
 }
 
-/// Time in view [s]. A live run ends at the right edge, at the time looked at.
+/// Time in view [s]. A live run is shown up to the right edge.
 pub fn in_view(state: &State) -> (f64, f64) {
     let chosen = state
         .view
@@ -55,7 +55,7 @@ pub fn in_view(state: &State) -> (f64, f64) {
     if let Some(live) = live(state) {
         let end = live_end(state, &live);
         let width = chosen.map_or(state.setup.duration, |(from, to)| to - from);
-        let width = width.max(SHORTEST);
+        let width = width.max(MIN_SPAN);
         // A young run grows from the left until the view is full.
         let from = (end - width).max(live.history_start.min(end));
         return (from, from + width);
@@ -63,29 +63,29 @@ pub fn in_view(state: &State) -> (f64, f64) {
     chosen.unwrap_or_else(|| all(state))
 }
 
-/// First and last time of all there is to see [s].
+/// First and last time of simulation and recordings together [s].
 fn widest(state: &State) -> (f64, f64) {
     union([simulated(state), recorded(state)].into_iter().flatten()).unwrap_or_else(|| all(state))
 }
 
-/// Longest time that can be shown [s].
+/// Longest time span that can be shown [s].
 fn longest(state: &State) -> f64 {
     let (first, last) = widest(state);
     match live(state) {
-        Some(_) => state.setup.duration.max(SHORTEST),
-        None => (1.2 * (last - first)).max(SHORTEST),
+        Some(_) => state.setup.duration.max(MIN_SPAN),
+        None => (1.2 * (last - first)).max(MIN_SPAN),
     }
 }
 
-/// Shows `from` to `to` [s], no further out than there is something to see.
+/// Shows `from` to `to` [s], limited to times with something to see.
 fn look_at(state: &mut State, from: f64, to: f64) {
     let live = live(state);
     let widest = widest(state);
-    let width = (to - from).clamp(SHORTEST, longest(state));
+    let width = (to - from).clamp(MIN_SPAN, longest(state));
     let middle = 0.5 * (from + to);
     let (mut from, mut to) = (middle - 0.5 * width, middle + 0.5 * width);
     if let Some(live) = live {
-        // Looking back is scrubbing; the newest time follows the run.
+        // Going back in time is scrubbing; at the newest time the view follows the run.
         to = to.clamp(live.history_start.min(live.time), live.time);
         from = to - width;
         let following = state.scrub.is_none() && !live.paused;
@@ -94,7 +94,7 @@ fn look_at(state: &mut State, from: f64, to: f64) {
             state.scrub = back.then_some(to);
         }
     } else {
-        // Something stays in view.
+        // A tenth of the view keeps showing curves.
         let (first, last) = (widest.0 - 0.9 * width, widest.1 + 0.9 * width);
         let shift = (first - from).max(0.0) - (to - last).max(0.0);
         (from, to) = (from + shift, to + shift);
@@ -102,7 +102,7 @@ fn look_at(state: &mut State, from: f64, to: f64) {
     state.view.time_range = Some((from, to));
 }
 
-/// Shows all; asked for once more, the recordings beyond the simulation as well.
+/// Shows the whole simulation; the second time also the recordings beyond it.
 fn show_all(state: &mut State) {
     let all = all(state);
     let widest = union([all].into_iter().chain(recorded(state)));
@@ -116,7 +116,7 @@ fn show_all(state: &mut State) {
     }
 }
 
-/// Takes up what was done over a plot against time.
+/// Reacts to mouse and keys over a plot against time.
 pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
     let Reply { response, window } = reply;
     let (from, to) = *window;
@@ -138,12 +138,12 @@ pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
     let time = time_at(pointer.x);
     state.cursors.hover = Some(time);
     zoom(ui, state, (from, to), time);
-    // The first click of a double click has moved a cursor: it goes back.
+    // The first click of a double click has moved a cursor; that is undone.
     let before = Id::unique("cursors before click");
     if response.double_clicked() {
-        // Both clicks may come in one frame: then there is nothing to go back to.
-        let kept = ui.data_mut(|data| data.remove_temp::<(Option<f64>, Option<f64>)>(before));
-        if let Some(cursors) = kept {
+        // Both clicks may come in one frame: then there is nothing to undo.
+        let stored = ui.data_mut(|data| data.remove_temp::<(Option<f64>, Option<f64>)>(before));
+        if let Some(cursors) = stored {
             (state.cursors.first, state.cursors.second) = cursors;
         }
         show_all(state);
@@ -160,7 +160,7 @@ pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
 
 fn zoom(ui: &Ui, state: &mut State, (from, to): (f64, f64), time: f64) {
     let (scroll, pinch) = ui.input_mut(|input| {
-        // Taken, so that what the plot stands in does not scroll as well.
+        // Consumed, so that the area around the plot does not scroll as well.
         let scroll = std::mem::take(&mut input.smooth_scroll_delta);
         (scroll, input.zoom_delta())
     });
@@ -169,9 +169,9 @@ fn zoom(ui: &Ui, state: &mut State, (from, to): (f64, f64), time: f64) {
         look_at(state, from + shift, to + shift);
     }
     let factor = f64::from((-scroll.y / 220.0).exp() / pinch);
-    // At the widest and the narrowest nothing moves.
-    let width = (to - from).max(SHORTEST);
-    let factor = factor.clamp(SHORTEST / width, (longest(state) / width).max(1.0));
+    // At the widest and the narrowest view nothing moves.
+    let width = (to - from).max(MIN_SPAN);
+    let factor = factor.clamp(MIN_SPAN / width, (longest(state) / width).max(1.0));
     if factor != 1.0 && factor.is_finite() {
         let following = live(state).is_some_and(|live| state.scrub.is_none() && !live.paused);
         let fixed = if following { to } else { time };

@@ -1,5 +1,5 @@
-//! The frame of pictures without a time axis: paths in a plane, thinned by the pixels
-//! they cover.
+//! The frame of pictures without a time axis: paths in a plane, thinned to the pixels they
+//! cover.
 
 use std::sync::Arc;
 
@@ -7,29 +7,54 @@ use eframe::egui::{Color32, Id, Role, Sense, Stroke, Ui, WidgetInfo};
 use egui_plot::{Plot, PlotPoint};
 
 use super::axes::Unit;
+use super::cache::Source;
 use super::layer::Layer;
 use super::{axes, cache, style};
+use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
+use crate::recording::Recording;
+use crate::recording::align::Alignment;
 
-/// Samples looked at for one path; of longer ones the last.
-const MOST_SAMPLES: usize = 100_000;
-/// Points handed on for one path.
-const MOST_POINTS: usize = 12_000;
-/// Side of a cell that is drawn into once [points].
-const CELL: f64 = 1.5;
+/// Most samples used for one path; of a longer one, the last are used.
+const MAX_SAMPLES: usize = 100_000;
+/// Most points drawn for one path.
+const MAX_POINTS: usize = 12_000;
+/// Side of a cell in which a path is drawn once [points].
+const CELL_SIZE: f64 = 1.5;
 
-/// One path: what it was made from tells whether the kept one is still good.
+/// A path to be drawn. Its source shows whether the cached points are still valid.
 pub struct Path<K> {
-    /// What a legend calls it.
+    /// Its name in a legend.
     pub name: String,
-    /// Its place among the paths of a picture.
+    /// Its identity among the paths of a picture.
     pub slot: (&'static str, u64),
-    /// What it is made from.
+    /// What it is computed from.
     pub source: K,
     /// Colour and width.
     pub stroke: Stroke,
     /// Whether it is dashed.
     pub dashed: bool,
+}
+
+/// The path of a recording, in the colour of its overlay.
+pub fn recorded_path(ui: &Ui, overlay: &Overlay) -> Path<(Source<Recording>, Alignment)> {
+    Path {
+        name: format!("xp of {}", overlay.recording.name),
+        slot: ("recording", overlay.id),
+        source: (Source::of(&overlay.recording), overlay.alignment),
+        stroke: Stroke::new(style::THIN_LINE, style::overlay_color(ui, overlay.color)),
+        dashed: false,
+    }
+}
+
+/// Indices of the samples of a recording between two times [s], after its time shift.
+pub fn recorded_samples(overlay: &Overlay, (from, to): (f64, f64)) -> (usize, usize) {
+    let index = |t: f64| {
+        let time = t - overlay.alignment.time_shift;
+        let samples = &overlay.recording.time;
+        samples.partition_point(|&sample| sample < time)
+    };
+    (index(from), index(to))
 }
 
 /// An axis of such a picture.
@@ -39,13 +64,13 @@ pub struct Axis {
     pub quantity: &'static str,
     /// SI unit.
     pub base: &'static str,
-    /// Range with room, SI.
+    /// Range with margin, SI.
     pub range: (f64, f64),
 }
 
 /// A path as it is drawn; SI.
 pub struct XyLine {
-    /// What a legend calls it.
+    /// Its name in a legend.
     pub name: String,
     /// Its points; `[NaN, NaN]` breaks it.
     pub points: Arc<Vec<[f64; 2]>>,
@@ -55,7 +80,7 @@ pub struct XyLine {
     pub dashed: bool,
 }
 
-/// A picture being put together.
+/// A picture without a time axis, as its file describes it.
 pub struct XyPlot {
     /// Which one.
     pub picture: Picture,
@@ -90,11 +115,11 @@ impl XyPlot {
         K: PartialEq + Clone + Send + Sync + 'static,
     {
         let [x, y] = self.axes.map(|axis| axis.range);
-        let first = first.max(last.saturating_sub(MOST_SAMPLES));
+        let first = first.max(last.saturating_sub(MAX_SAMPLES));
         let id = Id::unique(("xy path", self.picture.name(), path.slot));
         let size = self.size.map(|side| side.round() as u32);
         let key = (path.source, first, last, (x, y), size);
-        let points = cache::kept(ui, id, key, || {
+        let points = cache::cached(ui, id, key, || {
             thin((first..last).map(point), [x, y], self.size)
         });
         self.lines.push(XyLine {
@@ -105,7 +130,7 @@ impl XyPlot {
         });
     }
 
-    /// Marks where the path is at the cursor; SI.
+    /// Marks the point at the cursor; SI.
     pub fn dot(&mut self, at: [f64; 2], color: Color32) {
         self.dot = Some((at, color));
     }
@@ -154,15 +179,16 @@ impl XyPlot {
     }
 }
 
-/// Keeps of a path what changes the picture: a point that moved by a cell, unless it and
-/// the one before lie in cells that are drawn already. `[NaN, NaN]` breaks the path.
+/// Keeps the points of a path that change the picture: those that have moved by a cell,
+/// unless they and their predecessor lie in cells already drawn. `[NaN, NaN]` breaks the
+/// path.
 fn thin(
     points: impl Iterator<Item = [f64; 2]>,
     [x, y]: [(f64, f64); 2],
     size: [f32; 2],
 ) -> Vec<[f64; 2]> {
-    let columns = (f64::from(size[0]) / CELL).clamp(1.0, 2000.0) as usize;
-    let rows = (f64::from(size[1]) / CELL).clamp(1.0, 2000.0) as usize;
+    let columns = (f64::from(size[0]) / CELL_SIZE).clamp(1.0, 2000.0) as usize;
+    let rows = (f64::from(size[1]) / CELL_SIZE).clamp(1.0, 2000.0) as usize;
     let cell = |[a, b]: [f64; 2]| {
         let i = (a - x.0) / (x.1 - x.0) * columns as f64;
         let j = (b - y.0) / (y.1 - y.0) * rows as f64;
@@ -171,11 +197,11 @@ fn thin(
     };
     let mut drawn = vec![false; columns * rows];
     let mut line: Vec<[f64; 2]> = Vec::new();
-    // Last point left out, and the cell and state of the last point taken or left out.
+    // The last point skipped, and the cell and state of the last point visited.
     let mut waiting: Option<[f64; 2]> = None;
     let mut last_cell = None;
     for point in points {
-        if line.len() >= MOST_POINTS {
+        if line.len() >= MAX_POINTS {
             break;
         }
         let Some(here) = cell(point) else {
@@ -197,7 +223,7 @@ fn thin(
             line.push(point);
         } else {
             if waiting.is_none() && line.last().is_some_and(|p| !p[0].is_nan()) {
-                // The way into a drawn cell still counts; after it the path rests.
+                // The segment into a drawn cell still counts; the following ones do not.
                 line.push(point);
                 line.push([f64::NAN; 2]);
             }
@@ -211,7 +237,7 @@ fn thin(
     line
 }
 
-/// Axis with room around `range`.
+/// Axis with a margin around `range`.
 pub fn axis(
     quantity: &'static str,
     base: &'static str,
@@ -236,7 +262,7 @@ pub fn samples(t0: f64, dt: f64, count: usize, (from, to): (f64, f64)) -> (usize
 
 /// The thick stroke of the run in view.
 pub fn stroke(color: Color32) -> Stroke {
-    Stroke::new(1.3 * style::THIN, color)
+    Stroke::new(1.3 * style::THIN_LINE, color)
 }
 
 #[cfg(test)]

@@ -162,7 +162,7 @@ fn every_axis_has_a_quantity_and_a_unit() {
 }
 
 #[test]
-fn poor_traces_are_drawn() {
+fn short_and_invalid_traces_are_drawn() {
     drop(harness(empty()));
     drop(harness(recorded(empty())));
     drop(harness(with(recorded(empty()), Trace::default())));
@@ -174,14 +174,14 @@ fn poor_traces_are_drawn() {
     missing.voltage[7] = f64::INFINITY;
     missing.forces = None;
     let mut state = with(empty(), missing);
-    state.ghost = state.snapshot.clone();
+    state.reference = state.snapshot.clone();
     state.cursors.first = Some(0.01);
     state.cursors.second = Some(f64::NAN);
     drop(harness(state));
 }
 
 #[test]
-fn without_recordings_the_residual_says_so() {
+fn without_recordings_the_residual_gives_the_reason() {
     let harness = harness(with(empty(), trace(5000)));
     assert!(
         !names(&harness)
@@ -192,7 +192,7 @@ fn without_recordings_the_residual_says_so() {
 }
 
 #[test]
-fn values_are_read_out_at_the_cursors() {
+fn the_readout_shows_values_at_the_cursors() {
     let mut state = with(empty(), trace(5000));
     state.cursors.first = Some(0.01);
     state.cursors.second = Some(0.03);
@@ -263,7 +263,7 @@ fn the_wheel_zooms_around_the_pointer_and_dragging_pans() {
 }
 
 #[test]
-fn zoomed_out_all_the_way_nothing_moves() {
+fn at_the_widest_zoom_nothing_moves() {
     let mut harness = harness(with(empty(), trace(20_000)));
     let rect = plot(&harness, "Trajectory");
     harness.event(Event::PointerMoved(rect.left_center() + vec2(90.0, 0.0)));

@@ -1,10 +1,10 @@
-//! No spike is ever hidden, and the cost is that of the pixels.
+//! Decimation hides no spike, and its cost depends on the pixels only.
 
 use proptest::prelude::*;
 
 use crate::app::simulation::min_max_pyramid::Pyramid;
 
-/// Every sample in view lies between least and greatest point of its stretch.
+/// Every sample in view lies between the minimum and maximum of its column.
 fn envelopes(pyramid: &Pyramid, times: &[f64], values: &[f64], view: (f64, f64), pixels: usize) {
     let (from, to) = view;
     let points = pyramid.draw(from, to, pixels);
@@ -82,7 +82,7 @@ fn few_samples_are_drawn_as_they_are() {
 }
 
 #[test]
-fn missing_stretches_break_the_line() {
+fn missing_samples_break_the_line() {
     let mut times: Vec<f64> = (0..1000).map(f64::from).collect();
     times.extend((2000..3000).map(f64::from));
     let pyramid = Pyramid::xy(&times, &vec![1.0; 2000]);
@@ -96,7 +96,7 @@ fn missing_stretches_break_the_line() {
 }
 
 #[test]
-fn nothing_and_nonsense_are_drawn_as_nothing() {
+fn empty_and_invalid_series_draw_nothing() {
     assert!(Pyramid::default().draw(0.0, 1.0, 10).is_empty());
     assert_eq!(Pyramid::default().value_range(0.0, 1.0), None);
     assert_eq!(Pyramid::default().value_at(0.0), None);
@@ -110,7 +110,7 @@ fn nothing_and_nonsense_are_drawn_as_nothing() {
     assert_eq!(never.extremes(), None);
 }
 
-/// What a picture costs goes with its pixels, whatever the number of samples.
+/// The cost of a picture depends on its pixels, not on the number of samples.
 #[test]
 fn ten_million_samples_are_drawn_as_a_few_thousand() {
     let values: Vec<f64> = (0..10_000_000).map(|i| f64::from(i % 1000)).collect();

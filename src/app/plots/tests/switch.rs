@@ -1,4 +1,4 @@
-//! Curves switched by their names, heights shared out by the handles.
+//! Curves are shown and hidden by their names; heights are changed with the handles.
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, PointerButton};
@@ -15,7 +15,7 @@ fn forces() -> Harness<'static, State> {
 #[test]
 fn a_click_on_its_name_shows_and_hides_a_curve() {
     let mut harness = forces();
-    // The drive dwarfs the other forces: it waits to be asked for.
+    // The drive force is much larger than the others, so it is hidden at first.
     assert!(names(&harness).iter().any(|name| name.contains("[nN]")));
     harness.get_by_label("Show Forces: drive").click();
     harness.run_steps(2);
@@ -37,7 +37,7 @@ fn a_click_on_its_name_shows_and_hides_a_curve() {
 }
 
 #[test]
-fn many_recordings_have_one_name_each_that_switches_all_their_curves() {
+fn each_of_many_recordings_has_one_name_for_all_its_curves() {
     let mut state = empty();
     for id in 0..9 {
         state = recorded(state);
@@ -87,7 +87,7 @@ fn heights(harness: &Harness<'_, State>) -> (f32, f32) {
 }
 
 #[test]
-fn a_handle_shares_out_the_height() {
+fn a_handle_changes_the_heights() {
     let mut harness = forces();
     let before = heights(&harness);
     let at = harness
@@ -121,7 +121,7 @@ fn a_handle_shares_out_the_height() {
 }
 
 #[test]
-fn a_handle_obeys_the_arrow_keys() {
+fn a_handle_moves_by_the_arrow_keys() {
     let mut harness = forces();
     let before = heights(&harness);
     harness.get_by_label("Height of Voltage and Forces").focus();
@@ -135,26 +135,26 @@ fn a_handle_obeys_the_arrow_keys() {
 }
 
 #[test]
-fn a_device_without_forces_says_so() {
+fn a_device_without_forces_gives_the_reason() {
     let mut state = with(empty(), trace(2000));
     state.setup.preset = Preset::embedded("oscillator").unwrap();
     state.view.pictures = [Picture::Forces].into();
     let mut run = trace(2000);
     run.forces = Some(ForceTraces::default());
     let described = |state: &State| {
-        let mut said = None;
+        let mut message = None;
         let context = eframe::egui::Context::default();
         let mut output = context.run_ui(Default::default(), |ui| {
-            said = crate::app::plots::forces::describe(ui, state).message;
+            message = crate::app::plots::forces::describe(ui, state).message;
         });
         output.textures_delta.clear();
-        said
+        message
     };
     assert_eq!(described(&state), None);
     let state = with(state, run);
-    let said = described(&state).unwrap();
+    let message = described(&state).unwrap();
     assert!(
-        said.contains("no drive, no ground and no effects"),
-        "{said}"
+        message.contains("no drive, no ground and no effects"),
+        "{message}"
     );
 }

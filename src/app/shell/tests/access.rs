@@ -1,5 +1,5 @@
-//! Every control has a name and is reached by Tab, in all workspaces and panels; files
-//! that are dropped are opened.
+//! Every control has a name and can be reached by Tab, in all workspaces and panels; dropped
+//! files are opened.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,14 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, Node};
 
 use super::{WithRecording, harness_of, preset, read_all, recording, wait};
-use crate::app::WindowOptions;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
+use crate::app::setup::workspace_id::WorkspaceId;
+use crate::app::shell::options::WindowOptions;
 use crate::app::shell::window::*;
 use crate::model::drive::{VoltageTable, Waveform};
 
-/// What a person acts on.
+/// Roles of controls.
 const CONTROLS: [Role; 12] = [
     Role::Button,
     Role::CheckBox,
@@ -37,7 +38,7 @@ fn name(node: &Node<'_>) -> String {
     node.accesskit_node().label().unwrap_or_default()
 }
 
-/// All controls: whether they are enabled, their roles and names.
+/// All controls with their roles.
 fn controls<'a>(harness: &'a Harness<'_, Shell>) -> Vec<(Role, Node<'a>)> {
     CONTROLS
         .into_iter()
@@ -49,7 +50,7 @@ fn controls<'a>(harness: &'a Harness<'_, Shell>) -> Vec<(Role, Node<'a>)> {
         .collect()
 }
 
-/// Runs until nothing is computed that could be cancelled: buttons come and go with it.
+/// Draws until no work can be cancelled any more, because buttons come and go with it.
 fn work_done(harness: &mut Harness<'_, Shell>) {
     let begun = std::time::Instant::now();
     while controls(harness)
@@ -62,7 +63,7 @@ fn work_done(harness: &mut Harness<'_, Shell>) {
     }
 }
 
-/// Presses Tab until the round is closed; every control must have had its turn.
+/// Presses Tab until every control has had the focus.
 fn check(harness: &mut Harness<'_, Shell>, what: &str) {
     harness.run_steps(4);
     let nameless: Vec<String> = controls(harness)
@@ -71,35 +72,35 @@ fn check(harness: &mut Harness<'_, Shell>, what: &str) {
         .map(|(role, node)| format!("{role:?} at {:?}", node.rect()))
         .collect();
     assert!(nameless.is_empty(), "{what}: no names: {nameless:#?}");
-    let mut left: BTreeMap<_, String> = controls(harness)
+    let mut remaining: BTreeMap<_, String> = controls(harness)
         .into_iter()
         .filter(|(_, node)| !node.accesskit_node().is_disabled())
-        // The edges of a floating window are the library's: for the mouse alone.
+        // The library's window edges can be used by mouse only.
         .filter(|(_, node)| !name(node).starts_with("Resize window"))
         .map(|(role, node)| {
             let text = format!("{role:?} {} at {:?}", name(&node), node.rect());
             (node.accesskit_node().id(), text)
         })
         .collect();
-    let count = left.len();
+    let count = remaining.len();
     assert!(count > 10, "{what}: only {count} controls");
     for _ in 0..2 * count + 40 {
         harness.key_press(Key::Tab);
         harness.run_steps(1);
         for (_, node) in controls(harness) {
             if node.is_focused() {
-                left.remove(&node.accesskit_node().id());
+                remaining.remove(&node.accesskit_node().id());
             }
         }
-        if left.is_empty() {
+        if remaining.is_empty() {
             break;
         }
     }
-    let left: Vec<String> = left.into_values().collect();
+    let remaining: Vec<String> = remaining.into_values().collect();
     assert!(
-        left.is_empty(),
-        "{what}: {} of {count} controls are not reached by Tab: {left:#?}",
-        left.len()
+        remaining.is_empty(),
+        "{what}: {} of {count} controls are not reached by Tab: {remaining:#?}",
+        remaining.len()
     );
     println!("{what}: {count} controls, all named, all reached by Tab");
 }
@@ -109,8 +110,8 @@ fn every_control_of_the_tune_workspace_is_reached() {
     let mut window = WithRecording::open();
     let harness = &mut window.harness;
     check(harness, "Tune");
-    harness.state_mut().state.view.mode = Mode::Live;
-    harness.state_mut().state.paused = true;
+    harness.state_mut().services.state.view.mode = Mode::Live;
+    harness.state_mut().services.state.paused = true;
     wait(harness, |shown| shown.live.is_some());
     check(harness, "Tune, live");
 }
@@ -125,13 +126,13 @@ fn every_control_of_the_panels_is_reached() {
     ] {
         let mut window = WithRecording::open();
         let harness = &mut window.harness;
-        let setup = &mut harness.state_mut().state.setup;
+        let setup = &mut harness.state_mut().services.state.setup;
         if panel == Command::DriveEditor {
             let (times, volts) = (vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0]);
             let table = VoltageTable::new("edited", times, volts, 0.0).unwrap();
             setup.drive = DriveChoice::Waveform(Waveform::Table(Arc::new(table)));
         }
-        harness.state_mut().state.ask(panel);
+        harness.state_mut().services.state.ask(panel);
         harness.run_steps(4);
         work_done(harness);
         check(harness, panel.text().0);
@@ -142,10 +143,10 @@ fn every_control_of_the_panels_is_reached() {
 fn every_control_of_the_diagnose_workspace_is_reached() {
     let mut window = WithRecording::open();
     let harness = &mut window.harness;
-    let state = &mut harness.state_mut().state;
-    state.view.workspace = crate::app::workspaces::diagnose::NAME.to_owned();
+    let state = &mut harness.state_mut().services.state;
+    state.view.workspace = WorkspaceId::Diagnose.name().to_owned();
     check(harness, "Diagnose");
-    harness.state_mut().state.ask(Command::SealedTrial);
+    harness.state_mut().services.state.ask(Command::SealedTrial);
     harness.run_steps(4);
     check(harness, "Diagnose, sealed trial");
 }
@@ -164,7 +165,7 @@ impl DroppedFile for Dropped {
 }
 
 #[test]
-fn files_that_are_dropped_are_opened_in_their_order() {
+fn dropped_files_are_opened_in_their_order() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = harness_of(preset("paper"), WindowOptions::default());
     wait(&mut harness, |_| true);
@@ -180,7 +181,7 @@ fn files_that_are_dropped_are_opened_in_their_order() {
         files.push(Arc::new(Dropped(path)));
     }
     read_all(&mut harness);
-    let state = &harness.state().state;
+    let state = &harness.state().services.state;
     let overlays = &state.setup.overlays;
     let names: Vec<_> = overlays.iter().map(|o| o.recording.name.as_str()).collect();
     assert_eq!(names, ["b.csv", "a.csv"]);
@@ -191,10 +192,10 @@ fn files_that_are_dropped_are_opened_in_their_order() {
         "{:?}",
         state.notices
     );
-    // Dropped again, a file replaces its former self.
+    // A file dropped again replaces the earlier recording.
     let path = folder.path().join("a.csv");
     let files = &mut harness.input_mut().dropped_files;
     files.push(Arc::new(Dropped(path)));
     read_all(&mut harness);
-    assert_eq!(harness.state().state.setup.overlays.len(), 2);
+    assert_eq!(harness.state().services.state.setup.overlays.len(), 2);
 }

@@ -1,4 +1,4 @@
-//! From two files to the report, as a first-time user goes.
+//! From two files to the report, as a first-time user would do it.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -9,9 +9,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::{harness_of, preset, read_all};
-use crate::app::WindowOptions;
 use crate::app::files::session;
 use crate::app::setup::command::Command;
+use crate::app::shell::options::WindowOptions;
 use crate::app::shell::window::*;
 use crate::diagnose::report::verdict_sentence;
 use crate::model::drive::Waveform;
@@ -66,16 +66,16 @@ fn two_files_lead_to_a_report() {
         .unwrap()
         .click();
     harness.run_steps(3);
-    // Enough of it: what was found so far is an answer too.
+    // A cancelled diagnosis also gives an answer.
     press(&mut harness, "Cancel");
     let started = Instant::now();
-    while harness.state().state.diagnosing.running.is_some() {
+    while harness.state().services.state.diagnosing.running.is_some() {
         assert!(started.elapsed() < Duration::from_secs(60));
         std::thread::sleep(Duration::from_millis(20));
         harness.run_steps(1);
     }
     harness.run_steps(3);
-    let diagnosing = &harness.state().state.diagnosing;
+    let diagnosing = &harness.state().services.state.diagnosing;
     assert_eq!(diagnosing.error, None);
     let answer = diagnosing.shown().unwrap();
     assert!(answer.diagnosis.cancelled && !answer.asked.split);
@@ -93,25 +93,25 @@ fn two_files_lead_to_a_report() {
     read_all(&mut harness);
     let page = std::fs::read_to_string(&report).unwrap();
     assert!(page.contains(&sentence) && page.contains("Proof"));
-    // Accepted, the device is the diagnosed one; undo takes it back.
-    let before = harness.state().state.setup.preset.model.clone();
+    // After accepting, the device is the diagnosed one; undo restores the earlier one.
+    let before = harness.state().services.state.setup.preset.model.clone();
     harness.run_steps(60);
     press(&mut harness, "Accept into the model");
-    let state = &harness.state().state;
+    let state = &harness.state().services.state;
     let found = &state.diagnosing.shown().unwrap().diagnosis.model;
     assert_eq!(state.setup.preset.model, *found);
     harness.run_steps(60);
-    harness.state_mut().state.ask(Command::Undo);
+    harness.state_mut().services.state.ask(Command::Undo);
     harness.run_steps(3);
-    assert_eq!(harness.state().state.setup.preset.model, before);
+    assert_eq!(harness.state().services.state.setup.preset.model, before);
 }
 
 #[test]
-fn a_session_holds_roles_and_workspace_but_no_trial() {
+fn a_session_holds_roles_and_workspace() {
     let mut harness = harness_of(preset("paper"), WindowOptions::default());
-    harness.state_mut().state.ask(Command::Example);
+    harness.state_mut().services.state.ask(Command::Example);
     harness.run_steps(4);
-    let state = &harness.state().state;
+    let state = &harness.state().services.state;
     assert_eq!(state.view.workspace, "diagnose");
     assert_eq!(state.setup.overlays.len(), 9);
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! The window as a whole without a GPU: menus, keys, history. Nothing is saved: no test
-//! lasts until the autosave, and nobody asks for it.
+//! The window as a whole, without a GPU: menus, keys, undo. Nothing is saved, because no test
+//! lasts until the autosave.
 
 #[cfg(test)]
 pub(super) mod access;
@@ -17,10 +17,10 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::window::*;
-use crate::app::WindowOptions;
 use crate::app::files::session;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::Mode;
+use crate::app::shell::options::WindowOptions;
 use crate::app::shell::picture::PictureOutcome;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::effects;
@@ -49,25 +49,25 @@ pub(super) fn harness_of(preset: Preset, options: WindowOptions) -> Harness<'sta
         .build_ui_state(|ui, shell: &mut Shell| shell.show(ui), shell.unwrap())
 }
 
-/// Draws until the worker has brought what `done` looks for.
+/// Draws until the simulator has sent a result that `done` accepts.
 pub(super) fn wait(harness: &mut Harness<'_, Shell>, done: impl Fn(&Snapshot) -> bool) {
     for _ in 0..1000 {
-        let shown = harness.state().state.snapshot.clone();
+        let shown = harness.state().services.state.snapshot.clone();
         if shown.is_some_and(|shown| done(&shown)) {
             return harness.run_steps(2);
         }
         std::thread::sleep(Duration::from_millis(10));
         harness.run_steps(1);
     }
-    panic!("the worker brought nothing");
+    panic!("the simulator sent no such result");
 }
 
 fn alpha(shell: &Shell) -> f64 {
-    shell.state.setup.preset.model.parameters[ParameterId::Alpha]
+    shell.services.state.setup.preset.model.parameters[ParameterId::Alpha]
 }
 
 pub(super) fn set_alpha(shell: &mut Shell, value: f64) {
-    let parameters = &mut shell.state.setup.preset.model.parameters;
+    let parameters = &mut shell.services.state.setup.preset.model.parameters;
     parameters.set(ParameterId::Alpha, value);
 }
 
@@ -95,7 +95,7 @@ fn a_change_is_computed_undone_and_redone() {
 }
 
 #[test]
-fn a_preset_of_ones_own_is_reset_to_its_own_values() {
+fn an_own_preset_is_reset_to_its_own_values() {
     let mut mine = preset("paper");
     mine.model.name = "mine".to_owned();
     mine.model.parameters.set(ParameterId::Alpha, 0.61);
@@ -103,7 +103,11 @@ fn a_preset_of_ones_own_is_reset_to_its_own_values() {
     wait(&mut harness, |_| true);
     set_alpha(harness.state_mut(), 0.2);
     settle(&mut harness);
-    harness.state_mut().state.ask(Command::ResetParameters);
+    harness
+        .state_mut()
+        .services
+        .state
+        .ask(Command::ResetParameters);
     harness.run_steps(3);
     assert_eq!(alpha(harness.state()), 0.61);
 }
@@ -140,42 +144,47 @@ fn a_live_run_is_started_and_paused_by_keys() {
     wait(&mut harness, |_| true);
     harness.key_press(Key::L);
     harness.run_steps(2);
-    assert_eq!(harness.state().state.view.mode, Mode::Live);
+    assert_eq!(harness.state().services.state.view.mode, Mode::Live);
     wait(&mut harness, |shown| {
         shown.live.is_some_and(|live| live.time > 1e-3)
     });
     harness.key_press(Key::Space);
     harness.run_steps(2);
-    assert!(harness.state().state.paused);
+    assert!(harness.state().services.state.paused);
     wait(&mut harness, |shown| shown.live.is_some_and(|l| l.paused));
 }
 
 #[test]
-fn a_live_run_that_diverges_is_paused_says_so_and_can_start_again() {
+fn a_diverging_live_run_is_paused_and_reported_and_can_be_restarted() {
     let mut harness = harness(preset("oscillator"));
     wait(&mut harness, |_| true);
     harness.key_press(Key::L);
     wait(&mut harness, |shown| {
         shown.live.is_some_and(|live| live.time > 0.0)
     });
-    // A spring that pushes away, the farther the harder.
+    // A spring that pushes away from rest, with a force that grows with the distance.
     let mut softening = ActiveEffect::new(effects::find("cubic_stiffness").unwrap());
     assert!(softening.set("k3", -1e5));
-    let device = &mut harness.state_mut().state.setup.preset.model;
+    let device = &mut harness.state_mut().services.state.setup.preset.model;
     device.effects.push(softening);
     for _ in 0..1000 {
         harness.run_steps(1);
-        if harness.state().state.paused {
+        if harness.state().services.state.paused {
             break;
         }
         std::thread::sleep(Duration::from_millis(10));
     }
-    let state = &harness.state().state;
+    let state = &harness.state().services.state;
     assert!(state.paused);
-    let said = |text: &str| text.contains("Live run paused") && text.contains("diverges");
-    assert!(state.notices.iter().any(|n| n.is_error && said(&n.text)));
+    let is_reported = |text: &str| text.contains("Live run paused") && text.contains("diverges");
+    assert!(
+        state
+            .notices
+            .iter()
+            .any(|n| n.is_error && is_reported(&n.text))
+    );
     assert!(state.snapshot.is_some(), "what it did until then stays");
-    let device = &mut harness.state_mut().state.setup.preset.model;
+    let device = &mut harness.state_mut().services.state.setup.preset.model;
     device.effects.clear();
     harness.run_steps(2);
     harness.key_press(Key::R);
@@ -185,11 +194,11 @@ fn a_live_run_that_diverges_is_paused_says_so_and_can_start_again() {
             .is_some_and(|live| !live.paused && live.time > 0.0)
     };
     wait(&mut harness, begun);
-    assert!(!harness.state().state.paused);
+    assert!(!harness.state().services.state.paused);
 }
 
 #[test]
-fn back_from_a_live_run_the_window_shows_what_there_is() {
+fn after_a_live_run_a_zoom_beyond_the_span_is_reset() {
     let mut harness = harness(preset("paper"));
     wait(&mut harness, |_| true);
     for (looked_at, shown) in [
@@ -199,21 +208,28 @@ fn back_from_a_live_run_the_window_shows_what_there_is() {
     ] {
         harness.key_press(Key::L);
         wait(&mut harness, |shown| shown.live.is_some());
-        harness.state_mut().state.view.time_range = Some(looked_at);
+        harness.state_mut().services.state.view.time_range = Some(looked_at);
         harness.key_press(Key::W);
         wait(&mut harness, |shown| shown.live.is_none());
-        assert_eq!(harness.state().state.view.time_range, shown);
+        assert_eq!(harness.state().services.state.view.time_range, shown);
     }
 }
 
 #[test]
-fn a_wrong_value_is_said_and_the_last_curve_stays() {
+fn an_invalid_value_is_reported_and_the_last_curve_stays() {
     let mut harness = harness(preset("paper"));
     wait(&mut harness, |_| true);
-    let parameters = &mut harness.state_mut().state.setup.preset.model.parameters;
+    let parameters = &mut harness
+        .state_mut()
+        .services
+        .state
+        .setup
+        .preset
+        .model
+        .parameters;
     parameters.set(ParameterId::Gp, 50e-6);
     harness.run_steps(3);
-    let state = &harness.state().state;
+    let state = &harness.state().services.state;
     let refusal = state.refusal.as_ref().unwrap();
     assert!(refusal.message.contains("must exceed dp"), "{refusal:?}");
     let shown = state.snapshot.as_ref().unwrap();
@@ -221,7 +237,7 @@ fn a_wrong_value_is_said_and_the_last_curve_stays() {
 }
 
 #[test]
-fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
+fn information_disappears_and_errors_stay_and_neither_moves_the_layout() {
     let mut harness = harness(preset("paper"));
     wait(&mut harness, |_| true);
     let place = |harness: &Harness<'_, Shell>| {
@@ -236,8 +252,11 @@ fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
         slider.rect()
     };
     let before = place(&harness);
-    harness.state_mut().notice(false, "Saved a file");
-    harness.state_mut().notice(true, "something failed");
+    harness.state_mut().services.notice(false, "Saved a file");
+    harness
+        .state_mut()
+        .services
+        .notice(true, "something failed");
     harness.run_steps(3);
     assert!(harness.query_by_label("Saved a file").is_some());
     assert_eq!(place(&harness), before);
@@ -249,9 +268,16 @@ fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
         .get_by_role_and_label(Role::Button, "Dismiss")
         .click();
     harness.run_steps(3);
-    assert!(harness.state().state.notices.is_empty());
-    // Nor does what is said at a slider.
-    let parameters = &mut harness.state_mut().state.setup.preset.model.parameters;
+    assert!(harness.state().services.state.notices.is_empty());
+    // A message at a slider moves nothing either.
+    let parameters = &mut harness
+        .state_mut()
+        .services
+        .state
+        .setup
+        .preset
+        .model
+        .parameters;
     parameters.set(ParameterId::Gp, 50e-6);
     harness.run_steps(3);
     assert!(
@@ -263,8 +289,8 @@ fn information_goes_by_itself_and_errors_stay_without_moving_anything() {
     assert_eq!(place(&harness), before);
 }
 
-/// A window with a recording that is looked at. The recording's file and its folder last
-/// as long as the window.
+/// A window with a visible recording. The file of the recording and its folder last as long
+/// as the window.
 pub(super) struct WithRecording {
     pub(super) harness: Harness<'static, Shell>,
     pub(super) file: PathBuf,
@@ -297,7 +323,7 @@ impl WithRecording {
 pub(super) fn read_all(harness: &mut Harness<'_, Shell>) {
     for _ in 0..1000 {
         harness.run_steps(1);
-        if harness.state().files.pending() == 0 {
+        if harness.state().services.files.pending() == 0 {
             return harness.run_steps(2);
         }
         std::thread::sleep(Duration::from_millis(5));
@@ -311,7 +337,7 @@ pub(super) fn recording(samples: u32) -> String {
 }
 
 #[test]
-fn recordings_stand_in_the_order_in_which_they_were_named() {
+fn recordings_are_listed_in_the_order_of_the_command_line() {
     let folder = tempfile::tempdir().unwrap();
     // The first takes longest to read.
     let files = [("long.csv", 200_000), ("b.csv", 300), ("a.csv", 200)].map(|(name, samples)| {
@@ -325,7 +351,7 @@ fn recordings_stand_in_the_order_in_which_they_were_named() {
     };
     let mut harness = harness_of(preset("paper"), options);
     read_all(&mut harness);
-    let overlays = &harness.state().state.setup.overlays;
+    let overlays = &harness.state().services.state.setup.overlays;
     let shown: Vec<_> = overlays
         .iter()
         .map(|o| (o.recording.name.as_str(), o.color))
@@ -334,7 +360,7 @@ fn recordings_stand_in_the_order_in_which_they_were_named() {
 }
 
 #[test]
-fn a_recording_of_a_session_that_was_moved_is_located() {
+fn a_moved_recording_of_a_session_can_be_located() {
     let folder = tempfile::tempdir().unwrap();
     let (before, after) = (
         folder.path().join("a.csv"),
@@ -348,7 +374,7 @@ fn a_recording_of_a_session_that_was_moved_is_located() {
     let mut first = harness_of(preset("paper"), options);
     read_all(&mut first);
     let saved = folder.path().join("s.impactscope.toml");
-    let state = &first.state().state;
+    let state = &first.state().services.state;
     session::save(&saved, &state.setup, &state.view, &[]).unwrap();
     std::fs::create_dir(folder.path().join("moved")).unwrap();
     std::fs::rename(&before, &after).unwrap();
@@ -359,10 +385,10 @@ fn a_recording_of_a_session_that_was_moved_is_located() {
     let mut second = harness_of(preset("paper"), options);
     read_all(&mut second);
     read_all(&mut second);
-    assert!(second.state().state.setup.overlays.is_empty());
+    assert!(second.state().services.state.setup.overlays.is_empty());
     second.get_by_label("Locate...").click();
     second.run_steps(6);
-    // The folder stands there already: a whole path takes its place.
+    // The field already holds the folder; an absolute path replaces it.
     second
         .get_by_role_and_label(Role::TextInput, "Path:")
         .type_text(&after.to_string_lossy());
@@ -370,7 +396,7 @@ fn a_recording_of_a_session_that_was_moved_is_located() {
     second.key_press(Key::Enter);
     second.run_steps(3);
     read_all(&mut second);
-    let overlays = &second.state().state.setup.overlays;
+    let overlays = &second.state().services.state.setup.overlays;
     assert_eq!(overlays[0].recording.path.as_deref(), Some(&*after));
-    assert!(second.state().state.notices.is_empty());
+    assert!(second.state().services.state.notices.is_empty());
 }

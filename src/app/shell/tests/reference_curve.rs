@@ -1,4 +1,4 @@
-//! The kept curve over a session that is saved and opened again.
+//! The reference curve over a session that is saved and opened again.
 
 use std::path::Path;
 use std::time::Duration;
@@ -8,15 +8,15 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::{WithRecording, harness_of, preset, read_all, set_alpha, settle, wait};
-use crate::app::WindowOptions;
 use crate::app::files::session;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
+use crate::app::shell::options::WindowOptions;
 use crate::app::shell::window::*;
 use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 
 fn save(shell: &Shell, path: &Path) {
-    let state = &shell.state;
+    let state = &shell.services.state;
     session::save(path, &state.setup, &state.view, &[]).unwrap();
 }
 
@@ -34,21 +34,21 @@ fn opened(path: &Path) -> Harness<'static, Shell> {
     harness
 }
 
-/// The kept curve.
+/// The reference curve.
 fn curve(shell: &Shell) -> Option<Vec<f64>> {
-    let ghost = shell.state.ghost.as_ref()?;
-    Some(ghost.trace.proof_mass.clone())
+    let reference = shell.services.state.reference.as_ref()?;
+    Some(reference.trace.proof_mass.clone())
 }
 
 #[test]
-fn a_kept_curve_comes_back_with_the_session() {
+fn the_reference_curve_comes_back_with_the_session() {
     let mut window = WithRecording::open();
     let first = &mut window.harness;
     first.key_press(Key::G);
     first.run_steps(2);
-    // What is kept is neither the present device nor its drive.
+    // The reference belongs to neither the present device nor the present drive.
     set_alpha(first.state_mut(), 0.2);
-    first.state_mut().state.setup.drive = DriveChoice::Waveform(Waveform::Rest);
+    first.state_mut().services.state.setup.drive = DriveChoice::Waveform(Waveform::Rest);
     wait(first, |shown| {
         shown.model.parameters[ParameterId::Alpha] == 0.2
     });
@@ -57,29 +57,36 @@ fn a_kept_curve_comes_back_with_the_session() {
     let before = curve(first.state()).unwrap();
     let second = opened(&saved);
     assert_eq!(curve(second.state()).unwrap(), before, "to the last bit");
-    let ghost = second.state().state.ghost.clone().unwrap();
-    assert_eq!(ghost.model.parameters[ParameterId::Alpha], 0.378);
+    let reference = second.state().services.state.reference.clone().unwrap();
+    assert_eq!(reference.model.parameters[ParameterId::Alpha], 0.378);
     assert!(
-        ghost.comparisons[0].comparison.is_ok(),
+        reference.comparisons[0].comparison.is_ok(),
         "with its distance to the recording"
     );
-    assert!(second.state().state.notices.is_empty());
+    assert!(second.state().services.state.notices.is_empty());
 }
 
 #[test]
-fn a_curve_driven_by_a_recording_comes_back_with_it_or_says_that_it_is_gone() {
+fn a_reference_curve_driven_by_a_recording_comes_back_with_it_or_reports_it_missing() {
     let mut window = WithRecording::open();
     let first = &mut window.harness;
-    let id = first.state().state.setup.overlays[0].id;
-    first.state_mut().state.setup.drive = DriveChoice::Recorded(id);
+    let id = first.state().services.state.setup.overlays[0].id;
+    first.state_mut().services.state.setup.drive = DriveChoice::Recorded(id);
     wait(first, |shown| {
         let drive = shown.run_of.as_ref().map(|(drive, _)| drive);
         matches!(drive, Some(Waveform::Table(_)))
     });
     first.key_press(Key::G);
     first.run_steps(2);
-    let kept = first.state().state.view.kept.clone().unwrap();
-    assert_eq!(kept.drive, DriveChoice::Recorded(id));
+    let origin = first
+        .state()
+        .services
+        .state
+        .view
+        .reference_curve
+        .clone()
+        .unwrap();
+    assert_eq!(origin.drive, DriveChoice::Recorded(id));
     let saved = window.folder.path().join("s.impactscope.toml");
     save(first.state(), &saved);
     let before = curve(first.state()).unwrap();
@@ -89,32 +96,35 @@ fn a_curve_driven_by_a_recording_comes_back_with_it_or_says_that_it_is_gone() {
     std::fs::remove_file(&window.file).unwrap();
     let mut third = opened(&saved);
     assert_eq!(curve(third.state()), None);
-    let said = |harness: &Harness<'_, Shell>| {
-        let part = "kept curve (A/B) is not shown";
+    let is_reported = |harness: &Harness<'_, Shell>| {
+        let part = "reference curve (A) cannot be shown";
         let found = harness.query_all_by_label_contains(part).next();
         found.is_some()
     };
-    assert!(said(&third));
-    // It stays in the session until it is dropped.
-    assert_eq!(third.state().state.view.kept, Some(kept));
+    assert!(is_reported(&third));
+    // It stays in the session until it is discarded.
+    assert_eq!(
+        third.state().services.state.view.reference_curve,
+        Some(origin)
+    );
     third.key_press(Key::G);
     third.run_steps(2);
-    assert_eq!(third.state().state.view.kept, None);
+    assert_eq!(third.state().services.state.view.reference_curve, None);
 }
 
 #[test]
-fn a_live_curve_is_kept_for_as_long_as_the_window_is_open() {
+fn a_live_reference_curve_lasts_until_the_window_is_closed() {
     let mut harness = harness_of(preset("paper"), WindowOptions::default());
     wait(&mut harness, |_| true);
     settle(&mut harness);
-    harness.state_mut().state.view.mode = Mode::Live;
+    harness.state_mut().services.state.view.mode = Mode::Live;
     wait(&mut harness, |shown| {
         shown.live.is_some_and(|live| live.time > 1e-3)
     });
     harness.key_press(Key::G);
     harness.run_steps(2);
-    let state = &harness.state().state;
-    assert!(state.ghost.is_some() && state.view.kept.is_none());
-    let said = harness.query_all_by_label_contains("until the window is closed");
-    assert_eq!(said.count(), 1);
+    let state = &harness.state().services.state;
+    assert!(state.reference.is_some() && state.view.reference_curve.is_none());
+    let notes = harness.query_all_by_label_contains("until the window is closed");
+    assert_eq!(notes.count(), 1);
 }

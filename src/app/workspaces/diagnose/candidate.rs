@@ -1,4 +1,4 @@
-//! One effect that was weighed: how probable it is, and, opened, all that speaks for and
+//! One effect that was compared: its probability and, once opened, the evidence for and
 //! against it.
 
 use eframe::egui::{
@@ -18,11 +18,17 @@ use crate::diagnose::report::words::{
 use crate::model::effects::{EffectSpec, find};
 
 /// Width of the bar of a probability [points].
-const BAR: f32 = 74.0;
+const BAR_WIDTH: f32 = 74.0;
 
-/// Draws a row, and what is behind it where it is opened. What was chosen by hand is not
-/// `weighed` against others.
-pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candidate, weighed: bool) {
+/// Draws a row, with its details if it is opened. Effects chosen by hand are not `compared`
+/// with others, so they have no probability.
+pub fn show(
+    ui: &mut Ui,
+    diagnosing: &mut Diagnosing,
+    d: &Diagnosis,
+    c: &Candidate,
+    compared: bool,
+) {
     let named = d.named.iter().find(|n| n.id == c.id);
     ui.push_id(&c.id, |ui| {
         ui.horizontal(|ui| {
@@ -34,7 +40,7 @@ pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candida
             } else {
                 ui.visuals().widgets.active.bg_fill
             };
-            if weighed {
+            if compared {
                 bar(ui, rect, c.probability, &probability(c.probability), mark);
             } else if named.is_some() {
                 bar(ui, rect, 1.0, "by hand", mark);
@@ -52,15 +58,15 @@ pub fn show(ui: &mut Ui, diagnosing: &mut Diagnosing, d: &Diagnosis, c: &Candida
         });
         if diagnosing.look.opened.contains(&c.id) {
             ui.indent("details", |ui| {
-                details(ui, diagnosing, c, named, weighed);
+                details(ui, diagnosing, c, named, compared);
             });
         }
     });
 }
 
-/// The bar's place and the button with the name behind it.
+/// Room for the bar, and the button with the name after it.
 fn bar_and_name(ui: &mut Ui, name: &str, strong: bool) -> (Rect, eframe::egui::Response) {
-    let (rect, _) = ui.allocate_exact_size(vec2(BAR, 17.0), Sense::hover());
+    let (rect, _) = ui.allocate_exact_size(vec2(BAR_WIDTH, 17.0), Sense::hover());
     let text = RichText::new(capitalised(name));
     let text = if strong { text.strong() } else { text };
     let width = ui.available_width();
@@ -68,7 +74,7 @@ fn bar_and_name(ui: &mut Ui, name: &str, strong: bool) -> (Rect, eframe::egui::R
     (rect, ui.add_sized(vec2(width, 18.0), LeftButton(button)))
 }
 
-/// A button whose text stands on the left.
+/// A button with left-aligned text.
 struct LeftButton<'a>(Button<'a>);
 
 impl eframe::egui::Widget for LeftButton<'_> {
@@ -84,11 +90,11 @@ fn tick(ui: &mut Ui, diagnosing: &mut Diagnosing, c: &Candidate) {
     ui.spacing_mut().icon_spacing = 0.0;
     let check = ui.add_enabled(!busy, eframe::egui::Checkbox::new(&mut on, ""));
     check.widget_info(|| {
-        let label = format!("take {} as left out", c.name);
+        let label = format!("include {}", c.name);
         WidgetInfo::selected(Role::CheckBox, !busy, on, label)
     });
     let check = check.on_hover_text(
-        "Add or drop it by hand, then press \"Diagnose by hand\": it is fitted and proved whatever it brings",
+        "Tick or untick effects, then press \"Diagnose by hand\" to fit and check exactly those ticked",
     );
     if check.changed() {
         diagnosing.pick(&c.id, on);
@@ -98,9 +104,9 @@ fn tick(ui: &mut Ui, diagnosing: &mut Diagnosing, c: &Candidate) {
 fn hint(c: &Candidate, opened: bool) -> String {
     let law = find(&c.id).map_or("", |spec| spec.sentence);
     let what = if opened {
-        "Close it."
+        "Click to close."
     } else {
-        "Open what speaks for and against it."
+        "Click for the evidence for and against it."
     };
     format!("{}\n{law}\n{what}", c.id)
 }
@@ -128,7 +134,7 @@ fn details(
     diagnosing: &mut Diagnosing,
     c: &Candidate,
     named: Option<&NamedEffect>,
-    weighed: bool,
+    compared: bool,
 ) {
     ui.spacing_mut().item_spacing.y = 2.0;
     let spec = find(&c.id);
@@ -150,16 +156,16 @@ fn details(
         }
     }
     let sign = if named.is_some() { "+" } else { "-" };
-    for remark in c.remarks.iter().filter(|_| weighed) {
+    for remark in c.remarks.iter().filter(|_| compared) {
         bullet(ui, sign, remark);
     }
-    if named.is_none() && weighed {
+    if named.is_none() && compared {
         numbers(ui, c);
     }
     let opens = support(&c.id);
     let button = ui.button(small(opens.text()));
     if button
-        .on_hover_text(format!("Open the plot in which {} shows", c.name))
+        .on_hover_text(format!("Open the plot that shows {} best", c.name))
         .clicked()
     {
         diagnosing.look.support(&c.id);
@@ -189,15 +195,15 @@ fn parameters(ui: &mut Ui, effect: &NamedEffect, spec: Option<&'static EffectSpe
 fn numbers(ui: &mut Ui, c: &Candidate) {
     let fitted = gain_where_fitted(c);
     let text = format!(
-        "chi2 falls by {fitted} where fitted, by {} kept out, to {} a value",
+        "chi2 falls by {fitted} on fitted and {} on held-out recordings, to {} per sample",
         gain(c.held_out_gain),
         chi2(c.held_out_chi2)
     );
     ui.label(small(text).weak())
-        .on_hover_text("A dash: it was not worth a fit of its own");
+        .on_hover_text("A dash: the effect was not fitted on its own");
 }
 
-/// A sentence for (`+`), against (`-`) or unsettled (`?`).
+/// A sentence of evidence for (`+`), against (`-`) or undecided (`?`).
 fn bullet(ui: &mut Ui, sign: &str, text: &str) {
     ui.horizontal_top(|ui| {
         ui.spacing_mut().item_spacing.x = 5.0;
@@ -211,7 +217,7 @@ fn bullet(ui: &mut Ui, sign: &str, text: &str) {
     });
 }
 
-/// A remark as a sentence.
+/// A remark with a capital letter and a full stop.
 pub fn sentence(text: &str) -> String {
     let text = capitalised(text.trim());
     if text.ends_with(['.', '!', '?']) {

@@ -10,7 +10,7 @@ const fn rgb(hex: u32) -> Color32 {
     Color32::from_rgb((hex >> 16) as u8, (hex >> 8) as u8, hex as u8)
 }
 
-/// Colour of what the mass is doing.
+/// Colour of a motion regime.
 pub fn regime(ui: &Ui, regime: Regime) -> Color32 {
     let (dark, light) = match regime {
         Regime::FarFlight => (0x56b4e9, 0x3a8fc7),
@@ -28,27 +28,27 @@ pub fn before(ui: &Ui) -> Color32 {
     style::overlay_color(ui, 0)
 }
 
-/// With what was left out.
+/// The model with the effects that were found.
 pub fn after(ui: &Ui) -> Color32 {
     style::palette(ui).proof_mass
 }
 
 /// Measured points.
-pub fn seen(ui: &Ui) -> Color32 {
+pub fn measured(ui: &Ui) -> Color32 {
     style::overlay_color(ui, 0)
 }
 
-/// A law.
+/// The curve of a law.
 pub fn law(ui: &Ui) -> Color32 {
     style::palette(ui).proof_mass
 }
 
-/// The level of the noise.
+/// The noise level.
 pub fn noise(ui: &Ui) -> Color32 {
     style::palette(ui).ground
 }
 
-/// The mark beside a verdict.
+/// The mark of a verdict.
 pub fn verdict(ui: &Ui, verdict: Verdict) -> Color32 {
     let palette = style::palette(ui);
     match verdict {

@@ -1,5 +1,6 @@
-//! The Diagnose workspace: recordings, where they differ from the model, what was left
-//! out, and the proof, from left to right; the answer in a sentence above.
+//! The Diagnose workspace. Four steps stand side by side: the recordings, where they differ
+//! from the model, which effect is missing, and the proof. The verdict bar above them states
+//! the result in one sentence.
 
 mod candidate;
 mod colors;
@@ -22,12 +23,10 @@ use eframe::egui::{
 
 use crate::app::state::State;
 
-/// Its name, as on the command line.
-pub const NAME: &str = "diagnose";
-
-/// A step: its title, its share of the width, and what draws it.
+/// One column of the workspace.
 struct Step {
     title: &'static str,
+    /// Share of the width, 0..1.
     share: f32,
     show: fn(&mut Ui, &mut State),
 }
@@ -56,7 +55,7 @@ const STEPS: [Step; 4] = [
 ];
 
 /// Space between two steps [points].
-const GAP: f32 = 17.0;
+const STEP_GAP: f32 = 17.0;
 
 /// Draws the workspace.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -67,14 +66,15 @@ pub fn show(ui: &mut Ui, state: &mut State) {
 
 fn steps(ui: &mut Ui, state: &mut State) {
     let all = ui.available_rect_before_wrap();
-    let width = all.width() - GAP * (STEPS.len() - 1) as f32;
+    let width = all.width() - STEP_GAP * (STEPS.len() - 1) as f32;
     let mut left = all.left();
     for (i, step) in STEPS.iter().enumerate() {
         let size = vec2((step.share * width).floor(), all.height());
         let rect = Rect::from_min_size(pos2(left, all.top()), size);
         if i > 0 {
             let stroke = ui.visuals().widgets.noninteractive.bg_stroke;
-            ui.painter().vline(left - 0.5 * GAP, all.y_range(), stroke);
+            ui.painter()
+                .vline(left - 0.5 * STEP_GAP, all.y_range(), stroke);
         }
         let child = UiBuilder::new()
             .id_salt(step.title)
@@ -85,12 +85,12 @@ fn steps(ui: &mut Ui, state: &mut State) {
             title(ui, i + 1, step.title);
             (step.show)(ui, state);
         });
-        left += size.x + GAP;
+        left += size.x + STEP_GAP;
     }
     ui.advance_cursor_after_rect(all);
 }
 
-/// A step's number and name.
+/// The number of a step in a circle, and its name.
 fn title(ui: &mut Ui, number: usize, name: &str) {
     ui.horizontal(|ui| {
         let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), Sense::hover());

@@ -1,20 +1,19 @@
-//! The sealed trial: conceal something, guess, diagnose, open the envelope.
+//! The window of the sealed trial: conceal an effect, guess it, diagnose, open the envelope.
 
 use eframe::egui::{Button, ComboBox, Grid, RichText, ScrollArea, TextEdit, Ui, Window};
 
 use super::sealed_truth;
-use super::words::heading;
 use crate::app::analysis::sealed_trial::{Guess, Level, Tally, answer_text};
 use crate::app::flows::sealed_trial::{end, open};
 use crate::app::setup::command::Command;
 use crate::app::state::State;
-use crate::app::widgets::text::{error_color, small};
+use crate::app::widgets::text::{error_color, heading, small};
 use crate::diagnose::report::words::listed;
 use crate::model::effects::{CATALOGUE, find};
 use crate::model::unit::format_quantity;
 
-/// Noises that are offered [m].
-const NOISES: [f64; 4] = [5e-9, 20e-9, 50e-9, 150e-9];
+/// Noise levels that are offered [m].
+const NOISE_LEVELS: [f64; 4] = [5e-9, 20e-9, 50e-9, 150e-9];
 
 /// Draws the window while it is open.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -26,7 +25,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     Window::new("Sealed trial")
         .open(&mut is_open)
         .default_size([400.0, 640.0_f32.min(room.height() - 170.0)])
-        // Beside the recordings, which a guess is made by.
+        // Next to the recordings, which are needed for a guess.
         .default_pos([room.right() - 440.0, 110.0])
         .show(ui, |ui| {
             ScrollArea::vertical()
@@ -41,13 +40,13 @@ fn content(ui: &mut Ui, state: &mut State) {
     match &state.diagnosing.trial.sealed {
         None => {
             ui.label(
-                "The program conceals an effect in recordings made by another model and \
-                 another solver than its own. You may guess it; then the diagnosis looks for \
-                 it in the recordings alone.",
+                "The program simulates recordings with a concealed effect, using a different model \
+                 and solver from its own. You may guess the effect. Then the diagnosis looks for \
+                 it from the recordings alone.",
             );
             settings(ui, state);
         }
-        Some(_) => on(ui, state),
+        Some(_) => running(ui, state),
     }
     tally(ui, state.diagnosing.trial.tally);
 }
@@ -76,9 +75,9 @@ fn settings(ui: &mut Ui, state: &mut State) {
                 let label = ui.label("device");
                 let name = |beam: bool| {
                     if beam {
-                        "a beam of four modes"
+                        "beam with four modes"
                     } else {
-                        "two points, as in the model"
+                        "two coordinates, as in the model"
                     }
                 };
                 ComboBox::from_id_salt("trial device")
@@ -91,12 +90,12 @@ fn settings(ui: &mut Ui, state: &mut State) {
                     .response
                     .labelled_by(label.id);
                 ui.end_row();
-                let label = ui.label("noise of the readings");
+                let label = ui.label("measurement noise");
                 let text = |noise: f64| format_quantity(noise, "m", 2);
                 ComboBox::from_id_salt("trial noise")
                     .selected_text(text(trial.noise))
                     .show_ui(ui, |ui| {
-                        for noise in NOISES {
+                        for noise in NOISE_LEVELS {
                             ui.selectable_value(&mut trial.noise, noise, text(noise));
                         }
                     })
@@ -106,26 +105,28 @@ fn settings(ui: &mut Ui, state: &mut State) {
                 let label = ui.label("seed");
                 ui.add(
                     TextEdit::singleline(&mut trial.seed)
-                        .hint_text("by chance")
+                        .hint_text("random")
                         .desired_width(110.0),
                 )
                 .labelled_by(label.id)
-                .on_hover_text("The same seed conceals the same; leave it empty for one by chance");
+                .on_hover_text(
+                    "The same seed gives the same trial; leave it empty for a random one",
+                );
                 ui.end_row();
             });
     });
     ui.label(
-        small("Your own recordings and device are put aside and come back when the trial ends.")
+        small("Your own recordings and device are set aside and restored when the trial ends.")
             .weak(),
     );
     if let Some(error) = &trial.error {
         ui.colored_label(error_color(ui), error);
     }
     ui.horizontal(|ui| {
-        let text = RichText::new("Conceal something").strong();
+        let text = RichText::new("Conceal an effect").strong();
         let button = ui.add_enabled(!making && !busy, Button::new(text));
         if button
-            .on_disabled_hover_text("Wait for what is in work")
+            .on_disabled_hover_text("Wait until the running job has finished")
             .clicked()
         {
             let context = ui.ctx().clone();
@@ -133,25 +134,25 @@ fn settings(ui: &mut Ui, state: &mut State) {
         }
         if making {
             ui.spinner();
-            ui.label("making the recordings");
+            ui.label("simulating the recordings");
         }
     });
 }
 
-fn on(ui: &mut Ui, state: &mut State) {
+fn running(ui: &mut Ui, state: &mut State) {
     let trial = &state.diagnosing.trial;
     let Some(sealed) = trial.sealed.clone() else {
         return;
     };
     heading(ui, "1  Sealed");
     ui.label(small(format!(
-        "Seed {}; SHA-256 of what is concealed, fixed before anybody looked:",
+        "Seed {}; SHA-256 of what is concealed, fixed in advance:",
         sealed.seed
     )));
     let (a, b) = sealed.seal.split_at(sealed.seal.len() / 2);
     ui.label(small(format!("{a}\n{b}")).monospace());
     ui.add_space(4.0);
-    heading(ui, "2  Your guess (if you like)");
+    heading(ui, "2  Your guess (optional)");
     let opened = sealed.opened.is_some();
     let found = state.diagnosing.automatic.is_some();
     if opened || found {
@@ -175,7 +176,7 @@ fn on(ui: &mut Ui, state: &mut State) {
         None if state.diagnosing.running.is_some() => {
             ui.horizontal(|ui| {
                 ui.spinner();
-                ui.label("is looking at the recordings");
+                ui.label("diagnosing the recordings");
             });
         }
         None => {
@@ -191,7 +192,7 @@ fn on(ui: &mut Ui, state: &mut State) {
         None => {
             let button = ui.add_enabled(found, Button::new("Open the envelope"));
             if button
-                .on_disabled_hover_text("First let the tool diagnose the recordings")
+                .on_disabled_hover_text("Run the diagnosis first")
                 .clicked()
             {
                 open(state);
@@ -207,7 +208,7 @@ fn on(ui: &mut Ui, state: &mut State) {
         };
         let close = ui.button(text);
         if close
-            .on_hover_text("Your own recordings, device and answers come back")
+            .on_hover_text("Restore your own recordings, device and answers")
             .clicked()
         {
             end(state);
@@ -219,12 +220,12 @@ fn guess(ui: &mut Ui, state: &mut State) {
     let Some(sealed) = &mut state.diagnosing.trial.sealed else {
         return;
     };
-    ui.label(small("Look at the recordings in Tune or Where; then tick what you believe.").weak());
+    ui.label(small("Look at the recordings in Tune or Where, then tick what you suspect.").weak());
     ui.horizontal_wrapped(|ui| {
         for (choice, text) in [
             (None, "no guess"),
             (Some(Guess::Nothing), "nothing"),
-            (Some(Guess::Unknown), "something else"),
+            (Some(Guess::Unknown), "not in the list"),
         ] {
             if ui
                 .selectable_label(sealed.guess == choice, small(text))
@@ -263,8 +264,8 @@ fn guess(ui: &mut Ui, state: &mut State) {
 
 fn guess_text(guess: &Guess) -> String {
     match guess {
-        Guess::Nothing => "nothing was left out".to_owned(),
-        Guess::Unknown => "something that the catalogue does not have".to_owned(),
+        Guess::Nothing => "nothing".to_owned(),
+        Guess::Unknown => "an effect outside the catalogue".to_owned(),
         Guess::Effects(ids) => {
             let names: Vec<&str> = ids
                 .iter()
@@ -285,5 +286,5 @@ fn tally(ui: &mut Ui, tally: Tally) {
         "So far: you {} of {}, the tool {} of {}.",
         you.0, you.1, tool.0, tool.1
     ))
-    .on_hover_text("Right also where the concealed effect was told as one that looks alike");
+    .on_hover_text("A look-alike of the concealed effect counts as right");
 }

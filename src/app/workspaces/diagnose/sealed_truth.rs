@@ -1,4 +1,5 @@
-//! What was in the envelope.
+//! The contents of the envelope: the concealed effects, and how the guess and the diagnosis
+//! score.
 
 use eframe::egui::{RichText, Ui};
 
@@ -13,10 +14,10 @@ use crate::trial::{Class, ConcealedEffect};
 pub fn show(ui: &mut Ui, opened: &Opened) {
     let truth = &opened.truth;
     let text = match truth.class {
-        Class::Nothing => "Nothing was left out.",
-        Class::One => "One effect was left out:",
-        Class::Two => "Two effects were left out:",
-        Class::Outside => "Something that the catalogue does not have:",
+        Class::Nothing => "Nothing was concealed.",
+        Class::One => "One effect was concealed:",
+        Class::Two => "Two effects were concealed:",
+        Class::Outside => "An effect outside the catalogue was concealed:",
     };
     ui.label(RichText::new(text).strong());
     for effect in &truth.effects {
@@ -24,32 +25,35 @@ pub fn show(ui: &mut Ui, opened: &Opened) {
         ui.label(small(size(effect)));
     }
     for decoy in &truth.decoys {
-        let text = format!("Also there, and not to be named: {}.", name(decoy));
+        let text = format!("Also present as a decoy: {}.", name(decoy));
         ui.label(small(text)).on_hover_text(
-            "A decoy: re-tuning the model takes it up wholly, so that it cannot be seen",
+            "Re-tuning the model absorbs it completely, so it cannot and need not be found",
         );
     }
-    verdict(ui, "You", opened.person);
-    verdict(ui, "The tool", opened.tool);
+    score(ui, "You", opened.person);
+    score(ui, "The tool", opened.tool);
     if opened.seal_holds {
-        ui.label(small("The seal holds: its SHA-256 is the one shown at first.").weak());
+        ui.label(small("The seal holds: the SHA-256 is the one shown at the start.").weak());
     } else {
-        ui.colored_label(error_color(ui), "The seal does not hold.");
+        ui.colored_label(
+            error_color(ui),
+            "The seal does not hold: the SHA-256 differs.",
+        );
     }
 }
 
-fn verdict(ui: &mut Ui, who: &str, mark: Option<Mark>) {
+fn score(ui: &mut Ui, who: &str, mark: Option<Mark>) {
     let Some(mark) = mark else {
         ui.label(format!("{who}: no answer"));
         return;
     };
     let text = match mark {
         Mark::Right => "right",
-        Mark::Group => "right, as one that looks alike",
-        Mark::Part => "half right: one of two",
-        Mark::Abstained => "abstained: named nothing",
-        Mark::Wrong => "wrong: named what is not there",
-        Mark::FalseAlarm => "false alarm: nothing was left out",
+        Mark::Group => "right, a look-alike of it",
+        Mark::Part => "half right, one of two",
+        Mark::Abstained => "abstained, no effect named",
+        Mark::Wrong => "wrong, this effect is not present",
+        Mark::FalseAlarm => "false alarm, nothing was concealed",
     };
     let color = if is_right(mark) {
         style::palette(ui).release
@@ -59,7 +63,7 @@ fn verdict(ui: &mut Ui, who: &str, mark: Option<Mark>) {
     ui.label(RichText::new(format!("{who}: {text}")).color(color));
 }
 
-/// The catalogue's name, or the words of a law that it does not have.
+/// The name in the catalogue, or a description if it is not there.
 fn name(effect: &ConcealedEffect) -> String {
     match find(&effect.id) {
         Some(spec) => format!("{} ({})", spec.name, effect.formulation),
@@ -74,7 +78,7 @@ fn name(effect: &ConcealedEffect) -> String {
 fn size(effect: &ConcealedEffect) -> String {
     let times = effect.times_smallest_visible;
     let visible = if times < 3.0 {
-        format!("{times:.1} times the smallest visible size: too small to expect a name")
+        format!("{times:.1} times the smallest visible size: too small to be identified")
     } else {
         format!("{times:.1} times the smallest visible size")
     };

@@ -1,4 +1,4 @@
-//! Step 1: the recordings, what each is used for, and the noise found in it.
+//! Step 1: the recordings, the role of each, and its measured noise.
 
 use eframe::egui::{Align, Frame, Label, Layout, RichText, Sense, Ui, vec2};
 
@@ -14,14 +14,15 @@ use crate::app::widgets::text::small;
 use crate::app::workspaces::tune::recordings::remove as remove_recording;
 use crate::model::unit::format_quantity;
 
-const CHOICES: [(Role, &str, &str); 3] = [
+/// Roles of a recording: button and explanation.
+const ROLE_CHOICES: [(Role, &str, &str); 3] = [
     (Role::Train, "fit", "The model is fitted to it"),
     (
         Role::HeldOut,
-        "keep out",
-        "Not shown to any fit; the proof is made on it",
+        "hold out",
+        "Not used for fitting; the result is checked on it",
     ),
-    (Role::Unused, "leave", "Not used"),
+    (Role::Unused, "ignore", "Not used"),
 ];
 
 /// Draws the step.
@@ -43,19 +44,22 @@ fn device(ui: &mut Ui, state: &State) {
     };
     let text = small(format!("Model: {}{with}, re-tuned first", model.name)).weak();
     ui.add(Label::new(text).truncate())
-        .on_hover_text("The device of the Tune workspace; its parameters are re-tuned before anything is called missing");
+        .on_hover_text("The device of the Tune workspace. Its parameters are re-tuned before any effect is called missing.");
 }
 
 fn list(ui: &mut Ui, state: &mut State) {
     let busy = state.diagnosing.running.is_some();
     let (mut chosen, mut removed) = (None, None);
     if let Some(sealed) = &state.diagnosing.trial.sealed {
-        let text = format!("Sealed trial, seed {}: yours are put aside.", sealed.seed);
+        let text = format!(
+            "Sealed trial, seed {}: your recordings are set aside.",
+            sealed.seed
+        );
         ui.label(small(text).color(ui.visuals().warn_fg_color));
     }
     let all = recording_roles::of(&state.setup);
     let count = |role: Role| all.iter().filter(|(_, r)| *r == role).count();
-    let kept_out = count(Role::HeldOut);
+    let held_out = count(Role::HeldOut);
     let quietest = recording_noise::quietest(ui, all.iter().map(|(overlay, _)| *overlay));
     for (overlay, role) in &all {
         ui.push_id(overlay.id, |ui| {
@@ -75,17 +79,17 @@ fn list(ui: &mut Ui, state: &mut State) {
     }
     if all.is_empty() {
         ui.label("Drop CSV files with t, V and xp on the window.");
-    } else if kept_out == 0 {
-        let text = "Nothing is kept out: the last third of each recording takes its place. \
-                    A second recording with another drive is a harder test.";
+    } else if held_out == 0 {
+        let text = "No recording is held out, so the last third of each is. A second recording with \
+                    another drive is a harder test.";
         ui.label(small(text).weak());
     } else if !recording_roles::is_chosen(&state.setup) {
         let which = if recording_roles::are_named(&all) {
-            "Those named so are"
+            "Recordings named \"held-out\" are"
         } else {
             "The last quarter is"
         };
-        let text = format!("{which} kept out for the proof; click to choose otherwise.");
+        let text = format!("{which} held out to check the result; click to change.");
         ui.label(small(text).weak());
     }
     if recording_roles::is_chosen(&state.setup)
@@ -93,7 +97,9 @@ fn list(ui: &mut Ui, state: &mut State) {
         && state.diagnosing.trial.sealed.is_none()
         && ui
             .small_button("Choose for me")
-            .on_hover_text("Keep out those named held-out, or else the last quarter, at least one")
+            .on_hover_text(
+                "Hold out recordings named held-out, or else the last quarter (at least one)",
+            )
             .clicked()
     {
         recording_roles::forget(&mut state.setup);
@@ -115,13 +121,13 @@ fn name(ui: &mut Ui, overlay: &Overlay, busy: bool, removed: &mut Option<Overlay
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if !busy
                 && icon_button(ui, Icon::Remove, &format!("remove {name}"))
-                    .on_hover_text("Take it off the list (undo brings it back)")
+                    .on_hover_text("Remove it from the list (can be undone)")
                     .clicked()
             {
                 *removed = Some(overlay.id);
             }
             if overlay.made_up {
-                ui.label(small("made up").color(ui.visuals().warn_fg_color))
+                ui.label(small("simulated").color(ui.visuals().warn_fg_color))
                     .on_hover_text("Not a measurement: it comes with the program");
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
@@ -139,7 +145,7 @@ fn choose(ui: &mut Ui, overlay: &Overlay, role: Role) -> Option<Role> {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 5.0;
-        for (choice, text, help) in CHOICES {
+        for (choice, text, help) in ROLE_CHOICES {
             ui.selectable_value(&mut chosen, choice, small(text))
                 .on_hover_text(format!("{}: {help}", overlay.recording.name));
         }
@@ -164,7 +170,7 @@ fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
     let channels: Vec<&str> = channels.into_iter().filter(|c| !c.is_empty()).collect();
     ui.add(Label::new(small(text).weak()).truncate())
         .on_hover_text(format!(
-            "{} samples; channels {}; noise of xp found from its highest frequencies; quick motion passes for noise, so that the quietest recording tells best",
+            "{} samples; channels {}. The noise of xp is estimated from its highest frequencies. Fast motion can inflate it, so the quietest recording gives the best estimate.",
             r.len(),
             channels.join(", ")
         ));
@@ -187,7 +193,7 @@ fn sources(ui: &mut Ui, state: &mut State) {
     if button(
         ui,
         "Open recordings...",
-        "CSV files with time, voltage and displacement; or drop them on the window",
+        "CSV files with time, voltage and displacement; you can also drop them on the window",
         !on_trial,
     ) {
         state.ask(Command::Open);
@@ -196,7 +202,7 @@ fn sources(ui: &mut Ui, state: &mut State) {
         && button(
             ui,
             "Try the example",
-            "Nine made-up recordings of a device that is not quite the paper's; yours are left out of it, undo takes it back",
+            "Nine simulated recordings of a device that differs from the paper's. Your own recordings are ignored; can be undone.",
             !on_trial && !busy,
         )
     {
@@ -205,12 +211,12 @@ fn sources(ui: &mut Ui, state: &mut State) {
     let text = if on_trial {
         "Show the sealed trial..."
     } else {
-        "Conceal something..."
+        "Start a sealed trial..."
     };
     if button(
         ui,
         text,
-        "A sealed trial: the program conceals an effect in recordings, you may guess it, the diagnosis looks for it, the envelope opens",
+        "The program conceals an effect in simulated recordings. You may guess it, the diagnosis looks for it, then the envelope is opened.",
         !busy || on_trial,
     ) {
         state.diagnosing.trial.open = true;

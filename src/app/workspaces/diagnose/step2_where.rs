@@ -1,28 +1,28 @@
-//! Step 2: where simulation and recordings differ. Strips of the residual, the worst
-//! stretches, and below them the picture that supports what is said.
+//! Step 2: where simulation and recordings differ. Residual strips and the worst intervals
+//! stand above, the figure with the evidence below.
 
 use eframe::egui::{Button, Label, Panel, Sense, Ui, UiBuilder, vec2};
 
 use super::colors;
 use super::figures::{evidence, frame, recording_preview, residual_strip};
-use super::words::{heading, promise, scrolled};
+use super::words::{after_text, placeholder, scrolled};
 use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::analysis::diagnosis_view::Look;
 use crate::app::state::State;
-use crate::app::widgets::text::small;
+use crate::app::widgets::text::{heading, small};
 use crate::diagnose::diagnosis::{Mismatch, Regime};
 use crate::diagnose::report::words::{share, stretch};
 
-/// Stretches that are numbered and listed.
-const LISTED: usize = 12;
+/// Intervals of mismatch that are numbered and listed at most.
+const MAX_LISTED_INTERVALS: usize = 12;
 
 /// Draws the step.
 pub fn show(ui: &mut Ui, state: &mut State) {
     let Some(answer) = state.diagnosing.shown().cloned() else {
-        promise(
+        placeholder(
             ui,
-            "Where the re-tuned model and the recordings differ by more than the noise: when, \
-             in which regime, in which reading. Every stretch opens its curves.",
+            "Where the re-tuned model and the recordings differ by more than the noise: at which \
+             times, in which regime, in which channel. Click an interval to see its curves.",
         );
         ui.add_space(4.0);
         scrolled(ui, "diagnose preview", |ui| {
@@ -37,7 +37,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .size_range(200.0..=(room - 120.0).max(210.0))
         .frame(eframe::egui::Frame::NONE)
         .show(ui, |ui| {
-            // The panel is as high as it was made, whatever is drawn in it.
+            // The panel keeps the height that was chosen, whatever is drawn in it.
             let rect = ui.available_rect_before_wrap();
             let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
             evidence::show(&mut inside, state, &answer);
@@ -54,31 +54,32 @@ pub fn show(ui: &mut Ui, state: &mut State) {
 fn strips(ui: &mut Ui, look: &mut Look, answer: &Answer) {
     let d = &answer.diagnosis;
     if d.strips.is_empty() {
-        ui.weak("No residuals over time were kept.");
+        ui.weak("No residuals over time are available.");
         return;
     }
     let entries = Regime::ALL.map(|r| (short(r), colors::regime(ui, r)));
     frame::legend(ui, &entries);
-    let line = if d.named.is_empty() {
-        "Bars: residual of the re-tuned model, logarithmic; dashes: the noise."
+    let after = if d.named.is_empty() {
+        String::new()
     } else {
-        "Bars: residual of the re-tuned model, logarithmic; line: with what was left out; dashes: the noise."
+        format!("; line: {}", after_text(d))
     };
+    let line = format!("Bars: residual of the re-tuned model (log scale){after}; dashes: noise.");
     ui.label(small(line).weak());
     let scale = residual_strip::Scale::of(d);
     for s in &d.strips {
-        let numbered = d.mismatch.iter().take(LISTED).enumerate();
+        let numbered = d.mismatch.iter().take(MAX_LISTED_INTERVALS).enumerate();
         let marked: Vec<(usize, &Mismatch)> = numbered
             .filter(|(_, m)| m.recording == s.recording && lies_in(m, s))
             .collect();
         let selected = look.recording == Some((s.recording.clone(), s.held_out));
         match residual_strip::show(ui, d, s, &scale, &marked, selected) {
             None => {}
-            Some(residual_strip::Touch::Stretch(a, b)) => {
+            Some(residual_strip::StripAction::SelectInterval(a, b)) => {
                 look.whole(&s.recording, s.held_out);
                 look.window = Some((a, b));
             }
-            Some(residual_strip::Touch::Click(t)) => {
+            Some(residual_strip::StripAction::Click(t)) => {
                 let hit = marked.iter().find(|(_, m)| (m.start..=m.end).contains(&t));
                 match hit {
                     Some((_, m)) => look.zoom(&s.recording, s.held_out, (m.start, m.end)),
@@ -89,7 +90,7 @@ fn strips(ui: &mut Ui, look: &mut Look, answer: &Answer) {
     }
 }
 
-/// Whether a stretch lies in the part of a recording that a strip shows.
+/// Whether an interval lies in the part of a recording that a strip shows.
 fn lies_in(m: &Mismatch, s: &crate::diagnose::diagnosis::Strip) -> bool {
     residual_strip::span(s).is_some_and(|(a, b)| (a..=b).contains(&(0.5 * (m.start + m.end))))
 }
@@ -98,29 +99,29 @@ fn lies_in(m: &Mismatch, s: &crate::diagnose::diagnosis::Strip) -> bool {
 fn short(regime: Regime) -> &'static str {
     match regime {
         Regime::FarFlight => "far flight",
-        Regime::NearGroundApproach => "coming down",
+        Regime::NearGroundApproach => "approach",
         Regime::Impact => "impact",
         Regime::Contact => "contact",
         Regime::Release => "release",
-        Regime::NearGroundDeparture => "going up",
+        Regime::NearGroundDeparture => "departure",
     }
 }
 
 fn worst(ui: &mut Ui, look: &mut Look, answer: &Answer) {
     let d = &answer.diagnosis;
-    heading(ui, "The stretches with the largest excess");
+    heading(ui, "Intervals with the largest excess residual");
     if d.mismatch.is_empty() {
         ui.label(small(
-            "None: nowhere does the re-tuned model differ by more than the noise.",
+            "None: the re-tuned model agrees with the recordings to the noise.",
         ));
         return;
     }
-    for (i, m) in d.mismatch.iter().take(LISTED).enumerate() {
+    for (i, m) in d.mismatch.iter().take(MAX_LISTED_INTERVALS).enumerate() {
         row(ui, look, answer, (i, m));
     }
-    let more = d.mismatch.len().saturating_sub(LISTED);
+    let more = d.mismatch.len().saturating_sub(MAX_LISTED_INTERVALS);
     if more > 0 {
-        ui.label(small(format!("{more} further stretches are shorter or weaker.")).weak());
+        ui.label(small(format!("{more} more intervals are shorter or weaker.")).weak());
     }
 }
 
@@ -145,7 +146,7 @@ fn row(ui: &mut Ui, look: &mut Look, answer: &Answer, (i, m): (usize, &Mismatch)
         let title = format!("{}: {}", i + 1, stretch(m));
         let button = ui.add(Button::new(small(title)).min_size(vec2(116.0, 0.0)));
         let button = button.on_hover_text(format!(
-            "{} of the excess: {}, {}, {}. Click to look at it.",
+            "{} of the excess: {}, {}, {}. Click to show it.",
             share(m.share),
             m.recording,
             m.channel,

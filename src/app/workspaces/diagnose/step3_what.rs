@@ -1,33 +1,33 @@
-//! Step 3: what was left out. Every effect that was weighed, with "nothing" and
-//! "unknown" as answers of their own; effects added or dropped by hand.
+//! Step 3: which effect is missing. Lists every effect that was compared, together with
+//! the answers "nothing" and "unknown". Effects can be added and removed by hand.
 
 use eframe::egui::{Button, Frame, Label, Panel, RichText, Sense, Ui, vec2};
 
-use super::words::{heading, promise, scrolled};
+use super::words::{placeholder, scrolled};
 use super::{candidate, colors};
 use crate::app::analysis::diagnosis::named;
 use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::setup::command::Command;
 use crate::app::state::State;
-use crate::app::widgets::text::small;
+use crate::app::widgets::text::{heading, small};
 use crate::diagnose::diagnosis::{Candidate, Inadequacy};
 use crate::diagnose::report::words::{chi2, in_noise, listed};
 use crate::diagnose::report::{probability, rest};
 use crate::diagnose::{CALIBRATED_PRECISION, Diagnosis, Verdict};
 use crate::model::effects::find;
 
-/// Probability from which an effect is listed by itself.
-const WORTH: f64 = 1e-3;
-/// Effects that are listed at least.
-const LEAST: usize = 6;
+/// Effects at least this probable are listed without being asked for.
+const MIN_LISTED_PROBABILITY: f64 = 1e-3;
+/// Effects that are listed at least, however improbable.
+const MIN_LISTED_CANDIDATES: usize = 6;
 
 /// Draws the step.
 pub fn show(ui: &mut Ui, state: &mut State) {
     let Some(answer) = state.diagnosing.shown().cloned() else {
-        promise(
+        placeholder(
             ui,
-            "Which effect was left out: each with its probability, what speaks for and against \
-             it, and those that look alike. \"Nothing\" and \"unknown\" are real answers.",
+            "Which effect the model leaves out: each with its probability, the evidence for and \
+             against it, and its look-alikes. \"Nothing\" and \"unknown\" are possible answers.",
         );
         return;
     };
@@ -47,40 +47,43 @@ fn list(ui: &mut Ui, state: &mut State, answer: &Answer) {
         candidate::show(ui, diagnosing, d, c, !by_hand);
     }
     if by_hand {
-        ui.label(small("Chosen by hand: fitted and proved, whatever it brings.").weak());
+        ui.label(small("Chosen by hand: fitted and checked even if it does not help.").weak());
     } else {
         answer_rows(ui, d);
     }
-    // By hand nothing is weighed: the others are as the search weighed them.
+    // A run by hand compares nothing: the other effects keep the numbers of the search.
     let searched = diagnosing.automatic.clone().filter(|_| by_hand);
     let candidates = searched.as_ref().map_or(d, |a| &a.diagnosis);
-    let weighed = !by_hand || searched.is_some();
+    let compared = !by_hand || searched.is_some();
     let candidates = &candidates.candidates;
     let rest: Vec<&Candidate> = candidates.iter().filter(|c| !is_named(c)).collect();
-    let worth = rest.iter().filter(|c| c.probability >= WORTH).count();
-    let few = worth.max(LEAST).min(rest.len());
+    let probable = rest
+        .iter()
+        .filter(|c| c.probability >= MIN_LISTED_PROBABILITY)
+        .count();
+    let few = probable.max(MIN_LISTED_CANDIDATES).min(rest.len());
     let all = diagnosing.look.all_candidates;
     if !rest.is_empty() {
         ui.add_space(3.0);
         heading(
             ui,
-            match (weighed, d.named.is_empty()) {
-                (false, _) => "Not weighed",
-                (true, true) => "Weighed",
-                (true, false) => "Weighed beside it",
+            match (compared, d.named.is_empty()) {
+                (false, _) => "Not compared",
+                (true, true) => "Candidates",
+                (true, false) => "Other candidates",
             },
         );
     }
     let shown = if all { rest.len() } else { few };
     for c in rest.iter().take(shown) {
-        candidate::show(ui, diagnosing, d, c, weighed);
+        candidate::show(ui, diagnosing, d, c, compared);
     }
     let more = rest.len() - few;
     if more > 0 {
         let text = if all {
-            "Hide those that explain nothing".to_owned()
+            "Hide improbable effects".to_owned()
         } else {
-            format!("Show {more} more that explain nothing")
+            format!("Show {more} improbable effects")
         };
         if ui.button(small(text)).clicked() {
             diagnosing.look.all_candidates = !all;
@@ -88,7 +91,7 @@ fn list(ui: &mut Ui, state: &mut State, answer: &Answer) {
     }
 }
 
-/// "Nothing" and "unknown" beside the effects.
+/// The rows "nothing" and "unknown".
 fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
     let best = d
         .candidates
@@ -99,24 +102,25 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         + d.named
             .first()
             .map_or(0.0, |n| n.probability * n.alike.len() as f64);
-    let chance = (1.0 - taken / CALIBRATED_PRECISION).clamp(0.0, 1.0);
-    // As often as names in sealed trials stood for something else.
-    let other = (1.0 - taken - chance).clamp(0.0, 1.0);
-    // How sure "nothing" is cannot be had from the odds of single effects: what is too
-    // small to show is not among them.
+    let none_probability = (1.0 - taken / CALIBRATED_PRECISION).clamp(0.0, 1.0);
+    // The share of sealed trials in which the effect named was in truth another law.
+    let other_probability = (1.0 - taken - none_probability).clamp(0.0, 1.0);
+    // The odds of single effects do not give a probability of "nothing": effects too small
+    // to be seen are not among them.
     let (nothing, text, why_nothing) = match d.verdict {
         Verdict::Adequate => (
             1.0,
             "the answer".to_owned(),
-            "The re-tuned model is at the noise on the recordings kept out, and no effect \
-             improves it by more than chance. What is too small to show in them cannot be told."
+            "The re-tuned model reaches the noise on the held-out recordings, and no effect \
+             improves it significantly. Effects too small for these recordings cannot be \
+             ruled out."
                 .to_owned(),
         ),
         Verdict::MissingPhysics => (
-            chance,
-            probability(chance),
+            none_probability,
+            probability(none_probability),
             format!(
-                "Without it the residual kept out is {}.",
+                "Without a new effect the error on held-out recordings is {}.",
                 in_noise(d.held_out.before.rms, d.noise)
             ),
         ),
@@ -124,10 +128,10 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
             0.0,
             probability(0.0),
             if matches!(d.left, Some(Inadequacy::Unproved(..))) {
-                "Re-tuning alone comes to the noise, but an effect improves that by more than chance."
+                "Re-tuning alone reaches the noise, but an effect improves the fit significantly."
                     .to_owned()
             } else {
-                "Re-tuning alone leaves more than the noise.".to_owned()
+                "With re-tuning alone the error stays above the noise.".to_owned()
             },
         ),
     };
@@ -139,31 +143,35 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         d,
         &why_nothing,
     );
-    let left = rest::sentences(d);
-    let more = d.left.is_some();
+    let unexplained = rest::sentences(d);
+    let is_inadequate = d.left.is_some();
     let (share, text, why) = match d.verdict {
         Verdict::Unexplained => (
             1.0,
             "the answer".to_owned(),
             format!(
-                "No effect of the catalogue carries what is missing. {}",
-                left.join(" ")
+                "No effect of the catalogue explains the difference. {}",
+                unexplained.join(" ")
             ),
         ),
-        Verdict::MissingPhysics if more => (other, probability(other), left.join(" ")),
+        Verdict::MissingPhysics if is_inadequate => (
+            other_probability,
+            probability(other_probability),
+            unexplained.join(" "),
+        ),
         Verdict::MissingPhysics => (
-            other,
-            probability(other),
+            other_probability,
+            probability(other_probability),
             format!(
-                "Nothing above the noise is left for it. But of the names that the program gave \
-                 in sealed trials {} stood for another law.",
+                "No difference above the noise remains. But in sealed trials {} of the effects \
+                 that the program named stood for another law.",
                 probability(1.0 - CALIBRATED_PRECISION)
             ),
         ),
         Verdict::Adequate => (
             0.0,
             "no sign of it".to_owned(),
-            "Nothing above the noise is left for something unknown.".to_owned(),
+            "No difference above the noise remains.".to_owned(),
         ),
     };
     let is_answer = d.verdict == Verdict::Unexplained;
@@ -187,7 +195,7 @@ fn row(
 ) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        // Where the effects have their ticks.
+        // The width of the tick box of an effect.
         ui.add_space(ui.spacing().icon_width + 6.0);
         let (rect, _) = ui.allocate_exact_size(vec2(74.0, 17.0), Sense::hover());
         let color = if is_answer {
@@ -205,7 +213,7 @@ fn row(
     }
 }
 
-/// Effects chosen by hand, and how they do beside the search's.
+/// Effects chosen by hand, and their result next to that of the search.
 fn by_hand(ui: &mut Ui, state: &mut State) {
     ui.add_space(4.0);
     let diagnosing = &state.diagnosing;
@@ -215,7 +223,7 @@ fn by_hand(ui: &mut Ui, state: &mut State) {
         .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
         .collect();
     let text = match names.as_slice() {
-        [] => "By hand: nothing ticked, the model alone".to_owned(),
+        [] => "By hand: no effect ticked, the model alone".to_owned(),
         names => format!("By hand: {}", listed(names)),
     };
     ui.add(Label::new(small(text)).wrap());
@@ -232,11 +240,11 @@ fn by_hand(ui: &mut Ui, state: &mut State) {
         let free = diagnosing.running.is_none();
         let button = ui.add_enabled(free && !same && !done, Button::new("Diagnose by hand"));
         let help = if same {
-            "These are the effects that the search names: tick others to try them"
+            "These are the effects that the search found: tick others to test them"
         } else if done {
-            "It is done for these: see the proof"
+            "Already done for these: see Proof"
         } else {
-            "Fit and prove exactly the ticked effects, whatever they bring"
+            "Fit exactly the ticked effects and check them on held-out recordings"
         };
         wanted = button
             .on_hover_text(help)
@@ -250,7 +258,7 @@ fn by_hand(ui: &mut Ui, state: &mut State) {
         if let Some(answer) = answer.as_ref().filter(|_| diagnosing.by_hand.is_some()) {
             let d = &answer.diagnosis;
             let text = format!(
-                "{title}: kept out {} to {}, chi2 {}",
+                "{title}: held out {} to {}, chi2 {}",
                 in_noise(d.held_out.before.rms, d.noise),
                 in_noise(d.held_out.after.rms, d.noise),
                 chi2(d.held_out.after.chi2)

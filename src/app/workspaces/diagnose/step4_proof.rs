@@ -1,16 +1,17 @@
-//! Step 4: the proof on recordings kept out, and what to do with the answer.
+//! Step 4: the proof on held-out recordings, and what can be done with the answer.
 
 use eframe::egui::{Button, Frame, Grid, Label, Panel, RichText, Ui, vec2};
 
 use super::colors;
 use super::figures::{before_after_bars, frame};
-use super::words::{heading, promise, scrolled};
+use super::words::{placeholder, role_text, scrolled};
 use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::flows::load_example;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::State;
-use crate::app::widgets::text::small;
+use crate::app::widgets::text::{heading, small};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::BeforeAfter;
 use crate::diagnose::report::rest;
@@ -22,10 +23,10 @@ use crate::trial::demo::put_in;
 /// Draws the step.
 pub fn show(ui: &mut Ui, state: &mut State) {
     let Some(answer) = state.diagnosing.shown().cloned() else {
-        promise(
+        placeholder(
             ui,
-            "Simulation against recordings that no fit has seen, before and after, in units of \
-             their noise. Then accept it into the model, save it, or export the report.",
+            "Simulation against recordings not used for fitting, before and after, relative to \
+             their noise. Then accept the result into the model, save it, or export the report.",
         );
         return;
     };
@@ -38,12 +39,12 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         ui.add_space(4.0);
         before_after_bars::show(ui, &mut state.diagnosing.look, &answer.diagnosis);
         ui.add_space(4.0);
-        heading(ui, "Still not explained");
+        heading(ui, "What remains unexplained");
         for sentence in rest::sentences(&answer.diagnosis) {
             ui.label(small(sentence));
         }
         next(ui, state, &answer);
-        told(ui, state);
+        example_truth(ui, state);
     });
 }
 
@@ -61,15 +62,12 @@ fn summary(ui: &mut Ui, d: &Diagnosis) {
                 ui.label(small("after").color(colors::after(ui)));
             }
             ui.end_row();
-            for (title, both) in [("kept out", &d.held_out), ("fitted to", &d.train)] {
-                row(ui, title, both, d.noise, named);
+            for (held_out, both) in [(true, &d.held_out), (false, &d.train)] {
+                row(ui, role_text(held_out), both, d.noise, named);
             }
         });
     let text = format!("noise {}", metres(d.noise));
-    let mut entries = vec![("re-tuned model", colors::before(ui))];
-    if named {
-        entries.push(("with what was left out", colors::after(ui)));
-    }
+    let mut entries = frame::model_entries(ui, d);
     entries.push((text.as_str(), colors::noise(ui)));
     frame::legend(ui, &entries);
 }
@@ -85,7 +83,7 @@ fn row(ui: &mut Ui, title: &str, both: &BeforeAfter, noise: f64, named: bool) {
             ui.add(line(small(in_noise(side.rms, noise)).weak()));
             let text = small(format!("chi2 {}", chi2(side.chi2))).weak();
             ui.add(line(text)).on_hover_text(
-                "Mean square of all residuals in units of their noise; 1 where nothing is missing",
+                "Mean square of all residuals in units of their noise; 1 if nothing is missing",
             );
         });
     }
@@ -97,14 +95,14 @@ fn next(ui: &mut Ui, state: &mut State, answer: &Answer) {
     heading(ui, "Next experiment");
     let Some(next) = &answer.diagnosis.next_experiment else {
         ui.label(small(
-            "No further recording is needed to tell the candidates apart.",
+            "No further recording is needed to distinguish the candidates.",
         ));
         return;
     };
     let name = |id: &str| find(id).map_or(id.to_owned(), |spec| spec.name.to_owned());
     let (a, b) = (&next.separates.0, &next.separates.1);
     ui.label(small(format!(
-        "Record {}: 0.2 s of it would tell {} from {}; their chi2 would differ by about {}.",
+        "Record {}: 0.2 s of it would distinguish {} from {} (difference in chi2 about {}).",
         next.drive,
         name(a),
         name(b),
@@ -118,21 +116,21 @@ fn next(ui: &mut Ui, state: &mut State, answer: &Answer) {
     );
     if let Some(drive) = drive
         && button
-            .on_hover_text("Drive the simulation in Tune with it; undo takes it back")
+            .on_hover_text("Use it as the drive in Tune (can be undone)")
             .clicked()
     {
         state.setup.drive = DriveChoice::Waveform(drive);
-        state.ask(Command::Workspace("tune"));
+        state.ask(Command::Workspace(WorkspaceId::Tune));
     }
 }
 
-/// What had been put into the example.
-fn told(ui: &mut Ui, state: &State) {
+/// The effect that the example was simulated with.
+fn example_truth(ui: &mut Ui, state: &State) {
     if !load_example::is_loaded(&state.setup) {
         return;
     }
     ui.add_space(4.0);
-    ui.collapsing("What had been put into the example", |ui| {
+    ui.collapsing("What the example contains", |ui| {
         let text = put_in().unwrap_or_else(|error| format!("It cannot be read: {error}."));
         ui.label(small(text));
     });
@@ -148,9 +146,7 @@ fn actions(ui: &mut Ui, state: &mut State) {
     let add = |ui: &mut Ui| ui.add_sized([width, 26.0], accept);
     let accept = ui.add_enabled_ui(!on_trial, add).inner;
     if accept
-        .on_hover_text(
-            "Give the device the re-tuned values and what was left out; undo takes it back",
-        )
+        .on_hover_text("Apply the re-tuned values and the new effect to the device (can be undone)")
         .on_disabled_hover_text("This is the device of a sealed trial, not yours")
         .clicked()
     {
@@ -179,12 +175,12 @@ fn actions(ui: &mut Ui, state: &mut State) {
         {
             state.ask(Command::ExportDiagnosis);
         }
-        let tune = ui.add_sized(half, Button::new("See it in Tune"));
+        let tune = ui.add_sized(half, Button::new("Show in Tune"));
         if tune
-            .on_hover_text("Go to the sliders and curves; the device there is the accepted one")
+            .on_hover_text("Open the sliders and curves of the device as accepted")
             .clicked()
         {
-            state.ask(Command::Workspace("tune"));
+            state.ask(Command::Workspace(WorkspaceId::Tune));
         }
     });
     if on_trial {

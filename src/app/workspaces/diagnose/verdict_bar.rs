@@ -1,4 +1,5 @@
-//! The button that starts it all, how far it is, and the answer in a sentence.
+//! The strip above the steps: the button that starts the diagnosis, its progress, and the
+//! answer in one sentence.
 
 use eframe::egui::{Align, Button, Layout, ProgressBar, RichText, Sense, Ui, UiBuilder, vec2};
 
@@ -14,16 +15,16 @@ use crate::diagnose::report::words::{change, listed, metres};
 use crate::model::effects::find;
 
 /// Height of the strip [points].
-const HEIGHT: f32 = 58.0;
-/// Width of the button and of the bar in its place [points].
-const ACTION: f32 = 250.0;
+const STRIP_HEIGHT: f32 = 58.0;
+/// Width of the button, and of the progress bar in its place [points].
+const ACTION_WIDTH: f32 = 250.0;
 
 /// Draws the strip above the steps.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    let size = vec2(ui.available_width(), HEIGHT);
+    let size = vec2(ui.available_width(), STRIP_HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_height(HEIGHT);
-        let (rect, _) = ui.allocate_exact_size(vec2(ACTION, HEIGHT), Sense::hover());
+        ui.set_min_height(STRIP_HEIGHT);
+        let (rect, _) = ui.allocate_exact_size(vec2(ACTION_WIDTH, STRIP_HEIGHT), Sense::hover());
         let inside = UiBuilder::new()
             .max_rect(rect.shrink2(vec2(0.0, 6.0)))
             .layout(Layout::top_down(Align::Min));
@@ -31,7 +32,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         ui.add_space(8.0);
         ui.vertical(|ui| {
             ui.add_space(6.0);
-            says(ui, state);
+            answer_or_hint(ui, state);
         });
     });
 }
@@ -42,11 +43,11 @@ fn action(ui: &mut Ui, state: &mut State) {
         let text = RichText::new("Diagnose").size(19.0).strong();
         let button = Button::new(text.color(ui.visuals().strong_text_color()))
             .fill(ui.visuals().selection.bg_fill);
-        let add = |ui: &mut Ui| ui.add_sized([ACTION, 44.0], button);
+        let add = |ui: &mut Ui| ui.add_sized([ACTION_WIDTH, 44.0], button);
         let button = ui.add_enabled_ui(why_not.is_none(), add).inner;
         crate::app::plots::frame::layout_note::note(ui.ctx(), "diagnose", button.rect);
         let help = why_not.unwrap_or_else(|| {
-            "Find what the model leaves out, and prove it on the recordings kept out".to_owned()
+            "Find what the model leaves out, and check it on held-out recordings".to_owned()
         });
         if button
             .on_hover_text(&help)
@@ -61,7 +62,7 @@ fn action(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| {
         let cancel = ui.add_enabled(!running.job.is_cancelled(), Button::new("Cancel"));
         if cancel
-            .on_hover_text("Stop soon and keep what was found so far")
+            .on_hover_text("Stop soon and keep the results so far")
             .clicked()
         {
             state.ask(Command::CancelDiagnosis);
@@ -81,21 +82,21 @@ fn action(ui: &mut Ui, state: &mut State) {
     );
 }
 
-/// How far it is, in words.
+/// The stage of the diagnosis in words.
 fn line(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
     if cancelled {
-        return "Stopping; what was found is kept".to_owned();
+        return "Stopping; the results so far are kept".to_owned();
     }
     let Some(p) = progress else {
-        return "Looking at the recordings".to_owned();
+        return "Reading the recordings".to_owned();
     };
     let stage = match p.stage {
-        "recordings" => "Looking at the recordings",
+        "recordings" => "Reading the recordings",
         "baseline" => "Re-tuning the model",
-        "ground" => "Reading the events at the ground",
-        "naming" => "Weighing effects",
+        "ground" => "Reading the contact events",
+        "naming" => "Comparing effects",
         "evidence" => "Measuring the missing force",
-        "proof" => "Proving it on what was kept out",
+        "proof" => "Checking on held-out recordings",
         other => other,
     };
     let detail = if p.detail.is_empty() || p.detail == "re-tuning" {
@@ -106,7 +107,7 @@ fn line(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
     format!("{stage}{detail}")
 }
 
-/// How far it is, in numbers.
+/// The progress in percent, with the time left.
 fn share(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
     let done = progress.map_or(0.0, |p| p.done);
     let left = progress.filter(|_| !cancelled);
@@ -114,11 +115,11 @@ fn share(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
     format!("{:.0} %{left}", 100.0 * done)
 }
 
-fn says(ui: &mut Ui, state: &mut State) {
+fn answer_or_hint(ui: &mut Ui, state: &mut State) {
     if let Some(error) = &state.diagnosing.error {
         let text = format!("No diagnosis: {error}");
         ui.colored_label(error_color(ui), RichText::new(text).size(14.5));
-        ui.label(small("Choose other recordings or mend the device, and diagnose again.").weak());
+        ui.label(small("Change the recordings or the device, then diagnose again.").weak());
         return;
     }
     let Some(answer) = state.diagnosing.shown().cloned() else {
@@ -140,7 +141,7 @@ fn says(ui: &mut Ui, state: &mut State) {
     });
 }
 
-/// The answer, with what was chosen by hand said first.
+/// The answer in a sentence. It starts with the effects if they were chosen by hand.
 fn sentence(answer: &Answer) -> String {
     let d = &answer.diagnosis;
     let Some(ids) = &answer.asked.by_hand else {
@@ -152,7 +153,7 @@ fn sentence(answer: &Answer) -> String {
         .collect();
     if names.is_empty() {
         return format!(
-            "By hand, the model alone: the residual kept out is {}; noise {}.",
+            "By hand, the model alone: on recordings not used for fitting the error is {} (noise {}).",
             metres(d.held_out.before.rms),
             metres(d.noise)
         );
@@ -167,16 +168,16 @@ fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
         if state.diagnosing.automatic.is_some() && state.diagnosing.by_hand.is_some() {
             let shown = &mut state.diagnosing.hand_shown;
             ui.selectable_value(shown, false, small("found by the search"))
-                .on_hover_text("Show what the search found");
+                .on_hover_text("Show the result of the search");
             ui.selectable_value(shown, true, small("by hand"))
-                .on_hover_text("Show the effects that were chosen by hand");
+                .on_hover_text("Show the result for the effects chosen by hand");
         }
         if d.cancelled {
-            let text = small("Cancelled: this is what was found so far.");
+            let text = small("Cancelled: these are the results so far.");
             ui.label(text.color(ui.visuals().warn_fg_color));
         }
         if state.diagnosing.is_stale(&state.setup) {
-            let text = small("The recordings or their use have changed since: diagnose again.");
+            let text = small("The recordings or their roles have changed since: diagnose again.");
             ui.label(text.color(ui.visuals().warn_fg_color));
         }
         if !d.remarks.is_empty() {
@@ -189,15 +190,15 @@ fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
             });
         }
         if answer.asked.split {
-            ui.label(small("One third of each recording was kept out.").weak());
+            ui.label(small("The last third of each recording was held out.").weak());
         }
     });
 }
 
-/// What to do when there is no answer yet.
+/// Says what to do while there is no answer.
 fn begin(ui: &mut Ui, state: &State) {
     let text = match (&state.diagnosing.running, obstacle(&state.setup)) {
-        (Some(_), _) => "The diagnosis is running; you may look around meanwhile.".to_owned(),
+        (Some(_), _) => "The diagnosis is running; you can go on working meanwhile.".to_owned(),
         (None, Some(obstacle)) => obstacle,
         (None, None) => {
             "What does the model leave out? Drop recordings on the window and press Diagnose."
@@ -207,8 +208,8 @@ fn begin(ui: &mut Ui, state: &State) {
     ui.label(RichText::new(text).size(15.5));
     ui.label(
         small(
-            "It names missing physics only if that holds on recordings that were kept out; \
-             \"nothing\" and \"unknown\" are answers too.",
+            "It names an effect only if that also improves the held-out recordings; \"nothing\" \
+             and \"unknown\" are possible answers.",
         )
         .weak(),
     );

@@ -1,5 +1,5 @@
-//! The Tune workspace: sliders on the left, pictures in the middle, recordings and
-//! readouts on the right, time at the top.
+//! The Tune workspace: sliders on the left, plots in the middle, recordings and readouts on
+//! the right, time controls at the top.
 
 pub mod drive;
 mod fit;

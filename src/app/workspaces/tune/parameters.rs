@@ -1,4 +1,4 @@
-//! The left panel: device, sliders, effects, drive.
+//! The left panel: device, parameter sliders, drive and effects.
 
 use eframe::egui::{
     CollapsingHeader, ComboBox, Label, RichText, ScrollArea, Sense, Ui, UiBuilder, vec2,
@@ -15,7 +15,7 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank};
 
-/// Why the present values are refused: parameter and message.
+/// Why the current values cannot be simulated: parameter and message.
 struct Problem {
     parameter: String,
     message: String,
@@ -31,7 +31,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .id_salt("parameters")
         .auto_shrink([false, false])
         .show(ui, |ui| {
-            // Room for the scroll bar, which floats over the content.
+            // Room for the scroll bar, which would cover the content.
             ui.set_max_width(ui.available_width() - 6.0);
             for rank in [Rank::Primary, Rank::Secondary] {
                 group(ui, &mut state.setup, rank, problem.as_ref());
@@ -45,7 +45,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                         editor::show(ui, state, super::drive::place::Place::Panel);
                     });
             }
-            // A device without ground has little else to tune.
+            // A device without ground has few other parameters.
             let has_ground = state.setup.preset.model.has_ground;
             CollapsingHeader::new("Advanced")
                 .id_salt(("advanced", has_ground))
@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             CollapsingHeader::new(title)
                 .id_salt("effects")
                 .show_unindented(ui, |ui| {
-                    ui.weak("Physics beyond the baseline. Switch one on to see what it does.");
+                    ui.weak("Physics beyond the base model. Switch one on to see what it does.");
                     let model = &state.setup.preset.model;
                     let offered: Vec<_> = CATALOGUE
                         .iter()
@@ -96,11 +96,11 @@ fn preset_picker(ui: &mut Ui, state: &mut State) {
                 }
             })
             .response
-            .on_hover_text("The device. Changing it keeps the recordings.");
+            .on_hover_text("The device. The recordings stay when it is changed.");
         let changed = is_changed(&state.setup);
         let reset = ui.add_enabled(changed, eframe::egui::Button::new("Reset all"));
         if reset
-            .on_hover_text("All parameters and effects back to the preset.")
+            .on_hover_text("Reset all parameters and effects to the preset.")
             .clicked()
         {
             state.ask(Command::ResetParameters);
@@ -108,17 +108,17 @@ fn preset_picker(ui: &mut Ui, state: &mut State) {
     });
 }
 
-/// Two lines on the device, or on what keeps it from being simulated: as high either way,
-/// so that the sliders stay where they are.
+/// Two lines about the device, or about why it cannot be simulated. The height is fixed, so
+/// that the sliders below do not move.
 fn about(ui: &mut Ui, setup: &Setup, problem: Option<&Problem>) {
-    let last_good = "The curve shown is the last good one.";
+    let last_valid = "The curve shown is the last valid one.";
     let text = match problem {
         None => small(&setup.preset.about).weak(),
         Some(problem) if has_slider(setup, &problem.parameter) => {
-            small(last_good).color(ui.visuals().warn_fg_color)
+            small(last_valid).color(ui.visuals().warn_fg_color)
         }
         Some(problem) => small(format!(
-            "{}: {}. {last_good}",
+            "{}: {}. {last_valid}",
             problem.parameter, problem.message
         ))
         .color(crate::app::widgets::text::error_color(ui)),
@@ -169,7 +169,7 @@ fn message_for<'a>(problem: Option<&'a Problem>, id: &str) -> Option<&'a str> {
         .map(|p| p.message.as_str())
 }
 
-/// All sliders of a rank that this device uses.
+/// All sliders of one rank that this device uses.
 fn group(ui: &mut Ui, setup: &mut Setup, rank: Rank, problem: Option<&Problem>) {
     for id in ParameterId::ALL {
         let spec = id.spec();
@@ -210,7 +210,7 @@ fn lock(setup: &mut Setup, id: &str, output: SliderOutput) {
     }
 }
 
-/// Whether an effect is switched on, also one that does nothing on this device.
+/// Whether an effect is switched on, even if it does nothing on this device.
 fn is_on(model: &Model, effect: &EffectSpec) -> bool {
     model.effects.iter().any(|active| active.spec == effect)
 }
@@ -273,7 +273,7 @@ fn effect_entry(
             };
             let moves = setup.preset.model.effects[index].is_moved_by(i);
             let shown = ui.add_enabled_ui(moves, |ui| slider.show(ui));
-            let why = "does nothing as the other values of the effect are";
+            let why = "Has no influence with the other values of this effect";
             shown.response.on_disabled_hover_text(why);
             let output = shown.inner;
             if let Some(value) = output.value {

@@ -1,5 +1,5 @@
-//! Numbers: how far recording and simulation are apart, features side by side, what
-//! differs from the kept curve and from the preset.
+//! Readouts: error of the simulation on each recording, features side by side, and the
+//! differences from the reference curve A and from the preset.
 
 use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
@@ -35,7 +35,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             section(ui, "Events", |ui| events(ui, &snapshot));
         }
     }
-    section(ui, "Kept curve (A/B)", |ui| ghost(ui, state));
+    section(ui, "Reference curve A", |ui| reference_curve(ui, state));
     section(ui, "Changed from the preset", |ui| {
         changes(ui, &state.setup)
     });
@@ -68,15 +68,15 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
         ui.weak(if state.setup.overlays.is_empty() {
             "Open a recording to compare with."
         } else if snapshot.live.is_some() {
-            "Recordings are compared in Window mode (W)."
+            "Recordings are compared in whole-span mode (W)."
         } else {
             "All recordings are hidden."
         });
         return;
     }
-    let ghost = |id: OverlayId| {
-        let ghost = state.ghost.as_ref()?;
-        let found = ghost.comparisons.iter().find(|c| c.id == id)?;
+    let rms_of_reference = |id: OverlayId| {
+        let reference = state.reference.as_ref()?;
+        let found = reference.comparisons.iter().find(|c| c.id == id)?;
         found.comparison.as_ref().ok().map(|c| c.rms)
     };
     for entry in &snapshot.comparisons {
@@ -90,23 +90,23 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                         .on_hover_text("Root mean square of simulation minus recording, xp");
                     if let Some(percent) = comparison.nrmse_percent {
                         ui.label(format!("NRMSE {} %", format_number(percent, 3)))
-                            .on_hover_text("rms over the range of the recording");
+                            .on_hover_text("rms divided by the range of the recording");
                     }
                     if let Some(noise) = noise_of(ui, state, entry) {
                         let times = format_number(comparison.rms / noise, 2);
                         ui.label(format!("{times} x noise")).on_hover_text(
-                            "rms over the estimated noise of the recording: 1 is a perfect model",
+                            "rms divided by the estimated noise of the recording: 1 is a perfect model",
                         );
                     }
                 });
-                if let Some(kept) = ghost(entry.id) {
-                    let change = 100.0 * (comparison.rms - kept) / kept;
+                if let Some(rms_of_a) = rms_of_reference(entry.id) {
+                    let change = 100.0 * (comparison.rms - rms_of_a) / rms_of_a;
                     let color = if change > 0.0 {
                         ui.visuals().warn_fg_color
                     } else {
                         ui.visuals().weak_text_color()
                     };
-                    let text = format!("kept {} ({change:+.1} %)", format_quantity(kept, "m", 3));
+                    let text = compared_with_a(change, rms_of_a);
                     ui.label(small(text).color(color));
                 }
             }
@@ -117,10 +117,18 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     }
 }
 
+/// A change of the rms by `percent` from the `rms` of the reference curve A [m], in words.
+fn compared_with_a(percent: f64, rms: f64) -> String {
+    let word = if percent > 0.0 { "worse" } else { "better" };
+    let rms = format_quantity(rms, "m", 3);
+    format!("{:.1} % {word} than A ({rms})", percent.abs())
+}
+
+/// Noise of the recording on the scale of the comparison [m]; `None` if it has none.
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
     recording_noise::sigma(ui, overlay)
-        .filter(|noise| *noise > recording_noise::NOTHING)
+        .filter(|noise| *noise > recording_noise::NEGLIGIBLE_NOISE)
         .map(|noise| noise * overlay.alignment.xp_scale.abs())
 }
 
@@ -137,31 +145,31 @@ fn plural(kind: EventKind, count: usize) -> String {
     format!("{}{}", kind.name(), if count == 1 { "" } else { "s" })
 }
 
-fn ghost(ui: &mut Ui, state: &mut State) {
-    let kept = state.ghost.clone();
-    let name = if kept.is_some() || state.view.kept.is_some() {
-        "Drop the kept curve"
+fn reference_curve(ui: &mut Ui, state: &mut State) {
+    let reference = state.reference.clone();
+    let name = if reference.is_some() || state.view.reference_curve.is_some() {
+        "Discard curve A"
     } else {
-        "Keep this curve"
+        "Keep as curve A"
     };
     let button = ui.add_enabled(state.snapshot.is_some(), eframe::egui::Button::new(name));
     if button
-        .on_hover_text("Keep the present curve to compare with (G)")
+        .on_hover_text("Keep the current curve to compare with (G)")
         .clicked()
     {
-        state.ask(Command::ToggleGhost);
+        state.ask(Command::ToggleReferenceCurve);
     }
-    let Some(kept) = kept else {
+    let Some(reference) = reference else {
         return;
     };
-    if kept.live.is_some() {
-        ui.label(small("Of a live run: it lasts until the window is closed.").weak());
+    if reference.live.is_some() {
+        ui.label(small("From a live run: it is lost when the window is closed.").weak());
     }
-    let rows = differences(&kept.model, &state.setup.preset.model);
+    let rows = differences(&reference.model, &state.setup.preset.model);
     if rows.is_empty() {
         ui.weak("Same parameters as now.");
     } else {
-        table(ui, "ghost differences", ["", "kept", "now"], &rows);
+        table(ui, "ghost differences", ["", "A", "now"], &rows);
     }
 }
 
@@ -177,7 +185,8 @@ fn changes(ui: &mut Ui, setup: &Setup) {
 /// Symbol, value before and value after.
 type Difference = [String; 3];
 
-/// Parameters and effects in which two devices differ.
+/// The parameters in which two devices differ, those of effects included: symbol and both
+/// values as text.
 pub fn differences(before: &Model, after: &Model) -> Vec<Difference> {
     let mut rows = Vec::new();
     let write = |spec: &ParameterSpec, value: f64| format_quantity(value, spec.unit, 4);

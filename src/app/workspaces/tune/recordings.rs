@@ -1,4 +1,4 @@
-//! The list of recordings laid over the simulation, and what can be done with one.
+//! The list of recordings that are plotted with the simulation, and the actions on each.
 
 use eframe::egui::{
     Align, Button, CollapsingHeader, CursorIcon, Frame, Grid, Id, Label, Layout, Sense, Ui, vec2,
@@ -21,7 +21,8 @@ use crate::model::unit::format_quantity;
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
 
-/// What a person asked for in the list; done after it is drawn.
+/// An action that was chosen in the list. It is carried out after the list is drawn, because
+/// drawing borrows the recordings.
 enum RecordingEdit {
     Select(OverlayId),
     Remove(OverlayId),
@@ -36,7 +37,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if state.setup.overlays.is_empty() {
         ui.weak("None yet. Drop a CSV file on the window, or open one.");
     }
-    let mut wish = None;
+    let mut edit = None;
     let selected = state.selected;
     let can_drive = state.setup.preset.model.piezo.is_some();
     let model = &state.setup.preset.model;
@@ -56,7 +57,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         frame.show(ui, |ui| {
             ui.push_id(overlay.id, |ui| {
                 ui.set_width(ui.available_width());
-                header(ui, overlay, is_selected, &mut wish);
+                header(ui, overlay, is_selected, &mut edit);
                 facts(ui, overlay, quietest);
                 if !is_selected {
                     return;
@@ -66,7 +67,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     ui,
                     overlay,
                     [can_drive && driving != Some(overlay.id), can_start],
-                    &mut wish,
+                    &mut edit,
                 );
             });
         });
@@ -74,13 +75,13 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if ui.button("Open recording...").clicked() {
         state.ask(Command::Open);
     }
-    if let Some(wish) = wish {
-        grant(state, wish);
+    if let Some(edit) = edit {
+        apply(state, edit);
     }
 }
 
-fn grant(state: &mut State, wish: RecordingEdit) {
-    match wish {
+fn apply(state: &mut State, edit: RecordingEdit) {
+    match edit {
         RecordingEdit::Select(id) => {
             state.selected = (state.selected != Some(id)).then_some(id);
         }
@@ -95,18 +96,18 @@ fn grant(state: &mut State, wish: RecordingEdit) {
     }
 }
 
-/// Takes a recording away; a drive that came from it goes back to the usual one.
+/// Removes a recording. If its voltage was the drive, the drive of the preset replaces it.
 pub fn remove(state: &mut State, id: OverlayId) {
     state.setup.overlays.retain(|overlay| overlay.id != id);
     if state.setup.drive == DriveChoice::Recorded(id) {
-        usual_drive(&mut state.setup);
+        use_preset_drive(&mut state.setup);
     }
     if state.selected == Some(id) {
         state.selected = None;
     }
 }
 
-fn usual_drive(setup: &mut Setup) {
+fn use_preset_drive(setup: &mut Setup) {
     let name = setup
         .preset
         .drive
@@ -124,7 +125,7 @@ fn usual_drive(setup: &mut Setup) {
     }
 }
 
-fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Option<RecordingEdit>) {
+fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, edit: &mut Option<RecordingEdit>) {
     let name = overlay.recording.name.clone();
     ui.horizontal(|ui| {
         let color = overlay_color(ui, overlay.color);
@@ -142,18 +143,18 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Opti
             let role = eframe::egui::Role::CheckBox;
             eframe::egui::WidgetInfo::selected(role, true, overlay.visible, label)
         });
-        check.on_hover_text("Draw it and compare it with the simulation");
+        check.on_hover_text("Plot it and compare it with the simulation");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if icon_button(ui, Icon::Remove, &format!("remove {name}"))
-                .on_hover_text("Take it off the list (undo brings it back)")
+                .on_hover_text("Remove it from the list (can be undone)")
                 .clicked()
             {
-                *wish = Some(RecordingEdit::Remove(overlay.id));
+                *edit = Some(RecordingEdit::Remove(overlay.id));
             }
             if overlay.made_up {
-                let badge = small("made up").color(ui.visuals().warn_fg_color);
+                let badge = small("simulated").color(ui.visuals().warn_fg_color);
                 ui.label(badge).on_hover_text(
-                    "Not a measurement: simulated with other parameters, to have something to tune against.",
+                    "Not a measurement: simulated with other parameters, as something to tune against.",
                 );
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
@@ -163,7 +164,7 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, wish: &mut Opti
                     None => format!("{name}\nClick for shift, scale and more."),
                 };
                 if ui.add(button).on_hover_text(hover).clicked() {
-                    *wish = Some(RecordingEdit::Select(overlay.id));
+                    *edit = Some(RecordingEdit::Select(overlay.id));
                 }
             });
         });
@@ -189,8 +190,9 @@ fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
         return;
     }
     let count: usize = warnings.iter().map(|w| w.count.max(1)).sum();
+    let plural = if count == 1 { "" } else { "s" };
     let title =
-        small(format!("{count} warnings from reading it")).color(ui.visuals().warn_fg_color);
+        small(format!("{count} warning{plural} from the file")).color(ui.visuals().warn_fg_color);
     CollapsingHeader::new(title)
         .id_salt("warnings")
         .show_unindented(ui, |ui| {
@@ -208,8 +210,8 @@ fn channels(overlay: &Overlay) -> String {
     present.map(|c| c.symbol()).collect::<Vec<_>>().join(", ")
 }
 
-/// A line of the alignment: a quantity that is typed, or dragged by its name.
-struct Line {
+/// A row of the alignment: a quantity that is typed, or dragged by its name.
+struct AlignmentRow {
     name: &'static str,
     help: &'static str,
     unit: &'static str,
@@ -217,7 +219,7 @@ struct Line {
     speed: f64,
 }
 
-impl Line {
+impl AlignmentRow {
     fn show(&self, ui: &mut Ui, owner: OverlayId, value: &mut f64) {
         let name = Label::new(self.name).selectable(false).sense(Sense::drag());
         let handle = ui
@@ -258,7 +260,7 @@ fn alignment(ui: &mut Ui, overlay: &mut Overlay) {
     let recording = std::sync::Arc::clone(&overlay.recording);
     let time_step = (recording.duration() / 2000.0).max(1e-9);
     let shift = span(&recording.proof_mass) / 500.0;
-    let line = |name, help, unit, speed| Line {
+    let row = |name, help, unit, speed| AlignmentRow {
         name,
         help,
         unit,
@@ -270,24 +272,25 @@ fn alignment(ui: &mut Ui, overlay: &mut Overlay) {
         .spacing([8.0, 3.0])
         .show(ui, |ui| {
             let help = "Added to the recording's times: positive moves it to the right";
-            line("time shift", help, "s", time_step).show(ui, owner, &mut to.time_shift);
+            row("time shift", help, "s", time_step).show(ui, owner, &mut to.time_shift);
             let help = "Factor on the proof mass's displacements";
-            line("xp scale", help, "", 0.001).show(ui, owner, &mut to.xp_scale);
+            row("xp scale", help, "", 0.001).show(ui, owner, &mut to.xp_scale);
             let help = "Added to the proof mass's displacements";
-            line("xp offset", help, "m", shift).show(ui, owner, &mut to.xp_offset);
+            row("xp offset", help, "m", shift).show(ui, owner, &mut to.xp_offset);
             if recording.channel(Channel::Cantilever).is_some() {
                 let help = "Factor on the cantilever's displacements";
-                line("xc scale", help, "", 0.001).show(ui, owner, &mut to.xc_scale);
+                row("xc scale", help, "", 0.001).show(ui, owner, &mut to.xc_scale);
                 let help = "Added to the cantilever's displacements";
-                line("xc offset", help, "m", shift).show(ui, owner, &mut to.xc_offset);
+                row("xc offset", help, "m", shift).show(ui, owner, &mut to.xc_offset);
             }
         });
 }
 
-/// About how far a channel reaches [m]; a glance is enough for the step of a drag.
+/// Approximate range of a channel [m], from at most some 500 samples: it only sets how fast a
+/// drag changes the offset.
 fn span(samples: &[f64]) -> f64 {
-    let glance = samples.iter().step_by((samples.len() / 256).max(1));
-    let (low, high) = glance
+    let some = samples.iter().step_by((samples.len() / 256).max(1));
+    let (low, high) = some
         .filter(|x| x.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
             (low.min(*x), high.max(*x))
@@ -299,7 +302,7 @@ fn actions(
     ui: &mut Ui,
     overlay: &mut Overlay,
     [can_drive, can_start]: [bool; 2],
-    wish: &mut Option<RecordingEdit>,
+    edit: &mut Option<RecordingEdit>,
 ) {
     ui.horizontal_wrapped(|ui| {
         let button = |ui: &mut Ui, name: &str, help: &str, enabled: bool| {
@@ -314,7 +317,7 @@ fn actions(
             "Shift it onto the simulation by cross-correlation",
             true,
         ) {
-            *wish = Some(RecordingEdit::Align);
+            *edit = Some(RecordingEdit::Align);
         }
         let moved = overlay.alignment != Alignment::default();
         if button(ui, "Reset shift", "No shift, scale 1, no offset", moved) {
@@ -328,7 +331,7 @@ fn actions(
                 can_drive,
             )
         {
-            *wish = Some(RecordingEdit::Drive(overlay.id));
+            *edit = Some(RecordingEdit::Drive(overlay.id));
         }
         if can_start
             && button(
@@ -338,15 +341,15 @@ fn actions(
                 true,
             )
         {
-            *wish = Some(RecordingEdit::Start(overlay.id));
+            *edit = Some(RecordingEdit::Start(overlay.id));
         }
         if button(
             ui,
             "Import settings...",
-            "Which column is what, units, time offset, scale, sign",
+            "Columns, units, time offset, scale, sign",
             overlay.recording.path.is_some(),
         ) {
-            *wish = Some(RecordingEdit::Import(overlay.id));
+            *edit = Some(RecordingEdit::Import(overlay.id));
         }
     });
 }

@@ -7,8 +7,9 @@ use crate::app::setup::setup::Setup;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 
-/// Sets `x0`, `v0` and `offset_p` so that the simulation starts as the recording does,
-/// and shifts the recording to start at t = 0. Locked parameters stay.
+/// Sets `x0`, `v0` and `offset_p` so that the simulation starts like the recording, and
+/// shifts the recording to start at t = 0. Locked parameters keep their values. Does nothing
+/// if the recording has fewer than three valid samples.
 pub fn start_from_recording(setup: &mut Setup, id: OverlayId) {
     let frequency = setup.preset.model.parameters[ParameterId::F1];
     let Some(overlay) = setup.overlays.iter_mut().find(|o| o.id == id) else {
@@ -23,7 +24,7 @@ pub fn start_from_recording(setup: &mut Setup, id: OverlayId) {
     start.velocity *= alignment.xp_scale;
     start.mean = alignment.xp_scale * start.mean + alignment.xp_offset;
     if frequency == 0.0 {
-        // Without a spring there is no rest position: all of it is displacement.
+        // Without a spring there is no rest position, so the mean is displacement too.
         start.position += start.mean;
         start.mean = 0.0;
     }
@@ -38,9 +39,10 @@ pub fn start_from_recording(setup: &mut Setup, id: OverlayId) {
     }
 }
 
-/// Position relative to the mean [m], velocity [m/s] and mean [m].
+/// Motion at the start of a recording: position relative to the mean [m], velocity [m/s] and
+/// mean [m].
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Start {
+struct FirstMotion {
     position: f64,
     velocity: f64,
     mean: f64,
@@ -48,7 +50,7 @@ struct Start {
 
 /// Fits the first half period with a sine of `frequency` [Hz], or the first samples with
 /// a parabola if it is 0.
-fn first_motion(recording: &Recording, frequency: f64) -> Option<Start> {
+fn first_motion(recording: &Recording, frequency: f64) -> Option<FirstMotion> {
     let samples: Vec<(f64, f64)> = recording
         .time
         .iter()
@@ -69,7 +71,7 @@ fn first_motion(recording: &Recording, frequency: f64) -> Option<Start> {
     let rows = &samples[..count];
     let omega = std::f64::consts::TAU * frequency;
     let columns = if frequency > 0.0 { 2 } else { 3 };
-    // Times in units of the stretch, so that the powers are of like size.
+    // Times are scaled by the fitted span, so that the columns have similar norms.
     let unit = rows.last().map_or(1.0, |(t, _)| t.max(f64::MIN_POSITIVE));
     let matrix = DMatrix::from_fn(count, columns, |i, k| {
         let t = rows[i].0;
@@ -82,7 +84,7 @@ fn first_motion(recording: &Recording, frequency: f64) -> Option<Start> {
     let values = DVector::from_fn(count, |i, _| rows[i].1 - mean);
     let solution = matrix.svd(true, true).solve(&values, 1e-12).ok()?;
     let velocity = solution[1] * if frequency > 0.0 { omega } else { 1.0 / unit };
-    Some(Start {
+    Some(FirstMotion {
         position: solution[0],
         velocity,
         mean,
@@ -95,7 +97,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn a_sine_gives_its_own_start() {
+    fn the_start_of_a_sine_is_found() {
         let time: Vec<f64> = (0..2000).map(|i| 3.0 + 0.01 * f64::from(i)).collect();
         let omega = std::f64::consts::TAU;
         let x = |t: f64| 0.02 + 0.1 * (omega * t).cos() + 0.05 * (omega * t).sin();
@@ -108,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fall_gives_its_own_start() {
+    fn the_start_of_a_free_fall_is_found() {
         let time: Vec<f64> = (0..30).map(|i| f64::from(i) / 15.0).collect();
         let values = time.iter().map(|t| 20.0 - 1.5 * t - 4.9 * t * t).collect();
         let recording = Recording::new("r", time, None, values, None).unwrap();

@@ -1,4 +1,5 @@
-//! The strip at the top: Window or Live, span, and the controls of the live run.
+//! The strip at the top: whole span or live, the simulated span, and the controls of a live
+//! run.
 
 use eframe::egui::{Button, Id, Panel, RichText, Ui, vec2};
 
@@ -10,24 +11,24 @@ use crate::app::state::State;
 use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button, icon_button_enabled};
 use crate::app::widgets::quantity_field::QuantityField;
-use crate::app::widgets::slider_track::Rail;
+use crate::app::widgets::slider_track::SliderTrack;
 use crate::model::unit::{format_number, format_quantity};
 
-/// Shortest and longest span of the window mode [s].
-const SPAN: (f64, f64) = (1e-4, 1000.0);
-/// Slowest and fastest live mode, simulated seconds per wall second.
-const SPEED: (f64, f64) = (1e-5, 1.0);
+/// Shortest and longest simulated span [s].
+const SPAN_RANGE: (f64, f64) = (1e-4, 1000.0);
+/// Slowest and fastest live speed, simulated seconds per second of wall time.
+const SPEED_RANGE: (f64, f64) = (1e-5, 1.0);
 
-/// Live speed at which a device can be watched: real time for what takes seconds, slow
-/// motion for what takes milliseconds.
+/// Live speed at which a device can be watched: real time if its preset spans seconds, slow
+/// motion if it spans milliseconds. Simulated seconds per second of wall time.
 pub fn usual_speed(setup: &Setup) -> f64 {
     let span = setup.preset.duration;
     if span >= 1.0 {
-        return SPEED.1;
+        return SPEED_RANGE.1;
     }
     10f64
         .powf((span / 40.0).log10().round())
-        .clamp(SPEED.0, SPEED.1)
+        .clamp(SPEED_RANGE.0, SPEED_RANGE.1)
 }
 
 /// Draws the strip.
@@ -38,7 +39,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             mode(ui, state);
             ui.separator();
             match state.view.mode {
-                Mode::Window => window(ui, state),
+                Mode::WholeSpan => whole_span(ui, state),
                 Mode::Live => live(ui, state),
             }
             ui.with_layout(
@@ -53,7 +54,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
 }
 
 fn mode(ui: &mut Ui, state: &mut State) {
-    for (mode, name) in [(Mode::Window, "Window"), (Mode::Live, "Live")] {
+    for (mode, name) in [(Mode::WholeSpan, "Whole span"), (Mode::Live, "Live")] {
         let command = Command::SetMode(mode);
         let button = ui.selectable_label(state.view.mode == mode, name);
         if button.on_hover_text(hint(command)).clicked() && state.view.mode != mode {
@@ -62,7 +63,7 @@ fn mode(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// Help of a command with its key.
+/// The help of a command with its shortcut.
 fn hint(command: Command) -> String {
     let (_, help) = command.text();
     match command.keys() {
@@ -71,7 +72,7 @@ fn hint(command: Command) -> String {
     }
 }
 
-/// End of the longest visible recording as it is shifted [s].
+/// End of the visible recordings after their time shifts [s].
 pub fn recordings_end(setup: &Setup) -> Option<f64> {
     setup
         .overlays
@@ -84,7 +85,7 @@ pub fn recordings_end(setup: &Setup) -> Option<f64> {
         })
 }
 
-fn window(ui: &mut Ui, state: &mut State) {
+fn whole_span(ui: &mut Ui, state: &mut State) {
     ui.label("Span");
     let field = QuantityField {
         id: Id::unique("span"),
@@ -95,11 +96,11 @@ fn window(ui: &mut Ui, state: &mut State) {
         enabled: true,
     };
     let typed = field.show(ui, |value| {
-        (!(SPAN.0..=SPAN.1).contains(&value)).then(|| {
+        (!(SPAN_RANGE.0..=SPAN_RANGE.1).contains(&value)).then(|| {
             format!(
                 "the span must lie between {} and {}",
-                format_quantity(SPAN.0, "s", 3),
-                format_quantity(SPAN.1, "s", 3)
+                format_quantity(SPAN_RANGE.0, "s", 3),
+                format_quantity(SPAN_RANGE.1, "s", 3)
             )
         })
     });
@@ -113,7 +114,7 @@ fn window(ui: &mut Ui, state: &mut State) {
         .response
         .on_hover_text("Simulated span from t = 0, for example \"400 ms\"");
     if let Some(end) = recordings_end(&state.setup) {
-        let end = end.clamp(SPAN.0, SPAN.1);
+        let end = end.clamp(SPAN_RANGE.0, SPAN_RANGE.1);
         let fits = (end - state.setup.duration).abs() < 1e-9 * end;
         let button = ui.add_enabled(!fits, Button::new("Fit to recording"));
         if button
@@ -131,8 +132,10 @@ fn window(ui: &mut Ui, state: &mut State) {
         ui.weak(format!("computed in {cost}"));
     }
     if state.fitting.shown {
-        ui.colored_label(ui.visuals().warn_fg_color, "curves of the fit, not applied")
-            .on_hover_text("Apply or drop it in the fit panel (F); moving a slider ends it too");
+        ui.colored_label(ui.visuals().warn_fg_color, "showing the fit, not applied")
+            .on_hover_text(
+                "Apply or discard it in the fit panel (F); moving a slider also ends it",
+            );
     }
 }
 
@@ -182,41 +185,42 @@ pub fn speed_text(speed: f64) -> String {
 }
 
 fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
-    let position = |speed: f64| (speed / SPEED.0).ln() / (SPEED.1 / SPEED.0).ln();
+    let position = |speed: f64| (speed / SPEED_RANGE.0).ln() / (SPEED_RANGE.1 / SPEED_RANGE.0).ln();
     let text = speed_text(state.view.slow_down);
     let usual = usual_speed(&state.setup);
     ui.label("Speed");
-    let rail = Rail {
+    let track = SliderTrack {
         id: Id::unique("slow-down"),
         label: "speed",
         text: &text,
-        numeric: (state.view.slow_down, SPEED.0, SPEED.1),
+        numeric: (state.view.slow_down, SPEED_RANGE.0, SPEED_RANGE.1),
         fraction: position(state.view.slow_down),
         mark: Some(position(usual)),
         enabled: true,
         error: false,
         size: vec2(100.0, 18.0),
     };
-    let moved = rail.show(ui);
+    let moved = track.show(ui);
     if let Some(fraction) = moved.fraction {
-        let slower = (1.0 / (SPEED.0 * (SPEED.1 / SPEED.0).powf(fraction))).max(1.0);
-        // Whole multiples are easier to say: 1/100 rather than 1/98.6.
+        let slower =
+            (1.0 / (SPEED_RANGE.0 * (SPEED_RANGE.1 / SPEED_RANGE.0).powf(fraction))).max(1.0);
+        // Round to two digits of the slow-down: 1/100 rather than 1/98.6.
         let unit = 10f64.powf(slower.log10().floor() - 1.0).max(0.1);
         state.view.slow_down = 1.0 / ((slower / unit).round() * unit);
     }
     if let Some(value) = moved.value {
-        state.view.slow_down = value.clamp(SPEED.0, SPEED.1);
+        state.view.slow_down = value.clamp(SPEED_RANGE.0, SPEED_RANGE.1);
     }
     if moved.reset {
         state.view.slow_down = usual;
     }
     moved.response.on_hover_text(format!(
-        "Simulated time against wall time. Double click: {}. Shift: fine.",
+        "Simulated time per wall time. Double click: {}. Shift: fine steps.",
         speed_text(usual)
     ));
     let text = match reached {
         Some(r) if r.paused => {
-            RichText::new("paused, Space runs it").color(ui.visuals().warn_fg_color)
+            RichText::new("paused, Space resumes").color(ui.visuals().warn_fg_color)
         }
         Some(r) if r.speed > 0.0 => {
             RichText::new(format!("{text}, reached {}", speed_text(r.speed)))
@@ -227,7 +231,7 @@ fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
         [150.0, 18.0],
         eframe::egui::Label::new(text).halign(eframe::egui::Align::LEFT),
     )
-    .on_hover_text("Speed asked for, and the speed that the computer really reaches");
+    .on_hover_text("Requested speed, and the speed that the computer reaches");
 }
 
 fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
@@ -236,7 +240,7 @@ fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
     let text = format_quantity(at, "s", 5);
     let following = state.scrub.is_none();
     let width = (ui.available_width() - 250.0).clamp(60.0, 500.0);
-    let rail = Rail {
+    let track = SliderTrack {
         id: Id::unique("scrub"),
         label: "history",
         text: &text,
@@ -247,7 +251,7 @@ fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
         error: false,
         size: vec2(width, 18.0),
     };
-    let moved = rail.show(ui);
+    let moved = track.show(ui);
     if let Some(fraction) = moved.fraction {
         state.scrub = (fraction < 1.0).then_some(reached.history_start + fraction * span);
     }
@@ -257,16 +261,14 @@ fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
     if moved.reset {
         state.scrub = None;
     }
-    moved
-        .response
-        .on_hover_text("Drag to look back through the history");
+    moved.response.on_hover_text("Drag to look back in time");
     ui.add_sized(
         [86.0, 18.0],
         eframe::egui::Label::new(format!("t = {text}")),
     );
     if ui
         .add_enabled(!following, Button::new("Follow"))
-        .on_hover_text("Look at the newest moment again")
+        .on_hover_text("Return to the latest moment")
         .clicked()
     {
         state.scrub = None;
@@ -278,7 +280,7 @@ mod tests {
     use super::super::transport::*;
 
     #[test]
-    fn speeds_read_as_fractions() {
+    fn speeds_are_written_as_fractions() {
         assert_eq!(speed_text(0.01), "1/100");
         assert_eq!(speed_text(0.4), "1/2.5");
         assert_eq!(speed_text(1.0), "1");

@@ -1,21 +1,22 @@
-//! Before and after on each recording, all on one scale; those kept out first.
+//! The error before and after on each recording, all on one scale. Held-out recordings come
+//! first.
 
 use eframe::egui::{
     Align2, FontId, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 
 use crate::app::analysis::diagnosis_view::Look;
-use crate::app::widgets::text::small;
+use crate::app::widgets::text::{heading, small};
 use crate::app::workspaces::diagnose::colors;
-use crate::app::workspaces::diagnose::words::heading;
+use crate::app::workspaces::diagnose::words::{after_text, role_text};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::ProofOf;
-use crate::diagnose::report::words::{chi2, in_noise, metres, share, two_digits};
+use crate::diagnose::report::words::{capitalised, chi2, in_noise, metres, share, two_digits};
 
 /// Height of a bar [points].
-const BAR: f32 = 13.0;
-/// Room that the numbers behind a bar take [points].
-const NUMBERS: f32 = 118.0;
+const BAR_HEIGHT: f32 = 13.0;
+/// Width of the numbers after a bar [points].
+const NUMBERS_WIDTH: f32 = 118.0;
 
 /// Draws the bars.
 pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
@@ -25,14 +26,14 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         .flat_map(|p| [p.distance.before.rms, p.distance.after.rms, 1.2 * p.noise])
         .filter(|v| v.is_finite())
         .fold(1e-12, f64::max);
-    for (held_out, title) in [(true, "Kept out"), (false, "Fitted to")] {
+    for held_out in [true, false] {
         let these: Vec<&ProofOf> = (d.proof.iter())
             .filter(|p| p.held_out == held_out)
             .collect();
         if these.is_empty() {
             continue;
         }
-        heading(ui, title);
+        heading(ui, &capitalised(role_text(held_out)));
         for p in these {
             let response = recording(ui, d, p, longest);
             let response = response.on_hover_text(about(d, p));
@@ -42,10 +43,7 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         }
     }
     ui.label(
-        small(
-            "Neighbours: correlation of residuals next to each other, near 0 where they are white.",
-        )
-        .weak(),
+        small("Autocorrelation of the residuals at lag 1: near 0 if they are white noise.").weak(),
     );
 }
 
@@ -60,7 +58,8 @@ fn about(d: &Diagnosis, p: &ProofOf) -> String {
     );
     if !d.named.is_empty() {
         text += &format!(
-            "\nWith what was left out: {}, chi2 {}.",
+            "\n{}: {}, chi2 {}.",
+            capitalised(after_text(d)),
             metres(p.distance.after.rms),
             chi2(p.distance.after.chi2)
         );
@@ -71,7 +70,7 @@ fn about(d: &Diagnosis, p: &ProofOf) -> String {
 fn recording(ui: &mut Ui, d: &Diagnosis, p: &ProofOf, longest: f64) -> Response {
     let named = !d.named.is_empty();
     let bars = if named { 2.0 } else { 1.0 };
-    let size = vec2(ui.available_width(), 30.0 + bars * (BAR + 1.0));
+    let size = vec2(ui.available_width(), 30.0 + bars * (BAR_HEIGHT + 1.0));
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| {
         let text = format!(
@@ -95,7 +94,7 @@ fn recording(ui: &mut Ui, d: &Diagnosis, p: &ProofOf, longest: f64) -> Response 
         font.clone(),
         visuals.text_color(),
     );
-    let room = rect.width() - NUMBERS;
+    let room = rect.width() - NUMBERS_WIDTH;
     let x = |v: f64| rect.left() + (v / longest).clamp(0.0, 1.0) as f32 * room;
     let noise = x(p.noise);
     let pairs = [
@@ -105,7 +104,7 @@ fn recording(ui: &mut Ui, d: &Diagnosis, p: &ProofOf, longest: f64) -> Response 
     let mut top = rect.top() + 14.0;
     for (rms, color, _) in pairs.into_iter().filter(|(_, _, shown)| *shown) {
         let end = if rms.is_finite() { x(rms) } else { rect.left() };
-        let bar = Rect::from_min_max(pos2(rect.left(), top), pos2(end, top + BAR));
+        let bar = Rect::from_min_max(pos2(rect.left(), top), pos2(end, top + BAR_HEIGHT));
         painter.rect_filled(bar, 1.0, color);
         let words = if rms.is_finite() {
             format!("{}, {}", metres(rms), in_noise(rms, p.noise))
@@ -113,13 +112,13 @@ fn recording(ui: &mut Ui, d: &Diagnosis, p: &ProofOf, longest: f64) -> Response 
             "not compared".to_owned()
         };
         painter.text(
-            pos2(end.max(noise) + 5.0, top + 0.5 * BAR),
+            pos2(end.max(noise) + 5.0, top + 0.5 * BAR_HEIGHT),
             Align2::LEFT_CENTER,
             words,
             font.clone(),
             visuals.text_color(),
         );
-        top += BAR + 1.0;
+        top += BAR_HEIGHT + 1.0;
     }
     painter.extend(Shape::dashed_line(
         &[pos2(noise, rect.top() + 13.0), pos2(noise, top)],
@@ -141,7 +140,7 @@ fn details(p: &ProofOf, named: bool) -> String {
     let (before, after) = p.correlation;
     if named {
         format!(
-            "chi2 {} to {}, neighbours {} to {}",
+            "chi2 {} to {}, lag-1 autocorr. {} to {}",
             chi2(p.distance.before.chi2),
             chi2(p.distance.after.chi2),
             two_digits(before),
@@ -149,7 +148,7 @@ fn details(p: &ProofOf, named: bool) -> String {
         )
     } else {
         format!(
-            "chi2 {}, neighbours {}",
+            "chi2 {}, lag-1 autocorrelation {}",
             chi2(p.distance.before.chi2),
             two_digits(before)
         )

@@ -1,4 +1,4 @@
-//! What the events at the ground say, one by one, with the laws that they should follow.
+//! The contact events one by one, with the laws that they should follow.
 
 use eframe::egui::Ui;
 
@@ -7,22 +7,24 @@ use super::frame::{Axis, Figure, Item};
 use crate::app::analysis::diagnosis_view::{EventPlot, Look};
 use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
+use crate::app::workspaces::diagnose::words::after_text;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
 
+/// A contact law: value at an abscissa, both in SI units.
 type Law = fn(&GroundLaws, f64) -> f64;
 
-/// One kind of event as it is drawn.
+/// One kind of event as it is plotted: axes with their SI units, law and points.
 struct Kind {
     x: (&'static str, &'static str),
     y: (&'static str, &'static str),
     law: Option<Law>,
-    /// What is right where nothing is missing.
+    /// What to expect if nothing is missing.
     expected: &'static str,
     points: Vec<Seen>,
 }
 
-/// Draws the events that are chosen.
+/// Draws the chosen kind of event.
 pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = eframe::egui::vec2(3.0, 2.0);
@@ -34,23 +36,23 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         }
     });
     let kind = kind(d, look.events);
-    let (points, left) = told(kind.points.iter().copied());
+    let (points, hidden) = told(kind.points.iter().copied());
     if points.is_empty() {
-        ui.weak("These recordings show no such event.");
+        ui.weak("There are no such events in these recordings.");
         return;
     }
     let named = !d.named.is_empty();
-    let mut entries = vec![("measured", colors::seen(ui))];
+    let mut entries = vec![("measured", colors::measured(ui))];
     if kind.law.is_some() {
         entries.push(("law of the re-tuned model", colors::noise(ui)));
         if named {
-            entries.push(("with what was left out", colors::law(ui)));
+            entries.push((after_text(d), colors::law(ui)));
         }
     }
     frame::legend(ui, &entries);
     let mut note = kind.expected.to_owned();
-    if left > 0 {
-        note += &format!(" Not drawn: {left} of large error.");
+    if hidden > 0 {
+        note += &format!(" Not drawn: {hidden} with a large error.");
     }
     ui.label(small(note).weak());
     draw(ui, d, &kind, points);
@@ -97,7 +99,7 @@ fn draw(ui: &mut Ui, d: &Diagnosis, kind: &Kind, points: Vec<Seen>) {
     let x = Axis::holding(kind.x.0, kind.x.1, points.iter().map(|p| p.x));
     items.push(Item::Dots {
         points,
-        color: colors::seen(ui),
+        color: colors::measured(ui),
     });
     Figure {
         name: "events at the ground",
@@ -112,47 +114,47 @@ fn draw(ui: &mut Ui, d: &Diagnosis, kind: &Kind, points: Vec<Seen>) {
 }
 
 fn kind(d: &Diagnosis, plot: EventPlot) -> Kind {
-    let seen = |x, y, error| Seen { x, y, error };
+    let point = |x, y, error| Seen { x, y, error };
     let (bounces, releases, levels) = (&d.events.bounces, &d.events.releases, &d.events.levels);
     match plot {
         EventPlot::Restitution => Kind {
             x: ("speed of approach", "m/s"),
             y: ("restitution", ""),
             law: Some(GroundLaws::restitution),
-            expected: "Speed kept in each bounce; constant in the plain model.",
+            expected: "Rebound speed over impact speed; constant in the base model.",
             points: bounces
                 .iter()
-                .map(|b| seen(b.speed, b.ratio, b.ratio_error))
+                .map(|b| point(b.speed, b.ratio, b.ratio_error))
                 .collect(),
         },
         EventPlot::Dwell => Kind {
             x: ("speed of approach", "m/s"),
             y: ("time below ground", "s"),
             law: None,
-            expected: "Time below the ground's level in each bounce; 0 for a rigid ground.",
+            expected: "Time below ground level in each bounce; 0 for a rigid ground.",
             points: bounces
                 .iter()
-                .map(|b| seen(b.speed, b.dwell, b.dwell_error))
+                .map(|b| point(b.speed, b.dwell, b.dwell_error))
                 .collect(),
         },
         EventPlot::Adhesion => Kind {
             x: ("time on the ground", "s"),
             y: ("pull-off force", "N"),
             law: Some(GroundLaws::adhesion),
-            expected: "Pull-off force of each release; a line in the plain model.",
+            expected: "Pull-off force of each release; a straight line in the base model.",
             points: releases
                 .iter()
-                .map(|r| seen(r.contact, r.force, r.force_error))
+                .map(|r| point(r.contact, r.force, r.force_error))
                 .collect(),
         },
         EventPlot::Level => Kind {
             x: ("time", "s"),
             y: ("height above ground", "m"),
             law: None,
-            expected: "Reading minus the model's ground in each stay; 0 if the ground stays where it is.",
+            expected: "Measured minus modelled ground level in each contact; 0 if the ground does not move.",
             points: levels
                 .iter()
-                .map(|l| seen(l.time, l.miss, l.error))
+                .map(|l| point(l.time, l.miss, l.error))
                 .collect(),
         },
     }

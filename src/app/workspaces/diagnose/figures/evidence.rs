@@ -1,5 +1,5 @@
-//! The picture that supports what is said: a stretch of time, the missing force, what
-//! the residual goes with, the events at the ground.
+//! The evidence panel: tabs for the residual over time, the missing force, the residual
+//! against other quantities, and the contact events.
 
 use eframe::egui::Ui;
 
@@ -9,7 +9,7 @@ use crate::app::analysis::diagnosis_view::Evidence;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 
-/// Draws the tabs and the picture that is open.
+/// Draws the tabs and the open figure.
 pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
     ui.add_space(3.0);
     ui.horizontal(|ui| {

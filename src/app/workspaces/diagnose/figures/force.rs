@@ -1,10 +1,10 @@
-//! The force on the mass that the re-tuned model lacks, as measured, against a quantity.
+//! The measured force on the mass that the re-tuned model lacks, against a quantity.
 
 use eframe::egui::Ui;
 
 use super::frame;
 use super::frame::{Axis, Figure, Item};
-use super::words::{against, spelled};
+use super::words::{axis_name, quantity_picker};
 use crate::app::analysis::diagnosis_view::Look;
 use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
@@ -18,26 +18,25 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         ui.weak("The recordings are too short or too few to measure the missing force.");
         return;
     }
-    let place = against(ui, &mut look.force, d.forces.iter().map(|f| f.against));
-    let curve = &d.forces[place];
+    let index = quantity_picker(ui, &mut look.force, d.forces.iter().map(|f| f.against));
+    let curve = &d.forces[index];
     let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
-    let law = format!("{} as fitted", listed(&names));
+    let law = format!("{}, fitted", listed(&names));
     let through = law_through(curve);
     let has_law = !through.is_empty() && !names.is_empty();
-    let mut entries = vec![("measured, with standard error", colors::seen(ui))];
+    let mut entries = vec![("measured, with standard error", colors::measured(ui))];
     if has_law {
         entries.push((law.as_str(), colors::law(ui)));
     }
     frame::legend(ui, &entries);
     if has_law {
-        let line = "The law is drawn with the constant and the slope that re-tuning takes up.";
+        let line = "The law is determined up to a constant and a slope, which re-tuning absorbs.";
         ui.label(small(line).weak());
     } else if d.forces.iter().any(|f| !f.law.is_empty()) {
-        let line =
-            "Each point is one constant force all through stretches of that age; no law is drawn.";
+        let line = "Each point assumes a constant force over that time; no law is drawn.";
         ui.label(small(line).weak());
     } else {
-        ui.label(small("Nothing is named that acts as a force, so no law is drawn.").weak());
+        ui.label(small("No named effect acts as a force, so no law is drawn.").weak());
     }
     let points: Vec<Seen> = (0..curve.at.len().min(curve.force.len()))
         .map(|i| Seen {
@@ -55,7 +54,7 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         "N",
         ends.chain(through.iter().copied()).chain([0.0]),
     );
-    let color = colors::seen(ui);
+    let color = colors::measured(ui);
     let mut items = vec![
         Item::Level {
             value: 0.0,
@@ -79,7 +78,11 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     items.push(Item::Dots { points, color });
     Figure {
         name: "missing force",
-        x: Axis::holding(spelled(curve.against), curve.unit, curve.at.iter().copied()),
+        x: Axis::holding(
+            axis_name(curve.against),
+            curve.unit,
+            curve.at.iter().copied(),
+        ),
         y,
         log: false,
         height: (ui.available_height() - 2.0).max(120.0),

@@ -1,5 +1,5 @@
-//! A plot of one quantity against another with measured points, laws and levels, in
-//! units by magnitude. Its motion, if any, is the caller's.
+//! A plot of one quantity against another, with measured points, curves and levels. The units
+//! have a prefix that suits the range. Zooming and panning, if any, are up to the caller.
 
 use eframe::egui::{
     Color32, FontId, Rect, Response, RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
@@ -11,20 +11,23 @@ use crate::app::plots::frame::axes::Unit;
 use crate::app::plots::frame::layer::Layer;
 use crate::app::plots::frame::style::{AXIS_TEXT, AXIS_WIDTH};
 use crate::app::plots::frame::{axes, style};
+use crate::app::workspaces::diagnose::colors;
+use crate::app::workspaces::diagnose::words::after_text;
+use crate::diagnose::Diagnosis;
 use crate::diagnose::report::ground::Seen;
 
-/// An axis: what is on it, its SI unit, the least and greatest value shown.
+/// An axis: quantity, SI unit and range.
 pub struct Axis<'a> {
     /// Quantity.
     pub quantity: &'a str,
     /// SI unit; empty for a number.
     pub base: &'a str,
-    /// Range, SI.
+    /// Lowest and highest value shown, in the SI unit.
     pub range: (f64, f64),
 }
 
 impl<'a> Axis<'a> {
-    /// An axis that holds all values that are numbers, with room.
+    /// An axis that holds all finite values with a margin.
     pub fn holding(quantity: &'a str, base: &'a str, values: impl Iterator<Item = f64>) -> Self {
         let range = values
             .filter(|v| v.is_finite())
@@ -78,7 +81,7 @@ impl<'a> Axis<'a> {
     }
 }
 
-/// What is drawn; SI.
+/// One thing that is drawn. All values are in SI units.
 pub enum Item {
     /// A line; NaN breaks it.
     Line {
@@ -97,7 +100,7 @@ pub enum Item {
         text: &'static str,
         color: Color32,
     },
-    /// A stretch of the horizontal axis.
+    /// A shaded interval of the horizontal axis.
     Shade { from: f64, to: f64, color: Color32 },
 }
 
@@ -115,7 +118,7 @@ pub struct Figure<'a> {
     pub height: f32,
     /// Whether the horizontal axis has ticks and a label.
     pub has_x: bool,
-    /// What is drawn, the lowest first.
+    /// What is drawn, from back to front.
     pub items: Vec<Item>,
 }
 
@@ -222,7 +225,7 @@ fn layer(item: Item, place: impl Fn([f64; 2]) -> [f64; 2] + 'static) -> Layer {
     }
 }
 
-/// Gives a plot of decimal logarithms an axis with the numbers themselves.
+/// Labels an axis of decimal logarithms with the numbers themselves.
 fn decades<'a>(plot: Plot<'a>, ui: &Ui, label: String) -> Plot<'a> {
     let palette = style::palette(ui);
     let axis = AxisHints::new_y()
@@ -259,7 +262,16 @@ fn number(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A line of small coloured names for what a plot shows.
+/// Legend entries for the model before and, if an effect was named, after.
+pub fn model_entries(ui: &Ui, d: &Diagnosis) -> Vec<(&'static str, Color32)> {
+    let mut entries = vec![("re-tuned model", colors::before(ui))];
+    if !d.named.is_empty() {
+        entries.push((after_text(d), colors::after(ui)));
+    }
+    entries
+}
+
+/// A legend in a line above a plot.
 pub fn legend(ui: &mut Ui, entries: &[(&str, Color32)]) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(12.0, 1.0);
@@ -269,7 +281,7 @@ pub fn legend(ui: &mut Ui, entries: &[(&str, Color32)]) {
     });
 }
 
-/// A name with its colour before it, never parted from it.
+/// A coloured patch and a name, never broken over two lines.
 fn entry(ui: &mut Ui, text: &str, color: Color32) {
     let (font, ink) = (FontId::proportional(11.5), ui.visuals().text_color());
     let galley = ui.painter().layout_no_wrap(text.to_owned(), font, ink);

@@ -1,10 +1,10 @@
-//! How large the residual is against a quantity, before and after.
+//! The size of the residual against a quantity, before and after.
 
 use eframe::egui::Ui;
 
 use super::frame;
 use super::frame::{Axis, Figure, Item};
-use super::words::{against, spelled};
+use super::words::{axis_name, quantity_picker};
 use crate::app::analysis::diagnosis_view::Look;
 use crate::app::workspaces::diagnose::colors;
 use crate::diagnose::Diagnosis;
@@ -12,22 +12,18 @@ use crate::diagnose::Diagnosis;
 /// Draws it.
 pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     if d.marginals.is_empty() {
-        ui.weak("Too little was compared to say what the residual goes with.");
+        ui.weak("Too few samples were compared to plot the residual against other quantities.");
         return;
     }
-    let place = against(
+    let index = quantity_picker(
         ui,
         &mut look.marginal,
         d.marginals.iter().map(|m| m.against),
     );
-    let m = &d.marginals[place];
+    let m = &d.marginals[index];
     let named = !d.named.is_empty();
-    let mut entries = vec![("re-tuned model", colors::before(ui))];
-    if named {
-        entries.push(("with what was left out", colors::after(ui)));
-    }
-    frame::legend(ui, &entries);
-    // All on one scale, so that they can be compared by switching.
+    frame::legend(ui, &frame::model_entries(ui, d));
+    // One scale for all quantities, so that switching between them compares them.
     let all = d
         .marginals
         .iter()
@@ -56,7 +52,7 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     }
     Figure {
         name: "residual against",
-        x: Axis::holding(spelled(m.against), m.unit, m.at.iter().copied()),
+        x: Axis::holding(axis_name(m.against), m.unit, m.at.iter().copied()),
         y,
         log: true,
         height: (ui.available_height() - 2.0).max(120.0),

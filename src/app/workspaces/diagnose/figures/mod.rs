@@ -1,4 +1,5 @@
-//! TODO-doc
+//! The figures of the Diagnose workspace: one file each, on a common plot frame. They only
+//! draw what the diagnosis has computed.
 
 pub(super) mod before_after_bars;
 pub(super) mod contact_events;

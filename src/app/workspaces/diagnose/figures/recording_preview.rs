@@ -1,5 +1,5 @@
-//! The recordings as measured, before there is an answer: enough to see what they are,
-//! and to guess in a sealed trial.
+//! The recordings as measured, shown until there is an answer: enough to recognise them and
+//! to make a guess in a sealed trial.
 
 use eframe::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Role as Kind, Sense, Stroke, Ui, WidgetInfo,
@@ -15,22 +15,23 @@ use crate::app::state::State;
 use crate::model::unit::format_quantity;
 use crate::recording::Channel;
 
-/// Room for the name, and for the curves [points].
-const NAME: f32 = 15.0;
-const CURVES: f32 = 62.0;
+/// Height of the name [points].
+const NAME_HEIGHT: f32 = 15.0;
+/// Height of the curves [points].
+const CURVES_HEIGHT: f32 = 62.0;
 
-/// Draws all that are used.
+/// Draws all recordings that are used.
 pub fn show(ui: &mut Ui, state: &State) {
     for (overlay, role) in recording_roles::of(&state.setup) {
         if role != Role::Unused {
-            ui.push_id(overlay.id, |ui| one(ui, overlay, role));
+            ui.push_id(overlay.id, |ui| preview(ui, overlay, role));
         }
     }
 }
 
-fn one(ui: &mut Ui, overlay: &Overlay, role: Role) {
+fn preview(ui: &mut Ui, overlay: &Overlay, role: Role) {
     let recording = &overlay.recording;
-    let size = vec2(ui.available_width(), NAME + CURVES);
+    let size = vec2(ui.available_width(), NAME_HEIGHT + CURVES_HEIGHT);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let name = format!("{} as measured", recording.name);
     response.widget_info(|| WidgetInfo::labeled(Kind::Image, true, &name));
@@ -38,11 +39,11 @@ fn one(ui: &mut Ui, overlay: &Overlay, role: Role) {
         return;
     }
     let span = recording.span();
-    let body = Rect::from_min_max(pos2(rect.left(), rect.top() + NAME), rect.max);
+    let body = Rect::from_min_max(pos2(rect.left(), rect.top() + NAME_HEIGHT), rect.max);
     let painter = ui.painter_at(rect);
     painter.rect_filled(body, 2.0, ui.visuals().extreme_bg_color);
     let mut reach = String::new();
-    // The drive behind the motion.
+    // The drive is drawn first, behind the motion.
     for (channel, color) in [
         (Channel::Voltage, palette(ui).voltage.gamma_multiply(0.5)),
         (Channel::ProofMass, overlay_color(ui, overlay.color)),
@@ -58,9 +59,10 @@ fn one(ui: &mut Ui, overlay: &Overlay, role: Role) {
             reach = format!(", xp over {}", format_quantity(range.1 - range.0, "m", 3));
         }
     }
-    let kind = match role {
-        Role::HeldOut => "kept out",
-        _ => "fitted to",
+    let kind = if role == Role::HeldOut {
+        "held out"
+    } else {
+        "for fitting"
     };
     let font = FontId::proportional(11.5);
     let text = format!(
@@ -81,7 +83,7 @@ fn one(ui: &mut Ui, overlay: &Overlay, role: Role) {
         .text(rect.min, Align2::LEFT_TOP, &recording.name, font, ink);
 }
 
-/// A series over the whole of `body`.
+/// A curve that fills `body`: its time span and its range of values.
 fn curve(
     painter: &Painter,
     body: Rect,

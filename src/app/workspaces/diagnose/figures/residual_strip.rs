@@ -1,5 +1,5 @@
-//! One recording's residual along time: its motion above, the residual below, coloured
-//! by what the mass is doing, all recordings on one logarithmic scale.
+//! The residual of one recording over time: the motion above, the residual below, coloured
+//! by motion regime. All recordings share one logarithmic scale.
 
 use eframe::egui::{
     Align2, Color32, FontId, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo,
@@ -7,21 +7,24 @@ use eframe::egui::{
 };
 
 use crate::app::workspaces::diagnose::colors;
+use crate::app::workspaces::diagnose::words::{after_text, role_text};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::{Mismatch, Strip};
 use crate::diagnose::report::words::{in_noise, metres};
 
-/// Height of the motion, and of the residual [points].
-const MOTION: f32 = 15.0;
-const RESIDUAL: f32 = 30.0;
-/// Room for the name above [points].
-const NAME: f32 = 15.0;
+/// Height of the name above the strip [points].
+const NAME_HEIGHT: f32 = 15.0;
+/// Height of the motion [points].
+const MOTION_HEIGHT: f32 = 15.0;
+/// Height of the residual [points].
+const RESIDUAL_HEIGHT: f32 = 30.0;
 
-/// Scales that all strips share.
+/// The scales that all strips share.
 #[derive(Debug, Clone, Copy)]
 pub struct Scale {
-    /// Logarithms of the least and greatest residual.
+    /// Natural logarithms of the smallest and largest residual, which is in metres.
     residual: (f64, f64),
+    /// Lowest and highest position [m].
     motion: (f64, f64),
 }
 
@@ -57,15 +60,15 @@ impl Scale {
     }
 }
 
-/// What was done on a strip.
-pub enum Touch {
+/// What a person did on a strip.
+pub enum StripAction {
     /// A click at a time [s].
     Click(f64),
-    /// A stretch was drawn over with the pointer [s].
-    Stretch(f64, f64),
+    /// An interval was selected by dragging, start and end [s].
+    SelectInterval(f64, f64),
 }
 
-/// Draws a strip. `marked` are its stretches of mismatch with their numbers.
+/// Draws a strip. `marked` are its intervals of mismatch with their numbers.
 pub fn show(
     ui: &mut Ui,
     d: &Diagnosis,
@@ -73,14 +76,13 @@ pub fn show(
     scale: &Scale,
     marked: &[(usize, &Mismatch)],
     selected: bool,
-) -> Option<Touch> {
-    let size = vec2(ui.available_width(), NAME + MOTION + RESIDUAL);
+) -> Option<StripAction> {
+    let size = vec2(
+        ui.available_width(),
+        NAME_HEIGHT + MOTION_HEIGHT + RESIDUAL_HEIGHT,
+    );
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
-    let kind = if strip.held_out {
-        "kept out"
-    } else {
-        "fitted to"
-    };
+    let kind = role_text(strip.held_out);
     response.widget_info(|| {
         let text = format!("residuals along {}, {kind}", strip.recording);
         WidgetInfo::labeled(Role::Button, true, text)
@@ -94,18 +96,18 @@ pub fn show(
             let to = ui.input(|i| i.pointer.hover_pos()).unwrap_or(from);
             let body = Rect::from_x_y_ranges(
                 from.x.min(to.x)..=from.x.max(to.x),
-                rect.top() + NAME..=rect.bottom(),
+                rect.top() + NAME_HEIGHT..=rect.bottom(),
             );
             let color = ui.visuals().selection.bg_fill.gamma_multiply(0.5);
             ui.painter().rect_filled(body.intersect(rect), 0.0, color);
         }
     }
-    let touch = touched(ui, &response, time);
+    let action = strip_action(ui, &response, time);
     if let Some(at) = response.hover_pos() {
         let text = about(d, strip, time(at.x));
         response.on_hover_text_at_pointer(text);
     }
-    touch
+    action
 }
 
 fn drag_start(ui: &Ui, response: &Response) -> Option<Pos2> {
@@ -114,21 +116,21 @@ fn drag_start(ui: &Ui, response: &Response) -> Option<Pos2> {
         .then(|| ui.input(|input| input.pointer.press_origin()))?
 }
 
-fn touched(ui: &Ui, response: &Response, time: impl Fn(f32) -> f64) -> Option<Touch> {
+fn strip_action(ui: &Ui, response: &Response, time: impl Fn(f32) -> f64) -> Option<StripAction> {
     if response.clicked() {
         let at = response.interact_pointer_pos()?;
-        return Some(Touch::Click(time(at.x)));
+        return Some(StripAction::Click(time(at.x)));
     }
     if response.drag_stopped() {
         let from = ui.input(|i| i.pointer.press_origin());
         let to = response.interact_pointer_pos()?;
-        // The press is forgotten when the button comes up; the total drag is not.
+        // egui forgets the press when the button comes up, but not the total drag.
         let from = from.map_or(to.x - response.total_drag_delta()?.x, |p| p.x);
         let (a, b) = (time(from.min(to.x)), time(from.max(to.x)));
         return Some(if (from - to.x).abs() < 4.0 {
-            Touch::Click(a)
+            StripAction::Click(a)
         } else {
-            Touch::Stretch(a, b)
+            StripAction::SelectInterval(a, b)
         });
     }
     None
@@ -158,7 +160,8 @@ fn about(d: &Diagnosis, strip: &Strip, t: f64) -> String {
         );
         if !d.named.is_empty() {
             text += &format!(
-                "\nwith what was left out {}, {}",
+                "\n{} {}, {}",
+                after_text(d),
                 metres(after),
                 in_noise(after, d.noise)
             );
@@ -166,10 +169,11 @@ fn about(d: &Diagnosis, strip: &Strip, t: f64) -> String {
     } else {
         text += "not compared here";
     }
-    text + "\nClick to look at it, drag to choose a stretch."
+    text + "\nClick to show it, drag to select an interval."
 }
 
-type Place<'a> = (Rect, bool, (f64, f64), &'a str);
+/// Rectangle, whether it is selected, first and last time [s], and role in words.
+type StripPlace<'a> = (Rect, bool, (f64, f64), &'a str);
 
 fn paint(
     ui: &Ui,
@@ -177,11 +181,11 @@ fn paint(
     strip: &Strip,
     scale: &Scale,
     marked: &[(usize, &Mismatch)],
-    (rect, selected, span, kind): Place<'_>,
+    (rect, selected, span, kind): StripPlace<'_>,
 ) {
     let painter = ui.painter_at(rect.expand(1.0));
     let visuals = ui.visuals();
-    let body = Rect::from_min_max(pos2(rect.left(), rect.top() + NAME), rect.max);
+    let body = Rect::from_min_max(pos2(rect.left(), rect.top() + NAME_HEIGHT), rect.max);
     painter.rect_filled(body, 2.0, visuals.extreme_bg_color);
     let x = |t: f64| body.left() + (((t - span.0) / (span.1 - span.0)) as f32) * body.width();
     title(ui, strip, rect, span, (selected, kind));
@@ -192,7 +196,7 @@ fn paint(
         painter.rect_filled(spot.intersect(body), 0.0, shade);
     }
     let width = body.width() / strip.time.len().max(1) as f32;
-    let height = |rms: f64| body.bottom() - scale.height(rms) * RESIDUAL;
+    let height = |rms: f64| body.bottom() - scale.height(rms) * RESIDUAL_HEIGHT;
     for (i, (t, rms)) in strip.time.iter().zip(&strip.before).enumerate() {
         if !rms.is_finite() {
             continue;
@@ -208,7 +212,7 @@ fn paint(
     let (low, high) = scale.motion;
     let rise = |v: f64| {
         let share = ((v - low) / (high - low).max(1e-15)) as f32;
-        body.top() + 1.0 + (1.0 - share) * (MOTION - 2.0)
+        body.top() + 1.0 + (1.0 - share) * (MOTION_HEIGHT - 2.0)
     };
     let motion = strip
         .time
@@ -244,7 +248,7 @@ fn paint(
     }
 }
 
-/// Name on the left, use and length on the right.
+/// Name on the left, role and time span on the right.
 fn title(ui: &Ui, strip: &Strip, rect: Rect, span: (f64, f64), (selected, kind): (bool, &str)) {
     let visuals = ui.visuals();
     let font = FontId::proportional(11.5);
@@ -263,12 +267,12 @@ fn title(ui: &Ui, strip: &Strip, rect: Rect, span: (f64, f64), (selected, kind):
     } else {
         visuals.text_color()
     };
-    let room = Rect::from_min_max(rect.min, pos2(right.left() - 6.0, rect.top() + NAME));
+    let room = Rect::from_min_max(rect.min, pos2(right.left() - 6.0, rect.top() + NAME_HEIGHT));
     ui.painter_at(room)
         .text(rect.min, Align2::LEFT_TOP, &strip.recording, font, color);
 }
 
-/// Lines through points that are numbers; others break them.
+/// Lines through finite points; other points break the line.
 fn lines(
     painter: &eframe::egui::Painter,
     points: impl Iterator<Item = (f32, f64, f32)>,
@@ -287,7 +291,7 @@ fn lines(
     }
 }
 
-/// Numbers of the stretches, those left out that would overlap.
+/// The numbers of the intervals. A number that would overlap another is skipped.
 fn numbers(
     ui: &Ui,
     painter: &eframe::egui::Painter,

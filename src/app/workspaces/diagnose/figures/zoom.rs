@@ -1,5 +1,5 @@
-//! A stretch of a recording: the mass as measured, and the residual before and after on
-//! one scale below it.
+//! An interval of a recording: the measured position, and below it the residual before and
+//! after on one scale.
 
 use eframe::egui::{Event, Response, Ui};
 
@@ -10,44 +10,41 @@ use crate::app::plots::frame::style;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
+use crate::app::workspaces::diagnose::words::role_text;
 use crate::diagnose::diagnosis::Strip;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 
-/// Columns that a curve is drawn with at most.
-const COLUMNS: usize = 900;
-/// Lowest plot of a residual [points].
-const LOWEST: f32 = 80.0;
-/// Shortest stretch that can be looked at [s].
-const SHORTEST: f64 = 1e-4;
+/// A curve is drawn with at most this many columns; more than a screen can show.
+const MAX_COLUMNS: usize = 900;
+/// The residual plot is at least this high [points].
+const MIN_PLOT_HEIGHT: f32 = 80.0;
+/// Shortest interval that can be zoomed to [s].
+const MIN_INTERVAL: f64 = 1e-4;
 
-/// Draws the picture of the recording that is looked at.
+/// Draws the chosen recording.
 pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
     let d = &answer.diagnosis;
     let look = &state.diagnosing.look;
     let chosen = |s: &&Strip| look.recording.as_ref() == Some(&(s.recording.clone(), s.held_out));
     let Some(strip) = d.strips.iter().find(chosen).or(d.strips.first()) else {
-        ui.weak("No residuals over time were kept.");
+        ui.weak("No residuals over time are available.");
         return;
     };
     let (Some(whole), Some(used)) = (
         residual_strip::span(strip),
         answer.asked.find(&strip.recording),
     ) else {
-        ui.weak("Nothing of this recording was compared.");
+        ui.weak("This recording was not compared.");
         return;
     };
     let window = look.window.unwrap_or(whole);
     let zoomed = look.window.is_some();
     ui.horizontal_wrapped(|ui| {
-        let kind = if strip.held_out {
-            "kept out"
-        } else {
-            "fitted to"
-        };
+        let kind = role_text(strip.held_out);
         ui.label(small(format!("{} ({kind})", strip.recording)).strong());
         let back = ui.add_enabled(zoomed, eframe::egui::Button::new(small("Whole recording")));
-        if back.on_hover_text("Show all of it").clicked() {
+        if back.on_hover_text("Show the whole recording").clicked() {
             state.diagnosing.look.window = None;
         }
     });
@@ -55,27 +52,19 @@ pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
     let upper = (0.38 * room).max(70.0);
     let level = ground(state, answer, used);
     let measured = measured(ui, level, &used.recording, window, upper);
-    entries(ui, !d.named.is_empty());
+    frame::legend(ui, &frame::model_entries(ui, d));
     let residual = residual(
         ui,
         answer,
         strip,
         window,
-        (ui.available_height() - 2.0).max(LOWEST),
+        (ui.available_height() - 2.0).max(MIN_PLOT_HEIGHT),
     );
     for response in [measured, residual] {
         if let Some(moved) = moved(ui, &response, window, whole) {
             state.diagnosing.look.window = moved;
         }
     }
-}
-
-fn entries(ui: &mut Ui, named: bool) {
-    let mut all = vec![("re-tuned model", colors::before(ui))];
-    if named {
-        all.push(("with what was left out", colors::after(ui)));
-    }
-    frame::legend(ui, &all);
 }
 
 fn measured(
@@ -130,7 +119,7 @@ fn residual(
             .collect()
     };
     let noise = noise_of(answer, strip);
-    // One scale for the whole recording: what is zoomed is compared with the rest.
+    // One scale for the whole recording, so that an interval can be compared with the rest.
     let all = strip.before.iter().chain(&strip.after).copied();
     let y = Axis::holding_log("rms residual", "m", all.chain([0.6 * noise, 3.0 * noise]));
     let mut items = vec![
@@ -164,7 +153,7 @@ fn residual(
     .show(ui)
 }
 
-/// A plot against the time in view, as low as one may be.
+/// A plot over the time in view, of the least height.
 fn over_time<'a>(name: &'a str, window: (f64, f64), y: Axis<'a>, items: Vec<Item>) -> Figure<'a> {
     Figure {
         name,
@@ -175,13 +164,13 @@ fn over_time<'a>(name: &'a str, window: (f64, f64), y: Axis<'a>, items: Vec<Item
         },
         y,
         log: false,
-        height: LOWEST,
+        height: MIN_PLOT_HEIGHT,
         has_x: true,
         items,
     }
 }
 
-/// The stretches of mismatch of a recording.
+/// The intervals of mismatch of a recording, as shaded areas.
 fn shades(ui: &Ui, answer: &Answer, strip: &Strip) -> Vec<Item> {
     let color = ui.visuals().selection.bg_fill.gamma_multiply(0.22);
     let all = answer.diagnosis.mismatch.iter();
@@ -194,6 +183,7 @@ fn shades(ui: &Ui, answer: &Answer, strip: &Strip) -> Vec<Item> {
         .collect()
 }
 
+/// Noise of a recording [m], or of all recordings if its own is unknown.
 fn noise_of(answer: &Answer, strip: &Strip) -> f64 {
     let d = &answer.diagnosis;
     let mut proofs = d.proof.iter();
@@ -201,7 +191,7 @@ fn noise_of(answer: &Answer, strip: &Strip) -> f64 {
     proof.map_or(d.noise, |p| p.noise)
 }
 
-/// The residual of every sample in view, if so few are in view that each can be seen.
+/// The residual of every sample in view, or `None` if there are too many to see each.
 fn samples(ui: &Ui, strip: &Strip, (from, to): (f64, f64), named: bool) -> Option<Vec<Item>> {
     let inside = |all: &[[f64; 2]]| {
         let first = all.partition_point(|p| p[0] < from);
@@ -210,7 +200,7 @@ fn samples(ui: &Ui, strip: &Strip, (from, to): (f64, f64), named: bool) -> Optio
     };
     let before = inside(&strip.samples_before);
     let known = before.iter().filter(|p| p[1].is_finite()).count();
-    if known < 2 || before.len() > COLUMNS {
+    if known < 2 || before.len() > MAX_COLUMNS {
         return None;
     }
     let line = |points, color| Item::Line {
@@ -226,6 +216,7 @@ fn samples(ui: &Ui, strip: &Strip, (from, to): (f64, f64), named: bool) -> Optio
     Some(items)
 }
 
+/// Plots the residuals of single samples between lines at plus and minus the noise.
 fn of_samples(
     ui: &mut Ui,
     (answer, strip): (&Answer, &Strip),
@@ -253,7 +244,7 @@ fn of_samples(
     .show(ui)
 }
 
-/// The ground's level in this recording: as found in it, or as in the re-tuned model.
+/// The ground level [m]: measured in this recording, or else that of the re-tuned model.
 fn ground(state: &State, answer: &Answer, used: &Used) -> Option<f64> {
     let snapshot = state.snapshot.as_ref()?;
     let compared = snapshot.comparisons.iter().find(|c| c.id == used.id);
@@ -261,21 +252,21 @@ fn ground(state: &State, answer: &Answer, used: &Used) -> Option<f64> {
         .and_then(|c| c.features.as_ref())
         .and_then(|f| f.contact_level.as_ref().ok().copied());
     let model = &answer.diagnosis.baseline;
-    let told = model.parameters[ParameterId::OffsetP] - model.parameters[ParameterId::Dp];
-    measured.or(model.has_ground.then_some(told))
+    let modelled = model.parameters[ParameterId::OffsetP] - model.parameters[ParameterId::Dp];
+    measured.or(model.has_ground.then_some(modelled))
 }
 
-/// The samples in view, or least and greatest of each column where they are many.
+/// The samples in view, or the minimum and maximum of each column if there are many.
 fn thinned(recording: &Recording, (from, to): (f64, f64)) -> Vec<[f64; 2]> {
     let time = &recording.time;
     let first = time.partition_point(|t| *t < from).saturating_sub(1);
     let last = (time.partition_point(|t| *t <= to) + 1).min(time.len());
     let values = &recording.proof_mass[first..last.max(first)];
     let times = &time[first..last.max(first)];
-    if values.len() <= 2 * COLUMNS {
+    if values.len() <= 2 * MAX_COLUMNS {
         return times.iter().zip(values).map(|(t, x)| [*t, *x]).collect();
     }
-    let step = values.len().div_ceil(COLUMNS);
+    let step = values.len().div_ceil(MAX_COLUMNS);
     times
         .chunks(step)
         .zip(values.chunks(step))
@@ -294,7 +285,8 @@ fn thinned(recording: &Recording, (from, to): (f64, f64)) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The stretch to look at after a drag, the wheel or a double click, if there was one.
+/// The interval to show after a drag, the wheel or a double click. `None` if nothing was done,
+/// `Some(None)` for the whole recording.
 fn moved(
     ui: &Ui,
     response: &Response,
@@ -307,7 +299,7 @@ fn moved(
     let width = f64::from(response.rect.width()).max(1.0);
     let span = to - from;
     let limit = |a: f64, b: f64| {
-        let length = (b - a).clamp(SHORTEST, whole.1 - whole.0);
+        let length = (b - a).clamp(MIN_INTERVAL, whole.1 - whole.0);
         let a = a.clamp(whole.0, whole.1 - length);
         Some((a, a + length))
     };
@@ -331,7 +323,7 @@ fn moved(
     let factor = 0.8f64.powf(f64::from(wheel.clamp(-3.0, 3.0)));
     let share = f64::from(at.x - response.rect.left()) / width;
     let pivot = from + share * span;
-    let length = (span * factor).clamp(SHORTEST, whole.1 - whole.0);
+    let length = (span * factor).clamp(MIN_INTERVAL, whole.1 - whole.0);
     let a = pivot - share * length;
     Some(limit(a, a + length))
 }

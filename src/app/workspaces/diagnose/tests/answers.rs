@@ -1,4 +1,4 @@
-//! What is shown without an answer, and of answers made up by hand.
+//! What the workspace shows without an answer, and for answers written by hand.
 
 use std::collections::BTreeSet;
 
@@ -13,12 +13,13 @@ use crate::app::analysis::diagnosis_view::{EventPlot, Evidence};
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Role;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::diagnose::report::fixture;
 
 #[test]
 fn without_recordings_it_says_what_to_do() {
     let mut harness = harness(empty());
-    assert!(says(&harness, "drop CSV files on the window"));
+    assert!(says(&harness, "CSV files on the window"));
     press(&mut harness, "Diagnose");
     assert!(harness.state().commands.is_empty(), "it is disabled");
     press(&mut harness, "Try the example");
@@ -26,9 +27,9 @@ fn without_recordings_it_says_what_to_do() {
 }
 
 #[test]
-fn recordings_named_so_are_kept_out_and_it_says_so() {
+fn recordings_named_held_out_are_held_out_by_default() {
     let harness = harness(with(&["held-out-1.csv", "a.csv", "b.csv"]));
-    assert!(says(&harness, "Those named so are kept out"));
+    assert!(says(&harness, "Recordings named \"held-out\" are held out"));
     let asked = Asked::of(&harness.state().setup, None);
     assert_eq!(asked.find("held-out-1.csv").unwrap().role, Role::HeldOut);
     assert_eq!(asked.find("b.csv").unwrap().role, Role::Train);
@@ -37,24 +38,24 @@ fn recordings_named_so_are_kept_out_and_it_says_so() {
 #[test]
 fn two_recordings_are_ready_at_once() {
     let mut harness = harness(with(&["a.csv", "b.csv"]));
-    assert!(says(&harness, "The last quarter is kept out"));
+    assert!(says(&harness, "The last quarter is held out"));
     press(&mut harness, "Diagnose");
     assert_eq!(harness.state().commands, [Command::Diagnose]);
     let asked = Asked::of(&harness.state().setup, None);
     assert!(!asked.split);
     assert_eq!(asked.find("b.csv").unwrap().role, Role::HeldOut);
     // A click changes it.
-    harness.get_all_by_label("leave").last().unwrap().click();
+    harness.get_all_by_label("ignore").last().unwrap().click();
     harness.run_steps(4);
     let asked = Asked::of(&harness.state().setup, None);
     assert!(asked.split && asked.find("b.csv").is_none());
-    assert!(says(&harness, "Nothing is kept out"));
+    assert!(says(&harness, "No recording is held out"));
     press(&mut harness, "Choose for me");
     assert!(!Asked::of(&harness.state().setup, None).split);
 }
 
 #[test]
-fn recordings_of_one_name_are_told_apart() {
+fn recordings_of_the_same_name_get_numbers() {
     let state = with(&["a.csv", "a.csv", "a.csv"]);
     let names = Asked::of(&state.setup, None).recordings;
     let names: Vec<_> = names.iter().map(|u| u.recording.name.as_str()).collect();
@@ -74,15 +75,15 @@ fn one_without_voltage_is_named() {
 }
 
 #[test]
-fn an_answer_is_told_in_a_sentence_and_opens_its_plots() {
+fn an_answer_is_stated_in_a_sentence_and_opens_its_plots() {
     for size in [[1280.0, 690.0], [1920.0, 1050.0]] {
         let mut harness = harness_of(answered(fixture::drag()), size);
         assert!(says(&harness, "Left out: quadratic drag (99.9 %)"));
-        assert!(says(&harness, "falls from 438 nm to 20.4 nm; noise 20 nm"));
+        assert!(says(&harness, "from 438 nm to 20.4 nm"));
         assert!(says(&harness, "Nothing left out"));
         assert!(says(&harness, "Unknown: not in the catalogue"));
         assert!(says(&harness, "Look-alike: compressible film"));
-        // What it names is opened at the plot that supports it.
+        // The named effect is opened with the plot that shows it best.
         assert_eq!(harness.state().diagnosing.look.evidence, Evidence::Force);
         assert!(says(&harness, "missing force [nN] against velocity"));
         for tab in ["Over time", "Residual against", "Ground events"] {
@@ -92,7 +93,7 @@ fn an_answer_is_told_in_a_sentence_and_opens_its_plots() {
         press(&mut harness, "pull-off force (18)");
         let look = &harness.state().diagnosing.look;
         assert_eq!(look.events, EventPlot::Adhesion);
-        let strip = "residuals along square 300 8, kept out";
+        let strip = "residuals along square 300 8, held out";
         harness.get_by_label(strip).scroll_to_me();
         harness.run_steps(60);
         press(&mut harness, strip);
@@ -123,14 +124,14 @@ fn every_kind_of_answer_is_drawn_light_and_dark() {
     assert!(says(&adequate, "Nothing is missing"));
     assert!(says(
         &adequate,
-        "What is too small to show in them cannot be told"
+        "Effects too small for these recordings cannot be ruled out"
     ));
     let unexplained = harness(answered(fixture::unexplained()));
-    assert!(says(&unexplained, "Something is missing that no effect"));
+    assert!(says(&unexplained, "Something is missing"));
 }
 
 #[test]
-fn a_stretch_of_mismatch_is_zoomed() {
+fn an_interval_of_mismatch_can_be_zoomed() {
     let d = fixture::drag();
     let worst = d.mismatch[0].clone();
     let mut harness = harness_of(answered(d), [1920.0, 1600.0]);
@@ -152,13 +153,13 @@ fn effects_are_added_by_hand_and_compared() {
     press(&mut harness, "Diagnose by hand");
     assert!(harness.state().commands.is_empty(), "nothing was changed");
     harness
-        .get_by_role_and_label(Kind::CheckBox, "take dry friction as left out")
+        .get_by_role_and_label(Kind::CheckBox, "include dry friction")
         .click();
     harness.run_steps(4);
     assert!(says(&harness, "By hand: dry friction and quadratic drag"));
     press(&mut harness, "Diagnose by hand");
     assert_eq!(harness.state().commands, [Command::DiagnoseByHand]);
-    // It comes back, and both are there to be compared.
+    // With both results present they can be compared.
     let state = harness.state_mut();
     let picked: BTreeSet<String> = state.diagnosing.picked();
     let asked = Asked::of(&state.setup, Some(picked));
@@ -166,13 +167,16 @@ fn effects_are_added_by_hand_and_compared() {
     harness.run_steps(4);
     assert!(says(
         &harness,
-        "search: kept out 21.9 x noise to 1.02 x noise"
+        "search: held out 21.9 x noise to 1.02 x noise"
     ));
     assert!(says(
         &harness,
         "By hand, with dry friction and quadratic drag."
     ));
-    assert!(says(&harness, "Weighed"), "as the search weighed them");
+    assert!(
+        says(&harness, "Candidates"),
+        "with the numbers of the search"
+    );
     press(&mut harness, "found by the search");
     assert!(says(&harness, "Left out: quadratic drag"));
 }
@@ -194,7 +198,10 @@ fn the_answer_is_used() {
     harness.get_by_label("Load this drive").scroll_to_me();
     harness.run_steps(60);
     press(&mut harness, "Load this drive");
-    assert_eq!(harness.state().commands, [Command::Workspace("tune")]);
+    assert_eq!(
+        harness.state().commands,
+        [Command::Workspace(WorkspaceId::Tune)]
+    );
     let DriveChoice::Waveform(drive) = &harness.state().setup.drive else {
         panic!("no waveform");
     };
@@ -202,7 +209,7 @@ fn the_answer_is_used() {
 }
 
 #[test]
-fn an_answer_of_other_recordings_is_said_to_be_old() {
+fn an_answer_for_other_recordings_is_marked_as_old() {
     let mut state = answered(fixture::drag());
     assert!(!state.diagnosing.is_stale(&state.setup));
     state.setup.overlays.pop();
@@ -211,7 +218,7 @@ fn an_answer_of_other_recordings_is_said_to_be_old() {
 }
 
 #[test]
-fn an_error_stands_where_the_answer_would() {
+fn an_error_is_shown_in_place_of_the_answer() {
     let mut state = with(&["a.csv"]);
     state.diagnosing.error = Some("a.csv has no contact".to_owned());
     let harness = harness(state);
@@ -219,7 +226,7 @@ fn an_error_stands_where_the_answer_would() {
 }
 
 #[test]
-fn nothing_creeps_while_it_is_looked_at() {
+fn the_layout_is_stable_over_time() {
     let mut harness = harness(answered(fixture::drag()));
     for tab in [
         "Over time",

@@ -1,4 +1,4 @@
-//! The workspace by its accessibility tree, without a GPU.
+//! Tests of the workspace through its accessibility tree, without a GPU.
 
 mod answers;
 mod support;
@@ -10,7 +10,7 @@ use egui_kittest::kittest::Queryable;
 
 use crate::app::state::State;
 
-/// The workspace at the smallest size it must fit.
+/// The workspace at the smallest supported size.
 fn harness(state: State) -> Harness<'static, State> {
     harness_of(state, [1280.0, 690.0])
 }

@@ -1,4 +1,4 @@
-//! States made up for the tests: no threads, no files.
+//! States for the tests, without threads and files.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ pub fn empty() -> State {
     crate::app::state::state(setup, View::default())
 }
 
-/// A short recording of a ring with a voltage.
+/// A short recording of a decaying oscillation with a constant voltage.
 pub fn recording(name: &str) -> Arc<Recording> {
     let time: Vec<f64> = (0..2000).map(|i| 2e-5 * f64::from(i)).collect();
     let ring = |t: &f64| 5e-5 * (-30.0 * t).exp() * (3900.0 * t).cos();
@@ -26,7 +26,7 @@ pub fn recording(name: &str) -> Arc<Recording> {
     Arc::new(Recording::new(name, time, Some(voltage), values, None).unwrap())
 }
 
-/// Recordings of these names, loaded by a person.
+/// A state with recordings of these names, as if loaded by a person.
 pub fn with(names: &[&str]) -> State {
     let mut state = empty();
     for (id, name) in (1..).zip(names) {
@@ -37,7 +37,7 @@ pub fn with(names: &[&str]) -> State {
     state
 }
 
-/// A state in which a search has brought `diagnosis`.
+/// A state in which a search has found `diagnosis`.
 pub fn answered(diagnosis: Diagnosis) -> State {
     let mut names: Vec<(&str, bool)> = Vec::new();
     for p in &diagnosis.proof {

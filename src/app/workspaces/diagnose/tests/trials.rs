@@ -1,4 +1,4 @@
-//! The sealed trial: the truth is nowhere before the envelope is opened.
+//! The sealed trial: the truth must not be visible before the envelope is opened.
 
 use eframe::egui::Context;
 use eframe::egui::accesskit::Role as Kind;
@@ -13,7 +13,7 @@ use crate::app::state::State;
 use crate::diagnose::report::fixture;
 use crate::trial::{Case, Class, Mix, Settings};
 
-/// A state with a trial on, made by the thread beside the window.
+/// A state with a running trial, prepared by the background thread.
 fn on_trial() -> State {
     let mut state = with(&["mine.csv"]);
     state.diagnosing.trial.open = true;
@@ -32,9 +32,9 @@ fn on_trial() -> State {
 }
 
 #[test]
-fn the_truth_is_seen_only_once_the_envelope_is_open() {
+fn the_truth_is_hidden_until_the_envelope_is_open() {
     let state = on_trial();
-    // What must not be seen: the same trial drawn here.
+    // The same trial is drawn here, to know what must stay hidden.
     let settings = Settings {
         mix: Mix::Only(Class::One),
         ..Settings::default()
@@ -44,7 +44,7 @@ fn the_truth_is_seen_only_once_the_envelope_is_open() {
     let seal = case.seal().to_owned();
     let sealed = state.diagnosing.trial.sealed.as_ref().unwrap();
     assert_eq!(sealed.seal, seal, "it is the same trial");
-    // The person's own is put aside, and is what a session keeps.
+    // The person's own recordings are set aside; a session saves those.
     assert!(state.setup.overlays.len() > 2);
     assert!(
         state
@@ -54,12 +54,12 @@ fn the_truth_is_seen_only_once_the_envelope_is_open() {
             .all(|o| o.recording.name != "mine.csv")
     );
     assert_eq!(own_setup(&state).overlays.len(), 1);
-    // The diagnosis is asked about recordings and nothing else.
+    // The diagnosis gets the recordings and nothing else.
     let asked = Asked::of(&state.setup, None);
     assert!(!asked.split && format!("{asked:?}").len() > 10);
     assert!(state.setup.preset.model.effects.is_empty());
 
-    // Undone, it is over.
+    // Undo ends the trial.
     let mut undone = state.clone();
     undone.setup = own_setup(&state).clone();
     crate::app::actions::diagnosis::poll(&mut undone, &mut 100);
@@ -102,7 +102,7 @@ fn the_truth_is_seen_only_once_the_envelope_is_open() {
     assert!(says(&harness, "The tool: abstained"));
     let tally = harness.state().diagnosing.trial.tally;
     assert_eq!((tally.tool, tally.person.1), ((0, 1), 1));
-    // The person's own comes back.
+    // The person's own recordings come back.
     press(&mut harness, "Close the trial");
     let state = harness.state();
     assert_eq!(state.setup.overlays[0].recording.name, "mine.csv");

@@ -1,4 +1,4 @@
-//! The drive: waveform, its values, a table of points, a preview of two periods.
+//! The drive editor: kind of waveform, its values or a table of points, and a preview.
 
 use eframe::egui::{Button, ComboBox, Ui};
 
@@ -15,40 +15,49 @@ use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The kinds of drive in the order of the list.
-const KINDS: [&str; 8] = [
+const DRIVE_KINDS: [&str; 8] = [
     "rest", "sine", "square", "triangle", "ramped", "chirp", "table", "recorded",
 ];
 
-const HERTZ: (f64, f64) = (1e-6, 1e6);
-const FREQUENCY: ParameterSpec = ParameterSpec {
+/// Frequency and amplitude of a drive if the preset has none [Hz], [V].
+const DEFAULT_FREQUENCY: f64 = 15.0;
+const DEFAULT_AMPLITUDE: f64 = 8.0;
+/// Ramp share of a new ramped square wave.
+const DEFAULT_RAMP_SHARE: f64 = 0.1;
+/// A new sweep ends at this multiple of its first frequency.
+const SWEEP_RATIO: f64 = 10.0;
+/// Frequencies that can be typed [Hz].
+const FREQUENCY_LIMITS: (f64, f64) = (1e-6, 1e6);
+
+const FREQUENCY_SPEC: ParameterSpec = ParameterSpec {
     id: "frequency",
     symbol: "f",
     name: "drive frequency",
     unit: "Hz",
-    default: 15.0,
+    default: DEFAULT_FREQUENCY,
     range: (1.0, 1000.0),
-    limits: HERTZ,
+    limits: FREQUENCY_LIMITS,
     scale: Scale::Log,
     rank: Rank::Secondary,
     meaning: "periods per second of the drive voltage",
     equation: "",
 };
-const FROM: ParameterSpec = ParameterSpec {
+const FROM_SPEC: ParameterSpec = ParameterSpec {
     id: "from",
     symbol: "f from",
     name: "first frequency",
     range: (1.0, 10_000.0),
     meaning: "frequency at the start of the sweep",
-    ..FREQUENCY
+    ..FREQUENCY_SPEC
 };
-const TO: ParameterSpec = ParameterSpec {
+const TO_SPEC: ParameterSpec = ParameterSpec {
     id: "to",
     symbol: "f to",
     name: "last frequency",
     meaning: "frequency at the end of the sweep",
-    ..FROM
+    ..FROM_SPEC
 };
-const SWEEP: ParameterSpec = ParameterSpec {
+const SWEEP_SPEC: ParameterSpec = ParameterSpec {
     id: "sweep",
     symbol: "sweep",
     name: "sweep time",
@@ -56,9 +65,9 @@ const SWEEP: ParameterSpec = ParameterSpec {
     range: (0.01, 100.0),
     limits: (1e-9, 1e6),
     meaning: "time from the first frequency to the last; then the voltage is held",
-    ..FREQUENCY
+    ..FREQUENCY_SPEC
 };
-const AMPLITUDE: ParameterSpec = ParameterSpec {
+const AMPLITUDE_SPEC: ParameterSpec = ParameterSpec {
     id: "amplitude",
     symbol: "A",
     name: "drive amplitude",
@@ -66,10 +75,10 @@ const AMPLITUDE: ParameterSpec = ParameterSpec {
     range: (0.0, 10.0),
     limits: (-1e4, 1e4),
     scale: Scale::Linear,
-    meaning: "largest voltage; the branches of the piezo film are known to 8 V",
-    ..FREQUENCY
+    meaning: "peak voltage; the branches of the piezo film are measured up to 8 V",
+    ..FREQUENCY_SPEC
 };
-const LAMBDA: ParameterSpec = ParameterSpec {
+const LAMBDA_SPEC: ParameterSpec = ParameterSpec {
     id: "lambda",
     symbol: "λ",
     name: "ramp share",
@@ -77,19 +86,19 @@ const LAMBDA: ParameterSpec = ParameterSpec {
     range: (0.0, 0.5),
     limits: (0.0, 0.5),
     scale: Scale::Linear,
-    meaning: "share of the period that each ramp takes; 0 is a square wave (fig. 6)",
-    ..FREQUENCY
+    meaning: "share of the period that each ramp takes; 0 is a square wave (fig. 6 of the paper)",
+    ..FREQUENCY_SPEC
 };
 
-/// Draws the editor. Values that make no sense are shown where they are typed; the
-/// drive stays what it was.
+/// Draws the editor. Invalid values are shown where they are typed; the drive stays as it
+/// was.
 pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
     if state.setup.preset.model.piezo.is_none() {
         ui.weak("This device has no drive.");
         return;
     }
     if place == Place::Panel && state.drive_editor_open {
-        ui.weak("Shown in its window.");
+        ui.weak("The drive editor is open in a window.");
         return;
     }
     ui.horizontal(|ui| {
@@ -116,7 +125,7 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
     }
 }
 
-/// Which of [`KINDS`] a drive is.
+/// Which of [`DRIVE_KINDS`] a drive is.
 fn kind_of(drive: &DriveChoice) -> &'static str {
     match drive {
         DriveChoice::Recorded(_) => "recorded",
@@ -132,49 +141,84 @@ fn kind_of(drive: &DriveChoice) -> &'static str {
     }
 }
 
-/// Frequency and amplitude of a drive, where it has them.
-fn frequency_and_amplitude(drive: &DriveChoice) -> (Option<f64>, Option<f64>) {
-    match drive {
-        DriveChoice::Waveform(
-            Waveform::Sine {
-                frequency,
-                amplitude,
-            }
-            | Waveform::Square {
-                frequency,
-                amplitude,
-            }
-            | Waveform::Triangle {
-                frequency,
-                amplitude,
-            }
-            | Waveform::Ramped {
-                frequency,
-                amplitude,
-                ..
-            }
-            | Waveform::Chirp {
-                from: frequency,
-                amplitude,
-                ..
-            },
-        ) => (Some(*frequency), Some(*amplitude)),
-        DriveChoice::Waveform(Waveform::Table(table)) => (None, Some(table.amplitude())),
-        _ => (None, None),
+/// The values of a waveform that have a slider, with their specifications. A table has none.
+fn editable_values(waveform: &mut Waveform) -> Vec<(ParameterSpec, &mut f64)> {
+    match waveform {
+        Waveform::Rest | Waveform::Table(_) => Vec::new(),
+        Waveform::Sine {
+            frequency,
+            amplitude,
+        }
+        | Waveform::Square {
+            frequency,
+            amplitude,
+        }
+        | Waveform::Triangle {
+            frequency,
+            amplitude,
+        } => vec![(FREQUENCY_SPEC, frequency), (AMPLITUDE_SPEC, amplitude)],
+        Waveform::Ramped {
+            frequency,
+            amplitude,
+            lambda,
+        } => vec![
+            (FREQUENCY_SPEC, frequency),
+            (AMPLITUDE_SPEC, amplitude),
+            (LAMBDA_SPEC, lambda),
+        ],
+        Waveform::Chirp {
+            from,
+            to,
+            amplitude,
+            duration,
+        } => vec![
+            (FROM_SPEC, from),
+            (TO_SPEC, to),
+            (AMPLITUDE_SPEC, amplitude),
+            (SWEEP_SPEC, duration),
+        ],
     }
 }
 
-/// The drive of the kind asked for, with as much kept of the present one as it has.
-pub(crate) fn of_kind(setup: &Setup, kind: &str) -> Option<DriveChoice> {
-    let usual = Waveform::parse(&setup.preset.drive, setup.preset.duration)
+/// Frequency [Hz] and amplitude [V] of a drive, if it has them. The frequency of a sweep is
+/// the first one.
+fn frequency_and_amplitude(drive: &DriveChoice) -> (Option<f64>, Option<f64>) {
+    match drive {
+        DriveChoice::Recorded(_) => (None, None),
+        DriveChoice::Waveform(Waveform::Table(table)) => (None, Some(table.amplitude())),
+        DriveChoice::Waveform(waveform) => {
+            let mut waveform = waveform.clone();
+            let values = editable_values(&mut waveform);
+            let find = |ids: &[&str]| {
+                let mut all = values.iter();
+                all.find(|(spec, _)| ids.contains(&spec.id))
+                    .map(|(_, value)| **value)
+            };
+            let frequency = find(&[FREQUENCY_SPEC.id, FROM_SPEC.id]);
+            (frequency, find(&[AMPLITUDE_SPEC.id]))
+        }
+    }
+}
+
+/// Frequency [Hz] and amplitude [V] of the drive of the preset, or the defaults.
+fn preset_frequency_and_amplitude(setup: &Setup) -> (f64, f64) {
+    let drive = Waveform::parse(&setup.preset.drive, setup.preset.duration)
         .map(DriveChoice::Waveform)
         .unwrap_or(DriveChoice::Waveform(Waveform::Rest));
-    let (own, fallback) = (
-        frequency_and_amplitude(&setup.drive),
-        frequency_and_amplitude(&usual),
-    );
-    let frequency = own.0.or(fallback.0).unwrap_or(15.0);
-    let amplitude = own.1.or(fallback.1).unwrap_or(8.0);
+    let (frequency, amplitude) = frequency_and_amplitude(&drive);
+    (
+        frequency.unwrap_or(DEFAULT_FREQUENCY),
+        amplitude.unwrap_or(DEFAULT_AMPLITUDE),
+    )
+}
+
+/// A drive of another kind, with frequency and amplitude of the current one if it has them.
+/// `None` for a recorded drive if no recording has a voltage.
+pub(crate) fn of_kind(setup: &Setup, kind: &str) -> Option<DriveChoice> {
+    let (frequency, amplitude) = frequency_and_amplitude(&setup.drive);
+    let (preset_frequency, preset_amplitude) = preset_frequency_and_amplitude(setup);
+    let frequency = frequency.unwrap_or(preset_frequency);
+    let amplitude = amplitude.unwrap_or(preset_amplitude);
     let waveform = match kind {
         "rest" => Waveform::Rest,
         "sine" => Waveform::Sine {
@@ -192,11 +236,11 @@ pub(crate) fn of_kind(setup: &Setup, kind: &str) -> Option<DriveChoice> {
         "ramped" => Waveform::Ramped {
             frequency,
             amplitude,
-            lambda: 0.1,
+            lambda: DEFAULT_RAMP_SHARE,
         },
         "chirp" => Waveform::Chirp {
             from: frequency,
-            to: (10.0 * frequency).min(1e6),
+            to: (SWEEP_RATIO * frequency).min(FREQUENCY_LIMITS.1),
             amplitude,
             duration: setup.duration,
         },
@@ -223,7 +267,7 @@ fn kind_picker(ui: &mut Ui, setup: &mut Setup, place: Place) {
         .width(92.0)
         .selected_text(kind)
         .show_ui(ui, |ui| {
-            for name in KINDS {
+            for name in DRIVE_KINDS {
                 let drive = of_kind(setup, name);
                 let entry = ui.add_enabled(drive.is_some(), Button::selectable(name == kind, name));
                 let entry = entry.on_disabled_hover_text("No recording with a voltage is loaded.");
@@ -243,17 +287,21 @@ fn kind_picker(ui: &mut Ui, setup: &mut Setup, place: Place) {
 /// Sliders for the values of a waveform.
 fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) {
     let before = waveform.clone();
-    let usual = Waveform::parse(&setup.preset.drive, setup.preset.duration)
-        .map(DriveChoice::Waveform)
-        .unwrap_or(DriveChoice::Waveform(Waveform::Rest));
-    let (usual_frequency, usual_amplitude) = frequency_and_amplitude(&usual);
-    let mut edit = |spec: ParameterSpec, value: &mut f64, original: f64| {
+    let (frequency, amplitude) = preset_frequency_and_amplitude(setup);
+    let default_of = |id: &str| match id {
+        id if id == AMPLITUDE_SPEC.id => amplitude,
+        id if id == LAMBDA_SPEC.id => DEFAULT_RAMP_SHARE,
+        id if id == TO_SPEC.id => SWEEP_RATIO * frequency,
+        id if id == SWEEP_SPEC.id => setup.duration,
+        _ => frequency,
+    };
+    for (spec, value) in editable_values(&mut waveform) {
         let slider = ParameterSlider {
             scope: place.scope(),
             id: spec.id,
             spec,
             value: *value,
-            original,
+            original: default_of(spec.id),
             locked: None,
             size: Size::Small,
             problem: None,
@@ -261,51 +309,9 @@ fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) 
         if let Some(new) = slider.show(ui).value {
             *value = new;
         }
-    };
-    let (f0, a0) = (
-        usual_frequency.unwrap_or(15.0),
-        usual_amplitude.unwrap_or(8.0),
-    );
-    match &mut waveform {
-        Waveform::Rest | Waveform::Table(_) => {}
-        Waveform::Sine {
-            frequency,
-            amplitude,
-        }
-        | Waveform::Square {
-            frequency,
-            amplitude,
-        }
-        | Waveform::Triangle {
-            frequency,
-            amplitude,
-        } => {
-            edit(FREQUENCY, frequency, f0);
-            edit(AMPLITUDE, amplitude, a0);
-        }
-        Waveform::Ramped {
-            frequency,
-            amplitude,
-            lambda,
-        } => {
-            edit(FREQUENCY, frequency, f0);
-            edit(AMPLITUDE, amplitude, a0);
-            edit(LAMBDA, lambda, 0.1);
-        }
-        Waveform::Chirp {
-            from,
-            to,
-            amplitude,
-            duration,
-        } => {
-            edit(FROM, from, f0);
-            edit(TO, to, 10.0 * f0);
-            edit(AMPLITUDE, amplitude, a0);
-            edit(SWEEP, duration, setup.duration);
-        }
     }
     if matches!(waveform, Waveform::Rest) {
-        ui.weak("No voltage since poling: no force.");
+        ui.weak("No voltage since poling, hence no force.");
     }
     if waveform != before {
         match waveform.check() {
@@ -318,7 +324,7 @@ fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) 
     }
 }
 
-/// Choice among the recordings that have a voltage.
+/// The choice among the recordings that have a voltage.
 fn recorded(ui: &mut Ui, setup: &mut Setup, place: Place) {
     let DriveChoice::Recorded(chosen) = setup.drive else {
         return;

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! The drive editor: the waveform with its values, a table of points, and a preview. It is
+//! shown in the left panel or in a window of its own.
 
 pub mod editor;
 pub(super) mod place;

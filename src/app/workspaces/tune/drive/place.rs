@@ -1,4 +1,4 @@
-//! TODO-doc
+//! The two places of the drive editor.
 
 /// Where the editor is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// Keeps the widgets of the two places apart.
+    /// Prefix of the widget ids, so that the two places do not share state.
     pub(crate) fn scope(self) -> &'static str {
         match self {
             Place::Panel => "drive",

@@ -1,4 +1,4 @@
-//! A small picture of the drive: two periods, or all of it where it does not repeat.
+//! A small plot of the drive: two periods, or all of it if it is not periodic.
 
 use std::sync::Arc;
 
@@ -12,12 +12,12 @@ use crate::app::setup::overlay::Overlay;
 use crate::app::setup::setup::Setup;
 use crate::model::drive::{Shape, Waveform};
 
-/// Points that are drawn at most.
-const POINTS: usize = 1200;
+/// The curve is drawn with at most this many points.
+const MAX_POINTS: usize = 1200;
 /// Points on a curved segment.
-const CURVE: usize = 24;
+const POINTS_PER_CURVE: usize = 24;
 
-/// Draws the picture.
+/// Draws the plot.
 pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
     let points = match &setup.drive {
         DriveChoice::Waveform(waveform) => corners(waveform, span(setup, waveform)),
@@ -55,7 +55,7 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
         });
 }
 
-/// Time that is shown [s].
+/// The time that is shown [s].
 fn span(setup: &Setup, waveform: &Waveform) -> f64 {
     match waveform {
         Waveform::Table(table) => table.end().max(1e-6),
@@ -67,17 +67,17 @@ fn span(setup: &Setup, waveform: &Waveform) -> f64 {
     }
 }
 
-/// The voltage as a line through all corners, or evenly sampled where there are too
-/// many. `(time [s], voltage [V])`.
+/// The voltage as a line through all corners, or evenly sampled if there are too many.
+/// Points are `[time [s], voltage [V]]`.
 pub(crate) fn corners(waveform: &Waveform, span: f64) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     let mut index = waveform.index_at(0.0);
-    while points.len() < POINTS {
+    while points.len() < MAX_POINTS {
         let segment = waveform.segment(index);
         let (start, end) = (segment.start.max(0.0), segment.end.min(span));
         let pieces = match segment.shape {
             Shape::Constant { .. } | Shape::Line { .. } => 1,
-            Shape::Sine { .. } | Shape::Chirp { .. } | Shape::Cubic { .. } => CURVE,
+            Shape::Sine { .. } | Shape::Chirp { .. } | Shape::Cubic { .. } => POINTS_PER_CURVE,
         };
         for i in 0..=pieces {
             let t = start + (end - start) * i as f64 / pieces as f64;
@@ -88,22 +88,22 @@ pub(crate) fn corners(waveform: &Waveform, span: f64) -> Vec<[f64; 2]> {
         }
         index += 1;
     }
-    (0..=POINTS)
-        .map(|i| span * i as f64 / POINTS as f64)
+    (0..=MAX_POINTS)
+        .map(|i| span * i as f64 / MAX_POINTS as f64)
         .map(|t| [t, waveform.voltage(t)])
         .collect()
 }
 
-/// A recording's voltage, thinned once and kept: least and greatest of each stretch.
+/// A recorded voltage as minimum and maximum of each piece, computed once and cached.
 fn recorded(ui: &Ui, overlay: &Overlay) -> Arc<Vec<[f64; 2]>> {
     let key = Id::unique(("recorded drive", overlay.id));
     if let Some(points) = ui.data(|data| data.get_temp::<Arc<Vec<[f64; 2]>>>(key)) {
         return points;
     }
     let (time, voltage) = overlay.recording.drive_table().unwrap_or_default();
-    let stretch = (2 * time.len() / POINTS).max(1);
+    let piece = (2 * time.len() / MAX_POINTS).max(1);
     let mut points = Vec::new();
-    for (t, v) in time.chunks(stretch).zip(voltage.chunks(stretch)) {
+    for (t, v) in time.chunks(piece).zip(voltage.chunks(piece)) {
         let least = (0..v.len()).min_by(|&a, &b| v[a].total_cmp(&v[b]));
         let greatest = (0..v.len()).max_by(|&a, &b| v[a].total_cmp(&v[b]));
         if let (Some(a), Some(b)) = (least, greatest) {
@@ -123,7 +123,7 @@ mod tests {
     use super::super::preview::*;
 
     #[test]
-    fn corners_are_met_and_bounded() {
+    fn the_curve_has_all_corners_and_few_points() {
         let square = Waveform::Square {
             frequency: 10.0,
             amplitude: 8.0,
@@ -138,6 +138,6 @@ mod tests {
             amplitude: 1.0,
             duration: 10.0,
         };
-        assert!(corners(&fast, 10.0).len() <= POINTS + 1);
+        assert!(corners(&fast, 10.0).len() <= MAX_POINTS + 1);
     }
 }

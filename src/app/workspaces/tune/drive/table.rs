@@ -12,29 +12,26 @@ use crate::app::widgets::text::small;
 use crate::model::drive::{DriveError, VoltageTable, Waveform};
 use crate::model::unit::parse_quantity;
 
-/// Longer tables are edited as text only.
-const ROWS: usize = 100;
-/// Longer tables are not edited here at all.
-const LINES: usize = 20_000;
+/// Tables with more points are edited as text only.
+const MAX_ROWS: usize = 100;
+/// Tables with more points are too long to edit here.
+const MAX_TEXT_LINES: usize = 20_000;
 
-/// Draws the table of the drive; a change that makes no sense is refused with the reason.
+/// Draws the table of the drive. An invalid change is refused with the reason.
 pub fn show(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
     let (time, voltage) = table.samples();
-    ui.weak(format!(
-        "{} points, straight lines between them",
-        time.len()
-    ));
-    if time.len() <= ROWS {
+    ui.weak(format!("{} points, linear interpolation", time.len()));
+    if time.len() <= MAX_ROWS {
         rows(ui, setup, table, place);
     }
-    if time.len() <= LINES {
+    if time.len() <= MAX_TEXT_LINES {
         CollapsingHeader::new("As text (paste here)")
             .id_salt((place.scope(), "as text"))
             .show_unindented(ui, |ui| text(ui, setup, time, voltage, place));
     }
 }
 
-/// What is wrong, without the name of the table: it is the one in view.
+/// What is wrong, without the name of the table, which is in view.
 fn reason(error: &DriveError) -> String {
     match error {
         DriveError::Table { reason, .. } => reason.clone(),
@@ -83,8 +80,8 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
                         changed = with(row, column, value).ok();
                     }
                     if let Some(error) = &output.error {
-                        let beside = output.response.rect;
-                        callout::error(ui, (place.scope(), row, column), beside, error);
+                        let field = output.response.rect;
+                        callout::error(ui, (place.scope(), row, column), field, error);
                     }
                 }
                 if time.len() > 1
@@ -116,13 +113,13 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
 fn text(ui: &mut Ui, setup: &mut Setup, time: &[f64], voltage: &[f64], place: Place) {
     let key = Id::unique((place.scope(), "table text"));
     let present = write(time, voltage);
-    // What is typed, and the table it was typed over: another table replaces it.
+    // The typed text together with the table it was typed over. A new table discards the text.
     let kept: Option<(String, String)> = ui.data(|data| data.get_temp(key));
     let mut typed = match kept {
         Some((typed, over)) if over == present => typed,
         _ => present.clone(),
     };
-    ui.weak("A line for each point: time and voltage, units as you like.");
+    ui.weak("One line per point: time and voltage, in any unit.");
     let edit = TextEdit::multiline(&mut typed)
         .desired_rows(6)
         .desired_width(f32::INFINITY)
@@ -161,7 +158,7 @@ pub(crate) fn read(text: &str) -> Result<DriveChoice, String> {
         let separator = [';', '\t', ','].into_iter().find(|c| line.contains(*c));
         let Some((t, v)) = separator.and_then(|c| line.split_once(c)) else {
             return Err(format!(
-                "line {}: \"{line}\" is no pair; write time and voltage, for example \"5 ms, 8 V\"",
+                "line {}: \"{line}\" is not a pair; write time and voltage, for example \"5 ms, 8 V\"",
                 number + 1
             ));
         };
@@ -183,7 +180,7 @@ mod tests {
     use super::super::table::*;
 
     #[test]
-    fn pasted_points_are_read_or_refused_with_the_line() {
+    fn pasted_points_are_read_or_refused_with_a_line_number() {
         let drive = read("t [s], V [V]\n# made by hand\n0, 0\n5 ms, 8 V\n10ms;-8\n").unwrap();
         let DriveChoice::Waveform(Waveform::Table(table)) = drive else {
             panic!("no table");

@@ -1,4 +1,4 @@
-//! What to fit, and to what.
+//! The choice of parameters to fit and of recordings to fit them to.
 
 use std::collections::BTreeSet;
 
@@ -14,9 +14,9 @@ use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
 /// Columns of the list of parameters.
-const COLUMNS: usize = 4;
+const PARAMETER_COLUMNS: usize = 4;
 
-/// Ticks for the parameters.
+/// Check boxes for the parameters.
 pub fn parameters(ui: &mut Ui, state: &mut State) {
     heading(ui, "Parameters to fit");
     let setup = &state.setup;
@@ -26,7 +26,7 @@ pub fn parameters(ui: &mut Ui, state: &mut State) {
     let mut changed = None;
     let busy = state.fitting.job.is_some();
     Grid::new("fit parameters")
-        .num_columns(COLUMNS)
+        .num_columns(PARAMETER_COLUMNS)
         .spacing([14.0, 3.0])
         .show(ui, |ui| {
             for (i, id) in ids.iter().enumerate() {
@@ -46,7 +46,7 @@ pub fn parameters(ui: &mut Ui, state: &mut State) {
                 if on != before {
                     changed = Some((id.clone(), on));
                 }
-                if i % COLUMNS == COLUMNS - 1 {
+                if i % PARAMETER_COLUMNS == PARAMETER_COLUMNS - 1 {
                     ui.end_row();
                 }
             }
@@ -60,12 +60,12 @@ pub fn parameters(ui: &mut Ui, state: &mut State) {
         }
         state.fitting.free = Some(free);
     }
-    if state.fitting.free.is_some() && !busy && ui.small_button("As usual").clicked() {
+    if state.fitting.free.is_some() && !busy && ui.small_button("Default choice").clicked() {
         state.fitting.free = None;
     }
 }
 
-/// A parameter's symbol; that of an effect with the effect's name.
+/// The symbol of a parameter. That of an effect is preceded by the name of the effect.
 pub fn symbol(id: &str) -> String {
     match ParameterId::from_id(id) {
         Some(parameter) => parameter.spec().symbol.to_owned(),
@@ -82,7 +82,7 @@ fn hint(model: &Model, id: &str) -> String {
     format!("{name}{value}")
 }
 
-/// What each recording is used for.
+/// The role of each recording.
 pub fn recordings(ui: &mut Ui, state: &mut State) {
     heading(ui, "Recordings");
     if state.setup.overlays.is_empty() {
@@ -90,7 +90,7 @@ pub fn recordings(ui: &mut Ui, state: &mut State) {
         return;
     }
     let busy = state.fitting.job.is_some();
-    let mut kept_out = false;
+    let mut any_held_out = false;
     let mut chosen = None;
     Grid::new("fit recordings")
         .num_columns(4)
@@ -105,13 +105,13 @@ pub fn recordings(ui: &mut Ui, state: &mut State) {
                 ui.add_enabled_ui(!busy, |ui| {
                     ui.horizontal(|ui| {
                         let choices = [
-                            (Role::Train, "fit to", "Used to find the parameters"),
+                            (Role::Train, "fit", "The parameters are fitted to it"),
                             (
                                 Role::HeldOut,
-                                "keep out",
-                                "Not shown to the fit; it is judged by it",
+                                "hold out",
+                                "Not used for fitting; the result is checked on it",
                             ),
-                            (Role::Unused, "leave", "Not used"),
+                            (Role::Unused, "ignore", "Not used"),
                         ];
                         for (choice, text, help) in choices {
                             ui.selectable_value(&mut role, choice, text)
@@ -122,7 +122,7 @@ pub fn recordings(ui: &mut Ui, state: &mut State) {
                 if role != before {
                     chosen = Some((overlay.id, role));
                 }
-                kept_out |= role == Role::HeldOut;
+                any_held_out |= role == Role::HeldOut;
                 ui.end_row();
             }
         });
@@ -131,9 +131,7 @@ pub fn recordings(ui: &mut Ui, state: &mut State) {
     {
         overlay.role = Some(role);
     }
-    if !kept_out {
-        ui.label(
-            small("Nothing is kept out by choice: the last third of each recording is.").weak(),
-        );
+    if !any_held_out {
+        ui.label(small("No recording is held out, so the last third of each is.").weak());
     }
 }

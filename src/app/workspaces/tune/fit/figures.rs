@@ -1,4 +1,4 @@
-//! The figures of the steps: data, what was fitted to them, and the numbers below.
+//! The figures of the identification steps: data, fitted curves, and the numbers below.
 
 use eframe::egui::{Grid, Ui};
 use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotPoints, Points};
@@ -18,7 +18,7 @@ use crate::model::piezo::Branch;
 use crate::model::unit::format_quantity;
 
 /// Points of a fitted curve.
-const CURVE: usize = 120;
+const CURVE_POINTS: usize = 120;
 
 fn plot<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
     bare(name, x, y).legend(
@@ -56,8 +56,8 @@ pub(super) fn drive(ui: &mut Ui, found: &DriveFit) {
                 .collect();
             plot.points(Points::new(format!("{name}, measured"), points).radius(2.0));
             let (low, high) = fit.seen;
-            let curve: PlotPoints<'_> = (0..=CURVE)
-                .map(|i| low + (high - low) * i as f64 / CURVE as f64)
+            let curve: PlotPoints<'_> = (0..=CURVE_POINTS)
+                .map(|i| low + (high - low) * i as f64 / CURVE_POINTS as f64)
                 .map(|v| [v, piezo.gain(v, branch)])
                 .collect();
             plot.line(Line::new(format!("{name}, fitted"), curve).width(1.5));
@@ -85,7 +85,7 @@ pub(super) fn restitution(ui: &mut Ui, found: &Restitution) {
     let end = number(points.len());
     plot("step restitution", "bounce", "-v+ / v-")
         .include_y(0.0)
-        // The ratios are far above zero: below them it is free.
+        // The ratios are far above zero, so the space below them is free.
         .legend(
             Legend::default()
                 .position(Corner::RightBottom)
@@ -114,7 +114,7 @@ pub(super) fn restitution(ui: &mut Ui, found: &Restitution) {
         found.bounces.len()
     ));
     ui.label(small(format!(
-        "If it is constant, a dependence on speed this strong has probability {:.2}.",
+        "If alpha is constant, a dependence on speed this strong has probability {:.2}.",
         found.constant
     )));
     if found.aside.count() > 0 {
@@ -126,20 +126,20 @@ pub(super) fn restitution(ui: &mut Ui, found: &Restitution) {
 pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
     let palette = style::palette(ui);
     let longest = found.releases.iter().fold(0.0f64, |a, r| a.max(r.contact));
-    let at = |i: usize| 1.05 * longest * i as f64 / CURVE as f64;
+    let at = |i: usize| 1.05 * longest * i as f64 / CURVE_POINTS as f64;
     let (fitted, read) = (palette.proof_mass, palette.impact);
-    // The force itself; and what is left of it beside the line, where band and errors show.
-    // Towards contacts that were not seen the band grows: it must not set the scale.
+    // Two plots: the force, and its residual from the line, where band and errors are visible.
+    // The band grows outside the measured contact times, so the points set the scale.
     let reach = (found.releases.iter())
         .map(|r| (r.force - found.line.at(r.contact)).abs() + r.error)
         .fold(0.0, f64::max);
-    for (name, label, height, whole) in [
+    for (name, label, height, line_share) in [
         ("step adhesion", "pull-off force [nN]", 220.0, 1.0),
         ("step adhesion rest", "force - line [nN]", 150.0, 0.0),
     ] {
-        let on_line = |contact: f64| whole * found.line.at(contact);
+        let on_line = |contact: f64| line_share * found.line.at(contact);
         let curve = |side: f64| -> PlotPoints<'static> {
-            let points: Vec<[f64; 2]> = (0..=CURVE)
+            let points: Vec<[f64; 2]> = (0..=CURVE_POINTS)
                 .map(|i| {
                     let half = found.band(at(i)).1;
                     [1e3 * at(i), 1e9 * (on_line(at(i)) + side * half)]
@@ -148,15 +148,15 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
             points.into()
         };
         let figure = bare(name, "contact duration [ms]", label).height(height);
-        let figure = if whole > 0.0 {
-            // The line rises: its upper left is free.
+        let figure = if line_share > 0.0 {
+            // The line rises, so the upper left is free.
             figure.include_y(0.0).legend(
                 Legend::default()
                     .position(Corner::LeftTop)
                     .background_alpha(0.6),
             )
         } else {
-            // The colours are those above: a legend would lie on points.
+            // Same colours as above; a legend would cover points.
             figure
                 .default_y_bounds(-2.2e9 * reach, 2.2e9 * reach)
                 .default_x_bounds(0.0, 1.05e3 * longest)
@@ -168,9 +168,9 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
             }
             let line = Line::new("Ca t + Ca0", curve(0.0));
             plot.line(line.color(fitted).width(1.5));
-            let left = |r: &Release| r.force - found.line.at(r.contact) + on_line(r.contact);
+            let drawn = |r: &Release| r.force - found.line.at(r.contact) + on_line(r.contact);
             for r in &found.releases {
-                let ends = [left(r) - r.error, left(r) + r.error];
+                let ends = [drawn(r) - r.error, drawn(r) + r.error];
                 let bar = ends.map(|force| [1e3 * r.contact, 1e9 * force]).to_vec();
                 let bar = Line::new("", PlotPoints::from(bar));
                 plot.line(bar.color(read).width(1.0));
@@ -178,7 +178,7 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
             let points: Vec<[f64; 2]> = found
                 .releases
                 .iter()
-                .map(|r| [1e3 * r.contact, 1e9 * left(r)])
+                .map(|r| [1e3 * r.contact, 1e9 * drawn(r)])
                 .collect();
             let points = Points::new("releases", points).color(read);
             plot.points(points.radius(3.0));
@@ -192,7 +192,7 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
         ));
     }
     ui.label(small(format!(
-        "The line through {} releases; bars are their standard errors.",
+        "Line through {} releases; bars: standard errors.",
         found.releases.len()
     )));
     for sentence in found.set_aside() {
@@ -201,7 +201,7 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
     warn(ui, found.off);
 }
 
-/// Says where the model is too far from what was read.
+/// Warns if the model is too far from the recordings for the readings to be reliable.
 fn warn(ui: &mut Ui, off: f64) {
     if let Some(sentence) = far_off(off) {
         ui.label(small(sentence).color(error_color(ui)));
@@ -212,8 +212,8 @@ pub(super) fn film(ui: &mut Ui, found: &Film) {
     if let Some(decay) = &found.decay {
         let palette = style::palette(ui);
         let (with, without) = (palette.proof_mass, palette.impact);
-        // All three would lie on each other: what tells them apart is drawn below.
-        let rest = |values: &[f64]| -> PlotPoints<'static> {
+        // The three curves nearly coincide; their differences are plotted below.
+        let residual = |values: &[f64]| -> PlotPoints<'static> {
             let points: Vec<[f64; 2]> = (decay.time.iter())
                 .zip(values.iter().zip(&decay.measured))
                 .map(|(t, (x, measured))| [1e3 * t, 1e6 * (x - measured)])
@@ -251,12 +251,12 @@ pub(super) fn film(ui: &mut Ui, found: &Film) {
             .height(170.0)
             .show(ui, |plot| {
                 plot.line(
-                    Line::new("with film", rest(&decay.with_film))
+                    Line::new("with film", residual(&decay.with_film))
                         .color(with)
                         .width(1.5),
                 );
                 plot.line(
-                    Line::new("without film", rest(&decay.without_film))
+                    Line::new("without film", residual(&decay.without_film))
                         .color(without)
                         .width(1.0),
                 );
@@ -298,7 +298,7 @@ pub(super) fn sensitivity(ui: &mut Ui, found: &Sensitivity) {
                     ui.label(with_error(fit, id));
                 }
                 let [a, b] = fits.map(|fit| fit.model.parameters[id]);
-                // The gap is counted from the zero: it is the same film.
+                // The gap is measured from the zero position: the film is the same.
                 ui.label(if id == ParameterId::Gp {
                     let moved = format_quantity(b - a, spec.unit, 3);
                     format!("+{moved}").replace("+-", "-")
@@ -316,16 +316,17 @@ pub(super) fn sensitivity(ui: &mut Ui, found: &Sensitivity) {
             ui.end_row();
         });
     ui.add_space(4.0);
-    let mut said = "Everything is identified again as if the zero were 20 \u{b5}m higher above the \
-                    ground: dp is larger by that, and the drive's gain is shifted by as much, as in \
-                    the paper. gp is counted from the zero and moves with it."
-        .to_owned();
+    let mut text =
+        "All parameters are identified again with the zero position 20 \u{b5}m higher above \
+                    the ground: dp grows by 20 \u{b5}m and the drive's gain shifts accordingly, as \
+                    in the paper. gp is measured from the zero position and moves with it."
+            .to_owned();
     if found.altered.cancelled {
-        said += " Cancelled: the second column is as far as it had come.";
+        text += " Cancelled: the second column is not finished.";
     } else if let Some(verdict) = found.verdict() {
-        said += &format!(" {verdict}");
+        text += &format!(" {verdict}");
     }
-    ui.label(small(said));
+    ui.label(small(text));
 }
 
 /// A fitted value with its standard error.
@@ -337,12 +338,12 @@ fn with_error(fit: &FitResult, id: ParameterId) -> String {
         Some(error) if error.is_finite() => {
             format!("{value} \u{b1} {}", format_quantity(error, spec.unit, 2))
         }
-        Some(_) => format!("{value}, not told"),
-        None => format!("{value}, kept"),
+        Some(_) => format!("{value}, not determined"),
+        None => format!("{value}, fixed"),
     }
 }
 
-/// A relative change, without a sign where there is none to see.
+/// A relative change in percent, without a sign if it is too small to show.
 fn percent(change: f64) -> String {
     if change.abs() < 5e-5 {
         "below 0.01 %".to_owned()

@@ -1,5 +1,5 @@
-//! The fit panel: parameters and recordings ticked, a fit beside the window, what came of
-//! it. Nothing is applied without being asked for.
+//! The fit panel: choose parameters and recordings, run a fit on another thread, and see the
+//! result. Nothing is applied without being asked for.
 
 mod choose;
 mod figures;
@@ -8,15 +8,16 @@ mod profile;
 mod result;
 mod steps;
 
-use eframe::egui::{Button, Color32, ProgressBar, ScrollArea, Ui, Window};
+use eframe::egui::{Button, ScrollArea, Ui, Window};
 
 use crate::app::setup::command::Command;
 use crate::app::setup::overlay::Role;
 use crate::app::state::State;
+use crate::app::widgets::job_progress::{cancel_button, progress_bar};
 use crate::app::widgets::text::{small, time_left};
 use crate::fit::Progress;
 
-/// Draws the panel while it is open. Takes what a fit has brought whether it is or not.
+/// Draws the panel while it is open. Collects the result of a fit in any case.
 pub fn show(ui: &mut Ui, state: &mut State) {
     state.fitting.poll(&state.setup);
     steps::show(ui, state);
@@ -62,26 +63,20 @@ fn content(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// Fit, progress, cancel.
+/// The fit button, or the progress with a way to cancel.
 fn run(ui: &mut Ui, state: &mut State) {
     if let Some(job) = state.fitting.job.clone() {
         ui.horizontal(|ui| {
-            let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
-            if cancel
-                .on_hover_text("Stop soon and keep the best so far")
-                .clicked()
-            {
-                job.cancel();
-            }
+            cancel_button(ui, &job, "Stop soon and keep the best so far");
             match job.progress() {
-                Some(progress) => advance(ui, &progress),
+                Some(progress) => fit_progress(ui, &progress),
                 None => {
                     ui.spinner();
-                    ui.label("looking at the recordings...");
+                    ui.label("reading the recordings...");
                 }
             }
         });
-        ui.checkbox(&mut state.fitting.shown, "Let the curves follow");
+        ui.checkbox(&mut state.fitting.shown, "Update the curves meanwhile");
         for doubt in job.progress().iter().flat_map(|p| p.doubts.iter()) {
             ui.label(small(doubt).color(ui.visuals().warn_fg_color));
         }
@@ -91,36 +86,30 @@ fn run(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| {
         let button = ui.add_enabled(why_not.is_none(), Button::new("Fit"));
         if button
-            .on_hover_text("Find the ticked parameters from the recordings to fit to")
+            .on_hover_text("Fit the ticked parameters to the chosen recordings")
             .clicked()
         {
             state.fitting.start(&state.setup, ui.ctx());
         }
         match &why_not {
             Some(reason) => ui.weak(reason),
-            None => ui.weak("It starts from the values of the sliders."),
+            None => ui.weak("It starts from the slider values."),
         };
     });
 }
 
-fn advance(ui: &mut Ui, progress: &Progress) {
+/// Stage, remaining time and misfit of a fit, on a progress bar.
+fn fit_progress(ui: &mut Ui, progress: &Progress) {
     let share = progress.iteration as f32 / progress.expected.max(1) as f32;
     let left = time_left(progress.remaining);
     let text = format!(
         "{}{left}; misfit {:.2} x noise",
         progress.stage, progress.misfit
     );
-    let bar = ProgressBar::new(share.clamp(0.0, 1.0))
-        .text(small(text).color(text_on_bar(ui)))
-        .desired_width(330.0);
-    ui.add(bar);
+    progress_bar(ui, share, text);
 }
 
-fn text_on_bar(ui: &Ui) -> Color32 {
-    ui.visuals().strong_text_color()
-}
-
-/// Why no fit can be started, if none can.
+/// Why no fit can be started, if so.
 fn obstacle(state: &State) -> Option<String> {
     let fitting = &state.fitting;
     if state.setup.overlays.is_empty() {

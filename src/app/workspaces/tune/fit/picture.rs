@@ -1,4 +1,5 @@
-//! Correlations as a picture, and how many combinations of parameters the data tell.
+//! The correlation matrix as a picture, and the combinations of parameters that the data
+//! determine.
 
 use eframe::egui::{Align2, Color32, FontId, Grid, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
@@ -8,28 +9,37 @@ use crate::fit::FitResult;
 use crate::fit::uncertainty::identifiability::{Combinations, told};
 use crate::model::unit::format_number;
 
-/// Side of a cell [points], and room for the names.
-const CELL: f32 = 30.0;
-const NAMES: f32 = 62.0;
+/// Side of a cell [points].
+const CELL_SIZE: f32 = 30.0;
+/// Width of the names on the left [points].
+const NAMES_WIDTH: f32 = 62.0;
+/// Height of the names on top [points].
+const NAMES_HEIGHT: f32 = 18.0;
 
-/// Draws the matrix of correlations of what the data tell, and Fisher's eigenvalues below.
+/// Draws the correlation matrix of the parameters that the data determine, and below it the
+/// eigenvalues of the Fisher information.
 pub fn correlations(ui: &mut Ui, result: &FitResult) {
-    let told = told(result);
-    let n = told.len();
+    let determined = told(result);
+    let n = determined.len();
     if n < 2 {
         return;
     }
     heading(ui, "Correlations");
-    let value = |i: usize, j: usize| result.correlations[(told[i], told[j])];
-    let id = |i: usize| result.parameters[told[i]].id.as_str();
-    let side = NAMES + CELL * n as f32;
-    let (rect, response) = ui.allocate_exact_size(vec2(side, side - NAMES + 18.0), Sense::hover());
+    let value = |i: usize, j: usize| result.correlations[(determined[i], determined[j])];
+    let id = |i: usize| result.parameters[determined[i]].id.as_str();
+    let side = CELL_SIZE * n as f32;
+    let size = vec2(NAMES_WIDTH + side, side + NAMES_HEIGHT);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let painter = ui.painter_at(rect);
     let (ink, strong) = (ui.visuals().text_color(), ui.visuals().strong_text_color());
     let font = FontId::proportional(11.0);
     let at = |i: usize, j: usize| {
-        let corner = rect.min + vec2(NAMES + CELL * j as f32, 18.0 + CELL * i as f32);
-        Rect::from_min_size(corner, vec2(CELL - 1.0, CELL - 1.0))
+        let corner = rect.min
+            + vec2(
+                NAMES_WIDTH + CELL_SIZE * j as f32,
+                NAMES_HEIGHT + CELL_SIZE * i as f32,
+            );
+        Rect::from_min_size(corner, vec2(CELL_SIZE - 1.0, CELL_SIZE - 1.0))
     };
     let name = |i: usize| shorten(&symbol(id(i)));
     for i in 0..n {
@@ -62,7 +72,7 @@ pub fn correlations(ui: &mut Ui, result: &FitResult) {
             );
         }
     }
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, spoken(result, &told)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, spoken(result, &determined)));
     let under = response.hover_pos().and_then(|pointer| {
         let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
         places
@@ -79,7 +89,7 @@ pub fn correlations(ui: &mut Ui, result: &FitResult) {
     }
 }
 
-/// A correlation in a cell; one near zero has no sign.
+/// A correlation as text; near zero it has no sign.
 fn written(value: f64) -> String {
     if value.abs() < 0.005 {
         "0".to_owned()
@@ -88,11 +98,11 @@ fn written(value: f64) -> String {
     }
 }
 
-/// The strong correlations in words.
-fn spoken(result: &FitResult, told: &[usize]) -> String {
+/// The strong correlations in words, for screen readers.
+fn spoken(result: &FitResult, determined: &[usize]) -> String {
     let mut text = "Correlations".to_owned();
-    for (place, &i) in told.iter().enumerate() {
-        for &j in &told[place + 1..] {
+    for (place, &i) in determined.iter().enumerate() {
+        for &j in &determined[place + 1..] {
             let value = result.correlations[(i, j)];
             if value.abs() > 0.5 {
                 let (a, b) = (&result.parameters[i].id, &result.parameters[j].id);
@@ -103,7 +113,7 @@ fn spoken(result: &FitResult, told: &[usize]) -> String {
     text
 }
 
-/// What the data tell of combinations of the parameters, the best known first.
+/// The combinations of parameters, the best determined first.
 fn eigenvalues(ui: &mut Ui, found: &Combinations) {
     heading(ui, "Fisher eigenvalues");
     Grid::new("fisher")
@@ -111,7 +121,7 @@ fn eigenvalues(ui: &mut Ui, found: &Combinations) {
         .striped(true)
         .spacing([14.0, 3.0])
         .show(ui, |ui| {
-            for title in ["eigenvalue", "known to", "combination of"] {
+            for title in ["eigenvalue", "std. error", "combination of"] {
                 ui.label(small(title).strong());
             }
             ui.end_row();
@@ -122,11 +132,11 @@ fn eigenvalues(ui: &mut Ui, found: &Combinations) {
                 ui.end_row();
             }
         });
-    let text = "Of relative changes: each combination of parameters is known by itself, to the standard error beside it. The last one is what the data tell least.";
+    let text = "For relative changes. Each combination is determined independently of the others; the last one is determined worst.";
     ui.label(small(text).weak());
 }
 
-/// The combination number `k`: its eigenvalue, its standard error, its parameters.
+/// Combination number `k`: eigenvalue, standard error and parameters.
 fn row(found: &Combinations, k: usize) -> [String; 3] {
     let names: Vec<String> = found.named(k).into_iter().map(symbol).collect();
     [
@@ -159,7 +169,7 @@ mod tests {
     use crate::fit::uncertainty::identifiability::tests::made_up;
 
     #[test]
-    fn what_the_data_tell_is_said_and_no_more() {
+    fn only_determined_parameters_are_shown() {
         let result = made_up();
         assert_eq!(
             spoken(&result, &told(&result)),
@@ -167,8 +177,8 @@ mod tests {
         );
         assert_eq!(written(-1e-9), "0");
         let found = Combinations::of(&result).unwrap();
-        let [value, known, names] = row(&found, 1);
-        assert_eq!((value.as_str(), known.as_str()), ("6250", "1.3 %"));
+        let [value, error, names] = row(&found, 1);
+        assert_eq!((value.as_str(), error.as_str()), ("6250", "1.3 %"));
         assert!(names == "Cs, gp" || names == "gp, Cs", "{names}");
     }
 }

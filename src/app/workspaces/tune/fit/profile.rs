@@ -1,5 +1,5 @@
-//! Profile likelihood of a parameter on request: how much worse the fit becomes with it
-//! held elsewhere, all else fitted anew.
+//! Profile likelihood of a parameter on request: how much worse the fit becomes if the
+//! parameter is fixed at other values and the rest is refitted.
 
 use eframe::egui::{ComboBox, Ui};
 use egui_plot::{HLine, Line, Plot, PlotPoints, Points};
@@ -10,8 +10,9 @@ use crate::app::widgets::text::{error_color, heading, small};
 use crate::fit::FitResult;
 use crate::model::unit::prefix_for;
 
-/// Rise of the cost at 95 %: the chi-square of one freedom.
-const CERTAIN: f64 = 3.84;
+/// Increase of the cost at the 95 % limit: the quantile of chi-square with one degree of
+/// freedom.
+const CHI2_95_PERCENT: f64 = 3.84;
 
 /// Draws the choice, and the profile that was made last.
 pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
@@ -21,12 +22,12 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
     let Some(first) = ids.first() else {
         return;
     };
-    // A choice of before may not be among what this fit has moved.
+    // An earlier choice may not be among the parameters of this fit.
     let kept = fitting.profile.id.clone().filter(|id| ids.contains(id));
     let mut chosen = kept.unwrap_or(first.clone());
-    let in_work = fitting.profile.job.is_some();
+    let is_running = fitting.profile.job.is_some();
     ui.horizontal(|ui| {
-        ui.add_enabled_ui(!in_work, |ui| {
+        ui.add_enabled_ui(!is_running, |ui| {
             ComboBox::from_id_salt("profile parameter")
                 .width(110.0)
                 .selected_text(symbol(&chosen))
@@ -37,7 +38,7 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
                 })
                 .response
                 .on_hover_text("Parameter to vary")
-                .on_disabled_hover_text("Parameter of the profile in work");
+                .on_disabled_hover_text("The profile of this parameter is running");
         });
         fitting.profile.id = Some(chosen);
         if let Some((_, job)) = &fitting.profile.job {
@@ -47,7 +48,7 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
             }
         } else if ui
             .button("Profile")
-            .on_hover_text("Hold it at values around the best and fit the rest anew")
+            .on_hover_text("Fix it at values around the best fit and refit the others")
             .clicked()
         {
             fitting.start_profile(ui.ctx());
@@ -71,24 +72,24 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
             Plot::new("profile")
                 .height(180.0)
                 .x_axis_label(axis)
-                .y_axis_label("rise of the cost")
+                .y_axis_label("increase of the cost")
                 .x_grid_spacer(crate::app::widgets::text::round_steps())
                 .x_axis_formatter(crate::app::widgets::text::round_text)
                 .include_y(0.0)
-                .include_y(1.3 * CERTAIN)
+                .include_y(1.3 * CHI2_95_PERCENT)
                 .allow_scroll(false)
                 .show(ui, |plot| {
                     plot.line(Line::new("profile", PlotPoints::from(line.clone())).width(1.5));
-                    plot.points(Points::new("fitted anew", line).radius(3.0));
-                    plot.hline(HLine::new("95 %", CERTAIN).width(0.8));
+                    plot.points(Points::new("refitted", line).radius(3.0));
+                    plot.hline(HLine::new("95 %", CHI2_95_PERCENT).width(0.8));
                 });
-            ui.label(small("The line marks 95 %: values below it agree with the data. A flat profile says that the data do not tell the parameter.").weak());
+            ui.label(small("Values below the line lie in the 95 % confidence interval. A flat profile means that the data do not determine the parameter.").weak());
         }
     }
 }
 
-/// A unit in which values up to `largest` are written with few digits: with a prefix, or
-/// as a multiple of ten to some power where the unit takes none.
+/// Factor and name of a unit in which values up to `largest` have few digits: with a prefix,
+/// or with a power of ten if the unit takes no prefix.
 fn axis_unit(largest: f64, unit: &str) -> (f64, String) {
     let (prefix, factor) = prefix_for(largest, unit);
     let shown = largest / factor;
@@ -105,7 +106,7 @@ mod tests {
     use super::axis_unit;
 
     #[test]
-    fn axes_have_numbers_that_can_be_written() {
+    fn axis_units_give_numbers_with_few_digits() {
         assert_eq!(axis_unit(7e-5, "m").1, "\u{b5}m");
         assert_eq!(axis_unit(0.38, ""), (1.0, String::new()));
         let (factor, text) = axis_unit(2.8e-21, "N m^2 s");

@@ -1,5 +1,5 @@
-//! What a fit has found: values with their errors, what the data do not tell, how near it
-//! comes; to be applied or dropped.
+//! The result of a fit: values with their errors, goodness of fit, what the data do not
+//! determine. It can be applied or discarded.
 
 use eframe::egui::{Button, Grid, RichText, Ui};
 
@@ -19,14 +19,14 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if result.cancelled {
         ui.label("Cancelled: this is the best so far.");
     }
-    decide(ui, state);
+    apply_or_discard(ui, state);
     ui.add_space(4.0);
     values(ui, &result);
     ui.add_space(6.0);
-    distances(ui, &result);
+    goodness(ui, &result);
     if !result.remarks.is_empty() {
         ui.add_space(6.0);
-        heading(ui, "What the data do not tell");
+        heading(ui, "What the data do not determine");
         for remark in &result.remarks {
             ui.label(small(remark));
         }
@@ -37,7 +37,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     profile::show(ui, state, &result);
 }
 
-fn decide(ui: &mut Ui, state: &mut State) {
+fn apply_or_discard(ui: &mut Ui, state: &mut State) {
     let device = &state.setup.preset.model;
     let fits = state
         .fitting
@@ -47,8 +47,8 @@ fn decide(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| {
         let apply = ui.add_enabled(fits, Button::new("Apply"));
         if apply
-            .on_hover_text("Give the sliders these values; undo takes it back")
-            .on_disabled_hover_text("Another device is open now than the one that was fitted")
+            .on_hover_text("Set the sliders to these values (can be undone)")
+            .on_disabled_hover_text("The open device is not the one that was fitted")
             .clicked()
         {
             state.fitting.apply(&mut state.setup);
@@ -56,21 +56,21 @@ fn decide(ui: &mut Ui, state: &mut State) {
         let applied = state.fitting.is_applied(&state.setup);
         let undo = ui.add_enabled(applied, Button::new("Undo"));
         if undo
-            .on_hover_text("Take the last change of the device back (Ctrl+Z)")
-            .on_disabled_hover_text("The sliders do not stand where the fit has put them")
+            .on_hover_text("Undo the last change of the device (Ctrl+Z)")
+            .on_disabled_hover_text("The sliders no longer show the fitted values")
             .clicked()
         {
             state.ask(Command::Undo);
         }
-        let drop = ui.button("Drop");
-        if drop
-            .on_hover_text("Forget this result; the sliders stay")
+        let discard = ui.button("Discard");
+        if discard
+            .on_hover_text("Forget this result; the sliders keep their values")
             .clicked()
         {
-            state.fitting.forget();
+            state.fitting.discard();
         }
         ui.checkbox(&mut state.fitting.shown, "Show its curves")
-            .on_hover_text("The plots show the fitted device until it is applied or dropped");
+            .on_hover_text("The plots show the fitted device until it is applied or discarded");
     });
 }
 
@@ -98,17 +98,17 @@ fn value(ui: &mut Ui, parameter: &FittedParameter) {
     ui.label(write(parameter.start, 4));
     let fitted = ui.label(RichText::new(write(parameter.value, 4)).strong());
     if parameter.at_bound {
-        fitted.on_hover_text("at the end of its range: the data want it beyond");
+        fitted.on_hover_text("At the limit of its range: the data favour a value beyond it");
     }
-    let vague = !parameter.std_error.is_finite()
+    let is_uncertain = !parameter.std_error.is_finite()
         || parameter.std_error > 0.5 * parameter.value.abs().max(f64::MIN_POSITIVE);
     let text = if parameter.std_error.is_finite() {
         format!("\u{b1} {}", write(parameter.std_error, 2))
     } else {
-        "not told".to_owned()
+        "not determined".to_owned()
     };
     let text = RichText::new(text);
-    ui.label(if vague {
+    ui.label(if is_uncertain {
         text.color(ui.visuals().warn_fg_color)
     } else {
         text
@@ -125,8 +125,8 @@ fn value(ui: &mut Ui, parameter: &FittedParameter) {
     ui.label(small(note));
 }
 
-fn distances(ui: &mut Ui, result: &FitResult) {
-    heading(ui, "How near it comes");
+fn goodness(ui: &mut Ui, result: &FitResult) {
+    heading(ui, "Goodness of fit");
     Grid::new("fit distances")
         .num_columns(5)
         .striped(true)
@@ -148,25 +148,25 @@ fn distances(ui: &mut Ui, result: &FitResult) {
                 }
             }
             ui.end_row();
-            lines(ui, "fitted to", &result.train);
+            lines(ui, "fitted", &result.train);
             if let Some(held_out) = &result.held_out {
-                lines(ui, "kept out", held_out);
+                lines(ui, "held out", held_out);
             }
         });
-    set_aside(ui, "fitted to", &result.train.0);
+    set_aside(ui, "fitted", &result.train.0);
     if let Some((held_out, _)) = &result.held_out {
-        set_aside(ui, "kept out", held_out);
+        set_aside(ui, "held out", held_out);
     }
 }
 
-/// Says why chi2 may be near one where rms is far above the noise.
+/// Says why chi2 may be near 1 although the rms is far above the noise.
 fn set_aside(ui: &mut Ui, kind: &str, all: &Misfit) {
-    // Less would be written as nothing.
+    // Smaller shares would be shown as 0 %.
     if all.set_aside < 5e-4 {
         return;
     }
     let text = format!(
-        "{kind}: {} % of the samples lie where an event could not be read; rms is with them, chi2 and the parameters are without.",
+        "{kind}: {} % of the samples lie where an event could not be resolved: they count in rms, but not in chi2 or the fit.",
         format_number(100.0 * all.set_aside, 2)
     );
     ui.label(small(text).color(ui.visuals().warn_fg_color));

@@ -1,16 +1,31 @@
-//! The guided identification: the paper's five steps, which of them the recordings allow,
-//! and what each has found.
+//! The guided identification: the five steps of the paper, which of them the recordings
+//! allow, and the result of each.
 
 use eframe::egui::{Button, RichText, ScrollArea, Ui, Window};
 
+use super::choose::symbol;
 use super::figures;
 use crate::app::state::State;
+use crate::app::widgets::job_progress::cancel_button;
 use crate::app::widgets::text::{error_color, heading, small};
+use crate::diagnose::report::words::capitalised;
 use crate::fit::paper_steps::guide::Step;
 use crate::fit::paper_steps::outcome::Finding;
+use crate::model::parameter::ParameterId;
 
-/// Most recordings that are named in the list.
-const FEW: usize = 3;
+/// Up to this many recordings are named in the list; more are counted.
+const MAX_NAMED_RECORDINGS: usize = 3;
+
+/// The parameters of drive, damping and film. They shape the motion before a contact, so they
+/// must be right before bounces and releases can be read. The steps identify the contact itself.
+const MOTION_PARAMETERS: [ParameterId; 6] = [
+    ParameterId::Eta,
+    ParameterId::Zeta1,
+    ParameterId::Zeta2,
+    ParameterId::Dp,
+    ParameterId::Cs,
+    ParameterId::Gp,
+];
 
 /// Draws the window while it is open.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -41,13 +56,12 @@ pub fn show(ui: &mut Ui, state: &mut State) {
 
 fn list(ui: &mut Ui, state: &mut State) {
     ui.label(
-        small(
-            "The steps of the paper's section 4, with the recordings that the fit panel fits to.",
-        )
-        .weak(),
+        small("The steps of section 4 of the paper, using the recordings chosen for fitting.")
+            .weak(),
     );
     if let Some(first) = state.identification.first.clone() {
         ui.label(small(first).color(error_color(ui)));
+        first_fit_button(ui, state);
     }
     let mut start = None;
     let busy = state.identification.job.is_some();
@@ -59,9 +73,9 @@ fn list(ui: &mut Ui, state: &mut State) {
             .find(|allowance| allowance.step == step);
         let allowed = allowance.is_some_and(|a| a.by.is_ok());
         ui.horizontal(|ui| {
-            let button = ui.add_enabled(allowed && !busy, Button::new("Take"));
+            let button = ui.add_enabled(allowed && !busy, Button::new("Run"));
             if button
-                .on_hover_text(format!("Take the step: {}", step.title()))
+                .on_hover_text(format!("Run the step: {}", step.title()))
                 .clicked()
             {
                 start = Some(step);
@@ -79,32 +93,29 @@ fn list(ui: &mut Ui, state: &mut State) {
         });
         match allowance.map(|a| &a.by) {
             Some(Err(missing)) => {
-                let mut text = format!("      not yet: {}.", missing.reason);
+                let mut text = format!("      {}.", capitalised(&missing.reason));
                 if let Some(record) = missing.record {
                     text += &format!(" Record {record}.");
                 }
                 ui.label(small(text).color(ui.visuals().warn_fg_color));
             }
-            Some(Ok(names)) if names.len() > FEW => {
-                let text = format!("      with {} recordings", names.len());
+            Some(Ok(names)) if names.len() > MAX_NAMED_RECORDINGS => {
+                let text = format!("      uses {} recordings", names.len());
                 ui.label(small(text).weak()).on_hover_text(names.join("\n"));
             }
             Some(Ok(names)) => {
-                ui.label(small(format!("      with {}", names.join(", "))).weak());
+                ui.label(small(format!("      uses {}", names.join(", "))).weak());
             }
             None => {}
         }
     }
     if let Some((step, job)) = &state.identification.job {
-        let what = step.map_or("Looking at the recordings", Step::title);
+        let what = step.map_or("Reading the recordings", Step::title);
         ui.label(small(what));
         ui.horizontal(|ui| {
-            let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
-            if cancel.on_hover_text("Stop soon").clicked() {
-                job.cancel();
-            }
+            cancel_button(ui, job, "Stop soon");
             match job.progress() {
-                Some(progress) => super::advance(ui, &progress),
+                Some(progress) => super::fit_progress(ui, &progress),
                 None => {
                     ui.spinner();
                 }
@@ -112,12 +123,12 @@ fn list(ui: &mut Ui, state: &mut State) {
         });
     } else if !state.identification.is_current(&state.setup) {
         ui.horizontal(|ui| {
-            if ui.button("Look again").clicked() {
+            if ui.button("Check again").clicked() {
                 let context = ui.ctx().clone();
                 let (setup, fitting) = (&state.setup, &state.fitting);
                 state.identification.look(setup, fitting, &context);
             }
-            let text = "Which steps the recordings allow with the device as it is now.";
+            let text = "Find which steps the recordings allow for the current device.";
             ui.label(small(text).weak());
         });
     }
@@ -128,21 +139,38 @@ fn list(ui: &mut Ui, state: &mut State) {
     }
 }
 
+/// A button that frees [`MOTION_PARAMETERS`] and opens the fit panel, for a device that is too
+/// far from the recordings for any step.
+fn first_fit_button(ui: &mut Ui, state: &mut State) {
+    let setup = &state.setup;
+    let free: Vec<&str> = MOTION_PARAMETERS
+        .into_iter()
+        .filter(|id| setup.preset.model.uses(*id))
+        .map(|id| id.spec().id)
+        .filter(|id| !setup.locked.contains(*id))
+        .collect();
+    if free.is_empty() {
+        return;
+    }
+    let symbols: Vec<String> = free.iter().map(|id| symbol(id)).collect();
+    let text = format!("Free {} and open the fit", symbols.join(", "));
+    if ui.button(small(text)).clicked() {
+        state.fitting.free = Some(free.into_iter().map(str::to_owned).collect());
+        state.fitting.open = true;
+    }
+}
+
 fn finding(ui: &mut Ui, state: &mut State) {
     let Some(step) = state.identification.chosen else {
-        ui.weak("Take a step to see its figure.");
+        ui.weak("Run a step to see its figure.");
         return;
     };
     heading(ui, step.title());
     match state.identification.findings.get(step.id()).cloned() {
         None => {
-            let taken = state.identification.job.as_ref();
-            let busy = taken.is_some_and(|(taken, _)| *taken == Some(step));
-            ui.weak(if busy {
-                "Being taken."
-            } else {
-                "Not taken yet."
-            });
+            let job = state.identification.job.as_ref();
+            let busy = job.is_some_and(|(running, _)| *running == Some(step));
+            ui.weak(if busy { "Running..." } else { "Not run yet." });
         }
         Some(Err(error)) => {
             ui.colored_label(error_color(ui), error);
@@ -151,7 +179,7 @@ fn finding(ui: &mut Ui, state: &mut State) {
             if step.finds_values() {
                 let apply = ui.button("Apply");
                 if apply
-                    .on_hover_text("Give the device what was found; undo takes it back")
+                    .on_hover_text("Set the device to these values (can be undone)")
                     .clicked()
                 {
                     found.apply(&mut state.setup.preset.model);

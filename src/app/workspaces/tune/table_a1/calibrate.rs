@@ -1,17 +1,18 @@
-//! The device fitted to the experiments of Table A.1: beside the window with progress and
-//! a way to stop, then the refitted columns, what the fit says of a frequency that it was
-//! not shown, and what it cannot reach. The device keeps its values until they are asked
-//! for.
+//! The fit of the device to the experiments of Table A.1. It runs on another thread and can be
+//! cancelled. The result shows the fitted columns, the error at each frequency when it is left
+//! out (cross-validation), and the cases that are not reproduced. The device changes only when
+//! the result is applied.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Button, Grid, Id, ProgressBar, RichText, Ui};
+use eframe::egui::{Button, Grid, Id, RichText, Ui};
 
 use super::error_cell::{error, error_cell};
-use super::features::ROWS;
+use super::features::FEATURE_ROWS;
 use crate::app::analysis::job::Job;
 use crate::app::state::State;
+use crate::app::widgets::job_progress::{cancel_button, progress_bar};
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::calibrate::{
     CANNOT_TELL, FREE, GENERATIONS, Misfit, TableFit, fit_table,
@@ -20,27 +21,27 @@ use crate::fit::table_a1::compare::Column;
 use crate::model::Model;
 use crate::model::unit::{format_number, format_quantity};
 
-/// How far a fit is: the share done, and the time left.
-pub(crate) type Done = (f64, Duration);
+/// Progress of a fit: the share done, and the time left.
+pub(crate) type TableFitProgress = (f64, Duration);
 
-/// The fit in work and the last result, kept with the window.
+/// The running fit and the last result, kept in egui's memory.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Fit {
-    pub(crate) job: Option<Job<Done, TableFit>>,
-    /// The device that the fit began with.
+pub(crate) struct TableFitState {
+    pub(crate) job: Option<Job<TableFitProgress, TableFit>>,
+    /// The device that the fit started from.
     pub(crate) base: Option<Arc<Model>>,
-    /// What came of it; or why nothing did.
+    /// The result, or why there is none.
     pub(crate) result: Option<Result<Arc<TableFit>, String>>,
 }
 
-/// Where the state is kept.
+/// Key of the state in egui's memory.
 pub(crate) fn key() -> Id {
     Id::unique("table fit")
 }
 
 /// Draws the button, or the progress of the fit that it has started.
 pub fn controls(ui: &mut Ui, state: &mut State) {
-    let mut fit: Fit = ui.data(|data| data.get_temp(key())).unwrap_or_default();
+    let mut fit: TableFitState = ui.data(|data| data.get_temp(key())).unwrap_or_default();
     if let Some(result) = fit.job.as_ref().and_then(Job::take) {
         fit.job = None;
         fit.result = Some(result.map(Arc::new));
@@ -48,49 +49,39 @@ pub fn controls(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| match fit.job.clone() {
         Some(job) => progress(ui, &job),
         None => {
-            let help = "Find the device that comes nearest to the 16 experiments, then again without each frequency. The sliders stay until the result is applied.";
+            let help = "Fit the device to the 16 experiments, then repeat the fit without each frequency. The sliders change only when the result is applied.";
             if ui.button("Fit to the experiments").on_hover_text(help).clicked() {
                 fit.start(&state.setup.preset.model, ui);
             }
-            ui.label(small("takes some minutes; begins with the device as it is").weak());
+            ui.label(small("takes a few minutes; starts from the current values").weak());
         }
     });
     ui.data_mut(|data| data.insert_temp(key(), fit));
 }
 
-impl Fit {
+impl TableFitState {
     fn start(&mut self, model: &Model, ui: &Ui) {
         let base = Arc::new(model.clone());
         self.base = Some(Arc::clone(&base));
         self.result = None;
-        self.job = Some(Job::start("table fit", ui.ctx(), move |desk| {
+        self.job = Some(Job::start("table fit", ui.ctx(), move |control| {
             let started = Instant::now();
             let fit = fit_table(&base, GENERATIONS, |share| {
                 let left = started.elapsed().mul_f64((1.0 - share) / share);
-                desk.report((share, left));
-                !desk.cancel().load(std::sync::atomic::Ordering::Relaxed)
+                control.report((share, left));
+                !control.cancel().load(std::sync::atomic::Ordering::Relaxed)
             });
             Ok(fit)
         }));
     }
 }
 
-fn progress(ui: &mut Ui, job: &Job<Done, TableFit>) {
-    let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel"));
-    if cancel
-        .on_hover_text("Stop soon and keep the best so far")
-        .clicked()
-    {
-        job.cancel();
-    }
+fn progress(ui: &mut Ui, job: &Job<TableFitProgress, TableFit>) {
+    cancel_button(ui, job, "Stop soon and keep the best so far");
     match job.progress() {
         Some((share, left)) => {
             let text = format!("about {:.0} s left", left.as_secs_f64());
-            let color = ui.visuals().strong_text_color();
-            let bar = ProgressBar::new(share as f32)
-                .text(small(text).color(color))
-                .desired_width(330.0);
-            ui.add(bar);
+            progress_bar(ui, share as f32, text);
         }
         None => {
             ui.spinner();
@@ -98,9 +89,9 @@ fn progress(ui: &mut Ui, job: &Job<Done, TableFit>) {
     }
 }
 
-/// Draws what the last fit has found, if there was one.
+/// Draws the result of the last fit, if there was one.
 pub fn result(ui: &mut Ui, state: &mut State) {
-    let fit: Fit = ui.data(|data| data.get_temp(key())).unwrap_or_default();
+    let fit: TableFitState = ui.data(|data| data.get_temp(key())).unwrap_or_default();
     let found = match (&fit.result, &fit.base) {
         (Some(Ok(found)), Some(base)) => (Arc::clone(found), Arc::clone(base)),
         (Some(Err(reason)), _) => {
@@ -114,7 +105,7 @@ pub fn result(ui: &mut Ui, state: &mut State) {
     if found.cancelled {
         ui.label("Cancelled: this is the best so far.");
     }
-    decide(ui, state, &found, &base);
+    apply_or_discard(ui, state, &found, &base);
     values(ui, &found, &base);
     ui.add_space(6.0);
     errors(ui, &found);
@@ -126,7 +117,7 @@ pub fn result(ui: &mut Ui, state: &mut State) {
         "All cases are within 30 % in peak and contact.".to_owned()
     } else {
         format!(
-            "Beyond its reach (more than 30 % off in peak or contact): {}.",
+            "Not reproduced (more than 30 % off in peak or contact): {}.",
             missed.join("; ")
         )
     }));
@@ -137,23 +128,23 @@ pub fn result(ui: &mut Ui, state: &mut State) {
     ui.separator();
 }
 
-fn decide(ui: &mut Ui, state: &mut State, found: &TableFit, base: &Model) {
+fn apply_or_discard(ui: &mut Ui, state: &mut State, found: &TableFit, base: &Model) {
     let model = &mut state.setup.preset.model;
     ui.horizontal(|ui| {
         let apply = ui.add_enabled(model.name == base.name, Button::new("Apply"));
         if apply
-            .on_hover_text("Give the sliders these values; undo takes it back")
-            .on_disabled_hover_text("Another device is open now than the one that was fitted")
+            .on_hover_text("Set the sliders to these values (can be undone)")
+            .on_disabled_hover_text("The open device is not the one that was fitted")
             .clicked()
         {
             found.apply(model);
         }
         if ui
-            .button("Drop")
-            .on_hover_text("Forget this result; the sliders stay")
+            .button("Discard")
+            .on_hover_text("Forget this result; the sliders keep their values")
             .clicked()
         {
-            ui.data_mut(|data| data.insert_temp(key(), Fit::default()));
+            ui.data_mut(|data| data.insert_temp(key(), TableFitState::default()));
         }
     });
 }
@@ -174,13 +165,13 @@ fn values(ui: &mut Ui, found: &TableFit, base: &Model) {
                 ui.label(RichText::new(write(found.model.parameters[id], 4)).strong());
                 let error = errors.as_ref().map(|errors| write(errors[k], 2));
                 ui.label(error.map_or("-".to_owned(), |e| format!("\u{b1} {e}")))
-                    .on_hover_text("By how much it changes when a frequency is left out");
+                    .on_hover_text("How much it changes when one frequency is omitted");
                 ui.end_row();
             }
         });
 }
 
-/// Errors before and after, over all cases and at each frequency that was left out.
+/// Errors before and after: over all cases, and at each frequency when it was omitted.
 fn errors(ui: &mut Ui, found: &TableFit) {
     Grid::new("table fit errors")
         .num_columns(4)
@@ -209,15 +200,15 @@ fn errors(ui: &mut Ui, found: &TableFit) {
             };
             line("all cases, before".to_owned(), &found.before);
             line("all cases, fitted".to_owned(), &found.after);
-            for left in &found.left_out {
-                let name = |what| format!("{} Hz, {what}", left.frequency);
-                line(name("before"), &left.before);
-                line(name("fitted to the other frequencies"), &left.after);
+            for omitted in &found.left_out {
+                let name = |what| format!("{} Hz, {what}", omitted.frequency);
+                line(name("before"), &omitted.before);
+                line(name("fitted to the other frequencies"), &omitted.after);
             }
         });
 }
 
-/// The refitted columns beside the experiment.
+/// The fitted columns next to the experiment.
 fn columns(ui: &mut Ui, found: &TableFit) {
     Grid::new("table fit columns")
         .num_columns(10)
@@ -225,7 +216,7 @@ fn columns(ui: &mut Ui, found: &TableFit) {
         .spacing([9.0, 3.0])
         .show(ui, |ui| {
             ui.label(small("case").strong());
-            for row in &ROWS {
+            for row in &FEATURE_ROWS {
                 for title in [row.title(), "exp.", "error"] {
                     ui.label(small(title).strong());
                 }
@@ -233,7 +224,7 @@ fn columns(ui: &mut Ui, found: &TableFit) {
             ui.end_row();
             for row in &found.rows {
                 ui.label(format!("{} fitted", row.case.name()));
-                for (figure, kind) in ROWS.iter().enumerate() {
+                for (figure, kind) in FEATURE_ROWS.iter().enumerate() {
                     for cell in [&row.model, &row.case.experiment] {
                         let text = kind
                             .value(cell)

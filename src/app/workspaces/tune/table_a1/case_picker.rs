@@ -1,9 +1,9 @@
-//! The paper's Table A.1 beside the simulation: the only published measurements of the
-//! device.
+//! The experiments of Table A.1: a menu that sets the drive to one, and its published figures
+//! next to the simulated ones.
 
 use eframe::egui::{Grid, RichText, Ui};
 
-use super::features::{ROWS, latest};
+use super::features::{FEATURE_ROWS, latest};
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::setup::Setup;
@@ -12,10 +12,10 @@ use crate::app::widgets::text::small;
 use crate::fit::table_a1::measurements::{Case, Figures, cases};
 use crate::model::unit::format_number;
 
-/// Periods that the window should span, so that the motion repeats.
-const PERIODS: f64 = 4.0;
+/// Periods to simulate, so that the motion becomes periodic.
+const MIN_PERIODS: f64 = 4.0;
 
-/// The case that is simulated at present, if it is one.
+/// The case that the current drive belongs to, if any.
 pub fn current(setup: &Setup) -> Option<&'static Case> {
     let model = &setup.preset.model;
     if !(model.name.starts_with("paper") && model.has_ground && model.piezo.is_some()) {
@@ -27,10 +27,10 @@ pub fn current(setup: &Setup) -> Option<&'static Case> {
     cases().iter().find(|case| case.waveform() == *waveform)
 }
 
-/// Sets the drive to a case, and the span to as many periods as its features need.
+/// Sets the drive to a case. Extends the span to as many periods as its features need.
 pub fn choose(setup: &mut Setup, case: &Case) {
     setup.drive = DriveChoice::Waveform(case.waveform());
-    setup.duration = setup.duration.max(PERIODS / case.frequency);
+    setup.duration = setup.duration.max(MIN_PERIODS / case.frequency);
 }
 
 /// A menu of the 16 cases.
@@ -53,10 +53,10 @@ pub fn case_picker(ui: &mut Ui, setup: &mut Setup, scope: &str) {
     });
 }
 
-/// The case's figures beside the simulated ones; nothing if the drive is no case.
+/// The published figures of the case next to the simulated ones.
 pub fn show(ui: &mut Ui, state: &mut State) {
     let Some(case) = current(&state.setup) else {
-        ui.weak("The drive is none of the paper's 16 experiments.");
+        ui.weak("The drive is not one of the paper's 16 experiments.");
         buttons(ui, state);
         return;
     };
@@ -75,7 +75,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 ui.label(small(title).strong());
             }
             ui.end_row();
-            for row in ROWS {
+            for row in FEATURE_ROWS {
                 ui.label(row.title()).on_hover_text(row.help());
                 let columns = [&own, &case.simulation, &case.experiment];
                 for (i, column) in columns.into_iter().enumerate() {
@@ -102,7 +102,7 @@ fn buttons(ui: &mut Ui, state: &mut State) {
         case_picker(ui, &mut state.setup, "reference");
         let all = ui.button("All 16...");
         if all
-            .on_hover_text("Every case at these parameters, with the statistics (T)")
+            .on_hover_text("All cases at the current parameters, with statistics (T)")
             .clicked()
         {
             state.ask(Command::Validation);
@@ -115,12 +115,12 @@ mod tests {
     use super::super::case_picker::*;
 
     #[test]
-    fn all_cases_are_found_again() {
+    fn every_case_is_recognised_from_its_drive() {
         let mut setup = crate::app::workspaces::tune::tests::support::state().setup;
         for case in cases() {
             choose(&mut setup, case);
             assert_eq!(current(&setup), Some(case));
-            assert!(setup.duration * case.frequency >= PERIODS);
+            assert!(setup.duration * case.frequency >= MIN_PERIODS);
         }
         setup.preset = crate::model::preset::Preset::embedded("oscillator").unwrap();
         assert_eq!(current(&setup), None);

@@ -1,4 +1,5 @@
-//! The features of Table A.1 for the simulation and each recording, side by side.
+//! The features of Table A.1 (bounces, peak, contact time) for the simulation and each
+//! recording, side by side.
 
 use std::sync::Arc;
 
@@ -12,15 +13,15 @@ use crate::fit::table_a1::measurements::Figures;
 use crate::model::unit::format_number;
 use crate::recording::features::Features;
 
-/// Why figures are missing, if any are.
+/// Why features are missing, if any are.
 fn missing(features: &Features) -> Option<String> {
     let steady = features.steady.as_ref().err();
     let missing = steady.or(features.contact_level.as_ref().err());
     missing.map(ToString::to_string)
 }
 
-/// Features, or the last known ones while newer ones are still computed: a number that
-/// lags for a moment is easier on the eye than one that blinks.
+/// The features, or the previous ones while new ones are computed, so that the numbers do not
+/// flicker.
 pub fn latest(
     ui: &Ui,
     whose: Option<OverlayId>,
@@ -39,16 +40,16 @@ pub fn latest(
 /// A row of the features' table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Row {
-    /// Bounces.
+    /// Bounces per period.
     Bounces,
-    /// Peak.
+    /// Peak displacement.
     Peak,
-    /// Contact.
+    /// Contact time per period.
     Contact,
 }
 
 /// All rows in order.
-pub const ROWS: [Row; 3] = [Row::Bounces, Row::Peak, Row::Contact];
+pub const FEATURE_ROWS: [Row; 3] = [Row::Bounces, Row::Peak, Row::Contact];
 
 impl Row {
     /// Name with the unit of [`Self::value`].
@@ -64,13 +65,13 @@ impl Row {
     pub fn help(self) -> &'static str {
         match self {
             Row::Bounces => {
-                "Departures of more than 5 µm before the sustained contact, per period; 0 where contact is not sustained"
+                "Rebounds above 5 µm before sustained contact, per period; 0 if contact is never sustained"
             }
             Row::Peak => {
                 "Highest xp after break-off while the voltage falls or is held, minus the lowest xp, per period"
             }
             Row::Contact => {
-                "Time on the ground per period; departures under 5 µm do not end a contact"
+                "Time on the ground per period; rebounds below 5 µm do not end a contact"
             }
         }
     }
@@ -145,7 +146,7 @@ fn table(ui: &mut Ui, columns: &[Column]) {
         ui.label(title).on_hover_text(&column.name);
     }
     ui.end_row();
-    for row in ROWS {
+    for row in FEATURE_ROWS {
         ui.label(row.title()).on_hover_text(row.help());
         let simulated = columns.first().and_then(|own| row.value(&own.figures));
         for column in columns {

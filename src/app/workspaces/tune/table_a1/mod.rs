@@ -1,4 +1,5 @@
-//! TODO-doc
+//! Table A.1 of the paper, the only published measurements of the device: a case picker, the
+//! features of the current case, all 16 cases in a window, and the fit to them.
 
 pub(super) mod calibrate;
 pub(super) mod case_picker;

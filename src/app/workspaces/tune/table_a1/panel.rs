@@ -1,6 +1,6 @@
-//! All 16 cases of Table A.1 at the present parameters: beside the paper's simulation and
-//! the experiment, sorted and coloured by error, with Table 3's statistics. A click on a
-//! case sets its drive; a button fits the device to the experiments.
+//! All 16 cases of Table A.1 at the current parameters, next to the paper's simulation and the
+//! experiment, with the statistics of Table 3. A click on a case sets its drive; a button fits
+//! the device to the experiments.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,7 +9,7 @@ use eframe::egui::{Button, Grid, Id, RichText, ScrollArea, Ui, Window};
 use super::calibrate;
 use super::case_picker::{choose, current};
 use super::error_cell::{error, error_cell};
-use super::features::ROWS;
+use super::features::FEATURE_ROWS;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
@@ -22,18 +22,18 @@ enum Order {
     /// As in the paper.
     #[default]
     Table,
-    /// Largest error first, of the figure with this place in [`ROWS`].
+    /// Largest error first, of the figure with this index in [`FEATURE_ROWS`].
     Error(usize),
 }
 
-/// How the table is looked at.
+/// How the table is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Look {
+struct TableView {
     order: Order,
     against: Column,
 }
 
-impl Default for Look {
+impl Default for TableView {
     fn default() -> Self {
         Self {
             order: Order::Table,
@@ -45,7 +45,7 @@ impl Default for Look {
 /// Rows, or why there are none.
 type Outcome = Result<Arc<Vec<Row>>, String>;
 
-/// The last result, and what is in work.
+/// The last result, and whether another is being computed.
 #[derive(Debug, Default)]
 struct Results {
     /// Model and its rows.
@@ -55,8 +55,8 @@ struct Results {
 
 type Shared = Arc<Mutex<Results>>;
 
-/// The rows of the newest model that is done, and whether they are those of `model`.
-/// Computes on another thread; while one model is in work the newest waits its turn.
+/// The latest rows, and whether they belong to `model`. They are computed on another thread,
+/// one model at a time.
 fn results(ui: &Ui, model: &Model) -> (Option<Outcome>, bool) {
     let key = Id::unique("validation results");
     let shared: Shared = ui.data_mut(|data| data.get_temp_mut_or_default::<Shared>(key).clone());
@@ -115,31 +115,31 @@ fn content(ui: &mut Ui, state: &mut State) {
         Some(Ok(rows)) => rows,
     };
     let key = Id::unique("validation look");
-    let mut look: Look = ui.data(|data| data.get_temp(key)).unwrap_or_default();
+    let mut view: TableView = ui.data(|data| data.get_temp(key)).unwrap_or_default();
     ui.horizontal(|ui| {
         ui.label("Errors against");
-        ui.selectable_value(&mut look.against, Column::Experiment, "the experiment");
-        ui.selectable_value(&mut look.against, Column::Paper, "the paper's simulation");
+        ui.selectable_value(&mut view.against, Column::Experiment, "the experiment");
+        ui.selectable_value(&mut view.against, Column::Paper, "the paper's simulation");
         if !fresh {
-            ui.weak("being computed anew...");
+            ui.weak("updating...");
         }
     });
     calibrate::controls(ui, state);
     ScrollArea::both().id_salt("validation").show(ui, |ui| {
         calibrate::result(ui, state);
-        table(ui, state, &rows, &mut look);
+        table(ui, state, &rows, &mut view);
         ui.add_space(8.0);
         ui.separator();
         table_3(ui, &rows);
     });
-    ui.data_mut(|data| data.insert_temp(key, look));
+    ui.data_mut(|data| data.insert_temp(key, view));
 }
 
-fn table(ui: &mut Ui, state: &mut State, rows: &[Row], look: &mut Look) {
+fn table(ui: &mut Ui, state: &mut State, rows: &[Row], view: &mut TableView) {
     let mut order: Vec<&Row> = rows.iter().collect();
-    if let Order::Error(figure) = look.order {
-        // No figure at all is worse than any error.
-        let size = |row: &Row| error(row, look.against, figure).map_or(f64::INFINITY, f64::abs);
+    if let Order::Error(figure) = view.order {
+        // A missing figure is sorted before any error.
+        let size = |row: &Row| error(row, view.against, figure).map_or(f64::INFINITY, f64::abs);
         order.sort_by(|a, b| size(b).total_cmp(&size(a)));
     }
     let now = current(&state.setup).copied();
@@ -149,15 +149,15 @@ fn table(ui: &mut Ui, state: &mut State, rows: &[Row], look: &mut Look) {
         .striped(true)
         .spacing([9.0, 3.0])
         .show(ui, |ui| {
-            let by_table = look.order == Order::Table;
+            let by_table = view.order == Order::Table;
             if sort_button(ui, by_table, "case", "Sort as in the paper") {
-                look.order = Order::Table;
+                view.order = Order::Table;
             }
-            for (figure, row) in ROWS.iter().enumerate() {
-                let by_this = look.order == Order::Error(figure);
+            for (figure, row) in FEATURE_ROWS.iter().enumerate() {
+                let by_this = view.order == Order::Error(figure);
                 let help = format!("{}\nClick to sort by its error.", row.help());
                 if sort_button(ui, by_this, row.title(), &help) {
-                    look.order = Order::Error(figure);
+                    view.order = Order::Error(figure);
                 }
                 for title in ["paper", "exp.", "error"] {
                     ui.label(small(title).weak());
@@ -174,7 +174,7 @@ fn table(ui: &mut Ui, state: &mut State, rows: &[Row], look: &mut Look) {
                 {
                     chosen = Some(row.case);
                 }
-                for (figure, kind) in ROWS.iter().enumerate() {
+                for (figure, kind) in FEATURE_ROWS.iter().enumerate() {
                     let cells = [row.model, row.case.simulation, row.case.experiment];
                     for (i, cell) in cells.iter().enumerate() {
                         let text = kind
@@ -183,7 +183,7 @@ fn table(ui: &mut Ui, state: &mut State, rows: &[Row], look: &mut Look) {
                         let text = RichText::new(text).monospace();
                         ui.label(if i == 0 { text.strong() } else { text });
                     }
-                    error_cell(ui, figure, error(row, look.against, figure));
+                    error_cell(ui, figure, error(row, view.against, figure));
                 }
                 ui.end_row();
             }

@@ -1,4 +1,4 @@
-//! The workspace by its accessibility tree, without a GPU.
+//! Tests of the workspace through its accessibility tree, without a GPU.
 
 mod panels;
 mod sliders;
@@ -11,7 +11,7 @@ use egui_kittest::{Harness, Node};
 
 use crate::app::state::State;
 
-/// The workspace at the smallest size it must fit.
+/// The workspace at the smallest supported size.
 fn harness(state: State) -> Harness<'static, State> {
     let mut harness = Harness::builder()
         .with_size([1280.0, 720.0])
@@ -44,14 +44,14 @@ fn has_track(harness: &Harness<'_, State>, id: &str) -> bool {
     })
 }
 
-/// Types into a field as a person would: click, replace everything, Enter.
+/// Types into a field like a person: click, replace the text, Enter.
 fn type_into(harness: &mut Harness<'_, State>, label: &str, text: &str) {
     harness.get_by_label(label).click();
     harness.run_steps(3);
     harness.get_by_label(label).type_text(text);
     harness.run_steps(2);
     harness.key_press(eframe::egui::Key::Enter);
-    // Long enough for the next click not to be a double click.
+    // Long enough that the next click is not a double click.
     harness.run_steps(30);
 }
 

@@ -43,7 +43,7 @@ fn an_effect_is_switched_on_and_shows_its_sliders() {
 }
 
 #[test]
-fn presets_change_the_device_and_keep_recordings_and_a_fitting_drive() {
+fn a_preset_changes_the_device_but_keeps_recordings_and_a_valid_drive() {
     let mut state = full();
     state.setup.drive = DriveChoice::Waveform(Waveform::Sine {
         frequency: 7.0,
@@ -65,7 +65,7 @@ fn presets_change_the_device_and_keep_recordings_and_a_fitting_drive() {
 }
 
 #[test]
-fn reset_all_is_asked_for_only_when_something_changed() {
+fn reset_all_works_when_something_changed() {
     let mut harness = harness(full());
     harness.get_by_label("Reset all").click();
     harness.run_steps(3);
@@ -73,7 +73,7 @@ fn reset_all_is_asked_for_only_when_something_changed() {
 }
 
 #[test]
-fn the_drive_is_edited_and_nonsense_refused() {
+fn the_drive_can_be_edited_and_invalid_values_are_refused() {
     let mut harness = harness(state());
     type_into(&mut harness, "frequency value", "40 Hz");
     let square = |frequency, amplitude| {
@@ -89,7 +89,7 @@ fn the_drive_is_edited_and_nonsense_refused() {
     assert_eq!(
         harness.state().setup.drive,
         square(40.0, 6.0),
-        "the last good one stays"
+        "the last valid drive stays"
     );
     assert!(says(&harness, "is below"));
 }
@@ -120,7 +120,7 @@ fn the_drive_editor_opens_as_a_window_and_edits_a_table() {
 #[test]
 fn recordings_are_listed_selected_hidden_and_removed() {
     let mut harness = harness(full());
-    assert!(says(&harness, "made up"));
+    assert!(says(&harness, "simulated"));
     assert!(says(&harness, "100 ms at 50 kHz"));
     harness
         .get_by_label("show tapping-15Hz-8V-made-up.csv")
@@ -145,7 +145,7 @@ fn recordings_are_listed_selected_hidden_and_removed() {
 }
 
 #[test]
-fn removal_by_command_leaves_no_dangling_selection() {
+fn removing_a_recording_clears_the_selection() {
     let mut state = full();
     remove_recording(&mut state, 0);
     assert_eq!(state.selected, None);
@@ -172,7 +172,7 @@ fn readouts_show_their_numbers() {
     for part in [
         "rms 1.25 µm",
         "NRMSE 1.4 %",
-        "kept 2.6 µm (-51.9 %)",
+        "51.9 % better than A (2.6 µm)",
         "212 (+41)",
         "31.4",
         "1 impact, 1 stick, 1 release",

@@ -38,13 +38,13 @@ fn a_drag_moves_the_value_on_a_log_scale() {
 }
 
 #[test]
-fn shift_drags_fine() {
+fn shift_makes_drags_finer() {
     let mut harness = harness(state());
     let rect = track(&harness, "gp").rect();
     let before = value(harness.state(), P::Gp);
-    let far = pos2(rect.left() + 0.8 * rect.width(), rect.center().y);
+    let distant = pos2(rect.left() + 0.8 * rect.width(), rect.center().y);
     harness.event(eframe::egui::Event::ModifiersChanged(Modifiers::SHIFT));
-    harness.drag_at(far);
+    harness.drag_at(distant);
     harness.run_steps(2);
     assert_eq!(
         value(harness.state(), P::Gp),
@@ -52,7 +52,7 @@ fn shift_drags_fine() {
         "fine: no jump to the pointer"
     );
     harness.event(eframe::egui::Event::ModifiersChanged(Modifiers::SHIFT));
-    harness.hover_at(far + vec2(0.1 * rect.width(), 0.0));
+    harness.hover_at(distant + vec2(0.1 * rect.width(), 0.0));
     harness.step();
     let moved = value(harness.state(), P::Gp) - before;
     // A tenth of a tenth of 180 um.
@@ -60,7 +60,7 @@ fn shift_drags_fine() {
 }
 
 #[test]
-fn a_tap_within_one_frame_moves_it_and_gives_it_the_keys() {
+fn a_tap_within_one_frame_moves_the_slider_and_focuses_it() {
     use eframe::egui::{Event, PointerButton};
     let mut harness = harness(state());
     let pos = track(&harness, "alpha").rect().center();
@@ -81,7 +81,7 @@ fn a_tap_within_one_frame_moves_it_and_gives_it_the_keys() {
 }
 
 #[test]
-fn arrow_keys_and_screen_readers_move_it() {
+fn arrow_keys_and_screen_readers_move_the_slider() {
     let mut harness = harness(state());
     let before = value(harness.state(), P::Alpha);
     track(&harness, "alpha").focus();
@@ -108,7 +108,7 @@ fn arrow_keys_and_screen_readers_move_it() {
 }
 
 #[test]
-fn typed_quantities_are_taken_and_nonsense_is_explained() {
+fn typed_quantities_are_accepted_and_invalid_ones_explained() {
     let mut harness = harness(state());
     type_into(&mut harness, "gp value", "85 um");
     assert!((value(harness.state(), P::Gp) - 85e-6).abs() < 1e-15);
@@ -125,7 +125,7 @@ fn typed_quantities_are_taken_and_nonsense_is_explained() {
 }
 
 #[test]
-fn values_beyond_the_track_are_allowed_by_typing() {
+fn values_outside_the_track_can_be_typed() {
     let mut harness = harness(state());
     type_into(&mut harness, "gp value", "500 um");
     assert!((value(harness.state(), P::Gp) - 500e-6).abs() < 1e-15);
@@ -133,7 +133,7 @@ fn values_beyond_the_track_are_allowed_by_typing() {
 }
 
 #[test]
-fn escape_gives_up() {
+fn escape_discards_what_was_typed() {
     let mut harness = harness(state());
     harness.get_by_label("gp value").click();
     harness.run_steps(3);
@@ -146,7 +146,7 @@ fn escape_gives_up() {
 }
 
 #[test]
-fn reset_icon_and_double_click_go_back() {
+fn reset_icon_and_double_click_restore_the_default() {
     let mut harness = harness(full());
     harness.get_by_label("reset Cs").click();
     harness.run_steps(3);
@@ -161,7 +161,7 @@ fn reset_icon_and_double_click_go_back() {
 }
 
 #[test]
-fn a_locked_slider_stays() {
+fn a_locked_slider_does_not_move() {
     let mut harness = harness(state());
     harness.get_by_label("lock Cs").click();
     harness.run_steps(3);
@@ -185,7 +185,7 @@ fn an_invalid_combination_is_shown_at_the_slider() {
     state.setup.preset.model.parameters.set(P::Dp, 90e-6);
     let harness = harness(state);
     assert!(says(&harness, "gp = 70 µm must exceed dp = 90 µm"));
-    assert!(says(&harness, "last good one"));
+    assert!(says(&harness, "last valid one"));
 }
 
 #[test]

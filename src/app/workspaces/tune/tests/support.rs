@@ -1,4 +1,4 @@
-//! States made up for the tests: no worker, no files.
+//! States for the tests, without worker threads and files.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,7 +23,7 @@ pub fn state() -> State {
     crate::app::state::state(setup, View::default())
 }
 
-/// A recording of a decaying ring of 100 ms at 50 kHz, with a voltage.
+/// A recording of a decaying oscillation, 100 ms at 50 kHz, with a voltage.
 pub fn recording(name: &str, amplitude: f64) -> Recording {
     let time: Vec<f64> = (0..5000).map(|i| 2e-5 * f64::from(i)).collect();
     let values = time
@@ -37,7 +37,7 @@ pub fn recording(name: &str, amplitude: f64) -> Recording {
     Recording::new(name, time, Some(voltage), values, None).unwrap()
 }
 
-/// Adds a recording with a number of its own.
+/// An overlay with its own id.
 pub fn overlay(id: u64, recording: Recording, made_up: bool) -> Overlay {
     Overlay {
         id,
@@ -95,7 +95,7 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
     })
 }
 
-/// Two recordings, a result, a kept curve, some changes.
+/// A state with two recordings, a result, a reference curve and some changed parameters.
 pub fn full() -> State {
     let mut state = state();
     state.setup.overlays = vec![
@@ -109,7 +109,7 @@ pub fn full() -> State {
             false,
         ),
     ];
-    state.ghost = Some(snapshot(&state, 2.6e-6));
+    state.reference = Some(snapshot(&state, 2.6e-6));
     state
         .setup
         .preset
@@ -128,7 +128,7 @@ pub fn full() -> State {
     state
 }
 
-/// The same in Live mode.
+/// The same state in live mode.
 pub fn live() -> State {
     let mut state = full();
     state.view.mode = Mode::Live;

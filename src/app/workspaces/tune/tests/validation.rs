@@ -10,12 +10,12 @@ use super::harness;
 use super::support::state;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::state::State;
-use crate::app::workspaces::tune::table_a1::calibrate::{Fit, key};
+use crate::app::workspaces::tune::table_a1::calibrate::{TableFitState, key};
 use crate::fit::table_a1::calibrate::fit_table;
 use crate::model::drive::Waveform;
 
 #[test]
-fn all_cases_of_the_table_are_shown_sorted_and_chosen() {
+fn cases_of_the_table_can_be_sorted_and_chosen() {
     let mut state = state();
     state.validation_open = true;
     let mut harness = harness(state);
@@ -42,7 +42,7 @@ fn all_cases_of_the_table_are_shown_sorted_and_chosen() {
     assert_eq!(setup.drive, DriveChoice::Waveform(drive));
 }
 
-/// Draws until a label is there.
+/// Draws until a label appears.
 fn until(harness: &mut Harness<'_, State>, label: &str) {
     for _ in 0..2000 {
         harness.run_steps(2);
@@ -55,7 +55,7 @@ fn until(harness: &mut Harness<'_, State>, label: &str) {
 }
 
 #[test]
-fn a_fit_to_the_experiments_is_stopped_and_changes_nothing() {
+fn cancelling_a_fit_to_the_experiments_changes_nothing() {
     let mut state = state();
     state.validation_open = true;
     let before = state.setup.preset.model.clone();
@@ -66,32 +66,32 @@ fn a_fit_to_the_experiments_is_stopped_and_changes_nothing() {
     harness.get_by_label("Cancel").click();
     until(&mut harness, "Cancelled: this is the best so far.");
     assert_eq!(harness.state().setup.preset.model, before);
-    harness.get_by_label("Drop").click();
+    harness.get_by_label("Discard").click();
     harness.run_steps(3);
     assert!(harness.query_by_label("Apply").is_none());
 }
 
 #[test]
-fn a_fit_to_the_experiments_is_shown_whole_and_applied_when_asked_for() {
+fn a_fit_to_the_experiments_is_shown_and_applied_on_request() {
     let mut state = state();
     state.validation_open = true;
     let base = state.setup.preset.model.clone();
     let found = fit_table(&base, 1, |_| true);
     let mut harness = harness(state);
-    let fit = Fit {
+    let fit = TableFitState {
         base: Some(Arc::new(base.clone())),
         result: Some(Ok(Arc::new(found.clone()))),
-        ..Fit::default()
+        ..TableFitState::default()
     };
     harness.ctx.data_mut(|data| data.insert_temp(key(), fit));
     until(&mut harness, "100 Hz, 8 V, sine fitted");
-    for left in &found.left_out {
+    for omitted in &found.left_out {
         harness.get_by_label(&format!(
             "{} Hz, fitted to the other frequencies",
-            left.frequency
+            omitted.frequency
         ));
     }
-    harness.get_by_label_contains("Beyond its reach");
+    harness.get_by_label_contains("Not reproduced");
     assert_eq!(harness.state().setup.preset.model, base);
     harness.get_by_label("Apply").click();
     harness.run_steps(3);
