@@ -1,7 +1,7 @@
 //! Parts that the steps share: placeholder text, scrolled columns, headings, and the words
 //! for the role of a recording.
 
-use eframe::egui::{RichText, ScrollArea, Ui};
+use eframe::egui::{ScrollArea, Ui};
 
 use crate::diagnose::Diagnosis;
 
