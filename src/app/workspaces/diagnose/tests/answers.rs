@@ -79,7 +79,8 @@ fn an_answer_is_stated_in_a_sentence_and_opens_its_plots() {
     for size in [[1280.0, 690.0], [1920.0, 1050.0]] {
         let mut harness = harness_of(answered(fixture::drag()), size);
         assert!(says(&harness, "Left out: quadratic drag (99.9 %)"));
-        assert!(says(&harness, "from 438 nm to 20.4 nm"));
+        assert!(says(&harness, "falls from 438 nm to 20.4 nm"));
+        assert!(says(&harness, "noise 20 nm"));
         assert!(says(&harness, "Nothing left out"));
         assert!(says(&harness, "Unknown: not in the catalogue"));
         assert!(says(&harness, "Look-alike: compressible film"));
@@ -127,7 +128,7 @@ fn every_kind_of_answer_is_drawn_light_and_dark() {
         "Effects too small for these recordings cannot be ruled out"
     ));
     let unexplained = harness(answered(fixture::unexplained()));
-    assert!(says(&unexplained, "Something is missing"));
+    assert!(says(&unexplained, "Something is missing that no effect"));
 }
 
 #[test]
