@@ -13,7 +13,7 @@ use crate::model::{Model, effects};
 use crate::recording::csv::import_voltage;
 
 /// How far outside its slider's range a value is odd: this many times.
-const FAR: f64 = 10.0;
+const ODD_VALUE_FACTOR: f64 = 10.0;
 /// Voltage up to which the branches of the piezo film were measured [V].
 const KNOWN_VOLTAGE: f64 = 8.0;
 
@@ -92,8 +92,15 @@ pub fn warn_of_odd_values(preset: &Preset, model: &Model, drive: &Waveform) {
     for (id, value) in model.parameters.iter().filter(|(id, _)| model.uses(*id)) {
         let spec = id.spec();
         let (low, high) = preset.range(id);
-        let (below, above) = (low.min(FAR * low), high.max(FAR * high));
-        let below = if low > 0.0 { low / FAR } else { below };
+        let (below, above) = (
+            low.min(ODD_VALUE_FACTOR * low),
+            high.max(ODD_VALUE_FACTOR * high),
+        );
+        let below = if low > 0.0 {
+            low / ODD_VALUE_FACTOR
+        } else {
+            below
+        };
         if value != 0.0 && !(below..=above).contains(&value) {
             let text = |value| format_quantity(value, spec.unit, 3);
             eprintln!(

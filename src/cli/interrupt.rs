@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::Failure;
 
 /// Exit code of a program that was ended by Ctrl-C, as shells have it.
-const AT_ONCE: i32 = 130;
+const INTERRUPTED_EXIT_CODE: i32 = 130;
 
 /// Set by the first Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -18,7 +18,7 @@ pub fn flag() -> &'static AtomicBool {
     LISTENING.call_once(|| {
         let listening = ctrlc::set_handler(|| {
             if STOP.swap(true, Ordering::Relaxed) {
-                std::process::exit(AT_ONCE);
+                std::process::exit(INTERRUPTED_EXIT_CODE);
             }
             eprintln!("\nstopping with the best so far; Ctrl-C again ends at once");
         });

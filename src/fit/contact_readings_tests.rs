@@ -21,18 +21,18 @@ fn a_ratio_is_corrected_by_how_far_the_departure_misses_the_approach() {
         flight: 14.0,
     };
     for off in [-2.0, 0.0, 1.0] {
-        let (ratio, error) = read(off, OWN).at_once(0.0, (0.0, 0.0));
+        let (ratio, error) = read_contacts_at(off, OWN).at_once(0.0, (0.0, 0.0));
         assert!((ratio - TRUE - OWN).abs() < 1e-12, "{off}: {ratio}");
         assert!((error - OWN).abs() < 1e-9, "{off}: {error}");
     }
     // A ground that lies elsewhere is missed by as much.
-    let mut lower = read(1.0, OWN);
+    let mut lower = read_contacts_at(1.0, OWN);
     lower.miss -= 80e-9;
     let (ratio, _) = lower.at_once(0.0, (-80e-9, 0.0));
     assert!((ratio - TRUE - OWN).abs() < 1e-12, "{ratio}");
     // Where it may leave much later than it comes, or nobody knows where the ground is, the
     // height tells nothing.
-    let bounce = read(1.0, 0.0);
+    let bounce = read_contacts_at(1.0, 0.0);
     for told in [
         bounce.at_once(1e-3, (0.0, 0.0)),
         bounce.at_once(0.0, (0.0, 1e-10)),

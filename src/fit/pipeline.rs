@@ -2,13 +2,13 @@
 
 use super::error::FitError;
 use super::inspect::preconditions::{check, check_fit};
-use super::inspect::recording_summary::look;
+use super::inspect::recording_summary::summarize;
 use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
 use super::problem::prepare::{Prepared, prepare};
 use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
-use super::solve::multistart::{all_parameters, read_again, search};
+use super::solve::multistart::{joint_plan, revise_events, search};
 use super::solve::normal_equations::normal_equations;
 use super::solve::point::{Point, settle, threshold};
 use super::uncertainty::device_consistency::disagreements;
@@ -20,9 +20,9 @@ use crate::recording::Recording;
 use crate::sim::{Options, SimError, simulate};
 
 /// Iterations in which states and nuisances are estimated as a rule, for the time left.
-const ESTIMATE: usize = 5;
+const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
 /// Most iterations in which the others follow parameters that are put back.
-const FOLLOW: usize = 15;
+const MAX_FOLLOW_ITERATIONS: usize = 15;
 
 /// A fit with the problem and the point that it ended at, for one that goes on from there.
 pub(super) struct Fitted {
@@ -73,12 +73,12 @@ pub(super) fn fitted(
     let start = model;
     let model = &sound;
     model.check()?;
-    let findings = look(model, train);
+    let findings = summarize(model, train);
     check(model, train, &findings, options)?;
     for part in held_out {
         let one = std::slice::from_ref(part);
         // A held-out part need not touch the ground.
-        match check(model, one, &look(model, one), options) {
+        match check(model, one, &summarize(model, one), options) {
             Err(FitError::NoContact { .. }) | Ok(()) => {}
             Err(error) => return Err(error),
         }
@@ -87,11 +87,11 @@ pub(super) fn fitted(
     let mut clock = Clock::new(0);
     clock.doubts = doubts.clone().into();
     let (prepared, mut best) = search(model, train, &findings, options, control, &mut clock)?;
-    forget_untold(model, &prepared, &mut best)?;
-    let mut result = judged(start, &prepared, &best, control)?;
-    if let Some(point) = hold_untold(model, &prepared, &best, &result, control, &mut clock)? {
+    reset_irrelevant(model, &prepared, &mut best)?;
+    let mut result = result_at(start, &prepared, &best, control)?;
+    if let Some(point) = hold_undetermined(model, &prepared, &best, &result, control, &mut clock)? {
         best = point;
-        result = judged(start, &prepared, &best, control)?;
+        result = result_at(start, &prepared, &best, control)?;
     }
     if result.cancelled {
         let kept_out = if held_out.is_empty() {
@@ -104,9 +104,10 @@ pub(super) fn fitted(
         ));
     } else {
         let all = train.len() + held_out.len();
-        clock.expected = clock.done() + ESTIMATE * usize::from(!held_out.is_empty());
+        clock.expected =
+            clock.done() + EXPECTED_ESTIMATE_ITERATIONS * usize::from(!held_out.is_empty());
         if !held_out.is_empty() {
-            let found = judged_on(&result.model, held_out, options, control, &mut clock)?;
+            let found = evaluate_on(&result.model, held_out, options, control, &mut clock)?;
             result.remarks.extend(misfit_remarks(&found.1));
             result.held_out = Some(found);
         }
@@ -131,7 +132,7 @@ pub(super) fn fitted(
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used with `model`.
-pub(super) fn go_on(
+pub(super) fn fit_from(
     model: &Model,
     train: &[Part],
     begin: impl FnOnce(&Prepared) -> Result<Point, SimError>,
@@ -140,18 +141,18 @@ pub(super) fn go_on(
 ) -> Result<FitResult, FitError> {
     model.check()?;
     let space = Space::new(model, &options.free)?;
-    let findings = look(model, train);
+    let findings = summarize(model, train);
     let prepared = prepare(model, &space, train, &findings, options)?;
-    let plan = all_parameters(options);
+    let plan = joint_plan(options);
     let mut clock = Clock::new(options.iterations);
     let begin = begin(&prepared)?;
     let point = improve(&prepared.problem, begin, &plan, control, &mut clock)?;
-    let best = read_again(&prepared, point, &plan, control, &mut clock)?;
-    judged(model, &prepared, &best, control)
+    let best = revise_events(&prepared, point, &plan, control, &mut clock)?;
+    result_at(model, &prepared, &best, control)
 }
 
 /// What was found at a point: values with their errors, and what is left.
-fn judged(
+fn result_at(
     start: &Model,
     prepared: &Prepared,
     point: &Point,
@@ -167,7 +168,7 @@ fn judged(
 
 /// Parameters on which nothing that was read depends go back to where they began: on the
 /// way to the fit they may have wandered.
-fn forget_untold(model: &Model, prepared: &Prepared, best: &mut Point) -> Result<(), FitError> {
+fn reset_irrelevant(model: &Model, prepared: &Prepared, best: &mut Point) -> Result<(), FitError> {
     let problem = &prepared.problem;
     let space = &problem.space;
     let huber = threshold(problem, best)?;
@@ -186,7 +187,7 @@ fn forget_untold(model: &Model, prepared: &Prepared, best: &mut Point) -> Result
 /// Parameters that the data do not tell because others make up for any change of them
 /// may have gone anywhere along the valley. They go back to where they began and the
 /// others follow; of a film's two the strength follows the gap. `None` if there are none.
-fn hold_untold(
+fn hold_undetermined(
     model: &Model,
     prepared: &Prepared,
     best: &Point,
@@ -226,11 +227,11 @@ fn hold_untold(
     let point = settle(problem, &x, &best.segments, &best.used, huber, 3)?;
     let plan = Plan {
         stage: "what the data do not tell",
-        iterations: FOLLOW,
+        iterations: MAX_FOLLOW_ITERATIONS,
         locked: &held,
         enough: 1e-6,
     };
-    clock.expected = clock.done() + FOLLOW;
+    clock.expected = clock.done() + MAX_FOLLOW_ITERATIONS;
     Ok(Some(improve(problem, point, &plan, control, clock)?))
 }
 
@@ -239,16 +240,22 @@ fn hold_untold(
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
-pub fn judge(
+pub fn evaluate(
     model: &Model,
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<(Misfit, Vec<Misfit>), FitError> {
-    judged_on(model, parts, options, control, &mut Clock::new(ESTIMATE))
+    evaluate_on(
+        model,
+        parts,
+        options,
+        control,
+        &mut Clock::new(EXPECTED_ESTIMATE_ITERATIONS),
+    )
 }
 
-fn judged_on(
+fn evaluate_on(
     model: &Model,
     parts: &[Part],
     options: &FitOptions,
@@ -256,7 +263,7 @@ fn judged_on(
     clock: &mut Clock,
 ) -> Result<(Misfit, Vec<Misfit>), FitError> {
     let space = Space::new(model, &options.free)?;
-    let findings = look(model, parts);
+    let findings = summarize(model, parts);
     let prepared = prepare(model, &space, parts, &findings, options)?;
     let point = estimate_states(&prepared, model, options, control, clock)?;
     Ok(misfits(&prepared, &point)?)
@@ -338,7 +345,7 @@ mod tests {
         let mut clock = Clock::new(0);
         let mut held = |point: &Point, result: &FitResult| {
             let prepared = &found.prepared;
-            hold_untold(&model, prepared, point, result, &control, &mut clock).unwrap()
+            hold_undetermined(&model, prepared, point, result, &control, &mut clock).unwrap()
         };
         assert!(held(&found.point, &found.result).is_none());
         // Far along the valley, where neither is told.

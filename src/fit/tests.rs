@@ -358,7 +358,7 @@ fn rest_on_the_ground_without_noise_is_no_saturation() {
         let xp = trace.proof_mass.clone();
         let r = Recording::new("clean", trace.times(), Some(volts), xp, Some(xc)).unwrap();
         let parts = [part(r)];
-        let findings = crate::fit::inspect::recording_summary::look(&model, &parts);
+        let findings = crate::fit::inspect::recording_summary::summarize(&model, &parts);
         crate::fit::inspect::preconditions::check(
             &model,
             &parts,

@@ -118,7 +118,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     };
     if let Some(step) = &args.step {
         let recordings = read::read(&args.recordings)?;
-        let bench = steps::Bench {
+        let bench = steps::StepInputs {
             model: &preset.model,
             recordings: &recordings,
             options: &options,

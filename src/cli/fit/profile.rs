@@ -3,12 +3,12 @@
 
 use serde_json::{Value, json};
 
-use crate::fit::uncertainty::confidence_interval::{CERTAIN, interval};
+use crate::fit::uncertainty::confidence_interval::{CHI2_95_ONE_DOF, interval};
 use crate::fit::{Control, FitError, FitOptions, FitResult, Part, ProfilePoint, profile_of};
 use crate::model::unit::{format_number, format_quantity};
 
 /// Where the parameter is held, in its standard errors from the best.
-const SHIFTS: [f64; 13] = [
+const PROFILE_SHIFTS: [f64; 13] = [
     -4.0, -3.0, -2.3, -1.7, -1.2, -0.6, 0.0, 0.6, 1.2, 1.7, 2.3, 3.0, 4.0,
 ];
 
@@ -33,7 +33,7 @@ impl Profile {
         options: &FitOptions,
         control: &Control<'_>,
     ) -> Result<Self, FitError> {
-        let points = profile_of(result, train, id, &SHIFTS, options, control)?;
+        let points = profile_of(result, train, id, &PROFILE_SHIFTS, options, control)?;
         let parameter = result
             .parameters
             .iter()
@@ -90,7 +90,7 @@ mod tests {
         Profile {
             id: "dp".to_owned(),
             unit: "m",
-            points: SHIFTS
+            points: PROFILE_SHIFTS
                 .map(|k| ProfilePoint {
                     value: 58e-6 + 1e-7 * k,
                     rise: rise(k),

@@ -2,13 +2,13 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::fit::uncertainty::identifiability::{Combinations, told};
+use crate::fit::uncertainty::identifiability::{Combinations, determined};
 use crate::fit::{FitResult, Misfit};
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};
 
 /// Width of a value in the tables.
-const WIDE: usize = 16;
+const VALUE_WIDTH: usize = 16;
 
 /// The result as a person reads it.
 pub fn text(result: &FitResult) -> String {
@@ -66,7 +66,7 @@ pub fn error(std_error: f64, unit: &str) -> String {
 
 /// The matrix of correlations of what the data tell; nothing for a single parameter.
 fn correlations(result: &FitResult) -> String {
-    let told = told(result);
+    let told = determined(result);
     if told.len() < 2 {
         return String::new();
     }
@@ -142,7 +142,7 @@ pub fn as_json(result: &FitResult) -> Value {
         });
         parameters.insert(p.id.clone(), value);
     }
-    let told = told(result);
+    let told = determined(result);
     let ids: Vec<&str> = told
         .iter()
         .map(|&i| result.parameters[i].id.as_str())

@@ -12,16 +12,16 @@ use crate::fit::paper_steps::drive::{BranchFit, DriveFit};
 use crate::fit::paper_steps::far_off;
 use crate::fit::paper_steps::film::Film;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
-use crate::fit::paper_steps::outcome::{Finding, take};
+use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::paper_steps::restitution::Restitution;
-use crate::fit::paper_steps::sensitivity::{ROWS, SHIFT, Sensitivity};
+use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS, ZERO_SHIFT};
 use crate::fit::{Control, FitError, FitOptions, FitResult};
 use crate::model::Model;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;
 
 /// What `--step` takes.
-pub const NAMES: [&str; 6] = [
+pub const STEP_NAMES: [&str; 6] = [
     "guide",
     "drive",
     "restitution",
@@ -31,7 +31,7 @@ pub const NAMES: [&str; 6] = [
 ];
 
 /// Everything that a step works with.
-pub struct Bench<'a> {
+pub struct StepInputs<'a> {
     /// The device as identified so far.
     pub model: &'a Model,
     /// The recordings.
@@ -54,10 +54,10 @@ pub fn finds_values(name: &str) -> bool {
 /// Those of the step.
 pub fn run(
     name: &str,
-    bench: &Bench<'_>,
+    bench: &StepInputs<'_>,
     json_file: Option<&Path>,
-) -> anyhow::Result<Option<Finding>> {
-    let Bench {
+) -> anyhow::Result<Option<StepResult>> {
+    let StepInputs {
         model,
         recordings,
         options,
@@ -76,11 +76,11 @@ pub fn run(
             }
             guided(&found)
         }
-        Some(Finding::Drive(found)) => drive(found),
-        Some(Finding::Restitution(found)) => bounces(found),
-        Some(Finding::Adhesion(found)) => pull_off(found),
-        Some(Finding::Film(found)) => damping(found),
-        Some(Finding::Sensitivity(found)) => twice(found),
+        Some(StepResult::Drive(found)) => drive(found),
+        Some(StepResult::Restitution(found)) => bounces(found),
+        Some(StepResult::Adhesion(found)) => pull_off(found),
+        Some(StepResult::Film(found)) => damping(found),
+        Some(StepResult::Sensitivity(found)) => twice(found),
     };
     if json_file != Some(Path::new("-")) {
         output::to_stdout(|out| Ok(out.write_all(text.as_bytes())?))?;
@@ -293,13 +293,13 @@ fn damping(found: &Film) -> Outcome {
 fn twice(both: &Sensitivity) -> Outcome {
     let mut text = format!(
         "Sensitivity (Table 2): identified with the zero position as it is, and {} higher above the ground\n  {:6} {:>30} {:>30}\n",
-        format_quantity(SHIFT, "m", 3),
+        format_quantity(ZERO_SHIFT, "m", 3),
         "",
         "original",
         "altered"
     );
     let mut rows = serde_json::Map::new();
-    for id in ROWS {
+    for id in TABLE_2_ROWS {
         let spec = id.spec();
         let column = |fit: &FitResult| {
             let fitted = fit.parameters.iter().find(|p| p.id == spec.id);

@@ -15,18 +15,18 @@ use super::device::{add_effect, set_parameter};
 use super::fit::result;
 use super::{Failure, interrupt, output, wrong_command};
 use crate::fit::table_a1::calibrate::{
-    CANNOT_TELL, FREE, GENERATIONS, LeftOut, Misfit, TableFit, fit_table,
+    FREE_PARAMETERS, LeftOut, MAX_GENERATIONS, Misfit, TABLE_LIMITS, TableFit, fit_table,
 };
 use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
-use crate::fit::table_a1::rank_effects::{Suspects, suspects};
+use crate::fit::table_a1::rank_effects::{EffectRanking, rank_effects};
 use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::format_quantity;
 
 /// Searches of a fit; lines of progress.
-const SEARCHES: f64 = 5.0;
+const FIT_PROGRESS_LINES: f64 = 5.0;
 /// Lines of progress of the suspects.
-const SUSPECTED: f64 = 10.0;
+const RANKING_PROGRESS_LINES: f64 = 10.0;
 
 /// Arguments of `validate`.
 #[derive(Debug, Args)]
@@ -69,7 +69,7 @@ struct Json {
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<FitJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    suspects: Option<Suspects>,
+    suspects: Option<EffectRanking>,
 }
 
 /// What `--fit` adds. Values in SI.
@@ -86,8 +86,14 @@ struct FitJson {
 
 impl FitJson {
     fn new(fit: &TableFit) -> Self {
-        let named = |values: Vec<f64>| FREE.iter().map(|id| id.spec().id).zip(values).collect();
-        let values = FREE.iter().map(|id| fit.model.parameters[*id]);
+        let named = |values: Vec<f64>| {
+            FREE_PARAMETERS
+                .iter()
+                .map(|id| id.spec().id)
+                .zip(values)
+                .collect()
+        };
+        let values = FREE_PARAMETERS.iter().map(|id| fit.model.parameters[*id]);
         Self {
             parameters: named(values.collect()),
             std_errors: fit.errors().map(named),
@@ -128,8 +134,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         .as_ref()
         .filter(|fit| args.suspects && !fit.cancelled);
     let asked = whole.map(|fit| {
-        progress("asking the suspects", SUSPECTED, |go_on| {
-            suspects(&model, fit, go_on)
+        progress("asking the suspects", RANKING_PROGRESS_LINES, |go_on| {
+            rank_effects(&model, fit, go_on)
         })
     });
     let model = fitted.as_ref().map_or(&model, |fit| &fit.model);
@@ -175,8 +181,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
 
 /// The fit, with its progress.
 fn fit(model: &Model) -> TableFit {
-    progress("fitting", SEARCHES, |go_on| {
-        fit_table(model, GENERATIONS, go_on)
+    progress("fitting", FIT_PROGRESS_LINES, |go_on| {
+        fit_table(model, MAX_GENERATIONS, go_on)
     })
 }
 
@@ -219,7 +225,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     }
     writeln!(out, "Fitted to the experiments:")?;
     let errors = fit.errors();
-    for (k, id) in FREE.into_iter().enumerate() {
+    for (k, id) in FREE_PARAMETERS.into_iter().enumerate() {
         let spec = id.spec();
         let value = format_quantity(fit.model.parameters[id], spec.unit, 4);
         match &errors {

@@ -3,16 +3,16 @@
 use std::io::Write;
 
 use crate::diagnose::answer::next_experiment::experiment;
-use crate::fit::table_a1::rank_effects::Suspects;
+use crate::fit::table_a1::rank_effects::EffectRanking;
 use crate::model::unit::format_quantity;
 
 /// Largest voltage of the table \[V\].
-const VOLTS: f64 = 8.0;
+const MAX_TABLE_VOLTAGE: f64 = 8.0;
 /// Noise of a recording that would separate two suspects \[m\].
-const NOISE: f64 = 20e-9;
+const RECORDING_NOISE: f64 = 20e-9;
 
 /// What the suspects came to, for people.
-pub fn summary(out: &mut dyn Write, asked: &Suspects) -> anyhow::Result<()> {
+pub fn summary(out: &mut dyn Write, asked: &EffectRanking) -> anyhow::Result<()> {
     if asked.cancelled {
         writeln!(out, "Cancelled: not all suspects were asked.")?;
     }
@@ -68,7 +68,12 @@ pub fn summary(out: &mut dyn Write, asked: &Suspects) -> anyhow::Result<()> {
         }
     }
     if let Some((a, b)) = asked.pair()
-        && let Some(next) = experiment((&a.model, a.id), (&b.model, b.id), VOLTS, NOISE)
+        && let Some(next) = experiment(
+            (&a.model, a.id),
+            (&b.model, b.id),
+            MAX_TABLE_VOLTAGE,
+            RECORDING_NOISE,
+        )
     {
         writeln!(
             out,
@@ -77,7 +82,7 @@ pub fn summary(out: &mut dyn Write, asked: &Suspects) -> anyhow::Result<()> {
             next.separates.1,
             next.drive,
             next.expected,
-            1e9 * NOISE
+            1e9 * RECORDING_NOISE
         )?;
     }
     writeln!(

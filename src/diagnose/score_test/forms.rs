@@ -1,7 +1,7 @@
 //! The catalogue as hypotheses: for each effect some forms of it, each a direction in
 //! which the simulation would move, and what is left free when it is fitted.
 
-use crate::fit::problem::STEP;
+use crate::fit::problem::COORDINATE_STEP;
 use crate::fit::problem::parameter_space::linear_unit;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, own_ids};
@@ -130,7 +130,7 @@ impl Scale {
     /// Whether a step of the quintic stiffness, which a fit makes in units of its range, is
     /// small where the device moves: on one that moves by centimetres it is not.
     fn tells_quintic(&self, spec: &EffectSpec) -> bool {
-        let step = STEP * linear_unit(&spec.parameters[1]);
+        let step = COORDINATE_STEP * linear_unit(&spec.parameters[1]);
         step * self.length.powi(5) < 1e-3 * self.force
     }
 }

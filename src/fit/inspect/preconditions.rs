@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::channel_noise::noise_of;
-use super::plausible_units::{STILL, check_columns, check_level};
-use super::recording_summary::{Findings, look};
-use super::same_device::{other_rest, same_ring};
+use super::plausible_units::{MIN_DRIVE_VOLTAGE, check_columns, check_level};
+use super::recording_summary::{RecordingSummary, summarize};
+use super::same_device::{check_ring_frequency, rest_height_doubt};
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
@@ -17,23 +17,23 @@ use crate::recording::noise::{NoiseError, estimate_noise};
 use crate::recording::{Channel, Recording, extremes};
 
 /// Fewest samples to fit to.
-const LEAST: usize = 20;
+const MIN_SAMPLES: usize = 20;
 /// Share of the samples at one extreme value that is called saturated, as long as they
 /// come in runs.
-const STUCK: f64 = 0.02;
+const SATURATED_SHARE: f64 = 0.02;
 /// The same for a reading with noise in steps finer than it, which never stays anywhere.
-const STUCK_IN_NOISE: f64 = 0.002;
+const SATURATED_SHARE_IN_NOISE: f64 = 0.002;
 /// Longest run at the extreme that a quantised reading may show, in samples.
-const RUN: usize = 20;
+const MAX_EXTREME_RUN: usize = 20;
 /// Levels of the ground farther apart than this are of different devices, even where the
 /// zeros of the sensors are badly off \[m\].
-const APART: f64 = 15e-6;
+const MAX_LEVEL_DIFFERENCE: f64 = 15e-6;
 /// The same for one fit: zeros may be off by some micrometres, and the scales by a percent.
-const APART_IN_A_FIT: f64 = 8e-6;
+const MAX_LEVEL_DIFFERENCE_IN_A_FIT: f64 = 8e-6;
 /// A voltage reaches this share of its one extreme on the other side, if nothing cuts it.
-const SYMMETRIC: f64 = 0.95;
+const MIN_VOLTAGE_SYMMETRY: f64 = 0.95;
 /// Noise below this share of the motion is the rounding of a simulation.
-const NOISELESS: f64 = 1e-6;
+const NOISELESS_SHARE: f64 = 1e-6;
 
 /// Checks parts and options against each other.
 ///
@@ -42,7 +42,7 @@ const NOISELESS: f64 = 1e-6;
 pub fn check(
     model: &Model,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<(), FitError> {
     Space::new(model, &options.free)?;
@@ -66,7 +66,7 @@ pub fn check(
             reason,
         });
     }
-    same_device(parts, findings, APART)
+    same_device(parts, findings, MAX_LEVEL_DIFFERENCE)
 }
 
 /// Checks what a fit of the free parameters needs beyond [`check`]: that the recordings are
@@ -78,7 +78,7 @@ pub fn check(
 /// [`FitError`] with one clear sentence.
 pub fn check_fit(
     model: &Model,
-    (train, findings): (&[Part], &[Findings]),
+    (train, findings): (&[Part], &[RecordingSummary]),
     held_out: &[Part],
     options: &FitOptions,
 ) -> Result<Vec<String>, FitError> {
@@ -115,11 +115,11 @@ pub fn check_fit(
             }
         }
     }
-    let findings = look(model, &all);
+    let findings = summarize(model, &all);
     let ring = one_device(model, &all, &findings)?;
     Ok(ring
         .into_iter()
-        .chain(other_rest(&all, &findings))
+        .chain(rest_height_doubt(&all, &findings))
         .collect())
 }
 
@@ -131,10 +131,10 @@ pub fn check_fit(
 pub(crate) fn one_device(
     model: &Model,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
 ) -> Result<Option<String>, FitError> {
-    same_device(parts, findings, APART_IN_A_FIT)?;
-    same_ring(model, parts, findings)
+    same_device(parts, findings, MAX_LEVEL_DIFFERENCE_IN_A_FIT)?;
+    check_ring_frequency(model, parts, findings)
 }
 
 /// Whether two parts have samples in common, or hold the same ones under two names.
@@ -159,7 +159,7 @@ fn is_still(part: &Part) -> bool {
     let volts = part.recording.voltage.as_deref();
     volts.is_some_and(|v| {
         let (low, high) = extremes(&v[part.samples.clone()]);
-        high - low < STILL
+        high - low < MIN_DRIVE_VOLTAGE
     })
 }
 
@@ -167,11 +167,11 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     let r = &part.recording;
     let xp = &r.proof_mass[part.samples.clone()];
     let finite = xp.iter().filter(|x| x.is_finite()).count();
-    if finite < LEAST {
+    if finite < MIN_SAMPLES {
         return Err(FitError::TooShort {
             recording: r.name.clone(),
             samples: finite,
-            needed: LEAST,
+            needed: MIN_SAMPLES,
         });
     }
     let (low, high) = extremes(xp);
@@ -228,9 +228,9 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
     let noiseless = is_noiseless(r, channel, (low, high));
     let stepped = noise_of(r, channel).is_ok_and(|n| n.quantised);
     let most = if noiseless || stepped {
-        STUCK
+        SATURATED_SHARE
     } else {
-        STUCK_IN_NOISE
+        SATURATED_SHARE_IN_NOISE
     };
     for (which, extreme) in [("highest", high), ("lowest", low)] {
         // So it does where a step of the reading is coarser than its noise.
@@ -280,7 +280,7 @@ fn stuck(values: &[f64], extreme: f64, most: f64) -> Option<f64> {
         longest = longest.max(run);
     }
     let share = at as f64 / values.len() as f64;
-    (share > most && longest > RUN).then_some(share)
+    (share > most && longest > MAX_EXTREME_RUN).then_some(share)
 }
 
 /// A voltage may well stand still at its extremes, as a square does. One that stands at the
@@ -292,10 +292,10 @@ fn cut_drive(part: &Part) -> Result<(), FitError> {
     };
     let (low, high) = extremes(values);
     for (which, extreme, other) in [("highest", high, low), ("lowest", low, high)] {
-        let beyond = extreme * other < 0.0 && extreme.abs() < SYMMETRIC * other.abs();
+        let beyond = extreme * other < 0.0 && extreme.abs() < MIN_VOLTAGE_SYMMETRY * other.abs();
         if beyond
-            && stuck(values, other, STUCK).is_none()
-            && let Some(share) = stuck(values, extreme, STUCK)
+            && stuck(values, other, SATURATED_SHARE).is_none()
+            && let Some(share) = stuck(values, extreme, SATURATED_SHARE)
         {
             return Err(FitError::Saturated {
                 recording: r.name.clone(),
@@ -313,7 +313,7 @@ fn cut_drive(part: &Part) -> Result<(), FitError> {
 /// at the extremes do not tell it: where they stand at the end of a range they have none
 /// however noisy the others are. What is found without them must be white, or it is motion.
 fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> bool {
-    let least = NOISELESS * (high - low);
+    let least = NOISELESS_SHARE * (high - low);
     if !noise_of(r, channel).is_ok_and(|n| n.sigma < least) {
         return false;
     }
@@ -327,7 +327,7 @@ fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> boo
 }
 
 /// Recordings of one device have the ground at one height, apart from the sensor's zero.
-fn same_device(parts: &[Part], findings: &[Findings], apart: f64) -> Result<(), FitError> {
+fn same_device(parts: &[Part], findings: &[RecordingSummary], apart: f64) -> Result<(), FitError> {
     let mut known = parts.iter().zip(findings).filter_map(|(p, f)| {
         let level = f.level.clone().ok()?;
         Some((p, level))

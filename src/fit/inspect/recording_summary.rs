@@ -15,18 +15,18 @@ use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Channel, Recording, quantile_in_place};
 
 /// Levels this close are the same ground with the same zero \[m\].
-const SAME_LEVEL: f64 = 2e-6;
+const SAME_LEVEL_DISTANCE: f64 = 2e-6;
 /// Stays on the ground, of two samples or more, from which it is where the mass is lowest.
-const LEAST_STAYS: usize = 3;
+const MIN_STAYS: usize = 3;
 /// A drift shown to this share of a recording's end says how that goes on.
-const BEYOND: f64 = 0.9;
+const MIN_SHOWN_DRIFT_SHARE: f64 = 0.9;
 /// A noise below this share of the motion is taken to be this: the simulation and the
 /// recorder's digits are no better.
-const LEAST_NOISE: f64 = 1e-5;
+const MIN_NOISE_SHARE: f64 = 1e-5;
 
 /// What the data alone say about each part.
 #[derive(Debug, Clone)]
-pub struct Findings {
+pub struct RecordingSummary {
     /// Noise of the proof mass and of the cantilever \[m\].
     pub noise: (f64, Option<f64>),
     /// Contact level in the reading \[m\], or why there is none.
@@ -39,7 +39,7 @@ pub struct Findings {
     pub lag: f64,
 }
 
-impl Findings {
+impl RecordingSummary {
     /// What happens at the ground in `recording`, whose noise is `noise` \[m\].
     pub fn timeline(&self, recording: &Recording, noise: f64) -> Timeline {
         match self.level {
@@ -77,7 +77,7 @@ impl Findings {
 }
 
 /// The lag that the readings of `parts` show \[s\], of which `findings` know nothing yet.
-pub fn lag_of(parts: &[Part], findings: &[Findings]) -> Option<f64> {
+pub fn lag_of(parts: &[Part], findings: &[RecordingSummary]) -> Option<f64> {
     let both = || parts.iter().zip(findings);
     let readings: Vec<_> = both().map(|(p, f)| f.as_moved(&p.recording)).collect();
     let all: Vec<_> = both()
@@ -88,13 +88,16 @@ pub fn lag_of(parts: &[Part], findings: &[Findings]) -> Option<f64> {
 }
 
 /// Looks at parts without a model of the motion.
-pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
-    look_behind(model, parts, 0.0)
+pub fn summarize(model: &Model, parts: &[Part]) -> Vec<RecordingSummary> {
+    summarize_with_lag(model, parts, 0.0)
 }
 
 /// The same for readings that lag by `lag` \[s\].
-pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
-    let mut findings: Vec<Findings> = parts.iter().map(|p| look_at(model, p, lag)).collect();
+pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<RecordingSummary> {
+    let mut findings: Vec<RecordingSummary> = parts
+        .iter()
+        .map(|p| summarize_part(model, p, lag))
+        .collect();
     if !model.has_ground {
         return findings;
     }
@@ -113,7 +116,8 @@ pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
         // A zero that moves in one recording may move alike in another, as far as that shows.
         let (begin, end) = r.span();
         let lasts = |drift: &&LevelDrift| {
-            drift.begin() <= begin && drift.shown().1 - begin >= BEYOND * (end - begin)
+            drift.begin() <= begin
+                && drift.shown().1 - begin >= MIN_SHOWN_DRIFT_SHARE * (end - begin)
         };
         let alike = drifts.iter().filter(lasts);
         let changes: Vec<Option<LevelChange>> = alike
@@ -146,7 +150,7 @@ pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
     findings
 }
 
-fn look_at(model: &Model, part: &Part, lag: f64) -> Findings {
+fn summarize_part(model: &Model, part: &Part, lag: f64) -> RecordingSummary {
     let r = &part.recording;
     let estimate = |channel: Channel| noise_of(r, channel).ok();
     let noise = |channel: Channel, estimate: Option<NoiseEstimate>| {
@@ -156,7 +160,7 @@ fn look_at(model: &Model, part: &Part, lag: f64) -> Findings {
         let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
         let low = quantile_in_place(&mut finite, 0.01);
         let span = quantile_in_place(&mut finite, 0.99) - low;
-        sigma.max(LEAST_NOISE * span).max(f64::MIN_POSITIVE)
+        sigma.max(MIN_NOISE_SHARE * span).max(f64::MIN_POSITIVE)
     };
     let of_xp = estimate(Channel::ProofMass);
     let (level, change) = if model.has_ground {
@@ -166,7 +170,7 @@ fn look_at(model: &Model, part: &Part, lag: f64) -> Findings {
     };
     let xc = model.has_cantilever && r.cantilever.is_some();
     log::debug!("{}: ground at {level:?}, {change:?}", r.name);
-    Findings {
+    RecordingSummary {
         noise: (
             noise(Channel::ProofMass, of_xp),
             xc.then(|| noise(Channel::Cantilever, estimate(Channel::Cantilever))),
@@ -245,14 +249,14 @@ fn level_of_impacts(
     let low = |x: &f64| *x < bottom + 2.0 * at(bottom).tolerance();
     let runs = xp.chunk_by(|a, b| low(a) && low(b));
     let stays: Vec<&[f64]> = runs.filter(|run| run.len() > 1).collect();
-    let stayed = stays.len() >= LEAST_STAYS;
+    let stayed = stays.len() >= MIN_STAYS;
     let own = if stayed {
         quantile_in_place(&mut stays.concat(), 0.5)
     } else {
         bottom
     };
     let own = (own, turns(own));
-    let near = !stayed && (bottom - common).abs() < SAME_LEVEL;
+    let near = !stayed && (bottom - common).abs() < SAME_LEVEL_DISTANCE;
     let known = near.then(|| (common, turns(common)));
     let (level, count) = known.filter(|known| known.1 >= own.1).unwrap_or(own);
     (count >= 2).then_some((level, count))
@@ -278,7 +282,7 @@ mod tests {
             drifting("square:300Hz:6V", 0.05, 2),
         ];
         let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
-        for (found, part) in look(&paper(), &parts).iter().zip(&parts) {
+        for (found, part) in summarize(&paper(), &parts).iter().zip(&parts) {
             let level = found.level.clone().expect("a level");
             assert!((level + dp).abs() < 0.4e-6, "{level}");
             let moved = found.change.expect("a drift");
@@ -302,8 +306,8 @@ mod tests {
             }),
         ];
         let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
-        let found = look(&paper(), &parts);
-        let alone = look(&paper(), &parts[1..]);
+        let found = summarize(&paper(), &parts);
+        let alone = summarize(&paper(), &parts[1..]);
         for (found, zero) in [(&found[0], 0.0), (&found[1], 1.5e-6), (&alone[0], 1.5e-6)] {
             let level = found.level.clone().expect("a level");
             assert!((level + dp - zero).abs() < 0.15e-6, "{level}");

@@ -11,27 +11,27 @@
 
 use std::fmt;
 
-use super::break_off::STAY;
+use super::break_off::MIN_STAY_TIME;
 use super::line_fit::{Line, robust_line};
 use super::{StepError, counted};
-use crate::fit::contact_readings::{Readings, Release};
+use crate::fit::contact_readings::{ContactReadings, Release};
 use crate::recording::quantile_in_place;
 
 /// Samples that a sustained contact has at least.
-const SAMPLES: f64 = 8.0;
+const MIN_CONTACT_SAMPLES: f64 = 8.0;
 /// A pressure of so many standard errors is one.
-const PRESSED: f64 = 3.0;
+const PRESSED_SIGMAS: f64 = 3.0;
 /// Forces less certain than this share of the largest do not count.
-const CERTAIN: f64 = 0.3;
+const MAX_FORCE_ERROR_SHARE: f64 = 0.3;
 /// Fewest releases for a line with an error.
-const LEAST: usize = 3;
+const MIN_RELEASES: usize = 3;
 /// The longest contact must be this many times the shortest for a slope: with less, the
 /// errors of the times count as well.
-const SPREAD: f64 = 1.1;
+const MIN_CONTACT_TIME_RATIO: f64 = 1.1;
 
 /// Why a release says nothing of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Aside {
+pub enum ExcludedRelease {
     /// Contact that is not sustained.
     Brief,
     /// The drive's force jumps there.
@@ -42,46 +42,51 @@ pub enum Aside {
     Vague,
 }
 
-impl Aside {
+impl ExcludedRelease {
     /// All, in the order in which they are asked.
-    pub const ALL: [Aside; 4] = [Aside::Brief, Aside::Jump, Aside::Pressed, Aside::Vague];
+    pub const ALL: [ExcludedRelease; 4] = [
+        ExcludedRelease::Brief,
+        ExcludedRelease::Jump,
+        ExcludedRelease::Pressed,
+        ExcludedRelease::Vague,
+    ];
 
     /// As written in files.
     pub fn id(self) -> &'static str {
         match self {
-            Aside::Brief => "brief",
-            Aside::Jump => "jump",
-            Aside::Pressed => "pressed",
-            Aside::Vague => "vague",
+            ExcludedRelease::Brief => "brief",
+            ExcludedRelease::Jump => "jump",
+            ExcludedRelease::Pressed => "pressed",
+            ExcludedRelease::Vague => "vague",
         }
     }
 
     fn of(release: &Release, largest: f64) -> Option<Self> {
-        if release.contact < STAY || release.samples < SAMPLES {
-            Some(Aside::Brief)
+        if release.contact < MIN_STAY_TIME || release.samples < MIN_CONTACT_SAMPLES {
+            Some(ExcludedRelease::Brief)
         } else if release.jump > release.error {
-            Some(Aside::Jump)
-        } else if release.force < -PRESSED * release.error {
-            Some(Aside::Pressed)
-        } else if release.error.is_nan() || release.error >= CERTAIN * largest {
-            Some(Aside::Vague)
+            Some(ExcludedRelease::Jump)
+        } else if release.force < -PRESSED_SIGMAS * release.error {
+            Some(ExcludedRelease::Pressed)
+        } else if release.error.is_nan() || release.error >= MAX_FORCE_ERROR_SHARE * largest {
+            Some(ExcludedRelease::Vague)
         } else {
             None
         }
     }
 }
 
-impl fmt::Display for Aside {
+impl fmt::Display for ExcludedRelease {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Aside::Brief => {
+            ExcludedRelease::Brief => {
                 "after less than 0.5 ms or 8 samples on the ground, no sustained contact"
             }
-            Aside::Jump => {
+            ExcludedRelease::Jump => {
                 "where the drive jumps, so that the pull passes the adhesion in one step"
             }
-            Aside::Pressed => "under pressure, where nothing is pulled off",
-            Aside::Vague => "whose force the noise hides",
+            ExcludedRelease::Pressed => "under pressure, where nothing is pulled off",
+            ExcludedRelease::Vague => "whose force the noise hides",
         })
     }
 }
@@ -98,7 +103,7 @@ pub struct Adhesion {
     /// The releases that count.
     pub releases: Vec<Release>,
     /// The releases that do not, and why not.
-    pub aside: Vec<(Release, Aside)>,
+    pub aside: Vec<(Release, ExcludedRelease)>,
     /// Releases that were seen and could not be read.
     pub unread: usize,
     /// Distance of the model from what was read, in units of the noise.
@@ -113,12 +118,12 @@ impl Adhesion {
 
     /// What was set aside, one sentence for each reason there is.
     pub fn set_aside(&self) -> Vec<String> {
-        said(&self.aside, self.unread)
+        exclusion_sentences(&self.aside, self.unread)
     }
 }
 
-fn said(aside: &[(Release, Aside)], unread: usize) -> Vec<String> {
-    let sentences = Aside::ALL.into_iter().filter_map(|reason| {
+fn exclusion_sentences(aside: &[(Release, ExcludedRelease)], unread: usize) -> Vec<String> {
+    let sentences = ExcludedRelease::ALL.into_iter().filter_map(|reason| {
         let n = aside.iter().filter(|(_, own)| *own == reason).count();
         (n > 0).then(|| format!("{} {reason}", counted(n, "release", "releases")))
     });
@@ -135,16 +140,16 @@ fn said(aside: &[(Release, Aside)], unread: usize) -> Vec<String> {
 ///
 /// # Errors
 /// [`StepError::Unsuited`] if too few releases tell the force, or all after equal times.
-pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError> {
+pub fn adhesion(names: &str, readings: &ContactReadings) -> Result<Adhesion, StepError> {
     // Only where a pull grows does the force say how large the others may be.
     let largest = readings
         .releases
         .iter()
-        .filter(|r| Aside::of(r, f64::INFINITY).is_none())
+        .filter(|r| ExcludedRelease::of(r, f64::INFINITY).is_none())
         .fold(0.0f64, |a, r| a.max(r.force.abs()));
     let (mut releases, mut aside) = (Vec::new(), Vec::new());
     for release in &readings.releases {
-        match Aside::of(release, largest) {
+        match ExcludedRelease::of(release, largest) {
             None => releases.push(*release),
             Some(reason) => aside.push((*release, reason)),
         }
@@ -154,12 +159,12 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
         reason,
         remedy: "record 5 Hz ramped squares of several lambda, so that contacts of several lengths end in a slow pull",
     };
-    if releases.len() < LEAST {
+    if releases.len() < MIN_RELEASES {
         let mut reason = format!(
             "{} the pull-off force, {LEAST} are needed",
             counted(releases.len(), "release tells", "releases tell")
         );
-        let said = said(&aside, readings.unread_releases);
+        let said = exclusion_sentences(&aside, readings.unread_releases);
         if !said.is_empty() {
             reason += &format!(" (set aside: {})", said.join("; "));
         }
@@ -167,7 +172,7 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
     }
     let times = releases.iter().map(|r| r.contact);
     let (shortest, longest) = times.fold((f64::INFINITY, 0.0f64), |(s, l), t| (s.min(t), l.max(t)));
-    if longest < SPREAD * shortest {
+    if longest < MIN_CONTACT_TIME_RATIO * shortest {
         return Err(unsuited(format!(
             "all contacts last {:.1} to {:.1} ms: a slope in time cannot be told",
             1e3 * shortest,

@@ -3,40 +3,40 @@
 
 use std::sync::Arc;
 
-use crate::fit::contact_readings::LOOSE;
+use crate::fit::contact_readings::GROUND_LAW_RELAXATION;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
 use crate::fit::segment::JointKind;
-use crate::fit::segment::event_sequence::Kind;
+use crate::fit::segment::event_sequence::GroundEvent;
 use crate::model::Model;
 use crate::recording::extremes;
 
 /// A shorter contact is a bounce rather than a stay \[s\].
-pub(crate) const STAY: f64 = 0.5e-3;
+pub(crate) const MIN_STAY_TIME: f64 = 0.5e-3;
 /// Samples on the ground before the break-off: they tell the zero of the reading.
-const LEAD: usize = 12;
+const LEAD_SAMPLES: usize = 12;
 /// How far the instant of release may be from the first guess, as a share of a period: the
 /// mass leaves slowly, and a fast recording shows it late.
-const LEAVING: f64 = 0.06;
+const RELEASE_REACH_PERIODS: f64 = 0.06;
 /// Samples that a touch or bounce at the end of the ring is kept away, and the same as a
 /// share of a period.
-const CLEAR: (usize, f64) = (3, 0.01);
+const RING_END_GUARD: (usize, f64) = (3, 0.01);
 /// Fewest samples of a ring.
-const LEAST: usize = 12;
+const MIN_RING_SAMPLES: usize = 12;
 /// Length of a ring in periods of the slowest mode: what is left of it after that says
 /// little of the film.
-const PERIODS: f64 = 5.0;
+const RING_PERIODS: f64 = 5.0;
 /// Taken for a period where there is no spring \[s\].
-const UNSPRUNG: f64 = 2e-3;
+const SPRINGLESS_PERIOD: f64 = 2e-3;
 /// A ring that the ground ends before this share of a period is not read.
-const SHORT: f64 = 0.5;
+const MIN_RING_PERIODS: f64 = 0.5;
 /// Most rings that are read; more of them say the same again.
-pub(crate) const MOST: usize = 8;
+pub(crate) const MAX_RINGS: usize = 8;
 /// Most samples of a ring; a faster recording is thinned.
-const DENSE: usize = 800;
+const MAX_SAMPLES_PER_RING: usize = 800;
 
 /// The ring after a break-off.
 #[derive(Debug, Clone)]
@@ -57,17 +57,21 @@ fn period(model: &Model) -> f64 {
     if slowest.is_finite() {
         std::f64::consts::TAU / slowest
     } else {
-        UNSPRUNG
+        SPRINGLESS_PERIOD
     }
 }
 
-/// The break-offs in `parts`, at most [`MOST`] of them, taken from the recordings in turn,
+/// The break-offs in `parts`, at most [`MAX_RINGS`] of them, taken from the recordings in turn,
 /// the largest rings first.
-pub(crate) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -> Vec<BreakOff> {
+pub(crate) fn break_offs(
+    model: &Model,
+    parts: &[Part],
+    findings: &[RecordingSummary],
+) -> Vec<BreakOff> {
     let period = period(model);
     let mut found: Vec<(usize, BreakOff)> = Vec::new();
     for (of, (part, findings)) in parts.iter().zip(findings).enumerate() {
-        let mut own = in_part(part, findings, period);
+        let mut own = break_offs_of_part(part, findings, period);
         for b in &mut own {
             b.of = of;
             let ring = &b.window.recording.proof_mass[b.window.samples.clone()];
@@ -79,29 +83,33 @@ pub(crate) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -
         found.extend(own.into_iter().enumerate());
     }
     found.sort_by_key(|(turn, _)| *turn);
-    found.truncate(MOST);
+    found.truncate(MAX_RINGS);
     let mut chosen: Vec<BreakOff> = found.into_iter().map(|(_, b)| b).collect();
     chosen.sort_by_key(|b| (b.of, b.window.samples.start));
     chosen
 }
 
-fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
+fn break_offs_of_part(part: &Part, findings: &RecordingSummary, period: f64) -> Vec<BreakOff> {
     let r = &part.recording;
     let time = &r.time;
     let interval = r.interval();
     let contacts = findings.events(r).contacts;
     let marks = findings.timeline(r, findings.noise.0).marks;
     // More than the instant of release may move, so that the mass is on the ground first.
-    let lead = (LEAD as f64 * interval).max(1.5 * LEAVING * period);
-    let clear = (CLEAR.0 as f64 * interval).max(CLEAR.1 * period);
+    let lead = (LEAD_SAMPLES as f64 * interval).max(1.5 * RELEASE_REACH_PERIODS * period);
+    let clear = (RING_END_GUARD.0 as f64 * interval).max(RING_END_GUARD.1 * period);
     let mut found = Vec::new();
-    for contact in contacts.iter().filter(|c| !c.cut && c.touching > STAY) {
+    for contact in contacts
+        .iter()
+        .filter(|c| !c.cut && c.touching > MIN_STAY_TIME)
+    {
         let past = marks.partition_point(|m| m.time <= contact.end + 1.5 * interval);
         // The touch must have been seen: rest at the recording's begin is no contact.
         let Some([touch, release]) = past.checked_sub(2).map(|i| [marks[i], marks[i + 1]]) else {
             continue;
         };
-        let left = matches!(release.kind, Kind::Release { .. }) && touch.kind == Kind::Touch;
+        let left =
+            matches!(release.kind, GroundEvent::Release { .. }) && touch.kind == GroundEvent::Touch;
         if !left || release.time < contact.start {
             continue;
         }
@@ -110,13 +118,13 @@ fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
         let first = time.partition_point(|&t| t < release.time - lead);
         let first = first.max(before).max(part.samples.start);
         let until = marks.get(past).map_or(f64::INFINITY, |m| m.time - clear);
-        let last = time.partition_point(|&t| t < until.min(release.time + PERIODS * period));
+        let last = time.partition_point(|&t| t < until.min(release.time + RING_PERIODS * period));
         let mut last = last.min(part.samples.end);
         if let Some(gap) = (first..last.saturating_sub(1)).find(|&i| r.is_gap(i)) {
             last = gap + 1;
         }
-        let told = first < at && at + LEAST <= last;
-        if told && time[last - 1] - release.time >= SHORT * period {
+        let told = first < at && at + MIN_RING_SAMPLES <= last;
+        if told && time[last - 1] - release.time >= MIN_RING_PERIODS * period {
             found.push(BreakOff {
                 of: 0,
                 window: Part {
@@ -135,25 +143,25 @@ fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense or a drive is missing.
-pub(crate) fn problem(
+pub(crate) fn ring_problem(
     model: &Model,
     space: &Space,
     found: &[BreakOff],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<Prepared, FitError> {
     let windows: Vec<Part> = found.iter().map(|b| b.window.clone()).collect();
-    let own: Vec<Findings> = found.iter().map(|b| findings[b.of].clone()).collect();
+    let own: Vec<RecordingSummary> = found.iter().map(|b| findings[b.of].clone()).collect();
     let whole = FitOptions {
         longest: Some(f64::INFINITY),
         ..options.clone()
     };
     let mut prepared = prepare(model, space, &windows, &own, &whole)?;
     for (data, window) in prepared.problem.data.iter_mut().zip(&windows) {
-        data.sigmas.velocity *= LOOSE;
-        data.sigmas.force *= LOOSE;
-        let dense = window.samples.start + 2 * LEAD;
-        let step = window.samples.len().div_ceil(DENSE);
+        data.sigmas.velocity *= GROUND_LAW_RELAXATION;
+        data.sigmas.force *= GROUND_LAW_RELAXATION;
+        let dense = window.samples.start + 2 * LEAD_SAMPLES;
+        let step = window.samples.len().div_ceil(MAX_SAMPLES_PER_RING);
         if step > 1 {
             let mut thin = (*data.recording).clone();
             for i in (dense..window.samples.end).filter(|i| !(i - dense).is_multiple_of(step)) {
@@ -165,7 +173,7 @@ pub(crate) fn problem(
             data.recording = Arc::new(thin);
         }
     }
-    let leaving = LEAVING * period(model);
+    let leaving = RELEASE_REACH_PERIODS * period(model);
     for joint in prepared.segments.iter_mut().flat_map(|s| &mut s.joints) {
         if let JointKind::Event(_) = joint.what {
             joint.reach = joint.reach.max(leaving);
@@ -177,7 +185,7 @@ pub(crate) fn problem(
             JointKind::Event(kind) => Some(kind),
             JointKind::Edge(_) => None,
         });
-        let leaves = matches!(events.next(), Some(Kind::Release { .. }));
+        let leaves = matches!(events.next(), Some(GroundEvent::Release { .. }));
         segment.starts_held && leaves && events.next().is_none()
     });
     Ok(prepared)
@@ -187,14 +195,14 @@ pub(crate) fn problem(
 mod tests {
     use super::super::break_off::*;
     use super::super::tests::{made, recording};
-    use crate::fit::inspect::recording_summary::look;
+    use crate::fit::inspect::recording_summary::summarize;
     use crate::model::preset::Preset;
     use crate::recording::Recording;
 
     fn found(recordings: &[Arc<Recording>]) -> Vec<BreakOff> {
         let model = Preset::default().model;
         let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
-        break_offs(&model, &parts, &look(&model, &parts))
+        break_offs(&model, &parts, &summarize(&model, &parts))
     }
 
     #[test]
@@ -235,7 +243,7 @@ mod tests {
         let drives = ["square:15Hz:8V", "ramped:5Hz:8V:0.25", "square:15Hz:7.5V"];
         let all = drives.map(|d| made(d, 0.8, 50e3, 0.0, &[]));
         let found = found(&all);
-        assert_eq!(found.len(), MOST);
+        assert_eq!(found.len(), MAX_RINGS);
         for of in 0..3 {
             assert!(found.iter().filter(|b| b.of == of).count() >= 2);
         }

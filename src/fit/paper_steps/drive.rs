@@ -12,9 +12,9 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::{StepError, counted};
-use crate::fit::contact_readings::sound;
+use crate::fit::contact_readings::check_readable;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
@@ -25,18 +25,18 @@ use crate::recording::Recording;
 use crate::recording::features::{FeatureOptions, recording_features};
 
 /// Orders of the polynomials, eq (9).
-const ORDERS: [usize; 2] = [3, 2];
+const BRANCH_POLYNOMIAL_ORDERS: [usize; 2] = [3, 2];
 /// The voltage may move by this share of its span within a block.
-const SLOW: f64 = 0.05;
+const MAX_BLOCK_VOLTAGE_SHARE: f64 = 0.05;
 /// Blocks after a turn, a jump or a release that are left to the ring [first-mode
 /// amplitude decay times].
-const SETTLE: f64 = 2.0;
+const RING_DECAY_TIMES: f64 = 2.0;
 /// Share of the span over which a branch must have been seen.
-const COVERED: f64 = 0.4;
+const MIN_BRANCH_COVERAGE: f64 = 0.4;
 /// What to record instead.
-const REMEDY: &str = "record whole slow cycles of the voltage besides, for example a 5 Hz sine so small that the mass hardly touches the ground";
+const SLOW_CYCLE_REMEDY: &str = "record whole slow cycles of the voltage besides, for example a 5 Hz sine so small that the mass hardly touches the ground";
 /// Weight of the robust loss: residuals beyond this many scatters pull linearly.
-const HUBER: f64 = 2.0;
+const BRANCH_HUBER_THRESHOLD: f64 = 2.0;
 
 /// A point of the figure: one block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,7 +114,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
             });
         };
         let part = [Part::whole(Arc::clone(recording))];
-        sound(model, &part, &look(model, &part), &options)?;
+        check_readable(model, &part, &summarize(model, &part), &options)?;
         points.extend(blocks(model, recording, table, per_gain)?);
         low = low.min(extreme(&recording.voltage, f64::min));
         high = high.max(extreme(&recording.voltage, f64::max));
@@ -145,7 +145,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
                     "they cover {:.0} % of the {:.1} V that the drive moves, {:.0} % are needed",
                     100.0 * (to - from) / (high - low),
                     high - low,
-                    100.0 * COVERED
+                    100.0 * MIN_BRANCH_COVERAGE
                 )
             };
             StepError::Unsuited {
@@ -154,12 +154,12 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
                     "{} of slow free motion on the {name} branch{seen}; {needed}",
                     counted(own.len(), "block", "blocks"),
                 ),
-                remedy: REMEDY,
+                remedy: SLOW_CYCLE_REMEDY,
             }
         })
     };
-    let rising = branch(Branch::Rising, ORDERS[0])?;
-    let falling = branch(Branch::Falling, ORDERS[1])?;
+    let rising = branch(Branch::Rising, BRANCH_POLYNOMIAL_ORDERS[0])?;
+    let falling = branch(Branch::Falling, BRANCH_POLYNOMIAL_ORDERS[1])?;
     let open = |v: f64| {
         let gap = value(&rising.coefficients, v) - value(&falling.coefficients, v);
         (v, gap)
@@ -222,7 +222,7 @@ fn blocks(
     let unsuited = |reason: String| StepError::Unsuited {
         recording: recording.name.clone(),
         reason,
-        remedy: REMEDY,
+        remedy: SLOW_CYCLE_REMEDY,
     };
     let table = VoltageTable::from_recording(recording.name.clone(), times, volts)
         .map_err(|error| unsuited(error.to_string()))?;
@@ -237,7 +237,7 @@ fn blocks(
         .ok_or_else(|| unsuited("the device has no mode that swings".to_owned()))?;
     let length = 1.0 / slowest.frequency;
     let lag = static_lag(&structure);
-    let settle = SETTLE / (0.5 * slowest.damping()).max(1e-3 * slowest.omega());
+    let settle = RING_DECAY_TIMES / (0.5 * slowest.damping()).max(1e-3 * slowest.omega());
     let features = recording_features(recording, &FeatureOptions::default());
     let contacts = &features.events.contacts;
 
@@ -263,7 +263,7 @@ fn blocks(
         let branch = drive.segment(first).branch;
         let voltage_moves = drive_range(recording, here.clone());
         let turned = (first..=last).any(|i| drive.segment(i).branch != branch);
-        if turned || voltage_moves.is_nan() || voltage_moves > SLOW * span {
+        if turned || voltage_moves.is_nan() || voltage_moves > MAX_BLOCK_VOLTAGE_SHARE * span {
             quiet_since = end;
             continue;
         }
@@ -321,7 +321,7 @@ fn value(c: &[f64; 4], v: f64) -> f64 {
 fn fit_branch(points: &[DrivePoint], order: usize, span: f64) -> Option<BranchFit> {
     let count = order + 1;
     let (low, high) = range(points);
-    if points.len() < 2 * count || high - low < COVERED * span {
+    if points.len() < 2 * count || high - low < MIN_BRANCH_COVERAGE * span {
         return None;
     }
     // Powers of the voltage over its span are about equally large.
@@ -343,7 +343,7 @@ fn fit_branch(points: &[DrivePoint], order: usize, span: f64) -> Option<BranchFi
         sizes.sort_by(f64::total_cmp);
         // Median of a normal distribution's sizes to its standard deviation.
         let scatter = 1.4826 * sizes[sizes.len() / 2];
-        let limit = HUBER * scatter.max(1e-12);
+        let limit = BRANCH_HUBER_THRESHOLD * scatter.max(1e-12);
         weights = residual.map(|r| (limit / r.abs().max(1e-300)).min(1.0));
     }
     let residual = &gains - &design * &solution;

@@ -8,7 +8,7 @@ use super::drive::fit_drive;
 use super::film::rings_of;
 use super::restitution::restitution;
 use super::{StepError, far_off};
-use crate::fit::contact_readings::{Readings, readings};
+use crate::fit::contact_readings::{ContactReadings, read_contacts};
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
@@ -17,7 +17,7 @@ use crate::recording::Recording;
 
 /// Distance of the device from stretches in which hardly anything happens, in units of the
 /// noise, from which no step is of use yet.
-const ASTRAY: f64 = 5.0;
+const MAX_DEVICE_NOISE_RATIO: f64 = 5.0;
 
 /// A step of the paper's identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,7 +117,7 @@ pub struct Guidance {
     pub first: Option<String>,
     /// Bounces and releases as the steps read them, so that these need not again; `None`
     /// where they cannot be read.
-    pub readings: Option<Readings>,
+    pub readings: Option<ContactReadings>,
 }
 
 /// Asks of the recordings what each step asks of them: bounces and releases are read with
@@ -150,7 +150,7 @@ pub fn guide(
         .as_ref()
         .map(|readings| readings.off)
         .unwrap_or_default();
-    let astray = (off.calm > ASTRAY).then(|| {
+    let astray = (off.calm > MAX_DEVICE_NOISE_RATIO).then(|| {
         let off = off.calm;
         let how = if off.is_finite() {
             format!("is {off:.0} times the noise off from these recordings")
@@ -218,7 +218,7 @@ fn read(
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<Readings, StepError> {
+) -> Result<ContactReadings, StepError> {
     if !model.has_ground {
         return Err(StepError::Device {
             device: model.name.clone(),
@@ -229,7 +229,7 @@ fn read(
     if parts.is_empty() {
         return Err(FitError::NoRecording.into());
     }
-    Ok(readings(model, parts, options, control)?)
+    Ok(read_contacts(model, parts, options, control)?)
 }
 
 #[cfg(test)]

@@ -64,11 +64,11 @@ fn counted(n: usize, one: &str, many: &str) -> String {
 
 /// Distances of the model from stretches, in units of the noise, from which what is read at
 /// the ground in them leans on a model that is not right.
-const FAR: f64 = 1.3;
+const MAX_READING_NOISE_RATIO: f64 = 1.3;
 
 /// A warning where the model is `off` by so many times the noise in what was read.
 pub fn far_off(off: f64) -> Option<String> {
-    (off > FAR).then(|| {
+    (off > MAX_READING_NOISE_RATIO).then(|| {
         format!(
             "The model is {off:.1} times the noise off in the stretches that were read: speeds and forces at the ground lean on its film and drive, and may be wrong by more than the errors say. Fit the whole device first, or its film."
         )

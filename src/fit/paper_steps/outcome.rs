@@ -10,7 +10,7 @@ use super::film::{Film, film};
 use super::guide::Step;
 use super::restitution::{Restitution, restitution};
 use super::sensitivity::{Sensitivity, sensitivity};
-use crate::fit::contact_readings::{Readings, readings};
+use crate::fit::contact_readings::{ContactReadings, read_contacts};
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
@@ -20,7 +20,7 @@ use crate::recording::Recording;
 
 /// What a step has found.
 #[derive(Debug, Clone)]
-pub enum Finding {
+pub enum StepResult {
     /// Branches of the drive.
     Drive(Arc<DriveFit>),
     /// Restitution.
@@ -42,18 +42,18 @@ pub fn take(
     step: Step,
     model: &Model,
     recordings: &[Arc<Recording>],
-    known: Option<&Arc<Readings>>,
+    known: Option<&Arc<ContactReadings>>,
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<Finding, StepError> {
+) -> Result<StepResult, StepError> {
     let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
     let names = names.join(", ");
     let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
-    let read = || -> Result<Arc<Readings>, StepError> {
+    let read = || -> Result<Arc<ContactReadings>, StepError> {
         if let Some(known) = known {
             return Ok(Arc::clone(known));
         }
-        let read = readings(model, &parts, options, control)?;
+        let read = read_contacts(model, &parts, options, control)?;
         // Readings broken off are some of them: a law through those would not say so.
         if control.cancelled() {
             return Err(FitError::Cancelled.into());
@@ -61,34 +61,36 @@ pub fn take(
         Ok(Arc::new(read))
     };
     Ok(match step {
-        Step::Drive => Finding::Drive(Arc::new(fit_drive(model, recordings)?)),
-        Step::Restitution => Finding::Restitution(Arc::new(restitution(&names, read()?.as_ref())?)),
-        Step::Adhesion => Finding::Adhesion(Arc::new(adhesion(&names, read()?.as_ref())?)),
-        Step::Film => Finding::Film(Arc::new(film(model, &parts, options, control)?)),
+        Step::Drive => StepResult::Drive(Arc::new(fit_drive(model, recordings)?)),
+        Step::Restitution => {
+            StepResult::Restitution(Arc::new(restitution(&names, read()?.as_ref())?))
+        }
+        Step::Adhesion => StepResult::Adhesion(Arc::new(adhesion(&names, read()?.as_ref())?)),
+        Step::Film => StepResult::Film(Arc::new(film(model, &parts, options, control)?)),
         Step::Sensitivity => {
-            Finding::Sensitivity(Arc::new(sensitivity(model, &parts, options, control)?))
+            StepResult::Sensitivity(Arc::new(sensitivity(model, &parts, options, control)?))
         }
     })
 }
 
-impl Finding {
+impl StepResult {
     /// Gives the device what was found; the sensitivity is a comparison and changes
     /// nothing.
     pub fn apply(&self, model: &mut Model) {
         let p = &mut model.parameters;
         match self {
-            Finding::Drive(found) => model.piezo = Some(found.piezo()),
-            Finding::Restitution(found) => p.set(ParameterId::Alpha, found.mean),
-            Finding::Adhesion(found) => {
+            StepResult::Drive(found) => model.piezo = Some(found.piezo()),
+            StepResult::Restitution(found) => p.set(ParameterId::Alpha, found.mean),
+            StepResult::Adhesion(found) => {
                 p.set(ParameterId::Ca, found.rate.0.max(0.0));
                 p.set(ParameterId::Ca0, found.start.0.max(0.0));
             }
-            Finding::Film(found) => {
+            StepResult::Film(found) => {
                 for id in [ParameterId::Cs, ParameterId::Gp] {
                     p.set(id, found.fit.model.parameters[id]);
                 }
             }
-            Finding::Sensitivity(_) => {}
+            StepResult::Sensitivity(_) => {}
         }
     }
 }

@@ -7,13 +7,13 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::line_fit::line;
 use super::{StepError, counted};
-use crate::fit::contact_readings::{Bounce, Readings};
-use crate::fit::segment::event_sequence::LEAST_BOUNCE;
+use crate::fit::contact_readings::{Bounce, ContactReadings};
+use crate::fit::segment::event_sequence::MIN_BOUNCE_RATIO;
 
 /// Bounces whose ratio is less certain than this do not count.
-const CERTAIN: f64 = 0.2;
+const MAX_RATIO_ERROR: f64 = 0.2;
 /// Fewest bounces for a mean with a scatter.
-const LEAST: usize = 3;
+const MIN_BOUNCES: usize = 3;
 
 /// The coefficient of restitution.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,14 +31,14 @@ pub struct Restitution {
     /// The bounces that count.
     pub bounces: Vec<Bounce>,
     /// The landings that do not.
-    pub aside: Aside,
+    pub aside: ExcludedBounces,
     /// Distance of the model from what was read, in units of the noise.
     pub off: f64,
 }
 
 /// Landings that were seen but tell no ratio.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Aside {
+pub struct ExcludedBounces {
     /// In stretches that could not be read, as where a landing chatters: the next impact is
     /// there before the speed of the last one shows.
     pub unread: usize,
@@ -48,7 +48,7 @@ pub struct Aside {
     pub stayed: usize,
 }
 
-impl Aside {
+impl ExcludedBounces {
     /// All of them.
     pub fn count(self) -> usize {
         self.unread + self.vague + self.stayed
@@ -56,7 +56,7 @@ impl Aside {
 }
 
 /// One sentence about them; empty where there are none.
-impl fmt::Display for Aside {
+impl fmt::Display for ExcludedBounces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds = [
             (
@@ -84,22 +84,22 @@ impl fmt::Display for Aside {
 ///
 /// # Errors
 /// [`StepError::Unsuited`] if there are too few bounces that tell.
-pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, StepError> {
-    let mut aside = Aside {
+pub fn restitution(names: &str, readings: &ContactReadings) -> Result<Restitution, StepError> {
+    let mut aside = ExcludedBounces {
         unread: readings.unread,
-        ..Aside::default()
+        ..ExcludedBounces::default()
     };
     let mut bounces: Vec<Bounce> = Vec::new();
     for b in &readings.bounces {
-        if b.ratio <= LEAST_BOUNCE {
+        if b.ratio <= MIN_BOUNCE_RATIO {
             aside.stayed += 1;
-        } else if b.error < CERTAIN * b.ratio.max(0.1) {
+        } else if b.error < MAX_RATIO_ERROR * b.ratio.max(0.1) {
             bounces.push(*b);
         } else {
             aside.vague += 1;
         }
     }
-    if bounces.len() < LEAST {
+    if bounces.len() < MIN_BOUNCES {
         let mut reason = format!(
             "{} the restitution, {LEAST} are needed",
             counted(bounces.len(), "bounce tells", "bounces tell")

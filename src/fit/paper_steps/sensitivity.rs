@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
-use crate::fit::pipeline::{Fitted, fit, fitted, go_on};
+use crate::fit::pipeline::{Fitted, fit, fit_from, fitted};
 use crate::fit::problem::Nuisance;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
@@ -24,20 +24,20 @@ use crate::model::parameter::ParameterId;
 use crate::sim::SimError;
 
 /// By how much `dp` is shifted [m].
-pub const SHIFT: f64 = 20e-6;
+pub const ZERO_SHIFT: f64 = 20e-6;
 /// A misfit this many times the original's calls for a search from the beginning.
-const WORSE: f64 = 1.2;
+const RESTART_MISFIT_RATIO: f64 = 1.2;
 /// Change of a coefficient, as a share of it, that is none ...
-const INSENSITIVE: f64 = 0.01;
+const INSENSITIVE_CHANGE_SHARE: f64 = 0.01;
 /// ... nor is one of less than so many of its errors.
-const CERTAIN: f64 = 3.0;
+const SENSITIVE_CHANGE_SIGMAS: f64 = 3.0;
 /// Loss while the moved point settles: hardly robust.
-const FAR: Huber = Huber(1e3);
+const START_LOSS: Huber = Huber(1e3);
 /// Rounds in which each segment's own unknowns are found at first.
-const ROUNDS: usize = 6;
+const START_SETTLE_ROUNDS: usize = 6;
 
 /// The rows of Table 2.
-pub const ROWS: [ParameterId; 5] = [
+pub const TABLE_2_ROWS: [ParameterId; 5] = [
     ParameterId::Alpha,
     ParameterId::Ca,
     ParameterId::Ca0,
@@ -61,7 +61,7 @@ impl Sensitivity {
     #[must_use]
     pub fn verdict(&self) -> Option<String> {
         let (a, b) = (&self.original, &self.altered);
-        if b.cancelled || b.train.0.rms > WORSE * a.train.0.rms {
+        if b.cancelled || b.train.0.rms > RESTART_MISFIT_RATIO * a.train.0.rms {
             return None;
         }
         if a.train.1.iter().any(Misfit::is_bad) {
@@ -75,7 +75,7 @@ impl Sensitivity {
             Some((id.spec().id, of(a)?, of(b)?))
         };
         // The gap is counted from the zero and has to move.
-        let others = ROWS.iter().filter(|id| **id != ParameterId::Gp);
+        let others = TABLE_2_ROWS.iter().filter(|id| **id != ParameterId::Gp);
         let told = |fitted: (f64, f64)| fitted.1.is_finite();
         let rows: Vec<_> = others
             .filter_map(row)
@@ -88,8 +88,8 @@ impl Sensitivity {
             .into_iter()
             .filter(|(_, a, b)| {
                 let by = (a.0 - b.0).abs();
-                let told = by > CERTAIN * a.1.hypot(b.1);
-                told && by > INSENSITIVE * a.0.abs().max(b.0.abs())
+                let told = by > SENSITIVE_CHANGE_SIGMAS * a.1.hypot(b.1);
+                told && by > INSENSITIVE_CHANGE_SHARE * a.0.abs().max(b.0.abs())
             })
             .map(|(id, a, b)| format!("{id} by {:+.1} %", 100.0 * (b.0 / a.0 - 1.0)))
             .collect();
@@ -144,10 +144,12 @@ pub fn sensitivity(
         progress: &report,
         ..*control
     };
-    let there = shifted(&original.result.model);
-    let begin = |prepared: &Prepared| moved(&original, prepared, &there);
-    let mut altered = go_on(&there, parts, begin, &options, &second)?;
-    if altered.train.0.rms > WORSE * original.result.train.0.rms && !altered.cancelled {
+    let there = recordings_with_shifted_zero(&original.result.model);
+    let begin = |prepared: &Prepared| point_with_shifted_zero(&original, prepared, &there);
+    let mut altered = fit_from(&there, parts, begin, &options, &second)?;
+    if altered.train.0.rms > RESTART_MISFIT_RATIO * original.result.train.0.rms
+        && !altered.cancelled
+    {
         let anew = fit(&there, parts, &[], &options, &second)?;
         if anew.train.0.rms < altered.train.0.rms {
             altered = anew;
@@ -159,20 +161,20 @@ pub fn sensitivity(
     })
 }
 
-/// The device seen from a zero that is higher by [`SHIFT`]: ground and film are as much
+/// The device seen from a zero that is higher by [`ZERO_SHIFT`]: ground and film are as much
 /// further away, and the gain takes the mass as much lower at each voltage.
-fn shifted(model: &Model) -> Model {
+fn recordings_with_shifted_zero(model: &Model) -> Model {
     let mut there = model.clone();
     for id in [ParameterId::Dp, ParameterId::Gp] {
         let value = there.parameters[id];
-        there.parameters.set(id, value + SHIFT);
+        there.parameters.set(id, value + ZERO_SHIFT);
     }
     let per_force = model.structure().static_gain().filter(|g| *g != 0.0);
     let eta = model.parameters[ParameterId::Eta];
     if let (Some(piezo), Some(per_force)) = (&mut there.piezo, per_force)
         && eta != 0.0
     {
-        let gain = SHIFT / (eta * per_force);
+        let gain = ZERO_SHIFT / (eta * per_force);
         piezo.rising[0] -= gain;
         piezo.falling[0] -= gain;
     }
@@ -181,7 +183,11 @@ fn shifted(model: &Model) -> Model {
 
 /// Where a fit ended, moved to the new zero: the readings' zeros and the coordinates of
 /// each segment's beginning by what the static state moves.
-fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, SimError> {
+fn point_with_shifted_zero(
+    from: &Fitted,
+    prepared: &Prepared,
+    there: &Model,
+) -> Result<Point, SimError> {
     let problem = &prepared.problem;
     let own = problem.space.coordinates(there);
     let mut x = from.point.x.clone();
@@ -203,7 +209,7 @@ fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, Sim
             _ => 0.0,
         };
         if there.piezo.is_some() {
-            *value += share * SHIFT / free.unit;
+            *value += share * ZERO_SHIFT / free.unit;
         }
     }
     let mut segments = from.point.segments.clone();
@@ -219,5 +225,12 @@ fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, Sim
             segment.locals[i] += (after - before) / segment.units[i];
         }
     }
-    settle(problem, &x, &segments, &from.point.used, FAR, ROUNDS)
+    settle(
+        problem,
+        &x,
+        &segments,
+        &from.point.used,
+        START_LOSS,
+        START_SETTLE_ROUNDS,
+    )
 }

@@ -1,6 +1,6 @@
 //! Tests of what is linearised against what is simulated.
 
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::FitOptions;
 use crate::fit::problem::linearize::*;
 use crate::fit::problem::parameter_space::Space;
@@ -17,7 +17,7 @@ fn flight() -> (Prepared, Vec<f64>) {
     let parts = [part(made(&model, "sine:50Hz:1V", 0.04, 1))];
     let options = FitOptions::for_model(&model);
     let space = Space::new(&model, &options.free).unwrap();
-    let findings = look(&model, &parts);
+    let findings = summarize(&model, &parts);
     let mut prepared = prepare(&model, &space, &parts, &findings, &options).unwrap();
     prepared.problem.data[0].sigmas.colour = Colour {
         share: 0.4,

@@ -9,11 +9,11 @@ use crate::sim::Points;
 
 /// A velocity that changes so many times more than around it, and than the noise lets it, has
 /// jumped.
-const SHARP: f64 = 3.0;
+const VELOCITY_JUMP_FACTOR: f64 = 3.0;
 /// Samples on either side by which a velocity is read.
-const NEAR: usize = 2;
+const VELOCITY_HALF_WINDOW: usize = 2;
 /// Samples on either side of a jump by which it is told.
-const AROUND: usize = 3;
+const JUMP_HALF_WINDOW: usize = 3;
 
 /// The motion in a recording.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +29,7 @@ pub struct Motion<'a> {
 /// The motion in a recording at the times, in order, at which the first one who asked has read
 /// it: devices that differ by little ask for the same ones.
 #[derive(Debug, Default)]
-pub struct Seen(OnceLock<Vec<(f64, Points)>>);
+pub struct MotionCache(OnceLock<Vec<(f64, Points)>>);
 
 /// A motion that is read in order of time, where it has not been seen.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ pub struct Reading<'a> {
     own: RefCell<Vec<(f64, Points)>>,
 }
 
-impl Seen {
+impl MotionCache {
     /// A motion that is read from the beginning.
     pub fn reading<'a>(&'a self, motion: &'a Motion<'a>) -> Reading<'a> {
         Reading {
@@ -97,7 +97,7 @@ impl Motion<'_> {
     /// Reading and slope over samples on either side: less noise, and still quick.
     fn smooth(&self, channel: Channel, t: f64) -> (f64, f64) {
         let at = |t| self.recording.value_at(channel, t);
-        let away = NEAR as f64 * self.recording.interval();
+        let away = VELOCITY_HALF_WINDOW as f64 * self.recording.interval();
         let slope = || Some((at(t + away)? - at(t - away)?) / (2.0 * away));
         (at(t).unwrap_or(0.0), slope().unwrap_or(0.0))
     }
@@ -107,10 +107,12 @@ impl Motion<'_> {
     fn around_a_blow(&self, t: f64) -> Option<(f64, f64)> {
         let r = self.recording;
         let i = r.sample_before(t)?;
-        let first = i.checked_sub(NEAR + AROUND - 1)?;
-        let x = r.proof_mass.get(first..=i + NEAR + AROUND)?;
+        let first = i.checked_sub(VELOCITY_HALF_WINDOW + JUMP_HALF_WINDOW - 1)?;
+        let x = r
+            .proof_mass
+            .get(first..=i + VELOCITY_HALF_WINDOW + JUMP_HALF_WINDOW)?;
         let h = r.interval();
-        let even = r.time[i + NEAR + AROUND] - r.time[first];
+        let even = r.time[i + VELOCITY_HALF_WINDOW + JUMP_HALF_WINDOW] - r.time[first];
         if (even / h - (x.len() - 1) as f64).abs() > 0.5 {
             return None;
         }
@@ -119,10 +121,10 @@ impl Motion<'_> {
         let struck = |j: &usize| {
             let usual = |k: usize| (slope(k + 1) - slope(k)).abs();
             let usual = usual(j - 2).max(usual(j + 1)) + 2.0 * self.noise / h;
-            slope(j - 1) < 0.0 && jump(*j) > SHARP * usual
+            slope(j - 1) < 0.0 && jump(*j) > VELOCITY_JUMP_FACTOR * usual
         };
         // Sample `j` is the last one before it.
-        let blows = (AROUND - 1..x.len() - AROUND).filter(struck);
+        let blows = (JUMP_HALF_WINDOW - 1..x.len() - JUMP_HALF_WINDOW).filter(struck);
         let j = blows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
         let bend = |k: usize| (slope(k + 1) - slope(k)) / h;
         let (before, after) = (bend(j - 2), bend(j + 1));
@@ -199,7 +201,7 @@ mod tests {
             rig: Nuisances::default(),
             noise: 1e-9,
         };
-        let seen = Seen::default();
+        let seen = MotionCache::default();
         let first = seen.reading(&motion);
         let times: Vec<f64> = (0..80).map(|k| 8e-4 + 5e-6 * f64::from(k)).collect();
         for t in &times {

@@ -8,16 +8,16 @@ pub mod parameter_space;
 pub mod prepare;
 pub(crate) mod segment_fit;
 
-pub use self::linearize::{Jacobian, Reduced, STEP};
-pub use self::segment_fit::CLOSE;
+pub use self::linearize::{COORDINATE_STEP, Jacobian, Reduced};
+pub use self::segment_fit::MAX_REUSE_COST_PER_ROW;
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use self::measured_motion::{Motion, Seen};
+use self::measured_motion::{Motion, MotionCache};
 use self::parameter_space::Space;
-use super::residual::residual_rows::{Nuisances, Row, Setting, Sigmas, rows};
+use super::residual::residual_rows::{Nuisances, Row, SegmentContext, Sigmas, rows};
 use super::segment::Segment;
 use super::segment::voltage_track::Track;
 use crate::fit::residual::residuals::residuals;
@@ -126,8 +126,8 @@ impl Problem {
     }
 
     /// Nothing seen yet of the motion in each recording.
-    fn unseen(&self) -> Vec<Seen> {
-        self.data.iter().map(|_| Seen::default()).collect()
+    fn unseen(&self) -> Vec<MotionCache> {
+        self.data.iter().map(|_| MotionCache::default()).collect()
     }
 
     /// The same for one of several simulators: what the first of them has `seen` of the motion by
@@ -137,7 +137,7 @@ impl Problem {
         x: &[f64],
         simulator: &StretchSimulator,
         segments: &[Segment],
-        seen: &[Seen],
+        seen: &[MotionCache],
     ) -> Vec<Vec<f64>> {
         let count = simulator.state_rates().len();
         let mut out = vec![Vec::new(); segments.len()];
@@ -174,9 +174,9 @@ impl Problem {
     }
 
     /// Surroundings of a segment.
-    pub fn setting<'a>(&'a self, segment: &Segment, states: &'a [f64]) -> Setting<'a> {
+    pub fn setting<'a>(&'a self, segment: &Segment, states: &'a [f64]) -> SegmentContext<'a> {
         let data = &self.data[segment.recording];
-        Setting {
+        SegmentContext {
             recording: &data.recording,
             sigmas: &data.sigmas,
             states,

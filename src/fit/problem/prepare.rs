@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::parameter_space::Space;
 use super::{Data, FreeNuisance, Nuisance, Problem};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::Sigmas;
@@ -18,7 +18,7 @@ use crate::recording::Recording;
 use crate::sim::{Options, SimError, StretchSimulator};
 
 /// The laws of the ground hold to this share of the noise.
-const LAW: f64 = 0.1;
+const GROUND_LAW_NOISE_SHARE: f64 = 0.1;
 
 /// A problem with its segments.
 #[derive(Debug, Clone)]
@@ -39,7 +39,7 @@ pub fn prepare(
     model: &Model,
     space: &Space,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<Prepared, FitError> {
     let simulation = Options {
@@ -134,7 +134,7 @@ pub fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
         }
 }
 
-fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &Findings) -> Sigmas {
+fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &RecordingSummary) -> Sigmas {
     let xp = finding.noise.0;
     let (phi_p, _) = simulator.flight_shapes();
     let springs = simulator
@@ -156,8 +156,8 @@ fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &Findings) -> Si
     Sigmas {
         xp,
         xc: finding.noise.1.unwrap_or(xp),
-        height: LAW * xp,
-        velocity: LAW * xp * slowest,
+        height: GROUND_LAW_NOISE_SHARE * xp,
+        velocity: GROUND_LAW_NOISE_SHARE * xp * slowest,
         force: xp * stiffness,
         rest: xp,
         colour: Colour::WHITE,

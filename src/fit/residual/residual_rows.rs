@@ -6,7 +6,7 @@
 //! guessed. Their number does not depend on the unknowns.
 
 use super::coloured_noise::Colour;
-use crate::fit::segment::event_sequence::Kind;
+use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::recording::Recording;
 use crate::sim::StretchState;
@@ -76,7 +76,7 @@ pub enum Row {
 
 /// A segment's surroundings.
 #[derive(Debug, Clone, Copy)]
-pub struct Setting<'a> {
+pub struct SegmentContext<'a> {
     /// The recording.
     pub recording: &'a Recording,
     /// Standard deviations of the rows.
@@ -89,7 +89,7 @@ pub struct Setting<'a> {
 }
 
 /// Kinds of the rows that [`residuals`] gives.
-pub fn rows(segment: &Segment, setting: &Setting<'_>) -> Vec<Row> {
+pub fn rows(segment: &Segment, setting: &SegmentContext<'_>) -> Vec<Row> {
     let r = setting.recording;
     let finite = |values: &[f64]| {
         values[segment.samples.clone()]
@@ -104,9 +104,9 @@ pub fn rows(segment: &Segment, setting: &Setting<'_>) -> Vec<Row> {
     for joint in &segment.joints {
         if let JointKind::Event(kind) = joint.what {
             match kind {
-                Kind::Bounce { .. } => rows.extend([Row::Height, Row::Velocity]),
-                Kind::Touch => rows.push(Row::Height),
-                Kind::Release { .. } => rows.push(Row::Force),
+                GroundEvent::Bounce { .. } => rows.extend([Row::Height, Row::Velocity]),
+                GroundEvent::Touch => rows.push(Row::Height),
+                GroundEvent::Release { .. } => rows.push(Row::Force),
             }
         }
         rows.push(Row::Prior);
@@ -168,7 +168,7 @@ pub struct PullOff {
 
 /// A segment simulated with given unknowns.
 #[derive(Debug, Clone, Default)]
-pub struct Run {
+pub struct SegmentRun {
     /// Proof mass and cantilever at the samples, without the sensor \[m\].
     pub xp: Vec<f64>,
     /// See [`Self::xp`].

@@ -1,14 +1,14 @@
 //! What is left between a segment's data and its simulation.
 
-use super::residual_rows::{Encounter, Nuisances, Run, Setting, Sigmas};
-use super::simulate_segment::run;
+use super::residual_rows::{Encounter, Nuisances, SegmentContext, SegmentRun, Sigmas};
+use super::simulate_segment::simulate_segment;
 use crate::fit::segment::{JointKind, Segment};
 use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// A stay this many samples long is short.
-const SHORT: f64 = 6.0;
+const SHORT_STAY_SAMPLES: f64 = 6.0;
 /// By how much less the force at the end of a short stay is trusted.
-const VAGUE: f64 = 30.0;
+const SHORT_STAY_FORCE_FACTOR: f64 = 30.0;
 
 /// What an event leaves of the laws of the ground, in standard deviations.
 fn law(
@@ -30,8 +30,8 @@ fn law(
         Encounter::PullOff(Some(pull)) if pull.telling => {
             // The force at the end of a stay of a few samples rests on instants that few
             // samples tell: it has less of a say.
-            let stay = pull.contact / (SHORT * interval);
-            let sigma = s.force * (1.0 + VAGUE * (-stay * stay).exp());
+            let stay = pull.contact / (SHORT_STAY_SAMPLES * interval);
+            let sigma = s.force * (1.0 + SHORT_STAY_FORCE_FACTOR * (-stay * stay).exp());
             out.push((pull.force - sim.adhesion(pull.contact)) / sigma);
         }
         Encounter::PullOff(_) => out.push(0.0),
@@ -45,20 +45,20 @@ fn law(
 /// [`SimError`] where no simulation is possible.
 pub fn residuals(
     segment: &Segment,
-    setting: &Setting<'_>,
+    setting: &SegmentContext<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
     locals: &[f64],
     out: &mut Vec<f64>,
 ) -> Result<(), SimError> {
     out.clear();
-    let Run {
+    let SegmentRun {
         xp,
         xc,
         encounters,
         priors,
         rest,
-    } = run(segment, setting, stretcher, nuisances, locals)?;
+    } = simulate_segment(segment, setting, stretcher, nuisances, locals)?;
     let sim = stretcher.simulator();
     let (r, s) = (setting.recording, setting.sigmas);
     let samples = segment.samples.clone();

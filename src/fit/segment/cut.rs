@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::event_sequence::{Kind, Mark, Timeline};
+use super::event_sequence::{GroundEvent, Mark, Timeline};
 use super::initial_guess::guess;
 use super::voltage_track::{Edge, Track};
 use super::{Joint, JointKind, Segment};
@@ -10,11 +10,11 @@ use crate::recording::Recording;
 use crate::sim::StretchSimulator;
 
 /// A stretch is not cut closer than this many samples to an event.
-const GUARD: usize = 4;
+const EVENT_GUARD_SAMPLES: usize = 4;
 /// Fewest samples of a stretch.
-const LEAST: usize = 6;
+const MIN_SEGMENT_SAMPLES: usize = 6;
 /// Time constants after which a held cantilever counts as come to rest.
-const SETTLED: f64 = 7.0;
+const SETTLED_TIME_CONSTANTS: f64 = 7.0;
 
 /// What cutting needs to know.
 #[derive(Debug, Clone, Copy)]
@@ -56,18 +56,18 @@ pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
         .damping
         .iter()
         .fold(f64::INFINITY, |a, &b| a.min(0.5 * b));
-    let quiet = SETTLED / damping.max(1.0);
+    let quiet = SETTLED_TIME_CONSTANTS / damping.max(1.0);
     for end in ends {
-        while from + LEAST <= end {
+        while from + MIN_SEGMENT_SAMPLES <= end {
             let limit = time[from] + c.longest;
             let mut to = time[..end]
                 .partition_point(|&t| t < limit)
-                .max(from + LEAST);
+                .max(from + MIN_SEGMENT_SAMPLES);
             // On to a place that no event is near.
             while to < end && !may_cut(c, marks, to, quiet) {
                 to += 1;
             }
-            if end < to + LEAST {
+            if end < to + MIN_SEGMENT_SAMPLES {
                 to = end;
             }
             segments.extend(segment(c, from..to.min(end), quiet));
@@ -81,7 +81,7 @@ pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
 /// Whether the stretch may be cut before sample `at`.
 fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
     let time = &c.recording.time;
-    let guard = GUARD as f64 * c.recording.interval();
+    let guard = EVENT_GUARD_SAMPLES as f64 * c.recording.interval();
     let t = time[at];
     let next = marks.partition_point(|m| m.time <= t);
     let close = |m: &Mark| (m.time - t).abs() < guard;
@@ -107,7 +107,7 @@ fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
 fn held_at(c: &Cut<'_>, passed: usize) -> bool {
     match passed.checked_sub(1).map(|i| c.timeline.marks[i].kind) {
         None => c.timeline.starts_held,
-        Some(Kind::Touch) => true,
+        Some(GroundEvent::Touch) => true,
         Some(_) => false,
     }
 }
@@ -134,7 +134,7 @@ fn segment(c: &Cut<'_>, samples: Range<usize>, quiet: f64) -> Option<Segment> {
         .map(|m| {
             // How long a stay has lasted that the recording's begin cuts is not known.
             let kind = match m.kind {
-                Kind::Release { telling } => Kind::Release {
+                GroundEvent::Release { telling } => GroundEvent::Release {
                     telling: telling && clock_known,
                 },
                 other => other,

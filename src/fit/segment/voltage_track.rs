@@ -17,18 +17,18 @@ use crate::recording::{Channel, Recording};
 use crate::sim::SimError;
 
 /// Most samples in a piece.
-const LONGEST: usize = 4096;
+const MAX_PIECE_SAMPLES: usize = 4096;
 /// A jump is this many times steeper than its neighbours.
-const STEEPER: f64 = 4.0;
+const JUMP_STEEPNESS: f64 = 4.0;
 /// And at least this share of the voltage's span.
-const LEAST_JUMP: f64 = 0.02;
+const MIN_JUMP_SHARE: f64 = 0.02;
 
 /// Most samples on either side of a turn from which its instant is read.
-const WIDEST: usize = 60;
+const MAX_TURN_HALF_WINDOW: usize = 60;
 /// How far off the extreme those are, in units of the voltage's tolerance.
-const WELL_OFF: f64 = 10.0;
+const TURN_DEPTH_TOLERANCES: f64 = 10.0;
 /// Turns with sides that differ by more than this factor are read by their sample.
-const UNEVEN: f64 = 3.0;
+const MAX_TURN_ASYMMETRY: f64 = 3.0;
 
 /// An instant at which the drive's force jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,8 +103,8 @@ impl Track {
         let jumps = |i: usize| {
             let around = rise(i - 1).max(rise(i + 1));
             rise(i)
-                > (STEEPER * around)
-                    .max(LEAST_JUMP * span)
+                > (JUMP_STEEPNESS * around)
+                    .max(MIN_JUMP_SHARE * span)
                     .max(3.0 * tolerance)
         };
         let mut track = Self {
@@ -140,13 +140,13 @@ impl Track {
                     0.3 * interval
                 };
                 let begun = track.pieces.last().map_or(f64::INFINITY, |p| p.start);
-                let at = vertex((time, volts), from, own == Branch::Rising, tolerance)
+                let at = parabola_vertex((time, volts), from, own == Branch::Rising, tolerance)
                     .filter(|t| *t > begun && (t - time[from]).abs() < linger + 2.0 * interval)
                     .unwrap_or(time[from]);
                 track.edge(at, sigma.max(0.3 * interval), (2.0 * sigma).max(interval));
                 turned = Some(at);
             }
-            let most = (from + 1..n.min(from + LONGEST))
+            let most = (from + 1..n.min(from + MAX_PIECE_SAMPLES))
                 .take_while(|&i| branch(i) == own && !jumps(i))
                 .last()
                 .unwrap_or(from + 1);
@@ -196,22 +196,22 @@ impl Track {
 /// When a voltage that was seen to turn near sample `near`, from its lowest value if it
 /// `rises` after, did so: the vertex of the parabola through the extreme and two samples
 /// beside it that are well off it. `None` where it lingered or turned unevenly.
-fn vertex(
+fn parabola_vertex(
     (time, volts): (&[f64], &[f64]),
     near: usize,
     rises: bool,
     tolerance: f64,
 ) -> Option<f64> {
     let up = |i: usize| if rises { -volts[i] } else { volts[i] };
-    let e = (near.saturating_sub(WIDEST)..(near + 2).min(volts.len()))
+    let e = (near.saturating_sub(MAX_TURN_HALF_WINDOW)..(near + 2).min(volts.len()))
         .max_by(|&a, &b| up(a).total_cmp(&up(b)))?;
     let below = |i: usize| up(e) - up(i);
     let inside = |m: &usize| *m <= e && e + m < volts.len();
-    let m = (1..=WIDEST)
+    let m = (1..=MAX_TURN_HALF_WINDOW)
         .take_while(inside)
-        .find(|m| below(e - m).min(below(e + m)) > WELL_OFF * tolerance)?;
+        .find(|m| below(e - m).min(below(e + m)) > TURN_DEPTH_TOLERANCES * tolerance)?;
     let (left, right) = (below(e - m), below(e + m));
-    if left > UNEVEN * right || right > UNEVEN * left {
+    if left > MAX_TURN_ASYMMETRY * right || right > MAX_TURN_ASYMMETRY * left {
         return None;
     }
     let step = 0.5 * (time[e + m] - time[e - m]);

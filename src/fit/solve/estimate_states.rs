@@ -2,7 +2,7 @@
 
 use super::event_revision::{revise, set_suspects_aside};
 use super::levenberg_marquardt::{Clock, Control, improve};
-use super::multistart::{beginnings, begun};
+use super::multistart::{fit_states, states_plan};
 use super::point::{Point, threshold};
 use crate::fit::error::FitError;
 use crate::fit::options::FitOptions;
@@ -22,8 +22,8 @@ pub(crate) fn estimate_states(
     let locked: Vec<usize> = (0..x.len()).collect();
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];
-    let plan = beginnings(&locked, options.iterations);
-    let mut point = begun(prepared, &x, &used, &plan, control, clock)?;
+    let plan = states_plan(&locked, options.iterations);
+    let mut point = fit_states(prepared, &x, &used, &plan, control, clock)?;
     let huber = threshold(problem, &point)?;
     if set_suspects_aside(problem, &mut point, huber, control)? > 0 {
         let watch = (control, &*clock);

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::event_alternatives::readings;
+use super::event_alternatives::alternative_sequences;
 use super::levenberg_marquardt::{Clock, Control};
 use super::point::Point;
 use crate::fit::problem::Problem;
@@ -18,25 +18,15 @@ use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator, Stretcher};
 
 /// Misfit, in units of the noise, beyond which events are not read again.
-const HOPELESS: f64 = 10.0;
-/// A segment whose mean cost is above this is suspect, and looked at again.
-const SUSPECT: f64 = 1.6;
-/// So is one in which this many readings in a row of a point ...
-const ROW: usize = 8;
-/// ... have a mean square above this: an event misread shows there, however long the rest is.
-const ROUGH: f64 = 7.0;
+const MAX_REVISION_MISFIT: f64 = 10.0;
 /// Another reading must bring what is suspect below this share.
-const BETTER: f64 = 0.8;
+const MAX_REVISED_MISFIT_RATIO: f64 = 0.8;
 /// Changes made to one segment, one after the other.
-const MOST_CHANGES: usize = 2;
+const MAX_EVENT_CHANGES: usize = 2;
 /// Segments with more joints than this are not changed joint by joint.
-const MOST_JOINTS: usize = 7;
+const MAX_REVISED_JOINTS: usize = 7;
 /// Factors on the restitution with which events are predicted.
-const RESTITUTIONS: [f64; 5] = [1.0, 0.8, 1.25, 0.6, 1.6];
-/// Rounds of fitting for each reading tried.
-const ROUNDS: usize = 8;
-/// Loss while a reading settles: hardly robust.
-const LOOSE: Huber = Huber(100.0);
+const RESTITUTION_FACTORS: [f64; 5] = [1.0, 0.8, 1.25, 0.6, 1.6];
 
 /// Takes the say from segments that do not fit while the others do; returns how many,
 /// none if it was cancelled.
@@ -51,7 +41,7 @@ pub fn set_suspects_aside(
 ) -> Result<usize, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
-    let fitted: Option<Vec<(Vec<f64>, Strain)>> = point
+    let fitted: Option<Vec<(Vec<f64>, SegmentMisfit)>> = point
         .segments
         .par_iter()
         .enumerate()
@@ -62,7 +52,7 @@ pub fn set_suspects_aside(
             let nuisances = problem.nuisances_of(&point.x, segment.recording);
             let start = segment.locals.clone();
             let told = problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
-            let strain = strain(
+            let strain = segment_misfit(
                 problem,
                 segment,
                 &told.locals,
@@ -83,15 +73,15 @@ pub fn set_suspects_aside(
     for (i, (locals, strain)) in fitted.into_iter().enumerate() {
         point.segments[i].locals = locals;
         // Without a ground there are no events to misread.
-        point.used[i] = !grounded || strain.of(usual) <= 1.0;
+        point.used[i] = !grounded || strain.relative_to(usual) <= 1.0;
         aside += usize::from(!point.used[i]);
     }
     Ok(aside)
 }
 
 /// Whether all is so far off that the reading of events is not to blame.
-pub fn hopeless(point: &Point) -> bool {
-    (point.cost / point.rows.max(1) as f64).sqrt() > HOPELESS
+pub fn is_beyond_revision(point: &Point) -> bool {
+    (point.cost / point.rows.max(1) as f64).sqrt() > MAX_REVISION_MISFIT
 }
 
 /// Tries other readings of the events in the segments set aside, and takes those back
@@ -107,7 +97,7 @@ pub fn revise(
     huber: Huber,
     (control, clock): (&Control<'_>, &Clock),
 ) -> Result<usize, SimError> {
-    if hopeless(point) {
+    if is_beyond_revision(point) {
         return Ok(0);
     }
     let simulator = problem.simulator(&point.x)?;
@@ -118,7 +108,7 @@ pub fn revise(
         .par_iter()
         .enumerate()
         .map(|(i, segment)| {
-            let trial = Trial {
+            let trial = EventTrial {
                 problem,
                 simulator: &simulator,
                 model: &model,
@@ -146,94 +136,7 @@ pub fn revise(
     Ok(back)
 }
 
-/// How badly a segment fits.
-#[derive(Debug, Clone, Copy)]
-struct Strain {
-    /// Mean cost of its rows.
-    mean: f64,
-    /// Largest mean square of [`ROW`] readings in a row.
-    row: f64,
-}
-
-impl Strain {
-    /// Above 1 where it is suspect, with a mean cost that is `usual` for the others.
-    fn of(self, usual: f64) -> f64 {
-        (self.mean / SUSPECT).max(self.row / ROUGH) / usual.max(1.0)
-    }
-}
-
-/// Strain of a segment with its unknowns at `locals`, for which the robust cost is known.
-fn strain(
-    problem: &Problem,
-    segment: &Segment,
-    locals: &[f64],
-    (simulator, states): (&StretchSimulator, &[f64]),
-    (cost, nuisances): (f64, &Nuisances),
-) -> Strain {
-    let mean = cost / problem.rows(segment).len().max(1) as f64;
-    let setting = problem.setting(segment, states);
-    let (mut stretcher, mut r) = (Stretcher::new(simulator), Vec::new());
-    if residuals(segment, &setting, &mut stretcher, nuisances, locals, &mut r).is_err() {
-        let row = f64::INFINITY;
-        return Strain { mean, row };
-    }
-    let kinds = rows(segment, &setting);
-    let worst = |point: Row| {
-        let own: Vec<f64> = r
-            .iter()
-            .zip(&kinds)
-            .filter(|(_, kind)| **kind == point)
-            .map(|(r, _)| r * r)
-            .collect();
-        let means = own.windows(ROW).map(|w| w.iter().sum::<f64>() / ROW as f64);
-        means.fold(0.0, f64::max)
-    };
-    Strain {
-        mean,
-        row: worst(Row::ProofMass).max(worst(Row::Cantilever)),
-    }
-}
-
-pub(crate) struct Trial<'a> {
-    pub(crate) problem: &'a Problem,
-    pub(crate) simulator: &'a StretchSimulator,
-    pub(crate) model: &'a Model,
-    pub(crate) states: &'a [f64],
-    pub(crate) x: &'a [f64],
-    huber: Huber,
-    control: &'a Control<'a>,
-}
-
-impl Trial<'_> {
-    /// Fits a segment's own unknowns; its strain.
-    pub(crate) fn fit(&self, segment: &mut Segment) -> f64 {
-        let nuisances = self.problem.nuisances_of(self.x, segment.recording);
-        let refine = |s: &Segment, huber: Huber, rounds| {
-            let start = s.locals.clone();
-            let p = self.problem;
-            p.refine(
-                s,
-                self.states,
-                self.simulator,
-                &nuisances,
-                start,
-                huber,
-                rounds,
-            )
-        };
-        segment.locals = refine(segment, LOOSE, ROUNDS).locals;
-        let told = refine(segment, self.huber, ROUNDS);
-        segment.locals = told.locals;
-        strain(
-            self.problem,
-            segment,
-            &segment.locals,
-            (self.simulator, self.states),
-            (told.cost, &nuisances),
-        )
-        .of(1.0)
-    }
-
+impl EventTrial<'_> {
     /// The best reading found, with its strain.
     fn revised(&self, segment: &Segment, first: &Segment) -> (Segment, f64) {
         let mut best = segment.clone();
@@ -243,7 +146,7 @@ impl Trial<'_> {
         // Restitution is told by the bounces, so that it may be off as long as they are
         // misread.
         others.extend(
-            RESTITUTIONS
+            RESTITUTION_FACTORS
                 .iter()
                 .filter_map(|f| self.predicted(first, *f)),
         );
@@ -253,16 +156,16 @@ impl Trial<'_> {
                 break;
             }
             let now = self.fit(&mut other);
-            if now < BETTER * strain {
+            if now < MAX_REVISED_MISFIT_RATIO * strain {
                 (best, strain) = (other, now);
             }
         }
-        for _ in 0..MOST_CHANGES {
-            if strain < 1.0 || best.joints.len() > MOST_JOINTS {
+        for _ in 0..MAX_EVENT_CHANGES {
+            if strain < 1.0 || best.joints.len() > MAX_REVISED_JOINTS {
                 break;
             }
             let mut found: Option<(Segment, f64)> = None;
-            let mut others = readings(&best);
+            let mut others = alternative_sequences(&best);
             others.extend(self.overlooked(&best));
             others.retain(Segment::is_consistent);
             for mut other in others {
@@ -270,7 +173,11 @@ impl Trial<'_> {
                     break;
                 }
                 let now = self.fit(&mut other);
-                if now < found.as_ref().map_or(BETTER * strain, |f| f.1) {
+                if now
+                    < found
+                        .as_ref()
+                        .map_or(MAX_REVISED_MISFIT_RATIO * strain, |f| f.1)
+                {
                     found = Some((other, now));
                 }
             }

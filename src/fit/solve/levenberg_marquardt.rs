@@ -14,10 +14,10 @@ use crate::fit::problem::huber::Huber;
 use crate::sim::SimError;
 
 /// A step is small if it is below this share of the squared standard error.
-const SETTLED: f64 = 1e-2;
+const CONVERGED_STEP_SHARE: f64 = 1e-2;
 
 /// Cost per row up to which segments may be corrected by their linearisation.
-const NEAR: f64 = 4.0;
+const MAX_CORRECTION_COST_PER_ROW: f64 = 4.0;
 
 /// How far a fit has come.
 #[derive(Debug, Clone, PartialEq)]
@@ -173,7 +173,7 @@ fn descend(
             problem.linearise(&point.x, &point.segments, &point.used, huber, plan.locked)?;
         let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
         // Far off, a linearisation leads astray.
-        let near = point.cost < NEAR * point.rows as f64;
+        let near = point.cost < MAX_CORRECTION_COST_PER_ROW * point.rows as f64;
         let mut accepted = None;
         let mut converged = false;
         let (mut tries, mut promised) = (0, 0.0);
@@ -196,7 +196,8 @@ fn descend(
                 && trial.cost < point.cost
             {
                 let gain = point.cost - trial.cost;
-                converged = size < SETTLED || gain < SETTLED.max(plan.enough * point.cost);
+                converged = size < CONVERGED_STEP_SHARE
+                    || gain < CONVERGED_STEP_SHARE.max(plan.enough * point.cost);
                 accepted = Some(trial);
                 let foreseen = -2.0 * gradient.dot(&change) - size;
                 promised = foreseen;
@@ -205,7 +206,7 @@ fn descend(
                 growth = 2.0;
                 break;
             }
-            if size < SETTLED {
+            if size < CONVERGED_STEP_SHARE {
                 converged = true;
                 break;
             }

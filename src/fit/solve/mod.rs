@@ -3,6 +3,7 @@
 pub(super) mod estimate_states;
 pub(super) mod event_alternatives;
 pub mod event_revision;
+pub(crate) mod event_trial;
 pub mod levenberg_marquardt;
 pub mod multistart;
 pub(super) mod normal_equations;

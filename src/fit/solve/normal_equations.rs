@@ -6,7 +6,7 @@ use crate::fit::problem::huber::Huber;
 use crate::fit::problem::{Problem, Reduced};
 
 /// Largest step of a parameter's coordinate (a factor of e on a logarithm).
-const LARGEST: f64 = 1.0;
+const MAX_COORDINATE_STEP: f64 = 1.0;
 
 /// Normal equations of all segments: matrix and gradient.
 pub fn normal_equations(
@@ -72,7 +72,7 @@ pub(super) fn bounded_step(
             let mut d = solved[i];
             if at < parameters {
                 let entry = &problem.space.entries[at];
-                let near = d.clamp(-LARGEST, LARGEST);
+                let near = d.clamp(-MAX_COORDINATE_STEP, MAX_COORDINATE_STEP);
                 let bounded = (x[at] + near).clamp(entry.low, entry.high) - x[at];
                 if bounded != d {
                     fixed[at] = true;

@@ -6,16 +6,16 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::fit::problem::huber::Huber;
-use crate::fit::problem::{CLOSE, Problem, Reduced};
+use crate::fit::problem::{MAX_REUSE_COST_PER_ROW, Problem, Reduced};
 use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
 /// Threshold of the robust loss in units of the noise.
-const THRESHOLD: f64 = 3.0;
+const HUBER_THRESHOLD: f64 = 3.0;
 
 /// What sums of costs differ by at most, as a share, where they are taken in another order.
-const ROUNDING: f64 = 1e-9;
+const COST_ROUNDING_SHARE: f64 = 1e-9;
 
 /// Unknowns with their cost.
 #[derive(Debug, Clone)]
@@ -129,7 +129,7 @@ pub(super) fn at(
         }
     };
     // In which order segments come must not decide, be it by rounding.
-    let (so_far, beyond) = (Mutex::new(priors), most + ROUNDING * most.abs());
+    let (so_far, beyond) = (Mutex::new(priors), most + COST_ROUNDING_SHARE * most.abs());
     let fitted: Option<Vec<(Vec<f64>, f64, f64)>> = segments
         .par_iter()
         .zip(starts)
@@ -242,7 +242,7 @@ fn threshold_of(scales: &[f64], used: &[bool]) -> Huber {
         .collect();
     let scale = quantile_in_place(&mut finite, 0.75);
     Huber(
-        THRESHOLD
+        HUBER_THRESHOLD
             * if scale.is_finite() {
                 scale.max(1.0)
             } else {
@@ -271,7 +271,7 @@ impl Point {
     /// # Errors
     /// [`SimError`] if the model makes no sense there.
     pub(super) fn under(&self, problem: &Problem, huber: Huber) -> Result<Self, SimError> {
-        let close = self.cost < CLOSE * self.rows as f64;
+        let close = self.cost < MAX_REUSE_COST_PER_ROW * self.rows as f64;
         let rounds = usize::from(!close);
         settle(problem, &self.x, &self.segments, &self.used, huber, rounds)
     }

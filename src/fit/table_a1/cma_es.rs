@@ -35,7 +35,7 @@ pub struct Found {
 /// that are not finite count as worst. The points of a generation are asked on all
 /// cores. `go_on` is called after each generation with its number and the best so far,
 /// and ends the search with `false`.
-pub fn minimise(
+pub fn minimize(
     start: &[f64],
     search: &Search,
     function: impl Fn(&[f64]) -> f64 + Sync,
@@ -167,10 +167,10 @@ mod tests {
             let smooth = (1.0 - a).powi(2) + 100.0 * (b - a * a).powi(2);
             smooth + 0.01 * (smooth * 10.0).floor().min(100.0)
         };
-        let found = minimise(&[0.2, 0.8], &SEARCH, function, |_, _| true);
+        let found = minimize(&[0.2, 0.8], &SEARCH, function, |_, _| true);
         assert!(found.value < 1e-6, "{found:?}");
         assert!((4.0 * found.point[0] - 3.0).abs() < 0.01);
-        assert_eq!(found, minimise(&[0.2, 0.8], &SEARCH, function, |_, _| true));
+        assert_eq!(found, minimize(&[0.2, 0.8], &SEARCH, function, |_, _| true));
     }
 
     #[test]
@@ -182,7 +182,7 @@ mod tests {
                 x[0] + (x[1] - 0.3).abs()
             }
         };
-        let found = minimise(&[0.9, 0.45], &SEARCH, function, |_, _| true);
+        let found = minimize(&[0.9, 0.45], &SEARCH, function, |_, _| true);
         assert!(
             found.point[0] < 1e-3 && (found.point[1] - 0.3).abs() < 1e-3,
             "{found:?}"
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn it_can_be_stopped_and_keeps_the_best() {
         let mut asked = 0;
-        let found = minimise(
+        let found = minimize(
             &[0.9; 4],
             &SEARCH,
             |x| x.iter().map(|v| v * v).sum(),

@@ -12,14 +12,16 @@
 
 use serde::Serialize;
 
-use super::calibrate::{FREE, Misfit, TableFit, cost, misfit, model_at, rows, with_values};
+use super::calibrate::{
+    FREE_PARAMETERS, Misfit, TableFit, cost, misfit, model_at, rows, with_values,
+};
 use super::measurements::{Case, cases};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 use crate::model::parameter::{ParameterId, Scale};
 
 /// Effects that are asked, and their strength.
-const ASKED: [(&str, &str); 10] = [
+const CANDIDATE_EFFECTS: [(&str, &str); 10] = [
     ("amplifier_lag", "tau"),
     ("piezo_creep", "c"),
     ("hysteresis_memory", "s"),
@@ -34,19 +36,19 @@ const ASKED: [(&str, &str); 10] = [
 
 /// Sizes of an effect that are tried, as shares of the end of its slider; for one whose slider
 /// is logarithmic, places on it.
-const SIZES: [f64; 6] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
+const EFFECT_SIZE_SHARES: [f64; 6] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
 /// Steps of the parameters, on their sliders.
-const STEPS: [f64; 3] = [0.06, 0.03, 0.015];
+const SLIDER_STEPS: [f64; 3] = [0.06, 0.03, 0.015];
 /// A step of the effect's size is the factor one plus so many of those.
-const FACTOR: f64 = 10.0;
+const EFFECT_STEP_FACTOR: f64 = 10.0;
 /// Those that come nearest are also asked at frequencies left out.
-const CROSS_CHECKED: usize = 3;
+const CROSS_VALIDATED: usize = 3;
 /// Standard errors by which the frequencies left out must agree.
-const AGREE: f64 = 2.0;
+const MIN_GAIN_SIGMAS: f64 = 2.0;
 
 /// An effect fitted beside the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Suspect {
+pub struct RankedEffect {
     /// Id of the effect.
     pub id: &'static str,
     /// Its name.
@@ -69,7 +71,7 @@ pub struct Suspect {
     pub model: Model,
 }
 
-impl Suspect {
+impl RankedEffect {
     /// By how much the sum falls at a frequency left out, and the standard error of that by how
     /// the frequencies differ; `None` where it was not asked.
     pub fn gain(&self) -> Option<(f64, f64)> {
@@ -90,26 +92,26 @@ impl Suspect {
     /// Whether the frequencies left out agree that it comes nearer to the experiments.
     pub fn told(&self) -> bool {
         self.gain()
-            .is_some_and(|(mean, error)| mean > AGREE * error)
+            .is_some_and(|(mean, error)| mean > MIN_GAIN_SIGMAS * error)
     }
 }
 
 /// All suspects, the nearest first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Suspects {
+pub struct EffectRanking {
     /// Sum of robust squares over all rows without any.
     pub cost: f64,
     /// The suspects.
-    pub list: Vec<Suspect>,
+    pub list: Vec<RankedEffect>,
     /// Whether it was stopped: then some were not asked.
     pub cancelled: bool,
 }
 
-impl Suspects {
+impl EffectRanking {
     /// The two that the table speaks for most, to be told apart: those that the frequencies
     /// left out agree on, then the nearest.
-    pub fn pair(&self) -> Option<(&Suspect, &Suspect)> {
-        let mut all: Vec<&Suspect> = self.list.iter().collect();
+    pub fn pair(&self) -> Option<(&RankedEffect, &RankedEffect)> {
+        let mut all: Vec<&RankedEffect> = self.list.iter().collect();
         all.sort_by_key(|s| !s.told());
         match all[..] {
             [a, b, ..] => Some((a, b)),
@@ -120,12 +122,12 @@ impl Suspects {
 
 /// A suspect's freedom: which value of which effect.
 #[derive(Clone, Copy)]
-struct Asked {
+struct CandidateStrength {
     spec: &'static EffectSpec,
     which: usize,
 }
 
-impl Asked {
+impl CandidateStrength {
     fn of(id: &str, strength: &str) -> Option<Self> {
         let spec = find(id)?;
         let which = spec.parameters.iter().position(|p| p.id == strength)?;
@@ -149,20 +151,23 @@ impl Asked {
         let parameter = &self.spec.parameters[self.which];
         let (low, high) = parameter.range;
         if matches!(parameter.scale, Scale::Log) {
-            return SIZES
+            return EFFECT_SIZE_SHARES
                 .iter()
                 .map(|place| parameter.value_at(*place))
                 .collect();
         }
-        let up = SIZES.iter().map(|share| share * high);
-        let down = SIZES.iter().map(|share| share * low).filter(|v| *v < 0.0);
+        let up = EFFECT_SIZE_SHARES.iter().map(|share| share * high);
+        let down = EFFECT_SIZE_SHARES
+            .iter()
+            .map(|share| share * low)
+            .filter(|v| *v < 0.0);
         up.chain(down).collect()
     }
 }
 
 /// Where a search stands.
 #[derive(Clone)]
-struct Found {
+struct SearchPoint {
     /// Places of the parameters on their sliders.
     point: Vec<f64>,
     /// Strength of the effect.
@@ -171,15 +176,15 @@ struct Found {
 }
 
 /// A search with or without a suspect, judged by some cases.
-struct Compass<'a> {
+struct CompassSearch<'a> {
     base: &'a Model,
-    own: Option<Asked>,
+    own: Option<CandidateStrength>,
     shown: &'a [Case],
     steps: &'a [f64],
 }
 
-impl Compass<'_> {
-    fn model(&self, found: &Found) -> Model {
+impl CompassSearch<'_> {
+    fn model(&self, found: &SearchPoint) -> Model {
         let model = model_at(self.base, &found.point);
         match self.own {
             Some(own) => own.on(&model, found.strength),
@@ -188,27 +193,27 @@ impl Compass<'_> {
     }
 
     /// `found` with its cost.
-    fn weighed(&self, mut found: Found) -> Found {
+    fn weighed(&self, mut found: SearchPoint) -> SearchPoint {
         found.cost = cost(&rows(&self.model(&found), self.shown));
         found
     }
 
     /// The best of all sizes of the suspect at `point`, improved together with the parameters
     /// until `go_on`, which is told the share done, says no.
-    fn search(&self, point: Vec<f64>, go_on: &mut dyn FnMut(f64) -> bool) -> Found {
+    fn search(&self, point: Vec<f64>, go_on: &mut dyn FnMut(f64) -> bool) -> SearchPoint {
         let begin = |strength: f64| {
-            self.weighed(Found {
+            self.weighed(SearchPoint {
                 point: point.clone(),
                 strength,
                 cost: f64::INFINITY,
             })
         };
-        let sizes = self.own.map_or(vec![0.0], Asked::sizes);
+        let sizes = self.own.map_or(vec![0.0], CandidateStrength::sizes);
         let begun = sizes.into_iter().map(begin);
         let Some(mut best) = begun.min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
             return begin(0.0);
         };
-        let unknowns = FREE.len() + usize::from(self.own.is_some());
+        let unknowns = FREE_PARAMETERS.len() + usize::from(self.own.is_some());
         for (round, &step) in self.steps.iter().enumerate() {
             for k in 0..unknowns {
                 let share = (round * unknowns + k) as f64 / (self.steps.len() * unknowns) as f64;
@@ -219,7 +224,10 @@ impl Compass<'_> {
                     let mut there = best.clone();
                     match there.point.get_mut(k) {
                         Some(place) => *place = (*place + step).clamp(0.0, 1.0),
-                        None => there.strength *= (1.0 + FACTOR * step.abs()).powf(step.signum()),
+                        None => {
+                            there.strength *=
+                                (1.0 + EFFECT_STEP_FACTOR * step.abs()).powf(step.signum())
+                        }
                     }
                     self.weighed(there)
                 };
@@ -236,47 +244,54 @@ impl Compass<'_> {
 
 /// Asks all suspects after `fit` of `base`. Deterministic. `progress` is called with the share
 /// done, and ends the work with `false`.
-pub fn suspects(base: &Model, fit: &TableFit, progress: impl FnMut(f64) -> bool) -> Suspects {
-    ask(base, fit, (&ASKED, &STEPS), progress)
+pub fn rank_effects(
+    base: &Model,
+    fit: &TableFit,
+    progress: impl FnMut(f64) -> bool,
+) -> EffectRanking {
+    rank_candidates(base, fit, (&CANDIDATE_EFFECTS, &SLIDER_STEPS), progress)
 }
 
 /// Asks some, in given steps.
-fn ask(
+fn rank_candidates(
     base: &Model,
     fit: &TableFit,
     (which, steps): (&[(&str, &str)], &[f64]),
     mut progress: impl FnMut(f64) -> bool,
-) -> Suspects {
-    let free = |own: &Asked| base.effects.iter().all(|e| e.spec != own.spec);
-    let all = which.iter().filter_map(|(id, s)| Asked::of(id, s));
-    let asked: Vec<Asked> = all.filter(free).collect();
-    let checked = CROSS_CHECKED.min(asked.len());
+) -> EffectRanking {
+    let free = |own: &CandidateStrength| base.effects.iter().all(|e| e.spec != own.spec);
+    let all = which
+        .iter()
+        .filter_map(|(id, s)| CandidateStrength::of(id, s));
+    let asked: Vec<CandidateStrength> = all.filter(free).collect();
+    let checked = CROSS_VALIDATED.min(asked.len());
     let searches = (1 + asked.len() + (1 + checked) * fit.left_out.len()) as f64;
     let (mut done, mut stopped) = (0.0, false);
     // From where a fit without it has come; with none as well, so that none gains by the
     // search alone.
-    let mut search = |own: Option<Asked>, from: &Model, shown: &[Case]| -> (Found, Model) {
-        let place = |id: &ParameterId| id.spec().fraction(from.parameters[*id]).clamp(0.0, 1.0);
-        let compass = Compass {
-            base,
-            own,
-            shown,
-            steps,
+    let mut search =
+        |own: Option<CandidateStrength>, from: &Model, shown: &[Case]| -> (SearchPoint, Model) {
+            let place = |id: &ParameterId| id.spec().fraction(from.parameters[*id]).clamp(0.0, 1.0);
+            let compass = CompassSearch {
+                base,
+                own,
+                shown,
+                steps,
+            };
+            let found = compass.search(FREE_PARAMETERS.iter().map(place).collect(), &mut |share| {
+                stopped |= !progress((done + share) / searches);
+                !stopped
+            });
+            done += 1.0;
+            let model = compass.model(&found);
+            (found, model)
         };
-        let found = compass.search(FREE.iter().map(place).collect(), &mut |share| {
-            stopped |= !progress((done + share) / searches);
-            !stopped
-        });
-        done += 1.0;
-        let model = compass.model(&found);
-        (found, model)
-    };
     let without = search(None, &fit.model, cases()).0.cost;
     let mut list = Vec::new();
     for own in &asked {
         let (found, model) = search(Some(*own), &fit.model, cases());
         let parameter = &own.spec.parameters[own.which];
-        list.push(Suspect {
+        list.push(RankedEffect {
             id: own.spec.id,
             name: own.spec.name,
             strength: parameter.id,
@@ -293,9 +308,10 @@ fn ask(
         let (hidden, shown): (Vec<Case>, Vec<Case>) =
             cases().iter().partition(|c| c.frequency == left.frequency);
         let begun = with_values(base, &left.values);
-        let mut unseen = |own: Option<Asked>| cost(&rows(&search(own, &begun, &shown).1, &hidden));
+        let mut unseen =
+            |own: Option<CandidateStrength>| cost(&rows(&search(own, &begun, &shown).1, &hidden));
         let without = unseen(None);
-        for suspect in list.iter_mut().take(CROSS_CHECKED) {
+        for suspect in list.iter_mut().take(CROSS_VALIDATED) {
             let own = asked.iter().find(|a| a.spec.id == suspect.id);
             let with = unseen(own.copied());
             suspect.left_out.push((left.frequency, without, with));
@@ -305,7 +321,7 @@ fn ask(
     if stopped {
         list.iter_mut().for_each(|s| s.left_out.clear());
     }
-    Suspects {
+    EffectRanking {
         cost: without,
         list,
         cancelled: stopped,
@@ -320,11 +336,11 @@ mod tests {
 
     #[test]
     fn every_suspect_is_tried_in_sizes_within_its_slider() {
-        for (id, strength) in ASKED {
-            let own = Asked::of(id, strength).expect(id);
+        for (id, strength) in CANDIDATE_EFFECTS {
+            let own = CandidateStrength::of(id, strength).expect(id);
             let (low, high) = own.spec.parameters[own.which].range;
             let sizes = own.sizes();
-            assert!(sizes.len() >= SIZES.len(), "{id}");
+            assert!(sizes.len() >= EFFECT_SIZE_SHARES.len(), "{id}");
             assert!(
                 sizes.iter().all(|s| (low..=high).contains(s)),
                 "{id}: {sizes:?}"
@@ -339,8 +355,8 @@ mod tests {
         let base = Preset::default().model;
         let mut fit = fit_table(&base, 1, |_| true);
         fit.left_out.truncate(2);
-        let some = (&ASKED[8..9], &STEPS[..1]);
-        let all = ask(&base, &fit, some, |_| true);
+        let some = (&CANDIDATE_EFFECTS[8..9], &SLIDER_STEPS[..1]);
+        let all = rank_candidates(&base, &fit, some, |_| true);
         assert_eq!(all.list.len(), 1);
         assert!(!all.cancelled && all.pair().is_none());
         // The search goes on from where the fit has come.
@@ -365,7 +381,7 @@ mod tests {
         three.list[0].id = "near";
         let (first, second) = three.pair().unwrap();
         assert_eq!((first.id, second.id), (one.id, "near"));
-        let part = ask(&base, &fit, some, |share| share < 0.1);
+        let part = rank_candidates(&base, &fit, some, |share| share < 0.1);
         assert!(part.cancelled && part.list.iter().all(|s| s.gain().is_none()));
     }
 }

@@ -3,9 +3,9 @@
 use super::profile_likelihood::ProfilePoint;
 
 /// Rise of the cost at the ends of the 95 % interval: chi-square of one freedom.
-pub const CERTAIN: f64 = 3.84;
+pub const CHI2_95_ONE_DOF: f64 = 3.84;
 
-/// Lowest and highest value at which the cost has risen by [`CERTAIN`] from the lowest
+/// Lowest and highest value at which the cost has risen by [`CHI2_95_ONE_DOF`] from the lowest
 /// point of the profile; `None` on a side where it has not within the values tried.
 /// Between points the root of the rise runs straight, as of a parabola it does.
 pub fn interval(points: &[ProfilePoint]) -> [Option<f64>; 2] {
@@ -20,9 +20,9 @@ pub fn interval(points: &[ProfilePoint]) -> [Option<f64>; 2] {
     [crossing(&down), crossing(&sorted[best..])]
 }
 
-/// Where the rise first passes [`CERTAIN`] on the way along `points`.
+/// Where the rise first passes [`CHI2_95_ONE_DOF`] on the way along `points`.
 fn crossing(points: &[ProfilePoint]) -> Option<f64> {
-    let limit = CERTAIN.sqrt();
+    let limit = CHI2_95_ONE_DOF.sqrt();
     points.windows(2).find_map(|pair| {
         let [a, b] = [pair[0], pair[1]].map(|p| p.rise.max(0.0).sqrt());
         let crosses = a < limit && b >= limit;
@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn a_parabola_gives_two_standard_errors_less_a_little() {
         let [low, high] = interval(&points(|k| k * k)).map(Option::unwrap);
-        let half = 0.1 * CERTAIN.sqrt();
+        let half = 0.1 * CHI2_95_ONE_DOF.sqrt();
         assert!((low - 5.0 + half).abs() < 1e-12 && (high - 5.0 - half).abs() < 1e-12);
     }
 

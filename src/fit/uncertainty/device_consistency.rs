@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::fit_result::{misfits, uncertainty};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::prepare;
@@ -17,16 +17,16 @@ use crate::model::unit::format_quantity;
 
 /// Values farther apart than this many of their errors, which count what the stretches of one
 /// recording disagree about, are different ...
-const ERRORS: f64 = 3.0;
+const DEVICE_DIFFERENCE_SIGMAS: f64 = 3.0;
 /// ... if they differ by this share as well: scales are off by a percent or so.
-const SHARE: f64 = 0.03;
+const DEVICE_DIFFERENCE_SHARE: f64 = 0.03;
 /// Chi2 that a recording of which all is set aside counts for.
-const ASIDE: f64 = 100.0;
+const SET_ASIDE_CHI2: f64 = 100.0;
 /// First frequencies from which each recording is fitted, as shares of that of all, until one
 /// leads to a fit: from far off it may end anywhere.
-const BEGINNINGS: [f64; 3] = [1.0, 0.8, 1.25];
+const START_FREQUENCY_FACTORS: [f64; 3] = [1.0, 0.8, 1.25];
 /// Most iterations for each of them.
-const ITERATIONS: usize = 15;
+const MAX_DEVICE_ITERATIONS: usize = 15;
 
 /// A value with its standard error, SI.
 type Value = (f64, f64);
@@ -64,7 +64,7 @@ pub(crate) fn disagreements(
     if parts.len() < 2 || ids.is_empty() {
         return Ok(Vec::new());
     }
-    clock.expected = clock.done() + ITERATIONS * parts.len();
+    clock.expected = clock.done() + MAX_DEVICE_ITERATIONS * parts.len();
     let mut alone: Vec<(&str, Vec<Value>)> = Vec::new();
     for part in parts {
         let values = fitted_alone(model, part, &ids, options, control, clock)?;
@@ -81,7 +81,7 @@ pub(crate) fn disagreements(
             .find(|spec| spec.id == *id)
             .map_or("", |spec| spec.unit);
         let own: Vec<Named<'_>> = alone.iter().map(|(name, v)| (*name, v[i])).collect();
-        out.extend(farthest(&own).map(|((a, x), (b, y))| {
+        out.extend(most_different(&own).map(|((a, x), (b, y))| {
             let write = |v: Value| {
                 let (value, error) = (format_quantity(v.0, unit, 4), format_quantity(v.1, unit, 2));
                 format!("{value} +- {error}")
@@ -112,7 +112,7 @@ fn fitted_alone(
     }
     let space = Space::new(model, &free)?;
     let one = std::slice::from_ref(part);
-    let findings = look(model, one);
+    let findings = summarize(model, one);
     let mut begin = model.clone();
     if let Ok(level) = findings[0].level
         && level < 0.0
@@ -126,13 +126,13 @@ fn fitted_alone(
     let locked: Vec<usize> = (ids.len()..free.len()).collect();
     let plan = Plan {
         stage: "each recording by itself",
-        iterations: ITERATIONS,
+        iterations: MAX_DEVICE_ITERATIONS,
         locked: &locked,
         enough: 1e-4,
     };
     let f1 = begin.parameters[ParameterId::F1];
     let mut best: Option<(f64, Vec<Value>)> = None;
-    for factor in BEGINNINGS {
+    for factor in START_FREQUENCY_FACTORS {
         if control.cancelled() {
             break;
         }
@@ -144,7 +144,7 @@ fn fitted_alone(
         let point = improve(&prepared.problem, point, &plan, control, clock)?;
         let (misfit, _) = misfits(&prepared, &point)?;
         // What is set aside does not fit either.
-        let off = misfit.chi2 + ASIDE * misfit.set_aside;
+        let off = misfit.chi2 + SET_ASIDE_CHI2 * misfit.set_aside;
         if best.as_ref().is_none_or(|b| off < b.0) {
             let found = uncertainty(model, &prepared, &point, misfit.chi2)?;
             let own = found.parameters.iter().take(ids.len());
@@ -158,15 +158,15 @@ fn fitted_alone(
 }
 
 /// The two values that are farthest apart, if they are apart at all.
-fn farthest<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
+fn most_different<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
     let mut out = None;
-    let mut most = ERRORS;
+    let mut most = DEVICE_DIFFERENCE_SIGMAS;
     for (i, a) in all.iter().enumerate() {
         for b in &all[i + 1..] {
             let (x, y) = (a.1, b.1);
             let apart = (x.0 - y.0).abs();
             let errors = apart / x.1.hypot(y.1);
-            if errors > most && apart > SHARE * x.0.abs().max(y.0.abs()) {
+            if errors > most && apart > DEVICE_DIFFERENCE_SHARE * x.0.abs().max(y.0.abs()) {
                 most = errors;
                 out = Some((*a, *b));
             }
@@ -177,11 +177,12 @@ fn farthest<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
 
 #[cfg(test)]
 mod tests {
-    use super::farthest;
+    use super::most_different;
 
     #[test]
     fn apart_is_what_neither_errors_nor_scales_explain() {
-        let names = |all: &[(&'static str, (f64, f64))]| farthest(all).map(|(a, b)| (a.0, b.0));
+        let names =
+            |all: &[(&'static str, (f64, f64))]| most_different(all).map(|(a, b)| (a.0, b.0));
         let three = [("a", (58.0, 0.1)), ("b", (48.0, 0.1)), ("c", (57.9, 3.0))];
         assert_eq!(names(&three), Some(("a", "b")));
         assert_eq!(names(&[("a", (58.0, 0.001)), ("b", (58.5, 0.001))]), None);

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::normal_inverse::inverse;
-use super::sandwich_covariance::{by_curvature, by_scatter, slopes_of};
+use super::sandwich_covariance::{sandwich_inflation, segment_gradients, with_observed_curvature};
 use crate::fit::error::FitError;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::residual::residual_rows::Row;
@@ -15,20 +15,20 @@ use crate::model::unit::{format_number, format_quantity};
 use crate::sim::SimError;
 
 /// Correlation from which two parameters count as not told apart.
-const EXTREME: f64 = 0.95;
+const EXTREME_CORRELATION: f64 = 0.95;
 /// A standard error of this many ranges of the parameter is none.
-const UNTOLD: f64 = 3.0;
+const UNDETERMINED_RANGES: f64 = 3.0;
 /// A mean square of the residuals above this is no scatter of the noise, nor is an rms of
 /// as many times the noise.
-const BAD: f64 = 3.0;
+const BAD_FIT_CHI2: f64 = 3.0;
 /// Share of a recording beyond which what could be followed of it says nothing.
-const NONE_LEFT: f64 = 0.99;
+const UNUSABLE_SHARE: f64 = 0.99;
 /// Times the noise up to which readings are followed to it.
-const NEAR: f64 = 1.5;
+const MAX_FOLLOWED_NOISE_RATIO: f64 = 1.5;
 /// So many samples set aside are more than events that were hard to read.
-const ASIDE: f64 = 0.5;
+const MAX_SET_ASIDE_SHARE: f64 = 0.5;
 /// A standard error of this share of the value says that the data hardly tell it.
-const VAGUE: f64 = 0.5;
+const VAGUE_ERROR_SHARE: f64 = 0.5;
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,7 +73,8 @@ impl Misfit {
     /// that had to be set aside for that.
     #[must_use]
     pub fn is_bad(&self) -> bool {
-        self.chi2 > BAD || (self.set_aside > ASIDE && self.rms > BAD * self.noise)
+        self.chi2 > BAD_FIT_CHI2
+            || (self.set_aside > MAX_SET_ASIDE_SHARE && self.rms > BAD_FIT_CHI2 * self.noise)
     }
 }
 
@@ -117,8 +118,8 @@ pub(crate) fn uncertainty(
     let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
     let promised = inverse(&normal);
-    let wider = by_scatter(&promised, slopes_of(&reduced), chi2);
-    let covariance = by_curvature(problem, point, huber, promised * chi2.max(1.0))?;
+    let wider = sandwich_inflation(&promised, segment_gradients(&reduced), chi2);
+    let covariance = with_observed_curvature(problem, point, huber, promised * chi2.max(1.0))?;
     let covariance = DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
         covariance[(i, j)] * wider[i] * wider[j]
     });
@@ -147,7 +148,7 @@ pub(crate) fn uncertainty(
             let entry = &space.entries[i];
             let near = 1e-9 * (1.0 + point.x[i].abs());
             let range = entry.spec.range.1 - entry.spec.range.0;
-            let told = errors[i] < UNTOLD * range.max(values[i].abs());
+            let told = errors[i] < UNDETERMINED_RANGES * range.max(values[i].abs());
             FittedParameter {
                 id: entry.id.clone(),
                 value: values[i],
@@ -218,7 +219,7 @@ fn remarks(
                 "no event that could be read depends on it"
             };
             out.push(format!("this data does not tell {}: {why}", p.id));
-        } else if p.std_error > VAGUE * units[i] {
+        } else if p.std_error > VAGUE_ERROR_SHARE * units[i] {
             out.push(format!(
                 "this data hardly tells {}: {} +- {}",
                 p.id,
@@ -230,7 +231,7 @@ fn remarks(
     for i in 0..parameters.len() {
         for j in i + 1..parameters.len() {
             let r = correlations[(i, j)];
-            if r.abs() > EXTREME {
+            if r.abs() > EXTREME_CORRELATION {
                 out.push(format!(
                     "this data cannot tell {} from {} (correlation {r:+.3})",
                     parameters[i].id, parameters[j].id
@@ -246,7 +247,7 @@ pub(crate) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
     each.iter()
         .filter(|m| m.is_bad())
         .map(|m| {
-            if m.chi2 <= BAD && m.set_aside < NONE_LEFT {
+            if m.chi2 <= BAD_FIT_CHI2 && m.set_aside < UNUSABLE_SHARE {
                 return format!(
                     "{:.0} % of {} could not be followed from event to event and has no say; what could fits. Hits that follow each other too fast for the noise do that; where the recording itself looks unlike the simulation, it is of another device or the model lacks something",
                     100.0 * m.set_aside,
@@ -254,7 +255,7 @@ pub(crate) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
                 );
             }
             let readings = m.chi2 * (1.0 - m.at_ground);
-            if readings <= BAD && m.set_aside <= ASIDE && m.rms < NEAR * m.noise {
+            if readings <= BAD_FIT_CHI2 && m.set_aside <= MAX_SET_ASIDE_SHARE && m.rms < MAX_FOLLOWED_NOISE_RATIO * m.noise {
                 return format!(
                     "{} is followed to the noise, but what happens at the ground in it does not obey the model's laws of bounce and release (chi2 {}): where a release falls on a jump of the drive, adhesion is not told there; otherwise a diagnosis looks for what is missing",
                     m.name,

@@ -6,9 +6,9 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use super::fit_result::FitResult;
 
 /// Share of a direction from which a parameter is named with it.
-const NAMED: f64 = 0.3;
+const MIN_DIRECTION_SHARE: f64 = 0.3;
 /// Rounding leaves this much of the largest variance.
-const ROUNDING: f64 = 1e-14;
+const VARIANCE_ROUNDING: f64 = 1e-14;
 
 /// Independent combinations of the parameters that the data tell, the best known first.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ impl Combinations {
     /// no size, and would spoil the other figures. `None` with none left, or where one has
     /// the value zero, so that relative changes mean nothing.
     pub fn of(result: &FitResult) -> Option<Self> {
-        let told = told(result);
+        let told = determined(result);
         let ids: Vec<String> = told.iter().map(|&i| id(result, i)).collect();
         if told.is_empty() {
             return None;
@@ -36,7 +36,7 @@ impl Combinations {
             let values = result.fisher_values.iter();
             return Some(Self {
                 ids,
-                values: values.map(|v| v.min(least / ROUNDING)).collect(),
+                values: values.map(|v| v.min(least / VARIANCE_ROUNDING)).collect(),
                 vectors: result.fisher_vectors.clone(),
             });
         }
@@ -52,7 +52,7 @@ impl Combinations {
             result.correlations[(told[i], told[j])] * relative[i] * relative[j]
         });
         let eigen = SymmetricEigen::new(covariance);
-        let least = ROUNDING * eigen.eigenvalues.max();
+        let least = VARIANCE_ROUNDING * eigen.eigenvalues.max();
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         Some(Self {
@@ -74,14 +74,16 @@ impl Combinations {
     /// first.
     pub fn named(&self, k: usize) -> Vec<&str> {
         let share = |i: usize| self.vectors[(i, k)].abs();
-        let mut order: Vec<usize> = (0..self.ids.len()).filter(|&i| share(i) > NAMED).collect();
+        let mut order: Vec<usize> = (0..self.ids.len())
+            .filter(|&i| share(i) > MIN_DIRECTION_SHARE)
+            .collect();
         order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
         order.into_iter().map(|i| self.ids[i].as_str()).collect()
     }
 }
 
 /// Places of the parameters that the data tell.
-pub fn told(result: &FitResult) -> Vec<usize> {
+pub fn determined(result: &FitResult) -> Vec<usize> {
     (0..result.parameters.len())
         .filter(|&i| result.parameters[i].std_error.is_finite())
         .collect()

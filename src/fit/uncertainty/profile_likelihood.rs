@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use super::fit_result::{FitResult, FittedParameter, misfits};
 use super::normal_inverse::inverse;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
@@ -23,15 +23,15 @@ use crate::model::Model;
 use crate::model::parameter::{ParameterSpec, Scale};
 
 /// Most iterations for each point.
-const ITERATIONS: usize = 15;
+const MAX_POINT_ITERATIONS: usize = 15;
 /// Iterations that a point takes as a rule, for the time left.
-const USUAL: usize = 5;
+const EXPECTED_POINT_ITERATIONS: usize = 5;
 /// Largest change of the logarithm for one standard error, where that many lead below zero.
-const WIDEST: f64 = 1.0;
+const MAX_LOG_STEP_PER_SIGMA: f64 = 1.0;
 /// Rounds in which the segments' own unknowns follow a value.
-const ROUNDS: usize = 3;
+const VALUE_SETTLE_ROUNDS: usize = 3;
 /// Iterations in which the fitted point is found again as a rule, for the time left.
-const ESTIMATE: usize = 5;
+const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
 
 /// One point of a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,9 +70,9 @@ pub fn profile_of(
         });
     };
     let space = Space::new(&result.model, &fitted)?;
-    let findings = look(&result.model, train);
+    let findings = summarize(&result.model, train);
     let prepared = prepare(&result.model, &space, train, &findings, options)?;
-    let mut clock = Clock::new(ESTIMATE);
+    let mut clock = Clock::new(EXPECTED_ESTIMATE_ITERATIONS);
     let point = estimate_states(&prepared, &result.model, options, control, &mut clock)?;
     profile(
         &prepared, point, parameter, shifts, options, control, &mut clock,
@@ -106,33 +106,33 @@ fn profile(
     let huber = threshold(problem, &start)?;
     let plan = Plan {
         stage: "profile",
-        iterations: options.iterations.min(ITERATIONS),
+        iterations: options.iterations.min(MAX_POINT_ITERATIONS),
         locked: &[],
         enough: 1e-8,
     };
-    clock.expected = clock.done() + USUAL * (shifts.len() + 1);
+    clock.expected = clock.done() + EXPECTED_POINT_ITERATIONS * (shifts.len() + 1);
     let best = improve_under(problem, start, &plan, huber, control, clock)?;
     let scatter = misfits(prepared, &best)?.0.chi2.max(1.0);
-    let along = along(problem, &best, at, huber)?;
+    let along = valley_direction(problem, &best, at, huber)?;
     // The fit may have stopped a share of a standard error short of it.
     let centre = FittedParameter {
         value: problem.space.values(&best.x)[at],
         ..parameter.clone()
     };
-    let held = Held {
+    let held = HeldParameter {
         problem,
         best: &best,
         along: &along,
         parameter: &centre,
         huber,
     };
-    let values = values(&centre, &problem.space.entries[at].spec, shifts);
+    let values = held_values(&centre, &problem.space.entries[at].spec, shifts);
     // From the middle outwards: each point is near the one before it.
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| shifts[a].abs().total_cmp(&shifts[b].abs()));
     let mut found: Vec<(usize, ProfilePoint)> = Vec::with_capacity(values.len());
     // The outermost point on either side.
-    let mut sides: [Option<Stand>; 2] = [None, None];
+    let mut sides: [Option<ProfileState>; 2] = [None, None];
     for i in order {
         let value = values[i];
         let last = &mut sides[usize::from(shifts[i] > 0.0)];
@@ -145,7 +145,7 @@ fn profile(
         }
         let rise = (point.cost - best.cost) / scatter;
         found.push((i, ProfilePoint { value, rise }));
-        *last = Some(Stand {
+        *last = Some(ProfileState {
             model: there.space.model(&point.x),
             point,
         });
@@ -161,13 +161,13 @@ fn profile(
 }
 
 /// A point with its model.
-struct Stand {
+struct ProfileState {
     model: Model,
     point: Point,
 }
 
 /// The problem with one parameter held, around the best of it free.
-struct Held<'a> {
+struct HeldParameter<'a> {
     problem: &'a Problem,
     best: &'a Point,
     /// Change of all unknowns per unit of the parameter's value.
@@ -176,14 +176,14 @@ struct Held<'a> {
     huber: Huber,
 }
 
-impl Held<'_> {
+impl HeldParameter<'_> {
     /// The problem with the parameter held at `value`, and the better of two points to
     /// begin at: where the best leads along the valley, and where the `last` point was.
     /// `None` if the model makes no sense with that value.
     fn begin(
         &self,
         value: f64,
-        last: Option<&Stand>,
+        last: Option<&ProfileState>,
     ) -> Result<Option<(Problem, Point)>, FitError> {
         let free = &self.problem.space;
         let valley = self.best.x.iter().zip(self.along.iter());
@@ -211,7 +211,7 @@ impl Held<'_> {
                 &from.segments,
                 &from.used,
                 self.huber,
-                ROUNDS,
+                VALUE_SETTLE_ROUNDS,
             )?;
             if chosen.as_ref().is_none_or(|c| point.cost < c.1.cost) {
                 chosen = Some((problem, point));
@@ -223,7 +223,7 @@ impl Held<'_> {
 
 /// Change of all unknowns per unit of the value of the parameter `at`, the others making
 /// the best of it.
-fn along(
+fn valley_direction(
     problem: &Problem,
     best: &Point,
     at: usize,
@@ -248,7 +248,7 @@ fn along(
 /// Values that are `shifts` standard errors from the parameter's own, within its limits.
 /// A parameter that goes by its logarithm and whose errors lead below zero is shifted by
 /// a factor instead; one that the data do not tell by tenths of its range.
-fn values(parameter: &FittedParameter, spec: &ParameterSpec, shifts: &[f64]) -> Vec<f64> {
+fn held_values(parameter: &FittedParameter, spec: &ParameterSpec, shifts: &[f64]) -> Vec<f64> {
     let value = parameter.value;
     let error = if parameter.std_error.is_finite() {
         parameter.std_error
@@ -257,7 +257,7 @@ fn values(parameter: &FittedParameter, spec: &ParameterSpec, shifts: &[f64]) -> 
     };
     let lowest = shifts.iter().copied().fold(0.0, f64::min);
     let by_factor = spec.scale == Scale::Log && value > 0.0 && value + lowest * error <= 0.0;
-    let width = (error / value).min(WIDEST);
+    let width = (error / value).min(MAX_LOG_STEP_PER_SIGMA);
     let shifted = |shift: &f64| {
         if by_factor {
             value * (shift * width).exp()
@@ -290,7 +290,7 @@ mod tests {
                 start: value,
                 at_bound: false,
             };
-            values(&parameter, spec, &[-3.0, 0.0, 3.0])
+            held_values(&parameter, spec, &[-3.0, 0.0, 3.0])
         };
         let close = |found: Vec<f64>, expected: [f64; 3]| {
             for (f, e) in found.iter().zip(expected) {

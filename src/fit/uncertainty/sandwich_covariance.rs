@@ -25,17 +25,17 @@ use crate::sim::SimError;
 
 /// Least share of what the linearised fit promises that is told from none: a lower
 /// curvature, or one below zero, counts as this one.
-const LEAST: f64 = 0.05;
+const MIN_CURVATURE_SHARE: f64 = 0.05;
 /// Room to a bound from which a curvature can be told, in standard errors.
-const NARROW: f64 = 0.1;
+const MIN_BOUND_ROOM_SIGMAS: f64 = 0.1;
 /// Error of a coordinate, variance, from which it is not told at all and is left out: there is no
 /// step of it that changes anything.
-const UNTOLD: f64 = 1e4;
+const UNDETERMINED_VARIANCE: f64 = 1e4;
 /// Rounds in which the stretches' own unknowns follow a step: they begin at the best.
-const ROUNDS: usize = 2;
+const STEP_SETTLE_ROUNDS: usize = 2;
 
 /// The unknowns of `space` that are of a mode which an effect adds to the device.
-fn of_added_modes(space: &Space, x: &[f64]) -> Vec<usize> {
+fn added_mode_unknowns(space: &Space, x: &[f64]) -> Vec<usize> {
     let model = space.model(x);
     let modes = |model: &Model| model.structure_with_effects().modes.len();
     let all = modes(&model);
@@ -51,7 +51,7 @@ fn of_added_modes(space: &Space, x: &[f64]) -> Vec<usize> {
 }
 
 /// Slopes of the stretches' costs, with the unknowns in which they are.
-pub(crate) fn slopes_of(
+pub(crate) fn segment_gradients(
     reduced: &[Option<Reduced>],
 ) -> impl Iterator<Item = (&[usize], DVector<f64>)> {
     let stretches = reduced.iter().flatten();
@@ -60,7 +60,7 @@ pub(crate) fn slopes_of(
 
 /// How many times wider than `promised`, the inverse of J'J times `chi2` where that is above 1,
 /// each unknown's error is by how the stretches' `slopes` scatter; at least 1.
-pub(crate) fn by_scatter<'a>(
+pub(crate) fn sandwich_inflation<'a>(
     promised: &DMatrix<f64>,
     slopes: impl Iterator<Item = (&'a [usize], DVector<f64>)>,
     chi2: f64,
@@ -86,14 +86,14 @@ pub(crate) fn by_scatter<'a>(
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
-pub(crate) fn by_curvature(
+pub(crate) fn with_observed_curvature(
     problem: &Problem,
     point: &Point,
     huber: Huber,
     covariance: DMatrix<f64>,
 ) -> Result<DMatrix<f64>, SimError> {
-    let mut own = of_added_modes(&problem.space, &point.x);
-    own.retain(|&i| covariance[(i, i)] < UNTOLD);
+    let mut own = added_mode_unknowns(&problem.space, &point.x);
+    own.retain(|&i| covariance[(i, i)] < UNDETERMINED_VARIANCE);
     if own.is_empty() {
         return Ok(covariance);
     }
@@ -109,7 +109,9 @@ pub(crate) fn by_curvature(
     // In these coordinates the linearised fit promises 1 in every direction.
     let promised = DMatrix::identity(k, k) + root.tr_mul(&(missing * &root));
     let eigen = SymmetricEigen::new(0.5 * (&promised + promised.transpose()));
-    let wider = eigen.eigenvalues.map(|v| v.clamp(LEAST, 1.0).powi(-2));
+    let wider = eigen
+        .eigenvalues
+        .map(|v| v.clamp(MIN_CURVATURE_SHARE, 1.0).powi(-2));
     let axes = &root * &eigen.eigenvectors;
     let found = &axes * DMatrix::from_diagonal(&wider) * axes.transpose();
     // The others follow these as they did before.
@@ -139,7 +141,14 @@ fn second_derivatives(
     let others: Vec<usize> = (k..x.len()).collect();
     let linearised =
         |there: &Point| part.linearise(&there.x, &there.segments, &there.used, huber, &others);
-    let middle = settle(&part, &x, &point.segments, &point.used, huber, ROUNDS)?;
+    let middle = settle(
+        &part,
+        &x,
+        &point.segments,
+        &point.used,
+        huber,
+        STEP_SETTLE_ROUNDS,
+    )?;
     let reduced = linearised(&middle)?;
     let (linear, _) = normal_equations(&part, &x, &reduced, huber);
     let mut out = DMatrix::zeros(k, k);
@@ -149,7 +158,7 @@ fn second_derivatives(
         let entry = &part.space.entries[j];
         let room = (entry.high - x[j]).min(x[j] - entry.low);
         // Beyond its bounds there may be no model, and at them the cost has no minimum.
-        if room < NARROW * wanted {
+        if room < MIN_BOUND_ROOM_SIGMAS * wanted {
             at_bounds.push(j);
             continue;
         }
@@ -157,7 +166,13 @@ fn second_derivatives(
         let at = |step: f64| -> Result<DVector<f64>, SimError> {
             let mut there = x.clone();
             there[j] += step;
-            let there = settle_near(&part, &there, (&middle, &reduced), huber, ROUNDS)?;
+            let there = settle_near(
+                &part,
+                &there,
+                (&middle, &reduced),
+                huber,
+                STEP_SETTLE_ROUNDS,
+            )?;
             let reduced = linearised(&there)?;
             Ok(normal_equations(&part, &there.x, &reduced, huber).1)
         };
@@ -190,7 +205,7 @@ mod tests {
             let slope = move |sign: f64| DVector::from_element(1, sign * 100.0 * asked);
             let slopes = [1.0, -1.0, 1.0, -1.0].map(slope);
             let all = slopes.into_iter().map(|s| (&[1usize][..], s));
-            by_scatter(&promised, all, chi2)
+            sandwich_inflation(&promised, all, chi2)
         };
         let close = |a: &[f64], b: [f64; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
         assert!(close(&wider(0.3, 1.0), [1.0, 3.0]));

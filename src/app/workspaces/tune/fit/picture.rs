@@ -5,7 +5,7 @@ use eframe::egui::{Align2, Color32, FontId, Grid, Rect, Role, Sense, Ui, WidgetI
 use super::choose::symbol;
 use crate::app::widgets::text::{heading, small};
 use crate::fit::FitResult;
-use crate::fit::uncertainty::identifiability::{Combinations, told};
+use crate::fit::uncertainty::identifiability::{Combinations, determined};
 use crate::model::unit::format_number;
 
 /// Side of a cell [points], and room for the names.
@@ -14,7 +14,7 @@ const NAMES: f32 = 62.0;
 
 /// Draws the matrix of correlations of what the data tell, and Fisher's eigenvalues below.
 pub fn correlations(ui: &mut Ui, result: &FitResult) {
-    let told = told(result);
+    let told = determined(result);
     let n = told.len();
     if n < 2 {
         return;
@@ -162,7 +162,7 @@ mod tests {
     fn what_the_data_tell_is_said_and_no_more() {
         let result = made_up();
         assert_eq!(
-            spoken(&result, &told(&result)),
+            spoken(&result, &determined(&result)),
             "Correlations; Cs and gp 0.60"
         );
         assert_eq!(written(-1e-9), "0");

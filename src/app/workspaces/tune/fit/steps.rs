@@ -7,7 +7,7 @@ use super::figures;
 use crate::app::state::State;
 use crate::app::widgets::text::{error_color, heading, small};
 use crate::fit::paper_steps::guide::Step;
-use crate::fit::paper_steps::outcome::Finding;
+use crate::fit::paper_steps::outcome::StepResult;
 
 /// Most recordings that are named in the list.
 const FEW: usize = 3;
@@ -158,11 +158,11 @@ fn finding(ui: &mut Ui, state: &mut State) {
                 }
             }
             match &found {
-                Finding::Drive(found) => figures::drive(ui, found),
-                Finding::Restitution(found) => figures::restitution(ui, found),
-                Finding::Adhesion(found) => figures::adhesion(ui, found),
-                Finding::Film(found) => figures::film(ui, found),
-                Finding::Sensitivity(found) => figures::sensitivity(ui, found),
+                StepResult::Drive(found) => figures::drive(ui, found),
+                StepResult::Restitution(found) => figures::restitution(ui, found),
+                StepResult::Adhesion(found) => figures::adhesion(ui, found),
+                StepResult::Film(found) => figures::film(ui, found),
+                StepResult::Sensitivity(found) => figures::sensitivity(ui, found),
             }
         }
     }

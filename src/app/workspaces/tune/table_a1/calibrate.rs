@@ -14,7 +14,7 @@ use crate::app::analysis::job::Job;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::calibrate::{
-    CANNOT_TELL, FREE, GENERATIONS, Misfit, TableFit, fit_table,
+    FREE_PARAMETERS, MAX_GENERATIONS, Misfit, TABLE_LIMITS, TableFit, fit_table,
 };
 use crate::fit::table_a1::compare::Column;
 use crate::model::Model;
@@ -65,7 +65,7 @@ impl Fit {
         self.result = None;
         self.job = Some(Job::start("table fit", ui.ctx(), move |desk| {
             let started = Instant::now();
-            let fit = fit_table(&base, GENERATIONS, |share| {
+            let fit = fit_table(&base, MAX_GENERATIONS, |share| {
                 let left = started.elapsed().mul_f64((1.0 - share) / share);
                 desk.report((share, left));
                 !desk.cancel().load(std::sync::atomic::Ordering::Relaxed)
@@ -133,7 +133,7 @@ pub fn result(ui: &mut Ui, state: &mut State) {
     if let Some(worse) = found.made_worse() {
         ui.label(small(worse));
     }
-    ui.label(small(CANNOT_TELL).weak());
+    ui.label(small(TABLE_LIMITS).weak());
     ui.separator();
 }
 
@@ -166,7 +166,7 @@ fn values(ui: &mut Ui, found: &TableFit, base: &Model) {
         .spacing([14.0, 3.0])
         .show(ui, |ui| {
             titles(ui, ["", "before", "fitted", "std. error"]);
-            for (k, id) in FREE.into_iter().enumerate() {
+            for (k, id) in FREE_PARAMETERS.into_iter().enumerate() {
                 let spec = id.spec();
                 let write = |value: f64, digits| format_quantity(value, spec.unit, digits);
                 ui.label(spec.symbol).on_hover_text(spec.name);
