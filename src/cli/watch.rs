@@ -23,7 +23,7 @@ pub fn watched(
     let live = std::io::stderr().is_terminal();
     let last = Mutex::new("");
     let progress = |p: &DiagnoseProgress| {
-        // A thread that panicked while it wrote a line has spoilt nothing.
+        // A panic in another thread while it wrote a line leaves the text usable.
         let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
         if live {
             eprint!("\r\x1b[K{}", line(p));

@@ -21,6 +21,7 @@ use super::segment::{Joint, JointKind, Segment};
 use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control};
 use super::solve::point::Point;
+use crate::fit::thresholds::MAX_SEGMENT_NOISE_RATIO;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
@@ -29,8 +30,6 @@ use crate::sim::{SimError, Stretcher};
 pub(crate) const GROUND_LAW_RELAXATION: f64 = 1e5;
 /// Step of a segment's unknowns for differences, in their own units.
 const DIFFERENCE_STEP: f64 = 1e-3;
-/// Segments further from the data than this many standard deviations are not read.
-const MAX_SEGMENT_NOISE_RATIO: f64 = 3.0;
 
 /// A bounce.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,7 +192,8 @@ pub(crate) fn read_contacts_at(
                 unread: count_events(segment, |kind| matches!(kind, GroundEvent::Bounce { .. })),
                 ..ContactReadings::default()
             });
-            let releases = count_events(segment, |kind| matches!(kind, GroundEvent::Release { .. }));
+            let releases =
+                count_events(segment, |kind| matches!(kind, GroundEvent::Release { .. }));
             read.unread_releases = releases - read.releases.len();
             (read, chi2.sqrt())
         })

@@ -21,7 +21,7 @@ use crate::model::unit::format_number;
 /// Arguments of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Recordings to fit to (CSV); without --held-out the last third of each is kept out
+    /// Recordings to fit to (CSV); without --held-out the last third of each is held out
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     /// Device and starting values: paper, paper-as-printed, oscillator, faller, or a preset file
@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Parameters to fit, e.g. Cs,gp,eta or quadratic_drag.cd; by default all that are usually tuned
     #[arg(long, value_delimiter = ',', value_name = "ID,...")]
     free: Vec<String>,
-    /// Recording to keep out and to measure the fit on; repeatable
+    /// Held-out recording: not fitted to, the error on it is reported; repeatable
     #[arg(long, value_name = "FILE")]
     held_out: Vec<PathBuf>,
     /// Starting value, e.g. Cs=2e-21 or gp="72 um"; repeatable
@@ -46,7 +46,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
-    #[arg(long, value_parser = steps::NAMES, conflicts_with = "held_out")]
+    #[arg(long, value_parser = steps::STEP_NAMES, conflicts_with = "held_out")]
     step: Option<String>,
     /// After the fit, hold this parameter at values around the best and fit the others anew: the curve, and the 95 % interval
     #[arg(long, value_name = "ID", conflicts_with = "step")]
@@ -96,7 +96,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         && !steps::finds_values(step)
     {
         return Err(wrong_command(anyhow!(
-            "--step {step} finds no values that a device could keep; leave --out away"
+            "--step {step} finds no values that a device could keep; leave out --out"
         )));
     }
     let outputs = [
@@ -118,13 +118,13 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     };
     if let Some(step) = &args.step {
         let recordings = read::read(&args.recordings)?;
-        let bench = steps::StepInputs {
+        let inputs = steps::StepInputs {
             model: &preset.model,
             recordings: &recordings,
             options: &options,
             control: &control(),
         };
-        if let Some(found) = steps::run(step, &bench, args.json.as_deref())? {
+        if let Some(found) = steps::run(step, &inputs, args.json.as_deref())? {
             found.apply(&mut preset.model);
         }
         return keep(preset, args.out.as_deref());

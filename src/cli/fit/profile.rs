@@ -3,7 +3,8 @@
 
 use serde_json::{Value, json};
 
-use crate::fit::uncertainty::confidence_interval::{CHI2_95_ONE_DOF, interval};
+use crate::fit::thresholds::CHI2_95_ONE_DOF;
+use crate::fit::uncertainty::confidence_interval::interval;
 use crate::fit::{Control, FitError, FitOptions, FitResult, Part, ProfilePoint, profile_of};
 use crate::model::unit::{format_number, format_quantity};
 
@@ -69,7 +70,7 @@ impl Profile {
             [None, Some(high)] => format!("up to {}, no lower end among these values", write(high)),
             [None, None] => "none: no value of these disagrees with the data".to_owned(),
         };
-        text + &format!("95 % interval (rise of {CERTAIN}): {between}\n")
+        text + &format!("95 % interval (rise of {CHI2_95_ONE_DOF}): {between}\n")
     }
 
     /// The same as JSON, values in SI; an end of the interval that was not reached is null.

@@ -47,14 +47,14 @@ pub fn finds_values(name: &str) -> bool {
     Step::find(name).is_some_and(Step::finds_values)
 }
 
-/// Takes a step; the summary goes to standard output, the numbers to `json_file`. What was
-/// found, unless it was only asked which steps there are.
+/// Takes a step. The summary goes to standard output, the numbers to `json_file`. Returns what
+/// was found; `None` for the guide.
 ///
 /// # Errors
 /// Those of the step.
 pub fn run(
     name: &str,
-    bench: &StepInputs<'_>,
+    inputs: &StepInputs<'_>,
     json_file: Option<&Path>,
 ) -> anyhow::Result<Option<StepResult>> {
     let StepInputs {
@@ -62,7 +62,7 @@ pub fn run(
         recordings,
         options,
         control,
-    } = *bench;
+    } = *inputs;
     let found = Step::find(name).map(|step| take(step, model, recordings, None, options, control));
     output::end_of_progress();
     let found = found.transpose()?;
@@ -71,7 +71,7 @@ pub fn run(
             let found = guide(model, recordings, options, control);
             output::end_of_progress();
             if control.cancelled() {
-                // What was broken off is no reason against a step.
+                // A cancelled check is no reason against a step.
                 return Err(FitError::Cancelled.into());
             }
             guided(&found)
@@ -115,7 +115,7 @@ fn guided(found: &Guidance) -> Outcome {
     }
     if let Some(first) = &found.first {
         text += &format!(
-            "{first} A step with \"no\" may be \"yes\" then, with these recordings.\nOn the command line: fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
+            "{first} Afterwards a step that says \"no\" may say \"yes\" with the same recordings.\nOn the command line: impactscope fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
         );
     } else if let Some(Allowance { step, .. }) = allowances.iter().find(|a| a.by.is_ok()) {
         text += &format!(
@@ -256,7 +256,7 @@ fn pull_off(found: &Adhesion) -> Outcome {
 }
 
 fn damping(found: &Film) -> Outcome {
-    let mut text = String::from("Film: fitted with the rest of the device as it is\n");
+    let mut text = String::from("Film: Cs and gp fitted, the rest of the device held\n");
     for p in &found.fit.parameters {
         text += &format!(
             "  {} = {} +- {}\n",

@@ -133,8 +133,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let whole = fitted
         .as_ref()
         .filter(|fit| args.suspects && !fit.cancelled);
-    let asked = whole.map(|fit| {
-        progress("asking the suspects", RANKING_PROGRESS_LINES, |go_on| {
+    let ranking = whole.map(|fit| {
+        progress("ranking effects", RANKING_PROGRESS_LINES, |go_on| {
             rank_effects(&model, fit, go_on)
         })
     });
@@ -153,9 +153,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             if let Some(fit) = &fitted {
                 fit_summary(out, fit)?;
             }
-            match &asked {
-                Some(asked) => self::rank_effects::summary(out, asked)?,
-                None if fitted.is_some() => writeln!(out, "{CANNOT_TELL}\n")?,
+            match &ranking {
+                Some(ranking) => self::rank_effects::summary(out, ranking)?,
+                None if fitted.is_some() => writeln!(out, "{TABLE_LIMITS}\n")?,
                 None => {}
             }
             summary(out, &rows, &both)
@@ -169,11 +169,11 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                 cases,
                 statistics: both,
                 fit: fitted.as_ref().map(FitJson::new),
-                suspects: asked.clone(),
+                suspects: ranking.clone(),
             },
         )?;
     }
-    if fitted.is_some_and(|fit| fit.cancelled) || asked.is_some_and(|asked| asked.cancelled) {
+    if fitted.is_some_and(|fit| fit.cancelled) || ranking.is_some_and(|ranking| ranking.cancelled) {
         return Err(interrupt::cancelled());
     }
     Ok(())
@@ -239,7 +239,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     if errors.is_some() {
         writeln!(
             out,
-            "(errors by how much each changes when a frequency is left out)"
+            "(standard errors by leaving out one frequency at a time)"
         )?;
     }
     let line = |m: &Misfit| {
@@ -253,7 +253,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     };
     writeln!(out, "mean absolute errors before: {}", line(&fit.before))?;
     writeln!(out, "mean absolute errors after:  {}", line(&fit.after))?;
-    writeln!(out, "At a frequency that was left out of the fit:")?;
+    writeln!(out, "At a frequency held out of the fit:")?;
     for left in &fit.left_out {
         writeln!(
             out,
@@ -266,7 +266,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     let missed: Vec<String> = fit.missed().iter().map(|case| case.name()).collect();
     writeln!(
         out,
-        "Beyond its reach (more than 30 % off in peak or contact): {}.",
+        "Not reproduced (more than 30 % off in peak or contact): {}.",
         if missed.is_empty() {
             "nothing".to_owned()
         } else {

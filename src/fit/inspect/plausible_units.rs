@@ -4,28 +4,14 @@
 use super::recording_summary::RecordingSummary;
 use crate::fit::error::FitError;
 use crate::fit::options::Part;
+use crate::fit::thresholds::{
+    KNOWN_VOLTAGE, MAX_SPIKE_SHARE, MAX_SPIKES, MIN_DRIVE_VOLTAGE, MIN_RECORDED_PERIODS,
+    MIN_SAMPLES_PER_PERIOD, OTHER_UNIT_FACTOR, SPIKE_FACTOR,
+};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};
 use crate::recording::{Channel, extremes, quantile_in_place};
-
-/// A ground that is this many times deeper or less deep than the starting value, or a
-/// voltage so many times higher or lower than the known ones, is read in another unit.
-const OTHER_UNIT_FACTOR: f64 = 300.0;
-/// Voltage to which the branches of the piezo are known \[V\] (figs. 3 and 4).
-const KNOWN_VOLTAGE: f64 = 8.0;
-/// A voltage that moves less than this is no drive \[V\], in whatever unit.
-pub(crate) const MIN_DRIVE_VOLTAGE: f64 = 1e-3;
-/// Fewest samples in a period of the first mode.
-const MIN_SAMPLES_PER_PERIOD: f64 = 3.0;
-/// Shortest recording, in periods of the first mode.
-const MIN_RECORDED_PERIODS: f64 = 0.5;
-/// A reading this many times farther out than the others is none ...
-const SPIKE_FACTOR: f64 = 1e3;
-/// ... if no more than so many are ...
-const MAX_SPIKES: usize = 5;
-/// ... or this share of all.
-const MAX_SPIKE_SHARE: f64 = 1e-3;
 
 /// A ground that is hundreds of times deeper or less deep than the device's was read in
 /// another unit.

@@ -3,37 +3,22 @@
 use std::sync::Arc;
 
 use super::channel_noise::noise_of;
-use super::plausible_units::{MIN_DRIVE_VOLTAGE, check_columns, check_level};
+use super::plausible_units::{check_columns, check_level};
 use super::recording_summary::{RecordingSummary, summarize};
 use super::same_device::{check_ring_frequency, rest_height_doubt};
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
+use crate::fit::thresholds::{
+    MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT, MIN_DRIVE_VOLTAGE,
+    MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE, SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
+};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::{NoiseError, estimate_noise};
 use crate::recording::{Channel, Recording, extremes};
-
-/// Fewest samples to fit to.
-const MIN_SAMPLES: usize = 20;
-/// Share of the samples at one extreme value that is called saturated, as long as they
-/// come in runs.
-const SATURATED_SHARE: f64 = 0.02;
-/// The same for a reading with noise in steps finer than it, which never stays anywhere.
-const SATURATED_SHARE_IN_NOISE: f64 = 0.002;
-/// Longest run at the extreme that a quantised reading may show, in samples.
-const MAX_EXTREME_RUN: usize = 20;
-/// Levels of the ground farther apart than this are of different devices, even where the
-/// zeros of the sensors are badly off \[m\].
-const MAX_LEVEL_DIFFERENCE: f64 = 15e-6;
-/// The same for one fit: zeros may be off by some micrometres, and the scales by a percent.
-const MAX_LEVEL_DIFFERENCE_IN_A_FIT: f64 = 8e-6;
-/// A voltage reaches this share of its one extreme on the other side, if nothing cuts it.
-const MIN_VOLTAGE_SYMMETRY: f64 = 0.95;
-/// Noise below this share of the motion is the rounding of a simulation.
-const NOISELESS_SHARE: f64 = 1e-6;
 
 /// Checks parts and options against each other.
 ///

@@ -5,6 +5,9 @@ use std::borrow::Cow;
 use super::channel_noise::noise_of;
 use crate::fit::options::Part;
 use crate::fit::segment::event_sequence::Timeline;
+use crate::fit::thresholds::{
+    MIN_NOISE_SHARE, MIN_SHOWN_DRIFT_SHARE, MIN_STAYS, SAME_LEVEL_DISTANCE,
+};
 use crate::model::Model;
 use crate::recording::events::{EventOptions, Events, HOP, Impact, find_events};
 use crate::recording::features::Missing;
@@ -13,16 +16,6 @@ use crate::recording::level::estimate_contact_level;
 use crate::recording::level_change::{LevelChange, LevelDrift, find_level_drift, find_level_step};
 use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Channel, Recording, quantile_in_place};
-
-/// Levels this close are the same ground with the same zero \[m\].
-const SAME_LEVEL_DISTANCE: f64 = 2e-6;
-/// Stays on the ground, of two samples or more, from which it is where the mass is lowest.
-const MIN_STAYS: usize = 3;
-/// A drift shown to this share of a recording's end says how that goes on.
-const MIN_SHOWN_DRIFT_SHARE: f64 = 0.9;
-/// A noise below this share of the motion is taken to be this: the simulation and the
-/// recorder's digits are no better.
-const MIN_NOISE_SHARE: f64 = 1e-5;
 
 /// What the data alone say about each part.
 #[derive(Debug, Clone)]

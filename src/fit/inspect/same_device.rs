@@ -6,26 +6,15 @@ use std::sync::Arc;
 use super::recording_summary::RecordingSummary;
 use crate::fit::error::FitError;
 use crate::fit::options::Part;
+use crate::fit::thresholds::{
+    DOUBTFUL_FREQUENCY_SHARE, FREQUENCY_DIFFERENCE_SIGMAS, OTHER_DEVICE_FREQUENCY_SHARE,
+    REST_HEIGHT_TOLERANCE, RING_SEARCH_FACTOR, SAME_VOLTAGE_SHARE,
+};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 use crate::recording::rest_positions::rests;
 use crate::recording::ring::{Ring, ring_in};
-
-/// A ring is looked for up to this many times above and below the device's.
-const RING_SEARCH_FACTOR: f64 = 2.5;
-/// Rings farther apart than this share are of different devices. What a strong cubic spring
-/// or friction makes of one device's is nearer.
-const OTHER_DEVICE_FREQUENCY_SHARE: f64 = 0.14;
-/// Rings farther apart than this share may be of different devices ...
-const DOUBTFUL_FREQUENCY_SHARE: f64 = 0.03;
-/// ... if they are farther apart than so many of their errors.
-const FREQUENCY_DIFFERENCE_SIGMAS: f64 = 5.0;
-/// Voltages that differ by less than this share are the same.
-const SAME_VOLTAGE_SHARE: f64 = 0.01;
-/// Heights of rest that differ by more than this share and this much \[m\] are different:
-/// scales are off by a percent, and a piezo creeps.
-const REST_HEIGHT_TOLERANCE: (f64, f64) = (0.02, 1.5e-6);
 
 /// The ring of the mass in the flights of a part's recording, looked for around `f1` \[Hz\].
 fn ring_of(part: &Part, findings: &RecordingSummary, f1: f64) -> Option<Ring> {

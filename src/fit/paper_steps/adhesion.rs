@@ -11,25 +11,16 @@
 
 use std::fmt;
 
-use super::break_off::MIN_STAY_TIME;
 use super::line_fit::{Line, robust_line};
 use super::{StepError, counted};
 use crate::fit::contact_readings::{ContactReadings, Release};
+use crate::fit::thresholds::{
+    MAX_FORCE_ERROR_SHARE, MIN_CONTACT_SAMPLES, MIN_CONTACT_TIME_RATIO, MIN_RELEASES,
+    MIN_STAY_TIME, PRESSED_SIGMAS,
+};
 use crate::recording::quantile_in_place;
 
-/// Samples that a sustained contact has at least.
-const MIN_CONTACT_SAMPLES: f64 = 8.0;
-/// A pressure of so many standard errors is one.
-const PRESSED_SIGMAS: f64 = 3.0;
-/// Forces less certain than this share of the largest do not count.
-const MAX_FORCE_ERROR_SHARE: f64 = 0.3;
-/// Fewest releases for a line with an error.
-const MIN_RELEASES: usize = 3;
-/// The longest contact must be this many times the shortest for a slope: with less, the
-/// errors of the times count as well.
-const MIN_CONTACT_TIME_RATIO: f64 = 1.1;
-
-/// Why a release says nothing of the line.
+/// Why a release does not count for the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ExcludedRelease {
     /// Contact that is not sustained.
@@ -43,7 +34,7 @@ pub enum ExcludedRelease {
 }
 
 impl ExcludedRelease {
-    /// All, in the order in which they are asked.
+    /// All, in the order in which they are checked.
     pub const ALL: [ExcludedRelease; 4] = [
         ExcludedRelease::Brief,
         ExcludedRelease::Jump,
@@ -129,7 +120,7 @@ fn exclusion_sentences(aside: &[(Release, ExcludedRelease)], unread: usize) -> V
     });
     let unread = (unread > 0).then(|| {
         format!(
-            "{} that could not be read: too far from the model, after too few samples on the ground, or on the ground since before the recording",
+            "{} that could not be followed: too far from the model, after too few samples on the ground, or on the ground since before the recording",
             counted(unread, "release", "releases")
         )
     });
@@ -139,9 +130,9 @@ fn exclusion_sentences(aside: &[(Release, ExcludedRelease)], unread: usize) -> V
 /// Fits the line.
 ///
 /// # Errors
-/// [`StepError::Unsuited`] if too few releases tell the force, or all after equal times.
+/// [`StepError::Unsuited`] if too few releases have a known force, or all contacts last equally long.
 pub fn adhesion(names: &str, readings: &ContactReadings) -> Result<Adhesion, StepError> {
-    // Only where a pull grows does the force say how large the others may be.
+    // Only releases under a growing pull bound how large the others may be.
     let largest = readings
         .releases
         .iter()
@@ -161,8 +152,8 @@ pub fn adhesion(names: &str, readings: &ContactReadings) -> Result<Adhesion, Ste
     };
     if releases.len() < MIN_RELEASES {
         let mut reason = format!(
-            "{} the pull-off force, {LEAST} are needed",
-            counted(releases.len(), "release tells", "releases tell")
+            "needs {MIN_RELEASES} releases with a known pull-off force, found {}",
+            releases.len()
         );
         let said = exclusion_sentences(&aside, readings.unread_releases);
         if !said.is_empty() {
@@ -174,13 +165,12 @@ pub fn adhesion(names: &str, readings: &ContactReadings) -> Result<Adhesion, Ste
     let (shortest, longest) = times.fold((f64::INFINITY, 0.0f64), |(s, l), t| (s.min(t), l.max(t)));
     if longest < MIN_CONTACT_TIME_RATIO * shortest {
         return Err(unsuited(format!(
-            "all contacts last {:.1} to {:.1} ms: a slope in time cannot be told",
+            "all contacts last {:.1} to {:.1} ms: they do not determine a slope in time",
             1e3 * shortest,
             1e3 * longest
         )));
     }
-    // An error that comes of linearising can be much too small: none counts as less than
-    // half of all errors are.
+    // An error from a linearization can be much too small: none counts as less than the median.
     let mut errors: Vec<f64> = releases.iter().map(|r| r.error).collect();
     let usual = quantile_in_place(&mut errors, 0.5);
     let points: Vec<[f64; 3]> = releases

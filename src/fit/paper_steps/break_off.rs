@@ -11,11 +11,10 @@ use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
 use crate::fit::segment::JointKind;
 use crate::fit::segment::event_sequence::GroundEvent;
+use crate::fit::thresholds::{MIN_RING_PERIODS, MIN_RING_SAMPLES, MIN_STAY_TIME};
 use crate::model::Model;
 use crate::recording::extremes;
 
-/// A shorter contact is a bounce rather than a stay \[s\].
-pub(crate) const MIN_STAY_TIME: f64 = 0.5e-3;
 /// Samples on the ground before the break-off: they tell the zero of the reading.
 const LEAD_SAMPLES: usize = 12;
 /// How far the instant of release may be from the first guess, as a share of a period: the
@@ -24,15 +23,11 @@ const RELEASE_REACH_PERIODS: f64 = 0.06;
 /// Samples that a touch or bounce at the end of the ring is kept away, and the same as a
 /// share of a period.
 const RING_END_GUARD: (usize, f64) = (3, 0.01);
-/// Fewest samples of a ring.
-const MIN_RING_SAMPLES: usize = 12;
 /// Length of a ring in periods of the slowest mode: what is left of it after that says
 /// little of the film.
 const RING_PERIODS: f64 = 5.0;
 /// Taken for a period where there is no spring \[s\].
 const SPRINGLESS_PERIOD: f64 = 2e-3;
-/// A ring that the ground ends before this share of a period is not read.
-const MIN_RING_PERIODS: f64 = 0.5;
 /// Most rings that are read; more of them say the same again.
 pub(crate) const MAX_RINGS: usize = 8;
 /// Most samples of a ring; a faster recording is thinned.

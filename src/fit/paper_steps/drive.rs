@@ -16,6 +16,9 @@ use crate::fit::contact_readings::check_readable;
 use crate::fit::error::FitError;
 use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
+use crate::fit::thresholds::{
+    BRANCH_HUBER_THRESHOLD, MAX_BLOCK_VOLTAGE_SHARE, MIN_BRANCH_COVERAGE, RING_DECAY_TIMES,
+};
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
@@ -26,17 +29,8 @@ use crate::recording::features::{FeatureOptions, recording_features};
 
 /// Orders of the polynomials, eq (9).
 const BRANCH_POLYNOMIAL_ORDERS: [usize; 2] = [3, 2];
-/// The voltage may move by this share of its span within a block.
-const MAX_BLOCK_VOLTAGE_SHARE: f64 = 0.05;
-/// Blocks after a turn, a jump or a release that are left to the ring [first-mode
-/// amplitude decay times].
-const RING_DECAY_TIMES: f64 = 2.0;
-/// Share of the span over which a branch must have been seen.
-const MIN_BRANCH_COVERAGE: f64 = 0.4;
 /// What to record instead.
 const SLOW_CYCLE_REMEDY: &str = "record whole slow cycles of the voltage besides, for example a 5 Hz sine so small that the mass hardly touches the ground";
-/// Weight of the robust loss: residuals beyond this many scatters pull linearly.
-const BRANCH_HUBER_THRESHOLD: f64 = 2.0;
 
 /// A point of the figure: one block.
 #[derive(Debug, Clone, Copy, PartialEq)]

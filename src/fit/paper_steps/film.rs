@@ -6,7 +6,7 @@
 //! was held, and how it bounced before, does not matter. The fit without film is one of
 //! the starts of the fit with film, and what it is worth is compared on the same rings.
 
-use super::break_off::{MIN_STAY_TIME, break_offs, ring_problem};
+use super::break_off::{break_offs, ring_problem};
 use super::{StepError, counted};
 use crate::fit::contact_readings::check_readable as readable;
 use crate::fit::error::FitError;
@@ -19,6 +19,7 @@ use crate::fit::residual::residual_rows::Encounter;
 use crate::fit::residual::simulate_segment::simulate_segment;
 use crate::fit::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
 use crate::fit::solve::point::{Point, settle};
+use crate::fit::thresholds::{MAX_RING_NOISE_RATIO, MIN_STAY_TIME};
 use crate::fit::uncertainty::fit_result::{FitResult, Misfit, misfits, uncertainty};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -35,8 +36,6 @@ const GAP_COORDINATE: usize = 1;
 const START_GAP_SHARES: [f64; 3] = [0.15, 0.05, 0.5];
 /// Damping by the film at contact at first, as a share of the slowest mode's frequency.
 const START_DAMPING_SHARE: f64 = 0.1;
-/// Times the noise that may be left of rings that are followed.
-const MAX_RING_NOISE_RATIO: f64 = 3.0;
 /// Loss at first: hardly robust, as everything is far off.
 const START_LOSS: Huber = Huber(1e3);
 /// Rounds in which each ring's own unknowns are found at first.
@@ -145,7 +144,7 @@ pub(crate) fn rings_of(
         StepError::Unsuited {
             recording: names.join(", "),
             reason: format!(
-                "no break-off to read: no stay on the ground of {:.1} ms or more ends in half a period of free ring",
+                "no break-off found: no stay on the ground of {:.1} ms or more ends in half a period of free ring",
                 1e3 * MIN_STAY_TIME
             ),
             remedy: "record a 5 Hz ramped square of 8 V, with touch, break-off and the ring after it",
@@ -269,7 +268,13 @@ impl RingFits<'_> {
         };
         let begun = self.begin(x, from)?;
         let problem = &self.prepared.problem;
-        Ok(improve(problem, begun, &bare, self.control, &mut self.clock)?)
+        Ok(improve(
+            problem,
+            begun,
+            &bare,
+            self.control,
+            &mut self.clock,
+        )?)
     }
 
     /// The best of `best` and of the fits from `firsts`, and whether it is one of the latter.

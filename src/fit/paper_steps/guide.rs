@@ -1,5 +1,5 @@
 //! The guided identification: which steps the recordings at hand allow, and what is
-//! missing for the others. It asks what the steps ask, by their own functions.
+//! missing for the others. It calls the steps' own functions, so that both agree.
 
 use std::sync::Arc;
 
@@ -10,14 +10,11 @@ use super::restitution::restitution;
 use super::{StepError, far_off};
 use crate::fit::contact_readings::{ContactReadings, read_contacts};
 use crate::fit::error::FitError;
-use crate::fit::options::{FitOptions, Part};
+use crate::fit::options::{FitOptions, Part, default_free};
 use crate::fit::solve::levenberg_marquardt::Control;
+use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
 use crate::model::Model;
 use crate::recording::Recording;
-
-/// Distance of the device from stretches in which hardly anything happens, in units of the
-/// noise, from which no step is of use yet.
-const MAX_DEVICE_NOISE_RATIO: f64 = 5.0;
 
 /// A step of the paper's identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,9 +117,9 @@ pub struct Guidance {
     pub readings: Option<ContactReadings>,
 }
 
-/// Asks of the recordings what each step asks of them: bounces and releases are read with
-/// `model` as it is, the rings are looked for, and the drive is fitted. Only the film and
-/// the sensitivity are left to fit then.
+/// Checks what each step needs: bounces and releases are read with `model` unchanged, rings are
+/// searched for, and the drive is fitted. Only the fits of the film and of the sensitivity
+/// remain to be done after that.
 pub fn guide(
     model: &Model,
     recordings: &[Arc<Recording>],
@@ -131,8 +128,7 @@ pub fn guide(
 ) -> Guidance {
     let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
     let named = |indices: Vec<usize>| -> Vec<String> {
-        let told = |i: &usize| indices.contains(i);
-        let all = (0..recordings.len()).filter(told);
+        let all = (0..recordings.len()).filter(|i| indices.contains(i));
         all.map(|i| recordings[i].name.clone()).collect()
     };
     let everything = || named((0..recordings.len()).collect());
@@ -150,16 +146,17 @@ pub fn guide(
         .as_ref()
         .map(|readings| readings.off)
         .unwrap_or_default();
-    let astray = (off.calm > MAX_DEVICE_NOISE_RATIO).then(|| {
+    let far_from_data = (off.calm > MAX_DEVICE_NOISE_RATIO).then(|| {
         let off = off.calm;
         let how = if off.is_finite() {
-            format!("is {off:.0} times the noise off from these recordings")
+            format!("is off from these recordings by {off:.0} times the noise")
         } else {
             "cannot follow these recordings".to_owned()
         };
-        format!("The device {how} even where the mass hardly touches: fit it as a whole first.")
+        let free = default_free(model).join(",");
+        format!("The device {how} even where the mass hardly touches the ground. Fit it first: free {} with `--free {free}`.", free.replace(',', ", "))
     });
-    let first = astray.or_else(|| far_off(off.read));
+    let first = far_from_data.or_else(|| far_off(off.read));
     let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
     let missing: Vec<&str> = [
         (Step::Restitution, restitution.is_err()),
@@ -175,7 +172,7 @@ pub fn guide(
     } else {
         let lacks_ground = matches!(read, Err(StepError::Device { .. }));
         Err(Missing {
-            reason: format!("{} cannot be had yet", missing.join(", ")),
+            reason: format!("these steps come first: {}", missing.join(", ")),
             record: (!lacks_ground).then(|| Step::Sensitivity.recipe()),
         })
     };

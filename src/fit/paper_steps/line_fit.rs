@@ -1,9 +1,8 @@
 //! A straight line through points with errors of their own.
 
+use crate::fit::thresholds::LINE_HUBER_THRESHOLD;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Residuals beyond this many standard deviations count linearly.
-const LINE_HUBER_THRESHOLD: f64 = 1.5;
 /// Mean of `min(z^2, HUBER^2)` for a standard normal `z`.
 const HUBER_SECOND_MOMENT: f64 = 0.778_5;
 /// Rounds of reweighting at most.

@@ -8,12 +8,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::line_fit::line;
 use super::{StepError, counted};
 use crate::fit::contact_readings::{Bounce, ContactReadings};
-use crate::fit::segment::event_sequence::MIN_BOUNCE_RATIO;
-
-/// Bounces whose ratio is less certain than this do not count.
-const MAX_RATIO_ERROR: f64 = 0.2;
-/// Fewest bounces for a mean with a scatter.
-const MIN_BOUNCES: usize = 3;
+use crate::fit::thresholds::{MAX_RATIO_ERROR, MIN_BOUNCE_RATIO, MIN_BOUNCES};
 
 /// The coefficient of restitution.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +21,7 @@ pub struct Restitution {
     pub scatter: f64,
     /// Exponent of `ratio ~ speed^-n`, and its standard error.
     pub exponent: (f64, f64),
-    /// How probable so large an exponent is if the restitution is constant.
+    /// p-value of so large an exponent if the restitution is constant (Student's t).
     pub constant: f64,
     /// The bounces that count.
     pub bounces: Vec<Bounce>,
@@ -36,15 +31,15 @@ pub struct Restitution {
     pub off: f64,
 }
 
-/// Landings that were seen but tell no ratio.
+/// Landings that were seen but give no ratio.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ExcludedBounces {
-    /// In stretches that could not be read, as where a landing chatters: the next impact is
-    /// there before the speed of the last one shows.
+    /// In segments that could not be followed, for example in chatter: the next impact comes
+    /// before the speed after the last one shows.
     pub unread: usize,
-    /// So short a hop, or so noisy, that the ratio is not certain.
+    /// Hops so short or so noisy that the ratio is uncertain.
     pub vague: usize,
-    /// Too slow a departure to be a bounce: it has stayed on the ground.
+    /// Departures too slow for a bounce: the mass stayed on the ground.
     pub stayed: usize,
 }
 
@@ -61,29 +56,31 @@ impl fmt::Display for ExcludedBounces {
         let kinds = [
             (
                 self.vague,
-                "in hops so short or slow that their speeds are not certain",
+                "in hops so short or slow that their speeds are uncertain",
             ),
             (
                 self.unread,
-                "that could not be followed, in chattering or as the device is not right yet (then fit it as a whole first)",
+                "could not be followed (chatter, or a device that is not fitted yet)",
             ),
-            (self.stayed, "left so slowly that the mass has stayed"),
+            (
+                self.stayed,
+                "left so slowly that the mass stayed on the ground",
+            ),
         ];
         let kinds: Vec<String> = (kinds.iter().filter(|(n, _)| *n > 0))
-            .map(|(n, what)| format!("{n} {what}"))
+            .map(|(n, what)| format!("{} {what}", counted(*n, "landing", "landings")))
             .collect();
         if kinds.is_empty() {
             return Ok(());
         }
-        let landings = counted(self.count(), "landing was", "landings were");
-        write!(f, "{landings} set aside: {}.", kinds.join(", "))
+        write!(f, "{}.", kinds.join(", "))
     }
 }
 
 /// Mean, scatter and dependence on speed.
 ///
 /// # Errors
-/// [`StepError::Unsuited`] if there are too few bounces that tell.
+/// [`StepError::Unsuited`] if too few bounces have a known ratio.
 pub fn restitution(names: &str, readings: &ContactReadings) -> Result<Restitution, StepError> {
     let mut aside = ExcludedBounces {
         unread: readings.unread,
@@ -100,10 +97,7 @@ pub fn restitution(names: &str, readings: &ContactReadings) -> Result<Restitutio
         }
     }
     if bounces.len() < MIN_BOUNCES {
-        let mut reason = format!(
-            "{} the restitution, {LEAST} are needed",
-            counted(bounces.len(), "bounce tells", "bounces tell")
-        );
+        let mut reason = format!("needs {MIN_BOUNCES} bounces, found {}", bounces.len());
         if aside.count() > 0 {
             reason += &format!(" ({})", aside.to_string().trim_end_matches('.'));
         }
@@ -114,7 +108,7 @@ pub fn restitution(names: &str, readings: &ContactReadings) -> Result<Restitutio
         });
     }
     let n = bounces.len() as f64;
-    // What the bounces scatter beyond their own errors is part of each weight.
+    // Scatter beyond the bounces' own errors is part of each weight.
     let plain = bounces.iter().map(|b| b.ratio).sum::<f64>() / n;
     let scatter2 = bounces
         .iter()

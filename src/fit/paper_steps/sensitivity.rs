@@ -18,6 +18,9 @@ use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::solve::levenberg_marquardt::{Control, Progress};
 use crate::fit::solve::point::{Point, settle};
+use crate::fit::thresholds::{
+    INSENSITIVE_CHANGE_SHARE, RESTART_MISFIT_RATIO, SENSITIVE_CHANGE_SIGMAS,
+};
 use crate::fit::uncertainty::fit_result::{FitResult, Misfit};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -25,12 +28,6 @@ use crate::sim::SimError;
 
 /// By how much `dp` is shifted [m].
 pub const ZERO_SHIFT: f64 = 20e-6;
-/// A misfit this many times the original's calls for a search from the beginning.
-const RESTART_MISFIT_RATIO: f64 = 1.2;
-/// Change of a coefficient, as a share of it, that is none ...
-const INSENSITIVE_CHANGE_SHARE: f64 = 0.01;
-/// ... nor is one of less than so many of its errors.
-const SENSITIVE_CHANGE_SIGMAS: f64 = 3.0;
 /// Loss while the moved point settles: hardly robust.
 const START_LOSS: Huber = Huber(1e3);
 /// Rounds in which each segment's own unknowns are found at first.

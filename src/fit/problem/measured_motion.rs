@@ -4,12 +4,10 @@ use std::cell::{Cell, RefCell};
 use std::sync::OnceLock;
 
 use crate::fit::residual::residual_rows::Nuisances;
+use crate::fit::thresholds::VELOCITY_JUMP_FACTOR;
 use crate::recording::{Channel, Recording};
 use crate::sim::Points;
 
-/// A velocity that changes so many times more than around it, and than the noise lets it, has
-/// jumped.
-const VELOCITY_JUMP_FACTOR: f64 = 3.0;
 /// Samples on either side by which a velocity is read.
 const VELOCITY_HALF_WINDOW: usize = 2;
 /// Samples on either side of a jump by which it is told.

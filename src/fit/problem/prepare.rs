@@ -12,13 +12,11 @@ use crate::fit::residual::residual_rows::Sigmas;
 use crate::fit::segment::Segment;
 use crate::fit::segment::cut::{Cut, cut};
 use crate::fit::segment::voltage_track::Track;
+use crate::fit::thresholds::GROUND_LAW_NOISE_SHARE;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, StretchSimulator};
-
-/// The laws of the ground hold to this share of the noise.
-const GROUND_LAW_NOISE_SHARE: f64 = 0.1;
 
 /// A problem with its segments.
 #[derive(Debug, Clone)]

@@ -235,8 +235,7 @@ impl LocalFit<'_, '_> {
                 return None;
             }
             for i in 0..m {
-                matrix[(i, j)] =
-                    weights[i] * (self.scratch[i] - self.best.residuals[i]) / step;
+                matrix[(i, j)] = weights[i] * (self.scratch[i] - self.best.residuals[i]) / step;
             }
         }
         Some(LocalJacobian { matrix, weights })

@@ -3,12 +3,8 @@
 use super::residual_rows::{Encounter, Nuisances, SegmentContext, SegmentRun, Sigmas};
 use super::simulate_segment::simulate_segment;
 use crate::fit::segment::{JointKind, Segment};
+use crate::fit::thresholds::{SHORT_STAY_FORCE_FACTOR, SHORT_STAY_SAMPLES};
 use crate::sim::{SimError, StretchSimulator, Stretcher};
-
-/// A stay this many samples long is short.
-const SHORT_STAY_SAMPLES: f64 = 6.0;
-/// By how much less the force at the end of a short stay is trusted.
-const SHORT_STAY_FORCE_FACTOR: f64 = 30.0;
 
 /// What an event leaves of the laws of the ground, in standard deviations.
 fn law(

@@ -5,16 +5,13 @@ use std::ops::Range;
 use super::residual_rows::{Encounter, Nuisances, PullOff, SegmentContext, SegmentRun};
 use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::fit::thresholds::{MAX_SENSOR_FADE, RELEASE_EDGE_SAMPLES};
 use crate::model::drive::Segment as Piece;
 use crate::recording::Recording;
 use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
 
-/// A sensor whose memory fades by more than this exponent from sample to sample has none.
-const MAX_SENSOR_FADE: f64 = 3.0;
 /// Share of a lag over which accelerations are taken.
 const ACCELERATION_LAG_SHARE: f64 = 0.1;
-/// An edge of the drive this many samples from a release may be what releases.
-const RELEASE_EDGE_SAMPLES: f64 = 3.0;
 /// Readings that show where the mass lies.
 const LEVEL_READINGS: usize = 16;
 

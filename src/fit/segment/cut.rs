@@ -6,15 +6,12 @@ use super::event_sequence::{GroundEvent, Mark, Timeline};
 use super::initial_guess::guess;
 use super::voltage_track::{Edge, Track};
 use super::{Joint, JointKind, Segment};
+use crate::fit::thresholds::{MIN_SEGMENT_SAMPLES, SETTLED_TIME_CONSTANTS};
 use crate::recording::Recording;
 use crate::sim::StretchSimulator;
 
 /// A stretch is not cut closer than this many samples to an event.
 const EVENT_GUARD_SAMPLES: usize = 4;
-/// Fewest samples of a stretch.
-const MIN_SEGMENT_SAMPLES: usize = 6;
-/// Time constants after which a held cantilever counts as come to rest.
-const SETTLED_TIME_CONSTANTS: f64 = 7.0;
 
 /// What cutting needs to know.
 #[derive(Debug, Clone, Copy)]

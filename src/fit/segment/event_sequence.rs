@@ -2,15 +2,9 @@
 //! releases, with first guesses of their instants. A fit keeps the order and leaves the
 //! instants free.
 
+use crate::fit::thresholds::{LONG_STAY_SAMPLES, MIN_BOUNCE_RATIO, MIN_STAY_SAMPLES};
 use crate::recording::TimeAxis;
 use crate::recording::events::{EventOptions, HOP, find_events};
-
-/// Fewest samples at the level that count as a stay.
-const MIN_STAY_SAMPLES: usize = 3;
-/// Samples on both sides of one that is off, in a long stay.
-const LONG_STAY_SAMPLES: usize = 10;
-/// A departure slower than this share of the arrival is no bounce.
-pub(crate) const MIN_BOUNCE_RATIO: f64 = 0.12;
 
 /// What happens at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,10 +12,9 @@ pub use self::initial_guess::state_units;
 use std::ops::Range;
 
 use self::event_sequence::GroundEvent;
+use crate::fit::thresholds::MIN_DRIVE_JUMP_SHARE;
 use crate::model::drive::Segment as Piece;
 
-/// Change of the drive that is a jump rather than a turn, as a share of its voltage.
-const MIN_DRIVE_JUMP_SHARE: f64 = 0.02;
 /// Step of an unknown for differences, in its unit.
 const LOCAL_DIFFERENCE_STEP: f64 = 0.5;
 

@@ -9,6 +9,9 @@
 use nalgebra::{Matrix4, Vector4};
 
 use crate::fit::error::FitError;
+use crate::fit::thresholds::{
+    JUMP_STEEPNESS, MAX_TURN_ASYMMETRY, MIN_JUMP_SHARE, TURN_DEPTH_TOLERANCES,
+};
 use crate::model::Model;
 use crate::model::drive::{Segment, Shape, VoltageTable, Waveform};
 use crate::model::piezo::Branch;
@@ -18,17 +21,9 @@ use crate::sim::SimError;
 
 /// Most samples in a piece.
 const MAX_PIECE_SAMPLES: usize = 4096;
-/// A jump is this many times steeper than its neighbours.
-const JUMP_STEEPNESS: f64 = 4.0;
-/// And at least this share of the voltage's span.
-const MIN_JUMP_SHARE: f64 = 0.02;
 
 /// Most samples on either side of a turn from which its instant is read.
 const MAX_TURN_HALF_WINDOW: usize = 60;
-/// How far off the extreme those are, in units of the voltage's tolerance.
-const TURN_DEPTH_TOLERANCES: f64 = 10.0;
-/// Turns with sides that differ by more than this factor are read by their sample.
-const MAX_TURN_ASYMMETRY: f64 = 3.0;
 
 /// An instant at which the drive's force jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! Estimates everything that belongs to the recordings (initial states, instants of events,
+//! nuisances) at given parameters: the first step of an evaluation on held-out recordings.
 
 use super::event_revision::{revise, set_suspects_aside};
 use super::levenberg_marquardt::{Clock, Control, improve};
@@ -9,7 +10,10 @@ use crate::fit::options::FitOptions;
 use crate::fit::problem::prepare::Prepared;
 use crate::model::Model;
 
-/// The point at a model's own values, all else estimated.
+/// The point at the parameters of `model`, everything else estimated.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense there.
 pub(crate) fn estimate_states(
     prepared: &Prepared,
     model: &Model,

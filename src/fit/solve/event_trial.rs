@@ -10,15 +10,10 @@ use crate::fit::problem::huber::Huber;
 use crate::fit::residual::residual_rows::{Nuisances, Row, rows};
 use crate::fit::residual::residuals::residuals;
 use crate::fit::segment::Segment;
+use crate::fit::thresholds::{SUSPECT_MEAN_COST, SUSPECT_RUN_MEAN_SQUARE, SUSPECT_RUN_SAMPLES};
 use crate::model::Model;
 use crate::sim::{StretchSimulator, Stretcher};
 
-/// A segment whose mean cost is above this is suspect, and looked at again.
-const SUSPECT_MEAN_COST: f64 = 1.6;
-/// So is one in which this many readings in a row of a point ...
-const SUSPECT_RUN_SAMPLES: usize = 8;
-/// ... have a mean square above this: an event misread shows there, however long the rest is.
-const SUSPECT_RUN_MEAN_SQUARE: f64 = 7.0;
 /// Rounds of fitting for each reading tried.
 const REVISION_ROUNDS: usize = 8;
 /// Loss while a reading settles: hardly robust.
@@ -40,7 +35,7 @@ impl SegmentMisfit {
     }
 }
 
-/// Strain of a segment with its unknowns at `locals`, for which the robust cost is known.
+/// Misfit of a segment with its unknowns at `locals`, where its robust cost is known already.
 pub(super) fn segment_misfit(
     problem: &Problem,
     segment: &Segment,
@@ -86,7 +81,7 @@ pub(crate) struct EventTrial<'a> {
 }
 
 impl EventTrial<'_> {
-    /// Fits a segment's own unknowns; its strain.
+    /// Fits a segment's own unknowns. Returns its misfit; above 1 its events are suspect.
     pub(crate) fn fit(&self, segment: &mut Segment) -> f64 {
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
         let refine = |s: &Segment, huber: Huber, rounds| {
@@ -103,14 +98,14 @@ impl EventTrial<'_> {
             )
         };
         segment.locals = refine(segment, REVISION_LOSS, REVISION_ROUNDS).locals;
-        let told = refine(segment, self.huber, REVISION_ROUNDS);
-        segment.locals = told.locals;
+        let refined = refine(segment, self.huber, REVISION_ROUNDS);
+        segment.locals = refined.locals;
         segment_misfit(
             self.problem,
             segment,
             &segment.locals,
             (self.simulator, self.states),
-            (told.cost, &nuisances),
+            (refined.cost, &nuisances),
         )
         .relative_to(1.0)
     }

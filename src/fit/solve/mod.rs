@@ -1,4 +1,7 @@
-//! TODO-doc
+//! The search: bounded, robust Levenberg-Marquardt over all segments, from several starts.
+//!
+//! [`multistart`] draws the starts and orders the stages, [`levenberg_marquardt`] takes the steps
+//! by the normal equations of all segments, [`event_revision`] corrects misread events.
 
 pub(super) mod estimate_states;
 pub(super) mod event_alternatives;

@@ -22,7 +22,7 @@ use crate::fit::problem::Nuisance;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
-use crate::fit::segment::event_sequence::MIN_BOUNCE_RATIO;
+use crate::fit::thresholds::{GOOD_START_SCORE, MIN_BOUNCE_RATIO, MIN_USED_SHARE};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::events::Impact;
@@ -31,8 +31,6 @@ use crate::sim::SimError;
 
 /// Thicknesses of the film at contact that are tried, as shares of `dp`.
 const START_GAP_SHARES: [f64; 3] = [0.15, 0.05, 0.5];
-/// Score of a fit that needs no other start.
-const GOOD_START_SCORE: f64 = 1.5;
 /// Damping by the film at contact at first, as a share of the first mode's frequency: a
 /// film that is too strong would hold the mass where it is.
 const START_DAMPING_SHARE: f64 = 0.1;
@@ -44,8 +42,6 @@ const EXPECTED_ATTEMPT_ITERATIONS: usize = 30;
 const START_LAW_RELAXATION: f64 = 30.0;
 /// How often events are read again.
 const MAX_EVENT_REVISIONS: usize = 2;
-/// Share of a recording with a say below which its rig is looked for anew.
-const MIN_USED_SHARE: f64 = 0.2;
 /// Loss at first: hardly robust, as everything is far off.
 const START_LOSS: Huber = Huber(1e4);
 

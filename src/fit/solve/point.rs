@@ -8,11 +8,9 @@ use rayon::prelude::*;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::{MAX_REUSE_COST_PER_ROW, Problem, Reduced};
 use crate::fit::segment::Segment;
+use crate::fit::thresholds::HUBER_THRESHOLD;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
-
-/// Threshold of the robust loss in units of the noise.
-const HUBER_THRESHOLD: f64 = 3.0;
 
 /// What sums of costs differ by at most, as a share, where they are taken in another order.
 const COST_ROUNDING_SHARE: f64 = 1e-9;

@@ -6,12 +6,10 @@ use super::event_alternatives::{JointUnknowns, join_joints, split_joints};
 use super::event_trial::EventTrial;
 use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::fit::thresholds::MIN_SAMPLES_BEFORE_EVENT;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::sim::{EventKind, Options, Runner, StretchState};
-
-/// Samples before the first event from which a prediction starts.
-const MIN_SAMPLES_BEFORE_EVENT: usize = 12;
 
 impl EventTrial<'_> {
     /// The reading that the model itself predicts from the state at the segment's start,

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::cma_es::{Found, Search, minimize};
 use super::compare::{Column, Row, figures, span};
 use super::measurements::{Case, Figures, cases};
+use crate::fit::thresholds::{MAX_GOOD_ERROR, TABLE_HUBER_THRESHOLD};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::sim::{Options, simulate};
@@ -29,11 +30,6 @@ pub const MAX_GENERATIONS: usize = 60;
 const ERROR_SCALES: [f64; 3] = [0.1, 0.3, 2.0];
 /// Contact below which an error counts as one of this much [s].
 const MIN_CONTACT_SCALE: f64 = 1e-3;
-/// Errors beyond this many scales count linearly: a case that the model cannot reach
-/// must not decide the rest.
-const TABLE_HUBER_THRESHOLD: f64 = 1.5;
-/// Errors below this count as good [relative], as in Table 3.
-const MAX_GOOD_ERROR: f64 = 0.3;
 /// Samples per second; features need no more.
 const SAMPLING_RATE: f64 = 25e3;
 
@@ -82,8 +78,8 @@ pub struct TableFit {
     pub cancelled: bool,
 }
 
-/// What the table cannot tell however near the fit comes.
-pub const TABLE_LIMITS: &str = "These are 16 rows of three features: how near a fit comes does not say what is missing. `impactscope validate --suspects` asks each effect of the catalogue at frequencies that it was not shown, and says which recording would tell the nearest two apart.";
+/// What a fit to the table cannot decide, as a sentence.
+pub const TABLE_LIMITS: &str = "The table has 16 rows of three features: a good fit does not say what is missing. `impactscope validate --suspects` tries each effect of the catalogue at held-out frequencies, and says which recording would distinguish the two best.";
 
 impl TableFit {
     /// Cases that stay more than 30 % off in peak or contact.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::measurements::{Case, Figures, cases};
+use crate::fit::thresholds::{MAX_GOOD_ERROR, MIN_CONTACT_PER_PERIOD};
 use crate::model::Model;
 use crate::recording::TimeAxis;
 use crate::recording::features::{FeatureOptions, features};
@@ -14,10 +15,6 @@ use crate::sim::{Options, SimError, Trace, simulate};
 const SIMULATED_PERIODS: f64 = 6.0;
 /// Periods simulated where each takes 0.1 s or more: such runs forget their start in one.
 const SLOW_PERIODS: f64 = 4.0;
-/// Errors below this count as good [relative], Table 3.
-const MAX_GOOD_ERROR: f64 = 0.3;
-/// Contact shorter than this per period [s] is a touch in passing: the table has 0 for it.
-const MIN_CONTACT_PER_PERIOD: f64 = 0.2e-3;
 
 /// A case with what the model gives.
 #[derive(Debug, Clone, Copy, PartialEq)]

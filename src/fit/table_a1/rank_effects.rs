@@ -1,14 +1,15 @@
-//! Who is to blame for what a fit to Table A.1 cannot reach: each effect of the catalogue that
-//! could be is tried in several sizes beside the parameters, both are then improved together, and
-//! the nearest are judged at frequencies that they were not shown.
+//! Ranks the effects that could explain what a fit to Table A.1 cannot reach.
 //!
-//! Peaks, contacts and counted bounces jump as parameters move, so that the search compares and
-//! takes no slopes: one unknown after the other, in steps that grow smaller (compass search: Kolda,
-//! Lewis and Torczon, SIAM Review 45, 385, 2003).
+//! Each candidate is added in several sizes; its size and the parameters are then improved
+//! together. The best are cross-validated: fitted without one frequency, evaluated on it.
 //!
-//! A further mode, a vibration and what befalls a single recording have constants of which peaks,
-//! contacts and bounces say nothing; they are not asked. Nor are a ground that gives way and a
-//! compressible film, of which a run takes twenty times as long and which act for microseconds.
+//! Peaks, contacts and counted bounces jump as parameters move, so the search uses no gradients.
+//! It varies one unknown after the other in shrinking steps (compass search: Kolda, Lewis and
+//! Torczon, SIAM Review 45, 385, 2003).
+//!
+//! Not ranked: a further mode, a vibration and effects of a single recording, because peaks,
+//! contacts and bounces say nothing about their constants; a compliant ground and a compressible
+//! film, because they act for microseconds and take twenty times as long to simulate.
 
 use serde::Serialize;
 
@@ -16,11 +17,12 @@ use super::calibrate::{
     FREE_PARAMETERS, Misfit, TableFit, cost, misfit, model_at, rows, with_values,
 };
 use super::measurements::{Case, cases};
+use crate::fit::thresholds::MIN_GAIN_SIGMAS;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec, find};
 use crate::model::parameter::{ParameterId, Scale};
 
-/// Effects that are asked, and their strength.
+/// Candidate effects, and the parameter that is their strength.
 const CANDIDATE_EFFECTS: [(&str, &str); 10] = [
     ("amplifier_lag", "tau"),
     ("piezo_creep", "c"),
@@ -43,10 +45,8 @@ const SLIDER_STEPS: [f64; 3] = [0.06, 0.03, 0.015];
 const EFFECT_STEP_FACTOR: f64 = 10.0;
 /// Those that come nearest are also asked at frequencies left out.
 const CROSS_VALIDATED: usize = 3;
-/// Standard errors by which the frequencies left out must agree.
-const MIN_GAIN_SIGMAS: f64 = 2.0;
 
-/// An effect fitted beside the parameters.
+/// An effect fitted together with the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RankedEffect {
     /// Id of the effect.
@@ -63,8 +63,8 @@ pub struct RankedEffect {
     pub cost: f64,
     /// Errors over all rows.
     pub after: Misfit,
-    /// Each frequency that was left out \[Hz\]: the sum over its rows without and with the
-    /// effect, neither fit shown them. Empty where it was not asked.
+    /// For each held-out frequency \[Hz\]: the cost of its rows without and with the effect,
+    /// neither fitted to them. Empty if the effect was not cross-validated.
     pub left_out: Vec<(f64, f64, f64)>,
     /// The model with it.
     #[serde(skip)]
@@ -72,8 +72,8 @@ pub struct RankedEffect {
 }
 
 impl RankedEffect {
-    /// By how much the sum falls at a frequency left out, and the standard error of that by how
-    /// the frequencies differ; `None` where it was not asked.
+    /// Mean fall of the cost at a held-out frequency, and its standard error from the scatter of
+    /// the frequencies; `None` if the effect was not cross-validated.
     pub fn gain(&self) -> Option<(f64, f64)> {
         let n = self.left_out.len() as f64;
         if n < 2.0 {
@@ -89,30 +89,30 @@ impl RankedEffect {
         Some((mean, (square / (n * (n - 1.0))).sqrt()))
     }
 
-    /// Whether the frequencies left out agree that it comes nearer to the experiments.
-    pub fn told(&self) -> bool {
+    /// Whether the held-out frequencies agree that the effect improves the agreement.
+    pub fn is_supported(&self) -> bool {
         self.gain()
             .is_some_and(|(mean, error)| mean > MIN_GAIN_SIGMAS * error)
     }
 }
 
-/// All suspects, the nearest first.
+/// All candidate effects, the one with the lowest cost first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectRanking {
-    /// Sum of robust squares over all rows without any.
+    /// Sum of robust squares over all rows without any effect.
     pub cost: f64,
-    /// The suspects.
+    /// The candidates.
     pub list: Vec<RankedEffect>,
-    /// Whether it was stopped: then some were not asked.
+    /// Whether it was stopped: then some candidates are missing.
     pub cancelled: bool,
 }
 
 impl EffectRanking {
-    /// The two that the table speaks for most, to be told apart: those that the frequencies
-    /// left out agree on, then the nearest.
+    /// The two best supported, which a next experiment should distinguish: those supported by the
+    /// held-out frequencies first, then by cost.
     pub fn pair(&self) -> Option<(&RankedEffect, &RankedEffect)> {
         let mut all: Vec<&RankedEffect> = self.list.iter().collect();
-        all.sort_by_key(|s| !s.told());
+        all.sort_by_key(|s| !s.is_supported());
         match all[..] {
             [a, b, ..] => Some((a, b)),
             _ => None,
@@ -120,7 +120,7 @@ impl EffectRanking {
     }
 }
 
-/// A suspect's freedom: which value of which effect.
+/// One candidate: which parameter of which effect is its strength.
 #[derive(Clone, Copy)]
 struct CandidateStrength {
     spec: &'static EffectSpec,
@@ -165,7 +165,7 @@ impl CandidateStrength {
     }
 }
 
-/// Where a search stands.
+/// A point of the search.
 #[derive(Clone)]
 struct SearchPoint {
     /// Places of the parameters on their sliders.
@@ -175,7 +175,7 @@ struct SearchPoint {
     cost: f64,
 }
 
-/// A search with or without a suspect, judged by some cases.
+/// A compass search with or without a candidate, by the cost of some cases.
 struct CompassSearch<'a> {
     base: &'a Model,
     own: Option<CandidateStrength>,
@@ -193,16 +193,16 @@ impl CompassSearch<'_> {
     }
 
     /// `found` with its cost.
-    fn weighed(&self, mut found: SearchPoint) -> SearchPoint {
+    fn evaluated(&self, mut found: SearchPoint) -> SearchPoint {
         found.cost = cost(&rows(&self.model(&found), self.shown));
         found
     }
 
-    /// The best of all sizes of the suspect at `point`, improved together with the parameters
-    /// until `go_on`, which is told the share done, says no.
+    /// The best of all sizes of the candidate at `point`, improved together with the parameters
+    /// until `go_on`, which gets the share done, returns false.
     fn search(&self, point: Vec<f64>, go_on: &mut dyn FnMut(f64) -> bool) -> SearchPoint {
         let begin = |strength: f64| {
-            self.weighed(SearchPoint {
+            self.evaluated(SearchPoint {
                 point: point.clone(),
                 strength,
                 cost: f64::INFINITY,
@@ -229,7 +229,7 @@ impl CompassSearch<'_> {
                                 (1.0 + EFFECT_STEP_FACTOR * step.abs()).powf(step.signum())
                         }
                     }
-                    self.weighed(there)
+                    self.evaluated(there)
                 };
                 let (up, down) = (moved(step), moved(-step));
                 let near = if up.cost < down.cost { up } else { down };
@@ -242,8 +242,8 @@ impl CompassSearch<'_> {
     }
 }
 
-/// Asks all suspects after `fit` of `base`. Deterministic. `progress` is called with the share
-/// done, and ends the work with `false`.
+/// Ranks all candidates after `fit` of `base`. Deterministic. `progress` gets the share done, and
+/// ends the work by returning `false`.
 pub fn rank_effects(
     base: &Model,
     fit: &TableFit,
@@ -252,7 +252,7 @@ pub fn rank_effects(
     rank_candidates(base, fit, (&CANDIDATE_EFFECTS, &SLIDER_STEPS), progress)
 }
 
-/// Asks some, in given steps.
+/// Ranks some candidates, in given steps.
 fn rank_candidates(
     base: &Model,
     fit: &TableFit,
@@ -267,8 +267,8 @@ fn rank_candidates(
     let checked = CROSS_VALIDATED.min(asked.len());
     let searches = (1 + asked.len() + (1 + checked) * fit.left_out.len()) as f64;
     let (mut done, mut stopped) = (0.0, false);
-    // From where a fit without it has come; with none as well, so that none gains by the
-    // search alone.
+    // Each search begins at the fit without the effect. So does the one without any effect, so
+    // that none gains by the search alone.
     let mut search =
         |own: Option<CandidateStrength>, from: &Model, shown: &[Case]| -> (SearchPoint, Model) {
             let place = |id: &ParameterId| id.spec().fraction(from.parameters[*id]).clamp(0.0, 1.0);

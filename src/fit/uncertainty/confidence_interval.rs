@@ -1,9 +1,7 @@
 //! The interval of a parameter that agrees with the data, from its profile.
 
 use super::profile_likelihood::ProfilePoint;
-
-/// Rise of the cost at the ends of the 95 % interval: chi-square of one freedom.
-pub const CHI2_95_ONE_DOF: f64 = 3.84;
+use crate::fit::thresholds::CHI2_95_ONE_DOF;
 
 /// Lowest and highest value at which the cost has risen by [`CHI2_95_ONE_DOF`] from the lowest
 /// point of the profile; `None` on a side where it has not within the values tried.

@@ -11,17 +11,11 @@ use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::prepare;
 use crate::fit::solve::estimate_states::estimate_states;
 use crate::fit::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
+use crate::fit::thresholds::{DEVICE_DIFFERENCE_SHARE, DEVICE_DIFFERENCE_SIGMAS, SET_ASIDE_CHI2};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
-/// Values farther apart than this many of their errors, which count what the stretches of one
-/// recording disagree about, are different ...
-const DEVICE_DIFFERENCE_SIGMAS: f64 = 3.0;
-/// ... if they differ by this share as well: scales are off by a percent or so.
-const DEVICE_DIFFERENCE_SHARE: f64 = 0.03;
-/// Chi2 that a recording of which all is set aside counts for.
-const SET_ASIDE_CHI2: f64 = 100.0;
 /// First frequencies from which each recording is fitted, as shares of that of all, until one
 /// leads to a fit: from far off it may end anywhere.
 const START_FREQUENCY_FACTORS: [f64; 3] = [1.0, 0.8, 1.25];

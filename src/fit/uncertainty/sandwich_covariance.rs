@@ -20,17 +20,10 @@ use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::{Problem, Reduced};
 use crate::fit::solve::normal_equations::normal_equations;
 use crate::fit::solve::point::{Point, settle, settle_near};
+use crate::fit::thresholds::{MIN_BOUND_ROOM_SIGMAS, MIN_CURVATURE_SHARE, UNDETERMINED_VARIANCE};
 use crate::model::Model;
 use crate::sim::SimError;
 
-/// Least share of what the linearised fit promises that is told from none: a lower
-/// curvature, or one below zero, counts as this one.
-const MIN_CURVATURE_SHARE: f64 = 0.05;
-/// Room to a bound from which a curvature can be told, in standard errors.
-const MIN_BOUND_ROOM_SIGMAS: f64 = 0.1;
-/// Error of a coordinate, variance, from which it is not told at all and is left out: there is no
-/// step of it that changes anything.
-const UNDETERMINED_VARIANCE: f64 = 1e4;
 /// Rounds in which the stretches' own unknowns follow a step: they begin at the best.
 const STEP_SETTLE_ROUNDS: usize = 2;
 
