@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("copy.csv"));
         let Err(failure) = both_sides(&[other.clone(), a.clone()], &[copy]) else {
-            panic!("fitted to what is kept out");
+            panic!("fitted to a held-out recording");
         };
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("has not seen"));

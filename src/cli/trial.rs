@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Record the proof mass alone
     #[arg(long)]
     xp_only: bool,
-    /// A distributed beam of four modes; a further mode may then be named beside the effect
+    /// A distributed beam of four modes; a further mode may then be named together with the effect
     #[arg(long)]
     beam: bool,
     /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
@@ -231,7 +231,7 @@ fn line(outcome: &Outcome, note: &Value) -> String {
         ""
     };
     format!(
-        "{}{exchanged}: concealed {concealed}; answer {answer}; kept out {before:.2} to {after:.2} x noise; {:.1} s",
+        "{}{exchanged}: concealed {concealed}; answer {answer}; held out {before:.2} to {after:.2} x noise; {:.1} s",
         outcome.mark.text(),
         note["seconds"].as_f64().unwrap_or(f64::NAN)
     )

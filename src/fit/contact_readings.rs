@@ -1,7 +1,7 @@
-//! What the recordings say of the ground without its laws: speeds at each bounce, the
-//! pull-off force at each release (eq 13), with the errors that the noise leaves. The
-//! structure, the drive and the film are those of the model; restitution and adhesion are
-//! not asked.
+//! Speeds at each bounce and the pull-off force at each release (eq. 13), with standard errors.
+//!
+//! They are read with the laws of restitution and adhesion switched off: each segment is fitted
+//! with free velocities and forces. Structure, drive and film are those of the model.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ use crate::model::Model;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
-/// By how much the laws of the ground are loosened: they have no say.
+/// Factor on the standard deviations of the laws of the ground, which switches them off.
 pub(crate) const GROUND_LAW_RELAXATION: f64 = 1e5;
 /// Step of a segment's unknowns for differences, in their own units.
 const DIFFERENCE_STEP: f64 = 1e-3;
@@ -57,9 +57,9 @@ pub struct Bounce {
 }
 
 impl Bounce {
-    /// Ratio and its standard error if the mass comes and leaves at one instant, to within
-    /// `about` \[s\], at a `level` \[m\] beside the model's and its variance: what was read
-    /// wrong of the instant shows in the height by which the departure misses the approach.
+    /// Ratio and its standard error if approach and departure are at one instant, to within
+    /// `about` \[s\], at a `level` \[m\] relative to the model's, with its variance. A misread
+    /// instant shows in the height between approach and departure, which corrects the ratio.
     pub fn at_once(&self, about: f64, level: (f64, f64)) -> (f64, f64) {
         let variance = self.off_by(about) + level.1;
         let per_miss = self.shared / variance.max(f64::MIN_POSITIVE);
@@ -69,7 +69,7 @@ impl Bounce {
         (self.ratio - per_miss * (self.miss - level.0), error)
     }
 
-    /// Variance of the height that is missed \[m^2\] if the mass leaves within `about` \[s\].
+    /// Variance of that height \[m^2\] if approach and departure are within `about` \[s\].
     pub fn off_by(&self, about: f64) -> f64 {
         self.miss_error.powi(2) + (about * self.approach).powi(2)
     }
@@ -99,28 +99,28 @@ pub struct Release {
 pub struct ContactReadings {
     /// Bounces.
     pub bounces: Vec<Bounce>,
-    /// Releases after stays long enough to tell the force.
+    /// Releases after stays long enough to determine the force.
     pub releases: Vec<Release>,
-    /// Bounces that were seen in stretches too far from the model to be read.
+    /// Bounces in segments too far from the model to be read.
     pub unread: usize,
-    /// Releases that were seen and say no force: in such stretches, or after a contact of
-    /// too few samples or one that began before the recording.
+    /// Releases without a force: in such segments, after a contact of too few samples, or after
+    /// one that began before the recording.
     pub unread_releases: usize,
-    /// Distance of the model from the stretches that were read, and from those with one event
-    /// at most whether read or not: medians in units of the noise; 0 where there are none.
+    /// Median distance of the model from the segments that were read, and from all those with at
+    /// most one event, in units of the noise; 0 if there are none.
     pub off: ModelDistance,
 }
 
 /// How far a model is from the recordings, in units of the noise.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelDistance {
-    /// In the stretches in which bounces or releases were read.
+    /// In the segments in which bounces or releases were read.
     pub read: f64,
-    /// In those where hardly anything happens, so that no misread event is to blame.
-    pub calm: f64,
+    /// In segments with at most one event, where a misread event is not the cause.
+    pub eventless: f64,
 }
 
-/// Reads bounces and releases in `parts` with `model` as it is.
+/// Reads bounces and releases in `parts`, the parameters of `model` held.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
@@ -143,9 +143,9 @@ pub fn read_contacts(
     Ok(read_contacts_at(&prepared, &point)?)
 }
 
-/// Refuses what cannot be read whatever is looked for in it: recordings that are too short,
-/// constant, saturated, in another unit, or of different devices. One without contact is for
-/// a step to speak of: not each needs it.
+/// Refuses what no step can use: recordings that are too short, constant, saturated, in another
+/// unit, or of different devices. Recordings without contact pass, because not every step needs
+/// one.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence.
@@ -165,7 +165,7 @@ pub(crate) fn check_readable(
     one_device(model, parts, findings).map(|_| ())
 }
 
-/// Reads bounces and releases at a point whose segments are fitted with loose laws.
+/// Reads bounces and releases at a point that was fitted without the laws of the ground.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -198,10 +198,10 @@ pub(crate) fn read_contacts_at(
             (read, chi2.sqrt())
         })
         .collect();
-    let told = |r: &ContactReadings| !(r.bounces.is_empty() && r.releases.is_empty());
-    let read = own.iter().filter(|(r, _)| told(r));
-    let calm = own.iter().zip(&point.segments);
-    let calm = calm.filter(|(_, s)| count_events(s, |_| true) <= 1);
+    let has_readings = |r: &ContactReadings| !(r.bounces.is_empty() && r.releases.is_empty());
+    let read = own.iter().filter(|(r, _)| has_readings(r));
+    let eventless = own.iter().zip(&point.segments);
+    let eventless = eventless.filter(|(_, s)| count_events(s, |_| true) <= 1);
     let median = |mut off: Vec<f64>| match off.as_mut_slice() {
         [] => 0.0,
         off => quantile_in_place(off, 0.5),
@@ -209,7 +209,7 @@ pub(crate) fn read_contacts_at(
     let mut all = ContactReadings {
         off: ModelDistance {
             read: median(read.map(|(_, off)| *off).collect()),
-            calm: median(calm.map(|((_, off), _)| *off).collect()),
+            eventless: median(eventless.map(|((_, off), _)| *off).collect()),
         },
         ..ContactReadings::default()
     };
@@ -256,7 +256,7 @@ fn segment_chi2(
     }
 }
 
-/// The quantities of interest of a run: ratios and misses of the bounces, forces of the
+/// Quantities of interest of a run: ratios and height differences of the bounces, forces of the
 /// releases.
 fn quantities(run: &SegmentRun) -> Vec<f64> {
     let mut out = Vec::new();
@@ -268,15 +268,15 @@ fn quantities(run: &SegmentRun) -> Vec<f64> {
                 after: Some(after),
                 ..
             } => out.extend([after / speed, miss]),
-            Encounter::PullOff(Some(pull)) if pull.telling => out.push(pull.force),
+            Encounter::PullOff(Some(pull)) if pull.informative => out.push(pull.force),
             _ => {}
         }
     }
     out
 }
 
-/// Readings of one segment at a distance `chi2` from the data; `None` where they cannot be
-/// had.
+/// Readings of one segment with misfit `chi2`; `None` if it cannot be simulated. Errors by linear
+/// propagation of the covariance of the segment's unknowns.
 fn read_segment(
     prepared: &Prepared,
     point: &Point,
@@ -349,7 +349,7 @@ fn read_segment(
                     flight: (next.unwrap_or(end) - time) / segment.interval,
                 });
             }
-            Encounter::PullOff(Some(pull)) if pull.telling => readings.releases.push(Release {
+            Encounter::PullOff(Some(pull)) if pull.informative => readings.releases.push(Release {
                 recording: segment.recording,
                 time: pull.time - skew,
                 contact: pull.contact,

@@ -1,4 +1,5 @@
-//! A fit from beginning to end: look, check, search, judge.
+//! A fit from beginning to end: inspect, check, search, estimate the uncertainty, evaluate on
+//! held-out recordings.
 
 use super::error::FitError;
 use super::inspect::preconditions::{check, check_fit};
@@ -19,12 +20,12 @@ use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, simulate};
 
-/// Iterations in which states and nuisances are estimated as a rule, for the time left.
+/// Iterations that states and nuisances usually take, for the estimate of the time left.
 const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
-/// Most iterations in which the others follow parameters that are put back.
+/// Most iterations in which the others follow parameters that went back.
 const MAX_FOLLOW_ITERATIONS: usize = 15;
 
-/// A fit with the problem and the point that it ended at, for one that goes on from there.
+/// A fit with its problem and end point, for another fit that goes on from there.
 pub(super) struct Fitted {
     /// What was found.
     pub result: FitResult,
@@ -34,13 +35,35 @@ pub(super) struct Fitted {
     pub point: Point,
 }
 
-/// Fits the free parameters of `model` to the parts `train`, and measures what is left
-/// on them and on `held_out`, where only initial states and the rig's nuisances are
-/// estimated anew. Cancelled, it gives the best so far.
+/// Fits the free parameters of `model` to the parts `train`, and reports the misfit on them and
+/// on `held_out`, where only initial states, events and nuisances are estimated. If cancelled,
+/// it returns the best so far.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence if the input makes no sense, before any long
 /// computation.
+///
+/// # Examples
+/// ```no_run
+/// use std::sync::Arc;
+/// use std::sync::atomic::AtomicBool;
+///
+/// use impactscope::fit::{Control, FitOptions, Part, fit};
+/// use impactscope::model::preset::Preset;
+/// use impactscope::recording::csv::import_auto;
+///
+/// let model = Preset::default().model;
+/// let recording = Arc::new(import_auto("recording.csv".as_ref(), None)?);
+/// let (train, held_out) = Part::split(recording);
+/// let cancel = AtomicBool::new(false);
+/// let control = Control { cancel: &cancel, progress: &|_| {} };
+/// let options = FitOptions::for_model(&model);
+/// let result = fit(&model, &[train], &[held_out], &options, &control)?;
+/// for p in &result.parameters {
+///     println!("{} = {} +- {} {}", p.id, p.value, p.std_error, p.unit);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fit(
     model: &Model,
     train: &[Part],
@@ -64,7 +87,7 @@ pub(super) fn fitted(
 ) -> Result<Fitted, FitError> {
     let mut sound = model.clone();
     let p = &mut sound.parameters;
-    // The film's thickness is found anew, so that a bad one does not matter.
+    // The film's thickness is searched from its own starts, so a bad one does not matter.
     if options.free.iter().any(|id| id.eq_ignore_ascii_case("gp"))
         && p[ParameterId::Gp] <= p[ParameterId::Dp]
     {
@@ -94,13 +117,13 @@ pub(super) fn fitted(
         result = result_at(start, &prepared, &best, control)?;
     }
     if result.cancelled {
-        let kept_out = if held_out.is_empty() {
+        let unevaluated = if held_out.is_empty() {
             ""
         } else {
-            "; it was not measured on what is held out"
+            "; it was not evaluated on the held-out recordings"
         };
         result.remarks.push(format!(
-            "the fit was cancelled: this is the best so far{kept_out}"
+            "the fit was cancelled: this is the best so far{unevaluated}"
         ));
     } else {
         let all = train.len() + held_out.len();
@@ -127,8 +150,8 @@ pub(super) fn fitted(
     })
 }
 
-/// Fits from where another fit ended: `begin` is that point, brought over to `model`.
-/// Neither a film is searched for nor are events read anew that fit.
+/// Fits from where another fit ended: `begin` is that point, transferred to `model`. No starts
+/// are tried, and events are revised only in segments that do not fit.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used with `model`.
@@ -151,7 +174,7 @@ pub(super) fn fit_from(
     result_at(model, &prepared, &best, control)
 }
 
-/// What was found at a point: values with their errors, and what is left.
+/// The result at a point: values with standard errors, and misfits.
 fn result_at(
     start: &Model,
     prepared: &Prepared,
@@ -166,8 +189,8 @@ fn result_at(
     Ok(result)
 }
 
-/// Parameters on which nothing that was read depends go back to where they began: on the
-/// way to the fit they may have wandered.
+/// Parameters that no residual depends on go back to their starting values: they may have
+/// wandered during the search.
 fn reset_irrelevant(model: &Model, prepared: &Prepared, best: &mut Point) -> Result<(), FitError> {
     let problem = &prepared.problem;
     let space = &problem.space;
@@ -184,9 +207,9 @@ fn reset_irrelevant(model: &Model, prepared: &Prepared, best: &mut Point) -> Res
     Ok(())
 }
 
-/// Parameters that the data do not tell because others make up for any change of them
-/// may have gone anywhere along the valley. They go back to where they began and the
-/// others follow; of a film's two the strength follows the gap. `None` if there are none.
+/// Parameters that are not determined, because others compensate any change of them, may be
+/// anywhere along a valley of the cost. They go back to their starting values, and the others
+/// follow; of the film's two the strength follows the gap. `None` if there are none.
 fn hold_undetermined(
     model: &Model,
     prepared: &Prepared,
@@ -196,13 +219,16 @@ fn hold_undetermined(
     clock: &mut Clock,
 ) -> Result<Option<Point>, FitError> {
     let space = &prepared.problem.space;
-    let untold: Vec<&str> = result
+    let undetermined: Vec<&str> = result
         .parameters
         .iter()
         .filter(|p| p.std_error.is_infinite())
         .map(|p| p.id.as_str())
         .collect();
-    let mut held: Vec<usize> = untold.iter().filter_map(|id| space.position(id)).collect();
+    let mut held: Vec<usize> = undetermined
+        .iter()
+        .filter_map(|id| space.position(id))
+        .collect();
     let begin = space.coordinates(model);
     if held.iter().all(|&i| best.x[i] == begin[i]) {
         return Ok(None);
@@ -226,7 +252,7 @@ fn hold_undetermined(
     let huber = threshold(problem, best)?;
     let point = settle(problem, &x, &best.segments, &best.used, huber, 3)?;
     let plan = Plan {
-        stage: "what the data do not tell",
+        stage: "undetermined parameters held",
         iterations: MAX_FOLLOW_ITERATIONS,
         locked: &held,
         enough: 1e-6,
@@ -235,8 +261,8 @@ fn hold_undetermined(
     Ok(Some(improve(problem, point, &plan, control, clock)?))
 }
 
-/// Distance between `model` and `parts`, its parameters frozen: initial states of the
-/// segments, instants of the events and the rig's nuisances are estimated.
+/// Misfit of `model` on `parts` with its parameters held: initial states of the segments,
+/// instants of the events and nuisances are estimated. All together, and each part.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
@@ -269,9 +295,9 @@ fn evaluate_on(
     Ok(misfits(&prepared, &point)?)
 }
 
-/// Root mean square of (simulation - recording) of the proof mass over a whole run from
-/// rest, for information: impacts make it grow however good the model is. `None` where
-/// the two have nothing in common.
+/// Root mean square of (simulation - recording) of the proof mass over a whole run from rest
+/// \[m\]. For information only: after an impact it grows however good the model is. `None` if
+/// the two do not overlap.
 ///
 /// # Errors
 /// [`SimError`] if the model cannot be simulated.
@@ -319,7 +345,7 @@ mod tests {
     use crate::model::sensor::Sensor;
 
     #[test]
-    fn a_film_that_is_not_told_goes_back_to_its_gap_and_the_rest_follows() {
+    fn an_undetermined_film_goes_back_to_its_gap_and_the_rest_follows() {
         let model = Preset::default().model;
         let drive = Waveform::parse("sine:50Hz:8V", 0.05).unwrap();
         let mut trace = simulate(&model, &drive, 0.05, &Options::default()).unwrap();
@@ -348,7 +374,7 @@ mod tests {
             hold_undetermined(&model, prepared, point, result, &control, &mut clock).unwrap()
         };
         assert!(held(&found.point, &found.result).is_none());
-        // Far along the valley, where neither is told.
+        // Far along the valley, where neither is determined.
         let mut strayed = found.point.clone();
         strayed.x[space.position("gp").unwrap()] += 2.0;
         let mut result = found.result.clone();

@@ -335,13 +335,18 @@ fn what_makes_a_fit_senseless_is_said_before_it_begins() {
     let mut half = good();
     let volts = half.voltage.as_mut().unwrap();
     volts.iter_mut().for_each(|v| *v = v.min(5.0));
-    says(&[part(half)], &[], &usual, "V stands at its highest value");
+    says(&[part(half)], &[], &usual, "V stays at its highest value");
     let mut broken = good();
     let values = broken.proof_mass.iter_mut().enumerate();
     values
         .filter(|(i, _)| i % 6 < 2)
         .for_each(|(_, x)| *x = f64::NAN);
-    says(&[part(broken)], &[], &usual, "noise of xp cannot be told");
+    says(
+        &[part(broken)],
+        &[],
+        &usual,
+        "noise of xp cannot be estimated",
+    );
 }
 
 #[test]

@@ -86,7 +86,7 @@ pub const MIN_SHOWN_DRIFT_SHARE: f64 = 0.9;
 /// recorder's digits are no better.
 pub const MIN_NOISE_SHARE: f64 = 1e-5;
 
-/// A ring is looked for up to this factor above and below the device's first frequency. Unit: 1.
+/// A ring is searched for up to this factor above and below the device's first frequency. Unit: 1.
 /// A factor of 3 would take in the next mode.
 pub const RING_SEARCH_FACTOR: f64 = 2.5;
 
@@ -295,7 +295,7 @@ pub const MIN_RING_PERIODS: f64 = 0.5;
 /// static.
 pub const MAX_BLOCK_VOLTAGE_SHARE: f64 = 0.05;
 
-/// After a turn, a jump or a release so much of the ring is left out. Unit: decay times of the
+/// After a turn, a jump or a release so much of the ring is skipped. Unit: decay times of the
 /// first mode.
 pub const RING_DECAY_TIMES: f64 = 2.0;
 
@@ -332,7 +332,7 @@ pub const MAX_RATIO_ERROR: f64 = 0.2;
 /// Fewest bounces for a mean with a scatter. Unit: bounces.
 pub const MIN_BOUNCES: usize = 3;
 
-/// Ratio of the misfits after and before the shift above which the search begins anew. Unit: 1.
+/// Ratio of the misfits after and before the shift above which the search starts again. Unit: 1.
 pub const RESTART_MISFIT_RATIO: f64 = 1.2;
 
 /// Relative change of a coefficient that counts as none. Unit: 1.

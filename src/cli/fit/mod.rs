@@ -48,7 +48,7 @@ pub struct Arguments {
     /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
     #[arg(long, value_parser = steps::STEP_NAMES, conflicts_with = "held_out")]
     step: Option<String>,
-    /// After the fit, hold this parameter at values around the best and fit the others anew: the curve, and the 95 % interval
+    /// After the fit, hold this parameter at values around the best and refit the others: profile and 95 % interval
     #[arg(long, value_name = "ID", conflicts_with = "step")]
     profile: Option<String>,
     /// File for the fitted device (a preset); with --step the device with what the step found
@@ -111,7 +111,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         doubted.call_once(|| show_doubts(p));
         show_progress(p, live);
     };
-    // From then on only: while files are read, Ctrl-C ends the program.
+    // Only from here on: while files are read, Ctrl-C ends the program.
     let control = || Control {
         cancel: interrupt::flag(),
         progress: &progress,
@@ -127,18 +127,18 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         if let Some(found) = steps::run(step, &inputs, args.json.as_deref())? {
             found.apply(&mut preset.model);
         }
-        return keep(preset, args.out.as_deref());
+        return write_device(preset, args.out.as_deref());
     }
     let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
     let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
     output::end_of_progress();
-    let fitted = fitted.map_err(said_for_the_command_line)?;
+    let fitted = fitted.map_err(for_the_command_line)?;
     let aloud = args.json.as_deref() != Some(Path::new("-"));
     if aloud {
         output::to_stdout(|out| Ok(out.write_all(result::text(&fitted).as_bytes())?))?;
     }
     let mut value = result::as_json(&fitted);
-    // A fit that was stopped is not at its best: nothing rises from there.
+    // A cancelled fit is not at its minimum, so it has no profile.
     if let Some(id) = args.profile.as_deref().filter(|_| !fitted.cancelled) {
         let profile = Profile::new(&fitted, &train, id, &options, &control());
         output::end_of_progress();
@@ -152,12 +152,12 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         output::json(path, &value)?;
     }
     preset.model = fitted.model;
-    keep(preset, args.out.as_deref())
+    write_device(preset, args.out.as_deref())
 }
 
-/// Writes the device as it is now, if that is asked for. Work that was stopped ends with
-/// an error, but only when all that it found is written.
-fn keep(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
+/// Writes the device, if `--out` is given. Cancelled work ends with an error, but only after
+/// everything that it found is written.
+fn write_device(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
     if let Some(path) = out {
         preset.about = format!("{} (fitted)", preset.about.trim_end_matches(" (fitted)"));
         output::text(path, &preset.to_toml())?;
@@ -168,30 +168,29 @@ fn keep(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The ids of `--free`; empty ones, as between two commas, are none.
+/// The ids of `--free`, without the empty ones between two commas.
 fn free(typed: &[String]) -> Result<Vec<String>, Failure> {
     let ids = typed.iter().map(|id| id.trim().to_owned());
     let ids: Vec<String> = ids.filter(|id| !id.is_empty()).collect();
     if ids.is_empty() {
         return Err(wrong_command(anyhow!(
-            "--free names no parameter; write for example --free Cs,gp, or leave it away"
+            "--free names no parameter; write for example --free Cs,gp, or omit it"
         )));
     }
     Ok(ids)
 }
 
-/// The error with what to do about it here: on the command line a parameter is locked by
-/// not being named.
-fn said_for_the_command_line(error: FitError) -> Failure {
+/// The error with a remedy for the command line, where a parameter is locked by not naming it.
+fn for_the_command_line(error: FitError) -> Failure {
     match error {
-        FitError::Unused { id, device } => wrong_command(anyhow!(
-            "{id} has no bearing on the device {device}; leave it out of --free"
+        FitError::IrrelevantParameter { id, device } => wrong_command(anyhow!(
+            "{id} has no effect on the device {device}; leave it out of --free"
         )),
         FitError::NoContact { parameters, reason } => anyhow!(
-            "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; name with --free only others, for example eta,zeta1, or add a recording in which the mass hits the ground"
+            "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; free only others, for example --free eta,zeta1, or add a recording in which the mass hits the ground"
         )
         .into(),
-        FitError::UnknownParameter { .. } | FitError::NothingFree | FitError::OfTheRig { .. } => wrong_command(error.into()),
+        FitError::UnknownParameter { .. } | FitError::NothingFree | FitError::NuisanceParameter { .. } => wrong_command(error.into()),
         other => other.into(),
     }
 }
@@ -238,7 +237,7 @@ mod tests {
 
     #[test]
     fn messages_name_what_the_command_line_has() {
-        let unused = FitError::Unused {
+        let unused = FitError::IrrelevantParameter {
             id: "dp".into(),
             device: "oscillator".into(),
         };
@@ -247,7 +246,7 @@ mod tests {
             reason: "the mass never rests".into(),
         };
         for (error, code) in [(unused, 2), (contact, 1)] {
-            let failure = said_for_the_command_line(error);
+            let failure = for_the_command_line(error);
             let text = failure.error.to_string();
             assert_eq!(failure.code, code);
             assert!(text.contains("--free") && !text.contains("lock"), "{text}");

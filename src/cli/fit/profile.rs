@@ -1,5 +1,5 @@
 //! `fit --profile`: how much worse the fit becomes with one parameter held elsewhere, all
-//! others fitted anew, and the interval that agrees with the data.
+//! others refitted, and its 95 % interval.
 
 use serde_json::{Value, json};
 
@@ -50,7 +50,7 @@ impl Profile {
     /// The curve and the interval as a person reads them.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "profile of {}: rise of the cost with it held there, all else fitted anew\n",
+            "profile of {}: rise of the cost with it held at each value, everything else refitted\n",
             self.id
         );
         let write = |value: f64| format_quantity(value, self.unit, 6);

@@ -76,7 +76,7 @@ struct Json {
 #[derive(Debug, Serialize)]
 struct FitJson {
     parameters: BTreeMap<&'static str, f64>,
-    /// `null` where not each frequency was left out.
+    /// `null` unless each frequency was held out.
     std_errors: Option<BTreeMap<&'static str, f64>>,
     cancelled: bool,
     before: Misfit,

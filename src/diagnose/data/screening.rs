@@ -51,7 +51,7 @@ pub fn condition(
     for part in train.iter().chain(&held_out) {
         let one = std::slice::from_ref(part);
         match check(model, one, &summarize(model, one), &options) {
-            Ok(()) | Err(FitError::NoContact { .. } | FitError::Unused { .. }) => {}
+            Ok(()) | Err(FitError::NoContact { .. } | FitError::IrrelevantParameter { .. }) => {}
             // Nothing of the device need be free for a comparison.
             Err(FitError::NothingFree) => {}
             Err(error) => return Err(error.into()),

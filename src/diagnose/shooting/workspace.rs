@@ -106,7 +106,7 @@ impl Workspace {
                 offsets: true,
                 scales: None,
                 skew: Some(SKEW),
-                late: known.late,
+                reading_lag: known.late,
             },
             tolerance: options.tolerance,
             ..FitOptions::for_model(model)

@@ -173,7 +173,7 @@ mod tests {
             }
         });
         check_columns(&paper(), &pulses).unwrap();
-        // A drive that stands still is for others to speak of.
+        // A constant drive is reported elsewhere.
         let still = changed(|_, v, _| v.iter_mut().for_each(|v| *v = 0.0));
         check_columns(&paper(), &still).unwrap();
     }

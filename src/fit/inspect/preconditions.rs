@@ -70,7 +70,7 @@ pub fn check_fit(
     let all: Vec<Part> = train.iter().chain(held_out).cloned().collect();
     for (i, a) in all.iter().enumerate() {
         if let Some(b) = all[..i].iter().find(|b| overlap(a, b)) {
-            return Err(FitError::Twice {
+            return Err(FitError::DuplicateRecording {
                 recording: a.recording.name.clone(),
                 other: b.recording.name.clone(),
             });
@@ -81,7 +81,7 @@ pub fn check_fit(
     }
     let free = |id: &str| options.free.iter().any(|f| f.eq_ignore_ascii_case(id));
     if model.piezo.is_some() && free("eta") && train.iter().all(is_still) {
-        return Err(FitError::StillDrive {
+        return Err(FitError::ConstantDrive {
             recording: train[0].recording.name.clone(),
         });
     }
@@ -192,7 +192,7 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
         if let Some(xc) = r.cantilever.as_deref() {
             let (low, high) = extremes(&xc[part.samples.clone()]);
             if high <= low {
-                return Err(FitError::StillCantilever {
+                return Err(FitError::ConstantCantilever {
                     recording: r.name.clone(),
                 });
             }
@@ -209,7 +209,7 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
         return Ok(());
     };
     let (low, high) = extremes(values);
-    // A noiseless simulation rests exactly too; only the upper end is judged then.
+    // A noiseless simulation also rests exactly; then only the upper end is checked.
     let noiseless = is_noiseless(r, channel, (low, high));
     let stepped = noise_of(r, channel).is_ok_and(|n| n.quantised);
     let most = if noiseless || stepped {

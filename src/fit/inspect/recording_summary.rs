@@ -147,7 +147,7 @@ fn summarize_part(model: &Model, part: &Part, lag: f64) -> RecordingSummary {
     let r = &part.recording;
     let estimate = |channel: Channel| noise_of(r, channel).ok();
     let noise = |channel: Channel, estimate: Option<NoiseEstimate>| {
-        // A part whose noise cannot be told is refused by the check.
+        // A part whose noise cannot be estimated is refused by the check.
         let sigma = estimate.map_or(0.0, |n| n.sigma);
         let values = r.channel(channel).unwrap_or_default();
         let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();

@@ -1,5 +1,5 @@
-//! What the data alone say against recordings being of one device: how fast the mass rings
-//! in flight, and how high above the ground it comes to rest at a voltage.
+//! Whether recordings can be of one device, without a fit: the ring frequency in flight, and the
+//! height above the ground at which the mass rests at a given voltage.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::model::unit::format_quantity;
 use crate::recording::rest_positions::rests;
 use crate::recording::ring::{Ring, ring_in};
 
-/// The ring of the mass in the flights of a part's recording, looked for around `f1` \[Hz\].
+/// The ring of the mass in the flights of a part's recording, searched for around `f1` \[Hz\].
 fn ring_of(part: &Part, findings: &RecordingSummary, f1: f64) -> Option<Ring> {
     let r = &part.recording;
     let (from, to) = r.span();

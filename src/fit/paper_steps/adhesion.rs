@@ -1,13 +1,14 @@
 //! Step 3, adhesion (figs. 7 and 8): the pull-off force at each release by eq (13) against
 //! the time in contact, and the line `Ca t + Ca0` through it, eq (14).
 //!
-//! Not every release lies on that line, even on a device that obeys it. The law is of
-//! *sustained* contact, in which a pull grows until it has become as large as the adhesion.
-//! Where the drive's force jumps, the pull passes the adhesion in one step: the adhesion is
-//! somewhere between before and after. A contact of a few swings of the held cantilever is a
-//! hop, or several that the noise hides: the impact's own kick ends it, a force that goes
-//! through hundreds of nN between two samples. And a mass that is pressed down is not pulled
-//! off at all: there the events were misread. Such releases are set aside and counted.
+//! Not every release lies on that line, even on a device that obeys it. The law describes
+//! *sustained* contact, in which a pull grows until it equals the adhesion. These are excluded
+//! and counted:
+//!
+//! - The drive jumps: the pull passes the adhesion in one step, which only bounds it.
+//! - The contact lasts a few periods of the held cantilever: the impact itself ends it, and the
+//!   force changes by hundreds of nN between two samples.
+//! - The mass is pressed down: it is not pulled off, so the events were misread.
 
 use std::fmt;
 

@@ -1,5 +1,5 @@
-//! Break-offs in recordings: where a stay on the ground that was seen from its first touch
-//! ends, and the ring after it goes on for long enough to tell how it decays.
+//! Break-offs in recordings: releases after a stay whose beginning was recorded, followed by a
+//! ring long enough to show its decay.
 
 use std::sync::Arc;
 
@@ -15,12 +15,12 @@ use crate::fit::thresholds::{MIN_RING_PERIODS, MIN_RING_SAMPLES, MIN_STAY_TIME};
 use crate::model::Model;
 use crate::recording::extremes;
 
-/// Samples on the ground before the break-off: they tell the zero of the reading.
+/// Samples on the ground before the break-off: they determine the zero of the reading.
 const LEAD_SAMPLES: usize = 12;
 /// How far the instant of release may be from the first guess, as a share of a period: the
-/// mass leaves slowly, and a fast recording shows it late.
+/// mass leaves slowly, and a fast recording shows it with a delay.
 const RELEASE_REACH_PERIODS: f64 = 0.06;
-/// Samples that a touch or bounce at the end of the ring is kept away, and the same as a
+/// Samples between the end of the ring and the next touch or bounce, and the same as a
 /// share of a period.
 const RING_END_GUARD: (usize, f64) = (3, 0.01);
 /// Length of a ring in periods of the slowest mode: what is left of it after that says
@@ -99,7 +99,7 @@ fn break_offs_of_part(part: &Part, findings: &RecordingSummary, period: f64) -> 
         .filter(|c| !c.cut && c.touching > MIN_STAY_TIME)
     {
         let past = marks.partition_point(|m| m.time <= contact.end + 1.5 * interval);
-        // The touch must have been seen: rest at the recording's begin is no contact.
+        // The touch must be in the recording: rest at its beginning is no contact.
         let Some([touch, release]) = past.checked_sub(2).map(|i| [marks[i], marks[i + 1]]) else {
             continue;
         };
@@ -118,8 +118,8 @@ fn break_offs_of_part(part: &Part, findings: &RecordingSummary, period: f64) -> 
         if let Some(gap) = (first..last.saturating_sub(1)).find(|&i| r.is_gap(i)) {
             last = gap + 1;
         }
-        let told = first < at && at + MIN_RING_SAMPLES <= last;
-        if told && time[last - 1] - release.time >= MIN_RING_PERIODS * period {
+        let long_enough = first < at && at + MIN_RING_SAMPLES <= last;
+        if long_enough && time[last - 1] - release.time >= MIN_RING_PERIODS * period {
             found.push(BreakOff {
                 of: 0,
                 window: Part {
@@ -133,8 +133,8 @@ fn break_offs_of_part(part: &Part, findings: &RecordingSummary, period: f64) -> 
     found
 }
 
-/// A problem of the rings alone: each in one piece, from the held mass on, at a free
-/// instant of release; what the ground's laws say of it has no say.
+/// The fitting problem of the rings alone: each is one segment, from the held mass on, with a free
+/// instant of release. The laws of the ground are switched off.
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense or a drive is missing.

@@ -1,10 +1,10 @@
 //! Step 4, film (fig. 9): the decay of the ring after break-off, with the gas film and
 //! without, and `Cs` and `gp` by which the two agree with the data.
 //!
-//! Only the rings themselves are fitted to, a bounded number of them: the mass is held to
-//! the ground, let go at a free instant and followed up to its next touch. How hard it
-//! was held, and how it bounced before, does not matter. The fit without film is one of
-//! the starts of the fit with film, and what it is worth is compared on the same rings.
+//! Only the rings are fitted to, a bounded number of them. The mass is held to the ground,
+//! released at a free instant and followed up to its next touch, so neither the adhesion nor
+//! earlier bounces matter. The fit without film is one of the starts of the fit with film, and
+//! both are compared on the same rings.
 
 use super::break_off::{break_offs, ring_problem};
 use super::{StepError, counted};
@@ -36,7 +36,7 @@ const GAP_COORDINATE: usize = 1;
 const START_GAP_SHARES: [f64; 3] = [0.15, 0.05, 0.5];
 /// Damping by the film at contact at first, as a share of the slowest mode's frequency.
 const START_DAMPING_SHARE: f64 = 0.1;
-/// Loss at first: hardly robust, as everything is far off.
+/// Loss at the start: hardly robust, because everything is far off.
 const START_LOSS: Huber = Huber(1e3);
 /// Rounds in which each ring's own unknowns are found at first.
 const START_SETTLE_ROUNDS: usize = 6;
@@ -59,7 +59,7 @@ pub struct Decay {
 pub struct Film {
     /// The fit of `Cs` and `gp`.
     pub fit: FitResult,
-    /// What is left of the rings with the film, and without; never more with it.
+    /// Misfit of the rings with the film, and without; never larger with it.
     pub with_film: Misfit,
     /// See [`Self::with_film`].
     pub without_film: Misfit,
@@ -93,7 +93,7 @@ pub fn film(
     )?)
 }
 
-/// What the step is taken with.
+/// The prepared problem of the step.
 pub(crate) struct Rings {
     /// The model with a film that has a thickness.
     sound: Model,
@@ -129,7 +129,7 @@ pub(crate) fn rings_of(
     let mut sound = model.clone();
     let dp = sound.parameters[ParameterId::Dp];
     if sound.parameters[ParameterId::Gp] <= dp {
-        // The film's thickness is found anew, so that a bad one does not matter.
+        // The film's thickness is searched from its own starts, so a bad one does not matter.
         sound.parameters.set(ParameterId::Gp, 1.2 * dp);
     }
     sound.check().map_err(FitError::from)?;

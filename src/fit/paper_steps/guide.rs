@@ -146,8 +146,8 @@ pub fn guide(
         .as_ref()
         .map(|readings| readings.off)
         .unwrap_or_default();
-    let far_from_data = (off.calm > MAX_DEVICE_NOISE_RATIO).then(|| {
-        let off = off.calm;
+    let far_from_data = (off.eventless > MAX_DEVICE_NOISE_RATIO).then(|| {
+        let off = off.eventless;
         let how = if off.is_finite() {
             format!("is off from these recordings by {off:.0} times the noise")
         } else {

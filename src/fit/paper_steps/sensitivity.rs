@@ -1,5 +1,5 @@
 //! Step 5, sensitivity (Table 2): everything identified again as if the zero position were
-//! 20 um higher above the ground, beside the original.
+//! 20 um higher above the ground, compared with the original.
 //!
 //! As in the paper, the drive's gain function is shifted by the same displacement: the
 //! motion that was recorded is the same, only the zero from which it is counted is
@@ -73,10 +73,10 @@ impl Sensitivity {
         };
         // The gap is counted from the zero and has to move.
         let others = TABLE_2_ROWS.iter().filter(|id| **id != ParameterId::Gp);
-        let told = |fitted: (f64, f64)| fitted.1.is_finite();
+        let is_determined = |fitted: (f64, f64)| fitted.1.is_finite();
         let rows: Vec<_> = others
             .filter_map(row)
-            .filter(|(_, a, b)| told(*a) && told(*b))
+            .filter(|(_, a, b)| is_determined(*a) && is_determined(*b))
             .collect();
         if rows.is_empty() {
             return Some("These recordings tell none of the coefficients, so that the comparison says nothing of the zero.".to_owned());
@@ -85,8 +85,8 @@ impl Sensitivity {
             .into_iter()
             .filter(|(_, a, b)| {
                 let by = (a.0 - b.0).abs();
-                let told = by > SENSITIVE_CHANGE_SIGMAS * a.1.hypot(b.1);
-                told && by > INSENSITIVE_CHANGE_SHARE * a.0.abs().max(b.0.abs())
+                let significant = by > SENSITIVE_CHANGE_SIGMAS * a.1.hypot(b.1);
+                significant && by > INSENSITIVE_CHANGE_SHARE * a.0.abs().max(b.0.abs())
             })
             .map(|(id, a, b)| format!("{id} by {:+.1} %", 100.0 * (b.0 / a.0 - 1.0)))
             .collect();
@@ -147,9 +147,9 @@ pub fn sensitivity(
     if altered.train.0.rms > RESTART_MISFIT_RATIO * original.result.train.0.rms
         && !altered.cancelled
     {
-        let anew = fit(&there, parts, &[], &options, &second)?;
-        if anew.train.0.rms < altered.train.0.rms {
-            altered = anew;
+        let restarted = fit(&there, parts, &[], &options, &second)?;
+        if restarted.train.0.rms < altered.train.0.rms {
+            altered = restarted;
         }
     }
     Ok(Sensitivity {

@@ -1,5 +1,5 @@
-//! Segments linearised: their Jacobians, and what is left with their own unknowns
-//! eliminated.
+//! Segments linearized: their Jacobians by differences, and the reduced problem with their own
+//! unknowns eliminated by a QR decomposition (variable projection: Golub and Pereyra 1973).
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ pub const COORDINATE_STEP: f64 = 1e-4;
 /// Ridge that keeps a segment's unknowns determined, as a share of their columns.
 const LOCAL_RIDGE_SHARE: f64 = 1e-7;
 
-/// A segment's linearised residuals with its own unknowns eliminated: what is left is
+/// A segment's linearized residuals with its own unknowns eliminated. The cost is
 /// `|s d + c|^2` for a change `d` of the unknowns in `columns`.
 #[derive(Debug, Clone)]
 pub struct Reduced {
@@ -40,7 +40,7 @@ pub struct Reduced {
 impl Reduced {
     /// Best change of the segment's own unknowns for a change `d` of all others. First the
     /// whole of it, then only what follows from `d`: where the segment is not quadratic
-    /// the former may lead astray, however small `d` is.
+    /// the former may lead away, however small `d` is.
     pub fn local_changes(&self, d: &[f64]) -> Option<[DVector<f64>; 2]> {
         let own = DVector::from_iterator(self.columns.len(), self.columns.iter().map(|&c| d[c]));
         let follows = -(&self.coupling * own);

@@ -111,7 +111,7 @@ fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
     for (segment, near) in point.segments.iter().zip(near) {
         let rig = problem.nuisances_of(&there, segment.recording);
         let starts = [segment.locals.clone(), segment.locals.clone()];
-        let told = problem.correct(
+        let corrected = problem.correct(
             segment,
             &[],
             &simulator,
@@ -120,14 +120,14 @@ fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
             near.as_ref(),
             (LOSS, 0),
         );
-        let told = told.cost;
+        let corrected = corrected.cost;
         let start = segment.locals.clone();
         let whole = problem.refine(segment, &[], &simulator, &rig, start, LOSS, 8);
         let whole = whole.cost;
         let begun = problem.cost(segment, &[], &simulator, &rig, &segment.locals, LOSS);
         assert!(
-            told < whole + 0.05 * (begun - whole),
-            "{begun} {told} {whole}"
+            corrected < whole + 0.05 * (begun - whole),
+            "{begun} {corrected} {whole}"
         );
     }
 }

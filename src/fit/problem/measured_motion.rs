@@ -10,7 +10,7 @@ use crate::sim::Points;
 
 /// Samples on either side by which a velocity is read.
 const VELOCITY_HALF_WINDOW: usize = 2;
-/// Samples on either side of a jump by which it is told.
+/// Samples on either side of a jump that show it.
 const JUMP_HALF_WINDOW: usize = 3;
 
 /// The motion in a recording.
@@ -81,7 +81,7 @@ impl Motion<'_> {
     pub fn at(&self, t: f64) -> Points {
         let rig = &self.rig;
         let (xp, vp) = self
-            .around_a_blow(t)
+            .around_impact(t)
             .unwrap_or_else(|| self.smooth(Channel::ProofMass, t));
         let (xc, vc) = self.smooth(Channel::Cantilever, t);
         Points {
@@ -102,7 +102,7 @@ impl Motion<'_> {
 
     /// Reading and slope of the proof mass from the side of a blow on which `t` is, if it
     /// meets the ground so close by that the slope over both sides would be of neither.
-    fn around_a_blow(&self, t: f64) -> Option<(f64, f64)> {
+    fn around_impact(&self, t: f64) -> Option<(f64, f64)> {
         let r = self.recording;
         let i = r.sample_before(t)?;
         let first = i.checked_sub(VELOCITY_HALF_WINDOW + JUMP_HALF_WINDOW - 1)?;
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_velocity_is_read_from_its_own_side_of_a_blow() {
+    fn a_velocity_is_read_from_its_own_side_of_an_impact() {
         let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
         let rig = Nuisances {
             offset_p: 3e-6,
@@ -206,7 +206,7 @@ mod tests {
             assert_eq!(first.at(*t), motion.at(*t));
         }
         seen.keep(first);
-        // The same times, others between them, before and after, and some left out.
+        // The same times, others between them, before and after, and some missing.
         let mut others: Vec<f64> = times.iter().step_by(3).copied().collect();
         others.extend(times.iter().map(|t| t + 1e-6));
         others.extend([2e-4, 1.7e-3]);

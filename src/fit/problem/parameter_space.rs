@@ -240,12 +240,12 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
     if let Some(parameter) = ParameterId::from_id(id) {
         use crate::model::parameter::ParameterId as P;
         if matches!(parameter, P::OffsetP | P::OffsetC | P::Noise) {
-            return Err(FitError::OfTheRig { id: id.to_owned() });
+            return Err(FitError::NuisanceParameter { id: id.to_owned() });
         }
         return if model.uses(parameter) {
             Ok((parameter.spec().id.to_owned(), *parameter.spec()))
         } else {
-            Err(FitError::Unused {
+            Err(FitError::IrrelevantParameter {
                 id: id.to_owned(),
                 device: model.name.clone(),
             })
@@ -256,7 +256,7 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
         && let Some(at) = own.spec.parameters.iter().position(|p| p.id == parameter)
     {
         if !own.bears(at) {
-            return Err(FitError::Idle { id: id.to_owned() });
+            return Err(FitError::InactiveParameter { id: id.to_owned() });
         }
         return Ok((id.to_owned(), own.spec.parameters[at]));
     }
@@ -331,7 +331,10 @@ mod tests {
         Space::new(&model, &free).unwrap();
         let idle = ["extra_mode.phi_c2".to_owned()];
         let refused = Space::new(&model, &idle).unwrap_err();
-        assert!(matches!(refused, FitError::Idle { .. }), "{refused}");
+        assert!(
+            matches!(refused, FitError::InactiveParameter { .. }),
+            "{refused}"
+        );
         model.set("extra_mode.phi_c2", 1e4).unwrap();
         Space::new(&model, &idle).unwrap();
     }

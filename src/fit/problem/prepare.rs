@@ -60,7 +60,7 @@ pub fn prepare(
             without.cantilever = None;
             recording = Arc::new(without);
         }
-        let track = Track::new(model, &recording, options.nuisances.late)?;
+        let track = Track::new(model, &recording, options.nuisances.reading_lag)?;
         let lone = finding.noise.1.is_none();
         let sigmas = sigmas(model, &simulator, finding);
         let timeline = finding.timeline(&recording, sigmas.xp);
@@ -200,7 +200,7 @@ fn free_nuisances(
         && model.piezo.is_some()
     {
         let unit = 0.02 * data.interval();
-        free(Nuisance::Skew, unit, (nuisances.late, sigma));
+        free(Nuisance::Skew, unit, (nuisances.reading_lag, sigma));
     }
 }
 

@@ -9,13 +9,13 @@ use crate::fit::residual::residual_rows::Nuisances;
 use crate::fit::segment::Segment;
 use crate::sim::{StretchSimulator, Stretcher};
 
-/// Fall of a segment's cost, as a share of it and of 1, that is not worth another round.
+/// Fall of a segment's cost, as a share of it and of 1, that ends the rounds.
 const MIN_COST_FALL: f64 = 1e-3;
-/// Fall that is not worth a simulation.
+/// Predicted fall of the cost that does not justify a simulation.
 const NEGLIGIBLE_COST_FALL: f64 = 1e-4;
-/// Cost per row up to which a linearisation is good for more than one step.
+/// Cost per row up to which a linearization is used for more than one step.
 pub const MAX_REUSE_COST_PER_ROW: f64 = 1.5;
-/// Share of the fall foreseen from which a correction has kept its promise.
+/// Share of the predicted fall from which a linearization is good enough to be used again.
 const MIN_FALL_RATIO: f64 = 0.25;
 
 /// A segment's own unknowns, improved.
@@ -69,9 +69,9 @@ impl Problem {
         }
     }
 
-    /// The best of two starts for a segment's own unknowns, corrected by a linearisation
-    /// nearby, if there is one: one more simulation in place of one for each unknown. Where
-    /// that leads nowhere it is improved in `rounds` as if nothing were known.
+    /// The better of two starts for a segment's own unknowns, corrected by a linearization
+    /// nearby if there is one: one more simulation in place of one for each unknown. If that
+    /// does not lower the cost as predicted, the unknowns are improved in `rounds`.
     #[allow(clippy::too_many_arguments)] // all belong to one trial
     pub fn correct(
         &self,

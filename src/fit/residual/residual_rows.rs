@@ -163,7 +163,7 @@ pub struct PullOff {
     /// The largest step of that force at an edge of the drive close by \[N\].
     pub jump: f64,
     /// Whether the stay was long enough to tell the force.
-    pub telling: bool,
+    pub informative: bool,
 }
 
 /// A segment simulated with given unknowns.

@@ -23,9 +23,9 @@ fn law(
                 out.push((after - sim.restitution(speed) * speed) / s.velocity);
             }
         }
-        Encounter::PullOff(Some(pull)) if pull.telling => {
+        Encounter::PullOff(Some(pull)) if pull.informative => {
             // The force at the end of a stay of a few samples rests on instants that few
-            // samples tell: it has less of a say.
+            // samples show: it gets a lower weight.
             let stay = pull.contact / (SHORT_STAY_SAMPLES * interval);
             let sigma = s.force * (1.0 + SHORT_STAY_FORCE_FACTOR * (-stay * stay).exp());
             out.push((pull.force - sim.adhesion(pull.contact)) / sigma);

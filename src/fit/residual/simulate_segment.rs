@@ -121,7 +121,7 @@ pub fn simulate_segment(
         match kind {
             GroundEvent::Bounce { .. } => passage.meet_ground(sim, Some(v_after)),
             GroundEvent::Touch => passage.meet_ground(sim, None),
-            GroundEvent::Release { telling } => passage.leave_ground(sim, telling),
+            GroundEvent::Release { informative } => passage.leave_ground(sim, informative),
         }
     }
     let all = passage.times.len();
@@ -375,7 +375,7 @@ impl Passage<'_> {
     }
 
     /// The mass leaves the ground on which it lies; noted as missing if it does not lie there.
-    fn leave_ground(&mut self, sim: &StretchSimulator, telling: bool) {
+    fn leave_ground(&mut self, sim: &StretchSimulator, informative: bool) {
         if self.held.is_none() {
             self.encounters.push(Encounter::PullOff(None));
             return;
@@ -387,7 +387,7 @@ impl Passage<'_> {
             contact: t - self.since,
             force: sim.pull_off(&self.pieces, t, level, &self.state),
             jump: pull_off_jump(sim, &self.pieces, t, level, &self.state, interval),
-            telling,
+            informative,
         })));
         sim.lift(level, &mut self.state);
         self.held = None;

@@ -1,6 +1,5 @@
-//! What happens at the ground, as the data show it: the order of touches, bounces and
-//! releases, with first guesses of their instants. A fit keeps the order and leaves the
-//! instants free.
+//! Events at the ground as the samples show them: the order of touches, bounces and releases,
+//! with first guesses of their instants. A fit keeps the order and leaves the instants free.
 
 use crate::fit::thresholds::{LONG_STAY_SAMPLES, MIN_BOUNCE_RATIO, MIN_STAY_SAMPLES};
 use crate::recording::TimeAxis;
@@ -16,11 +15,10 @@ pub enum GroundEvent {
     },
     /// It hits the ground and stays.
     Touch,
-    /// It leaves the ground after a stay. Whether the stay was long enough to say with
-    /// what force.
+    /// It leaves the ground after a stay.
     Release {
-        /// Whether the pull-off force is told by it.
-        telling: bool,
+        /// Whether it determines the pull-off force.
+        informative: bool,
     },
 }
 
@@ -33,8 +31,8 @@ pub struct Mark {
     pub kind: GroundEvent,
 }
 
-/// Events in order of time. A stay that the recording's begin cuts has no touch, one
-/// that its end cuts no release.
+/// Events in order of time. A stay that began before the recording has no touch, one that ends
+/// after it no release.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Timeline {
     /// The events.
@@ -91,7 +89,7 @@ impl Timeline {
                     });
                     marks.push(Mark {
                         time: impact.time + 0.5 * interval,
-                        kind: GroundEvent::Release { telling: false },
+                        kind: GroundEvent::Release { informative: false },
                     });
                 }
             }
@@ -115,7 +113,7 @@ impl Timeline {
                 marks.push(Mark {
                     time: (time[last] - 0.5 * interval).max(begin),
                     kind: GroundEvent::Release {
-                        telling: last - first >= 2,
+                        informative: last - first >= 2,
                     },
                 });
             }

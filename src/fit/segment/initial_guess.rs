@@ -48,7 +48,7 @@ pub(super) fn guess(c: &Cut<'_>, segment: &mut Segment) {
             units.push(c.noise / interval * 0.05);
         }
     }
-    // Times are counted from the guess: a difference of two late instants is exact.
+    // Times are counted from the guess: a difference of two instants far from zero is exact.
     let mut k = 2 * n;
     for joint in &segment.joints {
         locals[k] -= joint.time;

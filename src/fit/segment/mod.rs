@@ -1,5 +1,5 @@
-//! Stretches of a recording that are simulated in one piece: from a free initial state,
-//! through the events that the data show, at free instants.
+//! Segments of a recording, each simulated in one piece: from a free initial state, through the
+//! events that the data show, at free instants (multiple shooting).
 
 pub(crate) mod cut;
 pub mod event_sequence;
@@ -41,7 +41,7 @@ pub enum JointKind {
     Edge(usize),
 }
 
-/// A stretch with its unknowns.
+/// A segment with its unknowns.
 #[derive(Debug, Clone)]
 pub struct Segment {
     /// Which recording it is of.
@@ -103,7 +103,8 @@ impl Segment {
         })
     }
 
-    /// Whether the mass is in the air where it hits the ground, and on it where it leaves.
+    /// Whether the events alternate as they must: the mass is in flight before each touch or bounce,
+    /// and on the ground before each release.
     pub fn is_consistent(&self) -> bool {
         let mut held = self.starts_held;
         self.joints.iter().all(|joint| match joint.what {
@@ -115,7 +116,7 @@ impl Segment {
         })
     }
 
-    /// Brings instants back within their reach.
+    /// Clamps instants to their reach.
     pub fn keep_within(&self, locals: &mut [f64]) {
         let joints: usize = self.joints.iter().map(Joint::unknowns).sum();
         let mut k = locals.len() - joints;
@@ -129,8 +130,8 @@ impl Segment {
         }
     }
 
-    /// Step of unknown `k` for differences: about as large as the noise, which is well
-    /// above rounding and still small; inwards from the end of an instant's reach.
+    /// Step of unknown `k` for differences: about as large as the noise, which is well above
+    /// rounding and still small. It points inwards at the end of an instant's reach.
     pub fn step(&self, locals: &[f64], k: usize) -> f64 {
         let mut there = locals.to_vec();
         there[k] += LOCAL_DIFFERENCE_STEP;

@@ -48,12 +48,12 @@ pub struct Track {
 }
 
 impl Track {
-    /// The drive of `recording`, `late` \[s\] later, for a driven `model`; rest for one
+    /// The drive of `recording`, delayed by `lag` \[s\], for a driven `model`; rest for one
     /// without drive.
     ///
     /// # Errors
     /// [`FitError::NoDrive`] if the device is driven and no voltage was recorded.
-    pub fn new(model: &Model, recording: &Recording, late: f64) -> Result<Self, FitError> {
+    pub fn new(model: &Model, recording: &Recording, lag: f64) -> Result<Self, FitError> {
         if model.piezo.is_none() && recording.voltage.is_none() {
             return Ok(Self {
                 pieces: vec![Waveform::Rest.segment(0)],
@@ -65,7 +65,7 @@ impl Track {
                 recording: recording.name.clone(),
             });
         };
-        time.iter_mut().for_each(|t| *t += late);
+        time.iter_mut().for_each(|t| *t += lag);
         let low = volts.iter().copied().fold(f64::INFINITY, f64::min);
         let high = volts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let span = high - low;
@@ -190,7 +190,7 @@ impl Track {
 
 /// When a voltage that was seen to turn near sample `near`, from its lowest value if it
 /// `rises` after, did so: the vertex of the parabola through the extreme and two samples
-/// beside it that are well off it. `None` where it lingered or turned unevenly.
+/// on its sides that are well off it. `None` where it lingered or turned unevenly.
 fn parabola_vertex(
     (time, volts): (&[f64], &[f64]),
     near: usize,
@@ -300,18 +300,18 @@ mod tests {
         let model = Preset::embedded("paper").unwrap().model;
         for frequency in [3.0, 15.0, 47.0] {
             // Sampling that has no part in the drive's own clock.
-            let late = 7.3e-6;
+            let lag = 7.3e-6;
             let time: Vec<f64> = (0..20_000).map(|i| i as f64 / 50e3).collect();
             let turn = std::f64::consts::TAU * frequency;
             let volts: Vec<f64> = time
                 .iter()
-                .map(|t| 8.0 * (turn * (t - late)).sin())
+                .map(|t| 8.0 * (turn * (t - lag)).sin())
                 .collect();
             let recording = Recording::new("test", time.clone(), Some(volts), time, None).unwrap();
             let track = Track::new(&model, &recording, 0.0).unwrap();
             assert!(track.edges.len() >= (2.0 * 0.4 * frequency) as usize - 1);
             for edge in &track.edges {
-                let quarters = (edge.time - late) * frequency * 4.0;
+                let quarters = (edge.time - lag) * frequency * 4.0;
                 let off = (quarters - quarters.round()) / (frequency * 4.0);
                 assert!(off.abs() < 1e-6, "{frequency} Hz: {off:e} s off");
                 assert_eq!(track.pieces[edge.piece].start, edge.time);

@@ -1,5 +1,5 @@
-//! Readings of a segment's events that are one change away, and segments taken apart
-//! into joints and put together again.
+//! Sequences of events that differ from a segment's by one change, and segments split into
+//! joints and joined again.
 
 use super::event_trial::EventTrial;
 use crate::fit::segment::event_sequence::GroundEvent;
@@ -9,8 +9,8 @@ use crate::fit::segment::{Joint, JointKind, Segment};
 pub(crate) type JointUnknowns = (Joint, Vec<f64>);
 
 impl EventTrial<'_> {
-    /// Readings with one impact more, where the data turn sharply near the ground.
-    pub(crate) fn overlooked(&self, segment: &Segment) -> Vec<Segment> {
+    /// Sequences with one more impact, where the samples turn sharply near the ground.
+    pub(crate) fn with_missed_impact(&self, segment: &Segment) -> Vec<Segment> {
         let data = &self.problem.data[segment.recording];
         let (time, xp) = (&data.recording.time, &data.recording.proof_mass);
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
@@ -45,7 +45,7 @@ impl EventTrial<'_> {
     }
 }
 
-/// Other readings of a segment, each one change away.
+/// Other sequences of a segment's events, each with one change.
 pub(crate) fn alternative_sequences(segment: &Segment) -> Vec<Segment> {
     let (state, parts) = split_joints(segment);
     let velocity_unit = segment.velocity_unit;
@@ -74,13 +74,13 @@ pub(crate) fn alternative_sequences(segment: &Segment) -> Vec<Segment> {
         let touch = || (event(GroundEvent::Touch, at), vec![0.0]);
         let release = |after: f64| {
             let kind = GroundEvent::Release {
-                telling: after > 1.5 * interval,
+                informative: after > 1.5 * interval,
             };
             (event(kind, at + after), vec![0.0])
         };
         match kind {
             GroundEvent::Bounce { .. } => {
-                // No impact at all, or one without a bounce.
+                // No impact, or one without a bounce.
                 add(with(Vec::new(), 1));
                 for stay in [0.3, 2.0] {
                     add(with(vec![touch(), release(stay * interval)], 1));
@@ -105,7 +105,7 @@ pub(crate) fn alternative_sequences(segment: &Segment) -> Vec<Segment> {
                     && matches!(parts[i - 1].0.what, JointKind::Event(GroundEvent::Touch))
                     && let Some(JointKind::Event(GroundEvent::Touch)) = next
                 {
-                    // The hop was none.
+                    // There was no hop.
                     add(with(Vec::new(), 2));
                 }
             }

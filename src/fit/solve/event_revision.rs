@@ -15,7 +15,7 @@ use crate::fit::problem::huber::Huber;
 use crate::fit::segment::Segment;
 use crate::fit::thresholds::{MAX_REVISED_MISFIT_RATIO, MAX_REVISION_MISFIT};
 use crate::recording::quantile_in_place;
-use crate::sim::{SimError, StretchSimulator, Stretcher};
+use crate::sim::SimError;
 
 /// Changes made to one segment, one after the other.
 const MAX_EVENT_CHANGES: usize = 2;
@@ -161,7 +161,7 @@ impl EventTrial<'_> {
             }
             let mut found: Option<(Segment, f64)> = None;
             let mut others = alternative_sequences(&best);
-            others.extend(self.overlooked(&best));
+            others.extend(self.with_missed_impact(&best));
             others.retain(Segment::is_consistent);
             for mut other in others {
                 if self.control.cancelled() {

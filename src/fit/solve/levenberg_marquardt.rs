@@ -1,5 +1,5 @@
-//! Bounded Levenberg-Marquardt over parameters and nuisances, with each segment's own
-//! unknowns eliminated and brought along.
+//! Bounded Levenberg-Marquardt over parameters and nuisances (Levenberg 1944, Marquardt 1963).
+//! Each segment's own unknowns are eliminated from the normal equations, and follow each step.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -32,13 +32,26 @@ pub struct Progress {
     pub misfit: f64,
     /// Values of the parameters in SI, in the order of the free ones.
     pub values: Vec<f64>,
-    /// Time left, as far as one can tell.
+    /// Estimated time left.
     pub remaining: Duration,
-    /// What the recordings made doubtful before anything was computed, as sentences.
+    /// Doubts about the recordings from the checks before the search, as sentences.
     pub doubts: Arc<[String]>,
 }
 
-/// Means to watch a fit and to end it early.
+/// Cancel flag and progress callback of a fit.
+///
+/// # Examples
+/// ```
+/// use std::sync::atomic::{AtomicBool, Ordering};
+///
+/// use impactscope::fit::Control;
+///
+/// let cancel = AtomicBool::new(false);
+/// let control = Control { cancel: &cancel, progress: &|_| {} };
+/// assert!(!control.cancelled());
+/// cancel.store(true, Ordering::Relaxed);
+/// assert!(control.cancelled());
+/// ```
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Set to true, the fit ends soon with the best so far.
@@ -61,7 +74,7 @@ pub struct Clock {
     done: Arc<AtomicUsize>,
     /// Iterations expected in all.
     pub expected: usize,
-    /// What is told with the progress: see [`Progress::doubts`].
+    /// What is reported with the progress: see [`Progress::doubts`].
     pub doubts: Arc<[String]>,
 }
 
@@ -172,11 +185,11 @@ fn descend(
         let reduced =
             problem.linearise(&point.x, &point.segments, &point.used, huber, plan.locked)?;
         let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
-        // Far off, a linearisation leads astray.
+        // Far from the minimum, a linearization is misleading.
         let near = point.cost < MAX_CORRECTION_COST_PER_ROW * point.rows as f64;
         let mut accepted = None;
         let mut converged = false;
-        let (mut tries, mut promised) = (0, 0.0);
+        let (mut tries, mut predicted) = (0, 0.0);
         for _ in 0..7 {
             tries += 1;
             let Some(step) =
@@ -200,7 +213,7 @@ fn descend(
                     || gain < CONVERGED_STEP_SHARE.max(plan.enough * point.cost);
                 accepted = Some(trial);
                 let foreseen = -2.0 * gradient.dot(&change) - size;
-                promised = foreseen;
+                predicted = foreseen;
                 let ratio = (gain / foreseen.max(1e-12)).min(1.0);
                 damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1)).max(1e-9);
                 growth = 2.0;
@@ -219,7 +232,7 @@ fn descend(
             point = trial;
         }
         log::trace!(
-            "cost {:.3} at damping {damping:.1e}, promised {promised:.3} in {tries}, moved {moved}, converged {converged}",
+            "cost {:.3} at damping {damping:.1e}, predicted {predicted:.3} in {tries}, moved {moved}, converged {converged}",
             point.cost
         );
         clock.tell(plan.stage, problem, &point, control);

@@ -1,10 +1,10 @@
 //! From a bad start to the best fit.
 //!
-//! What the data say directly comes first: `dp` from the height of the ground, `alpha` from
-//! the speeds at bounces. Then what
-//! acts linearly (the drive's gain, offsets, dampings) is fitted with the rest locked,
-//! and last everything, from several thicknesses of the film: strength and thickness of
-//! the film trade against each other along a curved valley.
+//! First come values that follow directly from the recordings: `dp` from the height of the ground,
+//! `alpha` from the speeds at bounces. Then everything that acts almost linearly (gain of the
+//! drive, offsets, dampings) is fitted with the rest locked, and last everything. This is done
+//! from several thicknesses of the film, because its strength and thickness compensate each other
+//! along a curved valley of the cost.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -38,11 +38,11 @@ const START_DAMPING_SHARE: f64 = 0.1;
 const MAX_STAGES: usize = 3;
 /// Iterations that an attempt takes as a rule once it has begun, for the time left.
 const EXPECTED_ATTEMPT_ITERATIONS: usize = 30;
-/// How much looser the laws of the ground are at first.
+/// Factor on the standard deviations of the laws of the ground at the start.
 const START_LAW_RELAXATION: f64 = 30.0;
-/// How often events are read again.
+/// Most rounds in which events are revised.
 const MAX_EVENT_REVISIONS: usize = 2;
-/// Loss at first: hardly robust, as everything is far off.
+/// Loss at the start: hardly robust, because everything is far off.
 const START_LOSS: Huber = Huber(1e4);
 
 /// The same for what belongs to the recordings alone, and rounds in which segments settle at
@@ -99,7 +99,7 @@ pub fn search(
         set_start_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
         match first.check() {
             Err(error) if k < thicknesses.len() => return Err(error.into()),
-            // One drawn at random may make no sense.
+            // A random start may make no sense.
             Err(_) => {}
             Ok(()) => starts.push(first),
         }
@@ -143,7 +143,7 @@ pub fn search(
         cancel: control.cancel,
         progress: &tell,
     };
-    // One of them that cannot be simulated takes nothing from the first.
+    // One that cannot be simulated does not affect the first.
     let others: Vec<_> = starts[1..]
         .par_iter()
         .filter_map(|first| {
@@ -218,7 +218,7 @@ fn attempt(
     Ok((prepared, best))
 }
 
-/// The plan by which everything moves.
+/// The plan in which all parameters are free.
 pub(crate) fn joint_plan(options: &FitOptions) -> Plan<'static> {
     Plan {
         stage: "all parameters",
@@ -228,8 +228,8 @@ pub(crate) fn joint_plan(options: &FitOptions) -> Plan<'static> {
     }
 }
 
-/// Sets segments aside that do not fit, fits the others, and reads the events of the
-/// former again, as long as that brings some back.
+/// Sets segments aside that do not fit, fits the others, and revises the events of the former,
+/// as long as that makes some fit.
 pub(crate) fn revise_events(
     prepared: &Prepared,
     mut best: Point,
@@ -258,7 +258,7 @@ pub(crate) fn revise_events(
     Ok(best)
 }
 
-/// The plan by which what belongs to the recordings is found, with `locked` held.
+/// The plan in which only unknowns of the recordings are estimated, with `locked` held.
 pub(crate) fn states_plan(locked: &[usize], iterations: usize) -> Plan<'_> {
     Plan {
         stage: "beginnings and events",
@@ -293,8 +293,8 @@ pub(crate) fn fit_states(
     improve(problem, point, plan, control, clock)
 }
 
-/// Finds the rig of each recording anew of which hardly anything has a say, with the device as
-/// it is: with a zero that has gone astray nothing of it would ever fit again.
+/// Estimates the nuisances of each recording again of which hardly any segment is used, with the
+/// device held: with a wrong zero its segments would never fit again.
 fn recover_nuisances(
     prepared: &Prepared,
     best: &mut Point,
@@ -344,9 +344,9 @@ fn recover_nuisances(
     Ok(())
 }
 
-/// Loosens the laws of bounce and release by a factor: as long as some events are
-/// misread, the data alone shall say how fast and when the mass leaves the ground, or
-/// those that are read rightly would not fit to the wrong law that the others make.
+/// Relaxes the laws of bounce and release by a factor. While some events are misread, only the
+/// samples should determine how fast and when the mass leaves the ground; otherwise the misread
+/// events distort the laws, and the correct ones no longer fit.
 fn relax_ground_laws(prepared: &mut Prepared, factor: f64) {
     for data in &mut prepared.problem.data {
         data.sigmas.velocity *= factor;
@@ -362,7 +362,7 @@ fn draw_start(model: &mut Model, space: &Space, rng: &mut ChaCha8Rng) {
             && entry.id != "dp"
             && entry.spec.refusal(value * factor).is_none()
         {
-            // The id is one of the model's own.
+            // The id comes from the model itself.
             let _ = model.set(&entry.id, value * factor);
         }
     }

@@ -24,7 +24,7 @@ pub struct Point {
     pub segments: Vec<Segment>,
     /// Whether a segment could be simulated.
     pub alive: Vec<bool>,
-    /// Whether a segment has a say.
+    /// Whether a segment is used.
     pub used: Vec<bool>,
     /// Scale of each segment's residuals in units of the noise where they were last fitted:
     /// what 68 % of them stay below. Infinite where there are none.
@@ -137,7 +137,7 @@ pub(super) fn at(
                 return Some((segment.locals.clone(), 0.0, f64::INFINITY));
             }
             let (near, state) = (problem.nuisances_of(x, segment.recording), &states[i]);
-            let told = match start {
+            let refined = match start {
                 Start::Here(first) => {
                     problem.refine(segment, state, &simulator, &near, first, huber, rounds)
                 }
@@ -148,13 +148,13 @@ pub(super) fn at(
             };
             {
                 let mut sum = so_far.lock().unwrap_or_else(PoisonError::into_inner);
-                *sum += cost_of(told.cost, segment);
+                *sum += cost_of(refined.cost, segment);
                 if *sum > beyond {
                     return None;
                 }
             }
-            let scale = scale_of(told.residuals);
-            Some((told.locals, told.cost, scale))
+            let scale = scale_of(refined.residuals);
+            Some((refined.locals, refined.cost, scale))
         })
         .collect();
     let Some(fitted) = fitted else {

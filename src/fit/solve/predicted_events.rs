@@ -1,4 +1,4 @@
-//! The reading of a segment's events that the model itself predicts.
+//! The sequence of a segment's events that the model itself predicts.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ use crate::model::parameter::ParameterId;
 use crate::sim::{EventKind, Options, Runner, StretchState};
 
 impl EventTrial<'_> {
-    /// The reading that the model itself predicts from the state at the segment's start,
-    /// which is fitted to what comes before its first event.
+    /// The sequence that the model predicts from the state at the segment's start, which is fitted
+    /// to the samples before its first event. `factor` is on the restitution.
     pub(crate) fn predicted(&self, segment: &Segment, factor: f64) -> Option<Segment> {
         let data = &self.problem.data[segment.recording];
         let time = &data.recording.time;
@@ -89,7 +89,7 @@ impl EventTrial<'_> {
                 },
                 EventKind::Stick => GroundEvent::Touch,
                 EventKind::Release => GroundEvent::Release {
-                    telling: e.contact_duration > 1.5 * segment.interval
+                    informative: e.contact_duration > 1.5 * segment.interval
                         && (!segment.starts_held || segment.since.is_some()),
                 },
                 EventKind::DriveStep => continue,

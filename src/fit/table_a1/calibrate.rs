@@ -48,7 +48,7 @@ pub struct Misfit {
     pub cases: usize,
 }
 
-/// A frequency left out of a fit.
+/// A frequency held out of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
     /// The frequency [Hz].
@@ -145,7 +145,7 @@ impl TableFit {
     }
 
     /// Standard errors of the parameters in SI, in the order of [`FREE_PARAMETERS`], from how much
-    /// they change when a frequency is left out (the jackknife over frequencies: Efron and
+    /// they change when a frequency is held out (the jackknife over frequencies: Efron and
     /// Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11). `None` if some were
     /// not.
     pub fn errors(&self) -> Option<Vec<f64>> {
@@ -256,7 +256,7 @@ pub(crate) fn misfit(rows: &[Row]) -> Misfit {
 
 /// Fits to all cases, then once without each frequency. Deterministic. `progress` is
 /// called with the share done, and ends the work with `false`: then the result is the
-/// best so far, without the frequencies that had not been left out yet.
+/// best so far, without the frequencies that had not been held out yet.
 pub fn fit_table(
     base: &Model,
     generations: usize,

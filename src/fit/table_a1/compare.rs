@@ -1,4 +1,4 @@
-//! The paper's validation (section 5): the 16 cases of Table A.1 simulated, beside the
+//! The paper's validation (section 5): the 16 cases of Table A.1 simulated, together with the
 //! paper's simulation and the experiment, and the statistics of its Table 3.
 
 use rayon::prelude::*;

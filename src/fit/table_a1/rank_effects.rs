@@ -43,7 +43,7 @@ const EFFECT_SIZE_SHARES: [f64; 6] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
 const SLIDER_STEPS: [f64; 3] = [0.06, 0.03, 0.015];
 /// A step of the effect's size is the factor one plus so many of those.
 const EFFECT_STEP_FACTOR: f64 = 10.0;
-/// Those that come nearest are also asked at frequencies left out.
+/// Number of candidates, the best first, that are cross-validated at held-out frequencies.
 const CROSS_VALIDATED: usize = 3;
 
 /// An effect fitted together with the parameters.
@@ -373,7 +373,7 @@ mod tests {
         assert!(!one.told());
         one.left_out[1].2 = 4.5;
         assert!(one.told());
-        // Of several those that are told come first, then the nearest.
+        // Of several, those that are supported come first, then the best.
         let mut three = all.clone();
         three.list = vec![all.list[0].clone(), one.clone(), all.list[0].clone()];
         three.list[0].left_out.clear();

@@ -1,11 +1,24 @@
-//! The interval of a parameter that agrees with the data, from its profile.
+//! Confidence interval of a parameter from its profile likelihood.
 
 use super::profile_likelihood::ProfilePoint;
 use crate::fit::thresholds::CHI2_95_ONE_DOF;
 
-/// Lowest and highest value at which the cost has risen by [`CHI2_95_ONE_DOF`] from the lowest
-/// point of the profile; `None` on a side where it has not within the values tried.
-/// Between points the root of the rise runs straight, as of a parabola it does.
+/// Lower and upper end of the 95 % interval: where the cost has risen by [`CHI2_95_ONE_DOF`] from
+/// the lowest point of the profile. `None` for an end beyond the values tried. Between points the
+/// root of the rise is interpolated linearly, which is exact for a parabola.
+///
+/// # Examples
+/// ```
+/// use impactscope::fit::ProfilePoint;
+/// use impactscope::fit::uncertainty::confidence_interval::interval;
+///
+/// // A parabola around 5 with a standard error of 0.1.
+/// let points: Vec<ProfilePoint> = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0]
+///     .map(|k: f64| ProfilePoint { value: 5.0 + 0.1 * k, rise: k * k })
+///     .to_vec();
+/// let [low, high] = interval(&points).map(|end| end.expect("an end"));
+/// assert!((low - 4.804).abs() < 1e-3 && (high - 5.196).abs() < 1e-3);
+/// ```
 pub fn interval(points: &[ProfilePoint]) -> [Option<f64>; 2] {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.value.total_cmp(&b.value));

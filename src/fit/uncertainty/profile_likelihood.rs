@@ -45,7 +45,7 @@ pub struct ProfilePoint {
 
 /// Profile of the parameter `id` of a `result` on the parts `train` that it was fitted to:
 /// the best cost with its value held at each of `shifts` in its standard errors, all other
-/// fitted parameters fitted anew. `options` are those of the fit but for what is free.
+/// fitted parameters refitted. `options` are those of the fit, except for `free`.
 /// Cancelled, it gives the points found so far.
 ///
 /// # Errors
@@ -81,7 +81,7 @@ pub fn profile_of(
 
 /// Profile of `parameter`, which is free in `prepared`, over `shifts` in its standard
 /// errors around the best, in their order; `start` is the point that was fitted. Values at which the
-/// model makes no sense are left out, and those not reached before a cancel.
+/// model makes no sense are omitted, and so are those not reached before a cancel.
 ///
 /// # Errors
 /// [`FitError`] if the parameter is not free or the model makes no sense.
