@@ -66,12 +66,12 @@ pub(super) fn off(mut model: Model, changes: &[(&str, f64)]) -> Model {
     model
 }
 
-const START: [(&str, f64); 3] = [("eta", 0.6), ("zeta1", 1.5), ("dp", 1.1)];
+const START_FACTORS: [(&str, f64); 3] = [("eta", 0.6), ("zeta1", 1.5), ("dp", 1.1)];
 
 #[test]
 fn a_bad_start_leads_back_and_the_result_repeats() {
     let truth = paper();
-    let start = off(paper(), &START);
+    let start = off(paper(), &START_FACTORS);
     let parts = two(&truth);
     let free = options(&["eta", "dp", "zeta1", "alpha"]);
     let first = run(&start, &parts, &free).unwrap();
@@ -100,7 +100,7 @@ fn a_bad_start_leads_back_and_the_result_repeats() {
 #[test]
 fn a_later_clock_gives_the_same() {
     let truth = paper();
-    let start = off(paper(), &START);
+    let start = off(paper(), &START_FACTORS);
     let free = options(&["eta", "dp"]);
     let parts = vec![part(made(&truth, "sine:50Hz:8V", 0.05, 1))];
     let r = &parts[0].recording;
@@ -121,7 +121,7 @@ fn a_later_clock_gives_the_same() {
 #[test]
 fn cancelled_it_keeps_the_best_so_far() {
     let parts = two(&paper());
-    let start = off(paper(), &START);
+    let start = off(paper(), &START_FACTORS);
     let cancel = AtomicBool::new(false);
     let calls = AtomicUsize::new(0);
     let stop = |_: &Progress| {

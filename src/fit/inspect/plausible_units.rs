@@ -1,5 +1,4 @@
-//! Whether what was read can be what it is said to be: units of the columns, and cells that
-//! are no readings.
+//! Plausibility of what was read: units of the columns, and cells that are no readings.
 
 use super::recording_summary::RecordingSummary;
 use crate::fit::error::FitError;
@@ -13,8 +12,7 @@ use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};
 use crate::recording::{Channel, extremes, quantile_in_place};
 
-/// A ground that is hundreds of times deeper or less deep than the device's was read in
-/// another unit.
+/// A ground level hundreds of times above or below the device's was read in another unit.
 ///
 /// # Errors
 /// [`FitError::OtherUnit`].
@@ -39,8 +37,7 @@ pub fn check_level(
     Ok(())
 }
 
-/// Checks the columns of a part for cells that are no readings, and time and voltage for
-/// units that the device rules out.
+/// Checks the columns of a part for spikes, and time and voltage for implausible units.
 ///
 /// # Errors
 /// [`FitError::Spike`], [`FitError::OtherVoltage`] or [`FitError::OtherTime`].
@@ -94,8 +91,8 @@ fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// A few cells far beyond all others are no readings. Pulses are none of those, however short
-/// a share of the time they take: many samples of them are as far out.
+/// A few cells far beyond all others are spikes. Short pulses are not: they have many samples as
+/// far out.
 fn check_spikes(part: &Part, channel: Channel, values: &[f64]) -> Result<(), FitError> {
     let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     if finite.len() < 2 * MAX_SPIKES {
@@ -163,7 +160,7 @@ mod tests {
     #[test]
     fn a_recording_as_it_should_be_passes() {
         check_columns(&paper(), &changed(|_, _, _| {})).unwrap();
-        // Short pulses over long rest are far beyond it, and readings for all that.
+        // Short pulses over a long rest are far out, and still readings.
         let pulses = changed(|_, v, xp| {
             for (i, (v, x)) in v.iter_mut().zip(xp).enumerate() {
                 let rest = 1e-9 * ((i * i) as f64).sin();

@@ -1,4 +1,5 @@
-//! What makes a fit senseless, said before anything is computed.
+//! Preconditions of a fit, checked before any long computation: channels, ranges, noise, units,
+//! whether the recordings can be of one device, and whether there is contact.
 
 use std::sync::Arc;
 
@@ -54,10 +55,9 @@ pub fn check(
     same_device(parts, findings, MAX_LEVEL_DIFFERENCE)
 }
 
-/// Checks what a fit of the free parameters needs beyond [`check`]: that the recordings are
-/// different ones of one device, that there is a drive to be fitted, and that the ground is
-/// where the model may have it. `train` comes with its findings. Sentences on what is
-/// doubtful, if nothing is wrong.
+/// Checks what a fit of the free parameters needs beyond [`check`]: the recordings differ and are
+/// of one device, a driven device has a moving voltage, and the ground is where the model allows
+/// it. Returns sentences on what is doubtful.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence.
@@ -108,8 +108,8 @@ pub fn check_fit(
         .collect())
 }
 
-/// Checks that the ground and the ring are one device's. A sentence where the ring is in
-/// doubt.
+/// Checks that ground level and ring frequency belong to one device. Returns a sentence if the ring
+/// is doubtful.
 ///
 /// # Errors
 /// [`FitError::DifferentDevices`].
@@ -122,7 +122,7 @@ pub(crate) fn one_device(
     check_ring_frequency(model, parts, findings)
 }
 
-/// Whether two parts have samples in common, or hold the same ones under two names.
+/// Whether two parts share samples, or hold the same samples under two names.
 fn overlap(a: &Part, b: &Part) -> bool {
     let (r, s) = (&a.recording, &b.recording);
     let same = |x: Option<&[f64]>, y: Option<&[f64]>| match (x, y) {
@@ -202,8 +202,8 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// A reading that stays exactly at its extreme, time and again, has hit the end of its
-/// range. A mass that rests on the ground does so too, but at a level with noise.
+/// A reading that stays exactly at its extreme, again and again, has hit the end of its range. A
+/// mass at rest on the ground does so too, but at a level with noise.
 fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitError> {
     let Some(values) = r.channel(channel).map(|v| &v[part.samples.clone()]) else {
         return Ok(());
@@ -218,7 +218,7 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
         SATURATED_SHARE_IN_NOISE
     };
     for (which, extreme) in [("highest", high), ("lowest", low)] {
-        // So it does where a step of the reading is coarser than its noise.
+        // The same holds where a step of the reading is coarser than its noise.
         if which == "lowest" && (noiseless || stepped) {
             continue;
         }
@@ -235,8 +235,8 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
     Ok(())
 }
 
-/// A mass that stops suddenly at its highest and stays there, as it does on the ground, has
-/// left the range of what reads it, be there noise behind that or not.
+/// A mass that stops suddenly at its highest point and stays there has left the range of the
+/// sensor, with or without noise: at the top there is no ground.
 fn ceiling(part: &Part) -> Result<(), FitError> {
     let r = &part.recording;
     let down: Vec<f64> = r.proof_mass.iter().map(|x| -x).collect();
@@ -268,8 +268,8 @@ fn stuck(values: &[f64], extreme: f64, most: f64) -> Option<f64> {
     (share > most && longest > MAX_EXTREME_RUN).then_some(share)
 }
 
-/// A voltage may well stand still at its extremes, as a square does. One that stands at the
-/// one and swings beyond that on the other side was cut off by what read it.
+/// A voltage may rest at its extremes, as a square does. If it rests at one and swings beyond the
+/// mirror value on the other side, it was clipped.
 fn cut_drive(part: &Part) -> Result<(), FitError> {
     let r = &part.recording;
     let Some(values) = r.voltage.as_deref().map(|v| &v[part.samples.clone()]) else {
@@ -294,9 +294,9 @@ fn cut_drive(part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// Whether a reading between the extremes `low` and `high` has no noise of its own. Samples
-/// at the extremes do not tell it: where they stand at the end of a range they have none
-/// however noisy the others are. What is found without them must be white, or it is motion.
+/// Whether a reading between the extremes `low` and `high` has no noise. Samples at the extremes
+/// are excluded: at the end of a range they have none however noisy the others are. The noise found
+/// without them must be white, or it is motion.
 fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> bool {
     let least = NOISELESS_SHARE * (high - low);
     if !noise_of(r, channel).is_ok_and(|n| n.sigma < least) {

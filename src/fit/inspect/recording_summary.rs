@@ -1,4 +1,5 @@
-//! What recordings alone say, without a model of the motion: noise, and where the ground is.
+//! Summary of each recording without a model of the motion: noise, ground level and its changes,
+//! lag of the readings.
 
 use std::borrow::Cow;
 
@@ -17,23 +18,22 @@ use crate::recording::level_change::{LevelChange, LevelDrift, find_level_drift, 
 use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Channel, Recording, quantile_in_place};
 
-/// What the data alone say about each part.
+/// Summary of one part.
 #[derive(Debug, Clone)]
 pub struct RecordingSummary {
     /// Noise of the proof mass and of the cantilever \[m\].
     pub noise: (f64, Option<f64>),
     /// Contact level in the reading \[m\], or why there is none.
     pub level: Result<f64, String>,
-    /// How that level changes in the course of the recording, if it does; `level` is that
-    /// before.
+    /// Change of that level during the recording, if any; `level` is the one before.
     pub change: Option<LevelChange>,
-    /// By how much the readings lag \[s\], 0 if they do not: what happens at the ground is found
-    /// in them as they were before that.
+    /// Lag of the readings \[s\], 0 without one. Events are searched for in the readings with the
+    /// lag removed.
     pub lag: f64,
 }
 
 impl RecordingSummary {
-    /// What happens at the ground in `recording`, whose noise is `noise` \[m\].
+    /// Events at the ground in `recording`, whose noise is `noise` \[m\].
     pub fn timeline(&self, recording: &Recording, noise: f64) -> Timeline {
         match self.level {
             Ok(level) => {
@@ -45,7 +45,7 @@ impl RecordingSummary {
         }
     }
 
-    /// Contacts and impacts in `recording`; none where the ground is not known.
+    /// Contacts and impacts in `recording`; empty if the ground level is unknown.
     pub fn events(&self, recording: &Recording) -> Events {
         let Ok(contact_level) = self.level else {
             return Events::default();
@@ -58,18 +58,18 @@ impl RecordingSummary {
         find_events(recording.axis(), &self.as_moved(recording), &options)
     }
 
-    /// Reading of the proof mass with a lag and changes of the ground's level taken out \[m\].
+    /// Reading of the proof mass with the lag and changes of the ground's level removed \[m\].
     pub fn as_moved<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
         as_moved(recording, self.change, self.lag)
     }
 
-    /// Noise of that where the readings' is `sigma` \[m\].
+    /// Noise of that, if the noise of the readings is `sigma` \[m\].
     pub fn noise_of(&self, sigma: f64, recording: &Recording) -> f64 {
         noise_before_lag(sigma, recording.interval(), self.lag)
     }
 }
 
-/// The lag that the readings of `parts` show \[s\], of which `findings` know nothing yet.
+/// Lag that the readings of `parts` show \[s\]; `findings` were made without one.
 pub fn lag_of(parts: &[Part], findings: &[RecordingSummary]) -> Option<f64> {
     let both = || parts.iter().zip(findings);
     let readings: Vec<_> = both().map(|(p, f)| f.as_moved(&p.recording)).collect();
@@ -80,7 +80,7 @@ pub fn lag_of(parts: &[Part], findings: &[RecordingSummary]) -> Option<f64> {
     find_lag(&all)
 }
 
-/// Looks at parts without a model of the motion.
+/// Summarizes parts without a model of the motion.
 pub fn summarize(model: &Model, parts: &[Part]) -> Vec<RecordingSummary> {
     summarize_with_lag(model, parts, 0.0)
 }
@@ -106,7 +106,8 @@ pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<Record
             continue;
         }
         let r = &part.recording;
-        // A zero that moves in one recording may move alike in another, as far as that shows.
+        // A zero that drifts in one recording may drift in the same way in another that is too
+        // short to show it.
         let (begin, end) = r.span();
         let lasts = |drift: &&LevelDrift| {
             drift.begin() <= begin
@@ -122,7 +123,7 @@ pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<Record
             Some((level, *change))
         };
         let turns = |change: Option<LevelChange>| {
-            // Those of other recordings hold where the zero stays.
+            // Levels of other recordings apply where the zero stays.
             let known = if change.is_none() { common } else { f64::NAN };
             let xp = as_moved(r, change, lag);
             let noise = finding.noise_of(finding.noise.0, r);
@@ -131,7 +132,7 @@ pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<Record
         };
         let found = changes.iter().find_map(rest).or_else(|| {
             let all = changes.iter().copied().chain([None]);
-            // Of equals the last, which takes the zero to stay.
+            // `max_by_key` takes the last of equals, which assumes a constant zero.
             let most = all.filter_map(turns).max_by_key(|(count, ..)| *count);
             most.map(|(_, level, change)| (level, change))
         });
@@ -187,7 +188,7 @@ fn ground_of(
     (level.map_err(|missing| missing.to_string()), change)
 }
 
-/// Reading of the proof mass with a change of the ground's level and a lag taken out \[m\].
+/// Reading of the proof mass with a change of the ground's level and a lag removed \[m\].
 fn as_moved(recording: &Recording, change: Option<LevelChange>, lag: f64) -> Cow<'_, [f64]> {
     let (time, xp) = (&recording.time, &recording.proof_mass);
     let moved = if lag > 0.0 {
@@ -216,10 +217,10 @@ fn level_in(
     estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise)
 }
 
-/// Level of a ground on which the mass never rests for long: where it turns suddenly, again and
-/// again, and how often. Where it stays lowest for two samples at a time, that is the ground;
-/// where it never does, it may never be lowest as a sample is taken, and a level known from
-/// another recording is taken if it is near and the mass turns there as often.
+/// Level of a ground on which the mass never rests for long, with the number of sudden turns there.
+/// If the mass stays lowest for two samples repeatedly, that is the ground. Otherwise the lowest
+/// sample may be above the ground, and a level known from another recording is used if it is near
+/// and has as many turns.
 fn level_of_impacts(
     recording: &Recording,
     xp: &[f64],
@@ -238,7 +239,7 @@ fn level_of_impacts(
         let sudden = |i: &&Impact| i.v_after - i.v_before > 2.0 * i.v_error;
         impacts.iter().filter(sudden).count()
     };
-    // Twice as far up as noise puts the lowest reading of many below the ground.
+    // Twice the distance by which noise puts the lowest of many readings below the ground.
     let low = |x: &f64| *x < bottom + 2.0 * at(bottom).tolerance();
     let runs = xp.chunk_by(|a, b| low(a) && low(b));
     let stays: Vec<&[f64]> = runs.filter(|run| run.len() > 1).collect();

@@ -84,9 +84,9 @@ impl DriveFit {
     }
 }
 
-/// Fits both branches to recordings of `model`; the paper used one that reaches +-8 V
-/// and one that just avoids contact. `eta` and the structure are taken as they are in the
-/// model: the branches are in units of `eta`, and hold what offset the readings have.
+/// Fits both branches to recordings of `model`; the paper used one that reaches +-8 V and one that
+/// just avoids contact. `eta` and the structure are held: the branches are in units of `eta`, and
+/// include the offset of the readings.
 ///
 /// # Errors
 /// [`StepError`] if a recording has no voltage, or all together show too little of a slow
@@ -236,7 +236,7 @@ fn blocks(
     let contacts = &features.events.contacts;
 
     let mut found = Vec::new();
-    // Nothing is known of what was before the recording began.
+    // The time before the recording is unknown.
     let mut quiet_since = recording.time.first().copied().unwrap_or(0.0);
     let mut contact = 0;
     let mut from = 0;
@@ -277,7 +277,7 @@ fn blocks(
             let falls = branch == Branch::Falling;
             found.push(DrivePoint {
                 time: 0.5 * (start + end),
-                // What is seen now answers to the voltage a damping time ago.
+                // The displacement now follows the voltage one damping time ago.
                 voltage: voltage + if falls { lag * rate } else { -lag * rate },
                 gain: xp / per_gain,
                 branch,
@@ -311,7 +311,7 @@ fn value(c: &[f64; 4], v: f64) -> f64 {
     c[0] + v * (c[1] + v * (c[2] + v * c[3]))
 }
 
-/// A robust polynomial; `None` if the branch was seen too little for its order.
+/// A robust polynomial; `None` if the branch covers too little for its order.
 fn fit_branch(points: &[DrivePoint], order: usize, span: f64) -> Option<BranchFit> {
     let count = order + 1;
     let (low, high) = range(points);
@@ -335,7 +335,7 @@ fn fit_branch(points: &[DrivePoint], order: usize, span: f64) -> Option<BranchFi
         let residual = &gains - &design * &solution;
         let mut sizes: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        // Median of a normal distribution's sizes to its standard deviation.
+        // From the median of absolute values to the standard deviation of a normal distribution.
         let scatter = 1.4826 * sizes[sizes.len() / 2];
         let limit = BRANCH_HUBER_THRESHOLD * scatter.max(1e-12);
         weights = residual.map(|r| (limit / r.abs().max(1e-300)).min(1.0));

@@ -1,16 +1,16 @@
-//! A straight line through points with errors of their own.
+//! A straight line through points with individual standard errors.
 
 use crate::fit::thresholds::LINE_HUBER_THRESHOLD;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Mean of `min(z^2, HUBER^2)` for a standard normal `z`.
+/// Mean of `min(z^2, LINE_HUBER_THRESHOLD^2)` for a standard normal `z`.
 const HUBER_SECOND_MOMENT: f64 = 0.778_5;
 /// Rounds of reweighting at most.
 const MAX_REWEIGHT_ROUNDS: usize = 50;
 /// Halvings in the search for the scatter.
 const SCATTER_HALVINGS: usize = 60;
 /// Variances below this share of the ordinates' square are rounding.
-const ROUNDING: f64 = 1e-16;
+const MIN_VARIANCE_SHARE: f64 = 1e-16;
 
 /// A straight line through weighted points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Line {
     pub slope_error: f64,
     /// Weighted mean of the abscissas, where the line is known best.
     pub center: f64,
-    /// What the points scatter about the line beyond their own errors.
+    /// Scatter of the points about the line beyond their own errors.
     pub scatter: f64,
     center_error: f64,
     points: usize,
@@ -77,13 +77,13 @@ pub(crate) fn line(points: &[[f64; 3]]) -> Option<Line> {
     line.slope.is_finite().then_some(line)
 }
 
-/// The line through points `[x, y, standard error of y]` by Huber's estimate: a point that
-/// is off has a bounded say. A scatter beyond the stated errors, the same for all points, is
-/// found so that the residuals are as large as they should be (Huber's proposal 2, which
-/// without a bound is the estimate of Paule and Mandel, J. Res. NBS 87 (1982) 377).
+/// The line through points `[x, y, standard error of y]` by Huber's estimate: an outlier has a
+/// bounded influence. A common scatter beyond the stated errors is estimated so that the residuals
+/// have their expected size (Huber's proposal 2, which without a bound is the estimate of Paule and
+/// Mandel, J. Res. NBS 87 (1982) 377).
 pub(crate) fn robust_line(points: &[[f64; 3]]) -> Option<Line> {
     let largest = points.iter().fold(0.0f64, |a, p| a.max(p[1].abs()));
-    let least = (ROUNDING * largest * largest).max(f64::MIN_POSITIVE);
+    let least = (MIN_VARIANCE_SHARE * largest * largest).max(f64::MIN_POSITIVE);
     let at = |scatter: f64| -> Option<(Line, f64)> {
         let variance = |p: &[f64; 3]| (p[2] * p[2] + scatter * scatter).max(least);
         let mut factors = vec![1.0; points.len()];

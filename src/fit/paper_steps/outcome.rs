@@ -1,5 +1,5 @@
-//! What a step has found, whichever it is: taken on the command line and in the window
-//! alike, and given to the device for the steps that follow.
+//! The result of a step of the identification, shared by window and command line, and how it
+//! changes the device for the next steps.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 
-/// What a step has found.
+/// The result of a step.
 #[derive(Debug, Clone)]
 pub enum StepResult {
     /// Branches of the drive.
@@ -33,8 +33,8 @@ pub enum StepResult {
     Sensitivity(Arc<Sensitivity>),
 }
 
-/// Takes a step with `model` as identified so far. `known` is what has been read of the
-/// ground with this model and these recordings, so that it need not be read again.
+/// Takes a step with `model` as identified so far. `known` are contact readings with this model and
+/// these recordings, if they have been read already.
 ///
 /// # Errors
 /// [`StepError`] with one clear sentence.
@@ -54,7 +54,7 @@ pub fn take(
             return Ok(Arc::clone(known));
         }
         let read = read_contacts(model, &parts, options, control)?;
-        // Readings broken off are some of them: a law through those would not say so.
+        // Cancelled readings are incomplete: a law through them would not show that.
         if control.cancelled() {
             return Err(FitError::Cancelled.into());
         }
@@ -74,8 +74,7 @@ pub fn take(
 }
 
 impl StepResult {
-    /// Gives the device what was found; the sensitivity is a comparison and changes
-    /// nothing.
+    /// Applies the result to the device; the sensitivity is a comparison and changes nothing.
     pub fn apply(&self, model: &mut Model) {
         let p = &mut model.parameters;
         match self {

@@ -1,12 +1,10 @@
 //! Step 5, sensitivity (Table 2): everything identified again as if the zero position were
 //! 20 um higher above the ground, compared with the original.
 //!
-//! As in the paper, the drive's gain function is shifted by the same displacement: the
-//! motion that was recorded is the same, only the zero from which it is counted is
-//! another. With the gain as it was, no value of the other parameters would follow the
-//! recording to better than micrometres. The second identification goes on from the
-//! first, moved to the new zero, as nothing else in the data has changed; only where it
-//! then fits worse does it search from the beginning.
+//! As in the paper, the drive's gain function is shifted by the same displacement: the recorded
+//! motion is the same, only its zero is another. Without that shift no values of the parameters
+//! would follow the recording to better than micrometres. The second identification goes on from
+//! the first, moved to the new zero; it searches from the beginning only if it then fits worse.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -45,16 +43,15 @@ pub const TABLE_2_ROWS: [ParameterId; 5] = [
 /// Both identifications.
 #[derive(Debug, Clone)]
 pub struct Sensitivity {
-    /// With `dp` as it is in the model.
+    /// With the model's `dp`.
     pub original: FitResult,
-    /// With `dp` shifted; as far as it had come, if it was cancelled.
+    /// With `dp` shifted; if cancelled, as far as it had come.
     pub altered: FitResult,
 }
 
 impl Sensitivity {
-    /// Whether the coefficients that were fitted depend on the zero, in one sentence, or why
-    /// that cannot be said; `None` where the second identification has not come to as good an
-    /// end as the first.
+    /// Whether the fitted coefficients depend on the zero, in one sentence; `None` if the second
+    /// identification does not fit as well as the first.
     #[must_use]
     pub fn verdict(&self) -> Option<String> {
         let (a, b) = (&self.original, &self.altered);
@@ -158,8 +155,8 @@ pub fn sensitivity(
     })
 }
 
-/// The device seen from a zero that is higher by [`ZERO_SHIFT`]: ground and film are as much
-/// further away, and the gain takes the mass as much lower at each voltage.
+/// The device seen from a zero that is higher by [`ZERO_SHIFT`]: ground and film are farther away
+/// by as much, and the gain moves the mass lower by as much at each voltage.
 fn recordings_with_shifted_zero(model: &Model) -> Model {
     let mut there = model.clone();
     for id in [ParameterId::Dp, ParameterId::Gp] {
@@ -178,8 +175,8 @@ fn recordings_with_shifted_zero(model: &Model) -> Model {
     there
 }
 
-/// Where a fit ended, moved to the new zero: the readings' zeros and the coordinates of
-/// each segment's beginning by what the static state moves.
+/// The end point of a fit, moved to the new zero: the readings' zeros and the initial states by the
+/// shift of the static state.
 fn point_with_shifted_zero(
     from: &Fitted,
     prepared: &Prepared,

@@ -1,4 +1,5 @@
-//! The motion as it was read, at any time: what it leaves in an effect's states goes by it.
+//! The measured motion at any time. Effects with memory get their states from it, so that no
+//! simulation over the whole recording is needed.
 
 use std::cell::{Cell, RefCell};
 use std::sync::OnceLock;
@@ -24,12 +25,12 @@ pub struct Motion<'a> {
     pub noise: f64,
 }
 
-/// The motion in a recording at the times, in order, at which the first one who asked has read
-/// it: devices that differ by little ask for the same ones.
+/// The measured motion at the times at which it was first evaluated. Devices that differ by little
+/// ask for the same times.
 #[derive(Debug, Default)]
 pub struct MotionCache(OnceLock<Vec<(f64, Points)>>);
 
-/// A motion that is read in order of time, where it has not been seen.
+/// A motion that is evaluated in order of time, with cached values where there are some.
 #[derive(Debug)]
 pub struct Reading<'a> {
     motion: &'a Motion<'a>,
@@ -76,8 +77,7 @@ impl Reading<'_> {
 }
 
 impl Motion<'_> {
-    /// Displacements and velocities at `t` \[s\], by the reading's clock; 0 where they are not
-    /// known.
+    /// Displacements and velocities at `t` \[s\], by the clock of the readings; 0 where unknown.
     pub fn at(&self, t: f64) -> Points {
         let rig = &self.rig;
         let (xp, vp) = self
@@ -92,7 +92,7 @@ impl Motion<'_> {
         }
     }
 
-    /// Reading and slope over samples on either side: less noise, and still quick.
+    /// Reading and slope over samples on both sides: less noise, and little delay.
     fn smooth(&self, channel: Channel, t: f64) -> (f64, f64) {
         let at = |t| self.recording.value_at(channel, t);
         let away = VELOCITY_HALF_WINDOW as f64 * self.recording.interval();
@@ -100,8 +100,8 @@ impl Motion<'_> {
         (at(t).unwrap_or(0.0), slope().unwrap_or(0.0))
     }
 
-    /// Reading and slope of the proof mass from the side of a blow on which `t` is, if it
-    /// meets the ground so close by that the slope over both sides would be of neither.
+    /// Reading and slope of the proof mass from the side of an impact on which `t` lies, if an
+    /// impact is so close that the slope over both sides would have no meaning.
     fn around_impact(&self, t: f64) -> Option<(f64, f64)> {
         let r = self.recording;
         let i = r.sample_before(t)?;
@@ -184,7 +184,7 @@ mod tests {
             assert!((at.xp - truth.0).abs() < 2e-8, "{t}: {at:?} {truth:?}");
             assert!((at.vp - truth.1).abs() < 1e-6, "{t}: {at:?} {truth:?}");
         }
-        // What is not known is at rest.
+        // Unknown motion counts as rest.
         assert_eq!(motion.at(-1.0).vp, 0.0);
         assert_eq!(motion.at(5e-4).vc, 0.0);
     }

@@ -1,4 +1,4 @@
-//! From recordings and what they say by themselves to a problem with its segments.
+//! From recordings and their summaries to a least-squares problem with its segments.
 
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ pub struct Prepared {
     pub nuisances: Vec<f64>,
 }
 
-/// Makes a problem of `parts` for the parameters of `space`, guessed as in `model`.
+/// Makes the problem of `parts` for the parameters of `space`, with the first guess of `model`.
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense, a drive is missing or nothing can be used.
@@ -110,8 +110,8 @@ pub fn prepare(
     })
 }
 
-/// Longest segment \[s\]: some periods of the slowest mode where both points were
-/// recorded, many where only one was.
+/// Default length of segments \[s\]: some periods of the slowest mode if both points were recorded,
+/// many if only one was.
 pub fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
     let slowest = simulator
         .flight_omega2()
@@ -182,7 +182,7 @@ fn free_nuisances(
     let unknown = (0.0, f64::INFINITY);
     let nuisances = &options.nuisances;
     let both = data.cantilever.is_some();
-    // Without spring and drive nothing tells where zero is.
+    // Without spring and drive nothing determines the zero.
     let anchored = model.parameters[ParameterId::F1] > 0.0;
     if nuisances.offsets && anchored {
         free(Nuisance::OffsetP, sigmas.xp, unknown);

@@ -1,9 +1,8 @@
-//! A segment simulated: what is left between data and simulation, in units of the noise.
+//! The rows of a segment's residuals, and what is needed to compute them.
 //!
-//! The rows are, in this order: the readings of the proof mass, those of the cantilever,
-//! at each event the laws of the ground (the height at a touch, the velocity after a
-//! bounce, the force at a release), and how far the instants are from where they were
-//! guessed. Their number does not depend on the unknowns.
+//! The rows are, in this order: samples of the proof mass, samples of the cantilever, at each event
+//! the laws of the ground (height at a touch, velocity after a bounce, force at a release), and the
+//! distance of each instant from its first guess. Their number does not depend on the unknowns.
 
 use super::coloured_noise::Colour;
 use crate::fit::segment::event_sequence::GroundEvent;
@@ -70,11 +69,11 @@ pub enum Row {
     Velocity,
     /// Force at a release.
     Force,
-    /// What was known before.
+    /// A prior.
     Prior,
 }
 
-/// A segment's surroundings.
+/// What a segment is simulated with.
 #[derive(Debug, Clone, Copy)]
 pub struct SegmentContext<'a> {
     /// The recording.
@@ -123,7 +122,7 @@ fn held_count(segment: &Segment) -> usize {
     segment.locals.len() - joints
 }
 
-/// What one event of a simulated segment is like.
+/// One event of a simulated segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Encounter {
     /// The mass comes down.
@@ -158,11 +157,11 @@ pub struct PullOff {
     pub time: f64,
     /// How long it was on the ground \[s\].
     pub contact: f64,
-    /// With what force \[N\].
+    /// Pull-off force \[N\].
     pub force: f64,
     /// The largest step of that force at an edge of the drive close by \[N\].
     pub jump: f64,
-    /// Whether the stay was long enough to tell the force.
+    /// Whether the stay was long enough to determine the force.
     pub informative: bool,
 }
 
@@ -173,9 +172,9 @@ pub struct SegmentRun {
     pub xp: Vec<f64>,
     /// See [`Self::xp`].
     pub xc: Vec<f64>,
-    /// What happened at the ground, in order of time.
+    /// Events at the ground, in order of time.
     pub encounters: Vec<Encounter>,
-    /// How far each instant is from its guess, in standard deviations.
+    /// Distance of each instant from its guess, in standard deviations.
     pub(crate) priors: Vec<f64>,
     /// Where a held start would rest.
     pub(crate) rest: Option<StretchState>,

@@ -1,4 +1,5 @@
-//! What is left between a segment's data and its simulation.
+//! Residuals of a segment: (measured - simulated) in units of the standard deviation, one for each
+//! of [`rows`].
 
 use super::residual_rows::{Encounter, Nuisances, SegmentContext, SegmentRun, Sigmas};
 use super::simulate_segment::simulate_segment;
@@ -6,7 +7,7 @@ use crate::fit::segment::{JointKind, Segment};
 use crate::fit::thresholds::{SHORT_STAY_FORCE_FACTOR, SHORT_STAY_SAMPLES};
 use crate::sim::{SimError, StretchSimulator, Stretcher};
 
-/// What an event leaves of the laws of the ground, in standard deviations.
+/// Residuals of one event against the laws of the ground, in standard deviations.
 fn law(
     encounter: &Encounter,
     sim: &StretchSimulator,
@@ -34,8 +35,7 @@ fn law(
     }
 }
 
-/// Simulates `segment` with the unknowns `locals` and writes what is left, measured minus
-/// simulated over its standard deviation, to `out`.
+/// Simulates `segment` with the unknowns `locals`, and writes its residuals to `out`.
 ///
 /// # Errors
 /// [`SimError`] where no simulation is possible.
@@ -87,7 +87,7 @@ pub fn residuals(
     if let Some(rest) = rest {
         let held = sim.held_structure();
         let n = held.omega2.len();
-        // Without a reading of it the cantilever is known only by having come to rest.
+        // Without a reading, the cantilever is known only where it has come to rest.
         let loose = r.cantilever.is_some() || !segment.settled;
         let sigma = if loose { 1e4 * s.rest } else { s.rest };
         for j in 0..n {

@@ -1,10 +1,10 @@
 //! A recorded voltage as few smooth pieces.
 //!
-//! A recorder gives the voltage at instants; a simulation that stopped at each of them
-//! would take many times the steps. Here runs of samples that one cubic follows to
-//! within the voltage's noise become one piece. Where the voltage jumps between two
-//! samples, or the hysteresis branch changes, there is an *edge*: its instant is known
-//! only to about a sample, and a fit leaves it free within that.
+//! A recorder gives the voltage at instants; a simulation that stopped at each of them would take
+//! many times the steps. Here, runs of samples that one cubic follows to within the voltage's noise
+//! become one piece. Where the voltage jumps between two samples, or the hysteresis branch changes,
+//! there is an *edge*. Its instant is known to about a sample only, so a fit leaves it free within
+//! that.
 
 use nalgebra::{Matrix4, Vector4};
 
@@ -126,7 +126,7 @@ impl Track {
             let own = branch(from + 1);
             let mut turned = None;
             if jumped.is_none() && track.pieces.last().is_some_and(|p| p.branch != own) {
-                // The voltage turned here, or noise hides for how long it lingered.
+                // The voltage turned here, or stayed within the noise for a while.
                 let near = |i: &usize| (volts[*i] - volts[from]).abs() <= tolerance;
                 let linger = (from..n).take_while(near).count().min(50) as f64 * interval;
                 let sigma = if tolerance > 1e-5 * span {
@@ -188,9 +188,9 @@ impl Track {
     }
 }
 
-/// When a voltage that was seen to turn near sample `near`, from its lowest value if it
-/// `rises` after, did so: the vertex of the parabola through the extreme and two samples
-/// on its sides that are well off it. `None` where it lingered or turned unevenly.
+/// When a voltage turned near sample `near`, from its lowest value if it `rises` after: the vertex
+/// of the parabola through the extreme and two samples on its sides that are well off it. `None` if
+/// it rested there or turned unevenly.
 fn parabola_vertex(
     (time, volts): (&[f64], &[f64]),
     near: usize,
@@ -251,7 +251,7 @@ fn longest(
         };
         match shape.filter(|s| follows(s)) {
             Some(shape) => best = (to, shape),
-            // A failed doubling is not searched further: pieces of half the length do.
+            // After a failed doubling the search stops: half the length is good enough.
             None => break,
         }
         size *= 2;
@@ -299,7 +299,7 @@ mod tests {
     fn slow_turns_are_found_between_the_samples() {
         let model = Preset::embedded("paper").unwrap().model;
         for frequency in [3.0, 15.0, 47.0] {
-            // Sampling that has no part in the drive's own clock.
+            // Sampling that is not synchronous with the drive.
             let lag = 7.3e-6;
             let time: Vec<f64> = (0..20_000).map(|i| i as f64 / 50e3).collect();
             let turn = std::f64::consts::TAU * frequency;

@@ -19,7 +19,7 @@ const CONVERGED_STEP_SHARE: f64 = 1e-2;
 /// Cost per row up to which segments may be corrected by their linearisation.
 const MAX_CORRECTION_COST_PER_ROW: f64 = 4.0;
 
-/// How far a fit has come.
+/// Progress of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
     /// What is being done.
@@ -95,7 +95,7 @@ impl Clock {
         self.done.load(Ordering::Relaxed)
     }
 
-    /// Tells how far the fit is, without an iteration done.
+    /// Reports progress without counting an iteration.
     pub(crate) fn tell(
         &self,
         stage: &'static str,
@@ -107,7 +107,7 @@ impl Clock {
         let each = self.started.elapsed().div_f64(done.max(1) as f64);
         let left = match self.expected.checked_sub(done) {
             Some(left) if left > 0 => left,
-            // One that takes longer than expected takes some more.
+            // A fit that takes longer than expected is extended.
             _ => done / 8,
         };
         (control.progress)(&Progress {
@@ -131,7 +131,7 @@ pub struct Plan<'a> {
     pub iterations: usize,
     /// Unknowns that stay where they are.
     pub locked: &'a [usize],
-    /// Fall of the cost in one iteration, as a share of it, that is not worth another.
+    /// Relative fall of the cost in one iteration that ends the search.
     pub enough: f64,
 }
 
@@ -174,7 +174,7 @@ fn descend(
     clock: &mut Clock,
 ) -> Result<Point, SimError> {
     let n = problem.unknowns();
-    // Damping after Nielsen (1999): it follows how well the step was foreseen.
+    // Damping after Nielsen (1999): it follows the ratio of actual and predicted fall of the cost.
     let (mut damping, mut growth) = (1e-4, 2.0);
     let mut huber = fixed.map_or_else(|| threshold(problem, &point), Ok)?;
     point = point.under(problem, huber)?;

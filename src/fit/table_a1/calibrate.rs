@@ -1,5 +1,5 @@
-//! The printed model fitted to the experiment column of Table A.1: how near the 16 real
-//! experiments it can come, and what it says of a frequency that it was not shown.
+//! The model fitted to the experiment column of Table A.1: how near it comes to the 16 experiments,
+//! and how well it predicts a held-out frequency.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::sim::{Options, simulate};
 
-/// What is fitted. The film's thickness at contact, `gp - dp`, is kept.
+/// The free parameters. The film's thickness at contact, `gp - dp`, is held.
 pub const FREE_PARAMETERS: [ParameterId; 7] = [
     ParameterId::Eta,
     ParameterId::Dp,
@@ -23,12 +23,11 @@ pub const FREE_PARAMETERS: [ParameterId; 7] = [
     ParameterId::Alpha,
 ];
 
-/// Generations of each of the five searches that are enough.
+/// Most generations of each of the five searches.
 pub const MAX_GENERATIONS: usize = 60;
-/// Errors that weigh the same: peak [relative], contact [relative to it or to 1 ms],
-/// bounces.
+/// Errors that count the same: peak [relative], contact [relative to it or to 1 ms], bounces.
 const ERROR_SCALES: [f64; 3] = [0.1, 0.3, 2.0];
-/// Contact below which an error counts as one of this much [s].
+/// Smallest scale of a contact's error [s]: below it, the error is relative to this.
 const MIN_CONTACT_SCALE: f64 = 1e-3;
 /// Samples per second; features need no more.
 const SAMPLING_RATE: f64 = 25e3;
@@ -53,7 +52,7 @@ pub struct Misfit {
 pub struct LeftOut {
     /// The frequency [Hz].
     pub frequency: f64,
-    /// What the other frequencies say of the parameters, SI, in the order of [`FREE_PARAMETERS`].
+    /// Parameters fitted to the other frequencies, SI, in the order of [`FREE_PARAMETERS`].
     pub values: Vec<f64>,
     /// Errors at it before any fit, and by the fit to the other frequencies.
     pub before: Misfit,
@@ -72,7 +71,7 @@ pub struct TableFit {
     pub before: Misfit,
     /// The same after.
     pub after: Misfit,
-    /// Leave-one-frequency-out; the fits that were done, if it was stopped.
+    /// Cross-validation by frequency; incomplete if it was stopped.
     pub left_out: Vec<LeftOut>,
     /// Whether it was stopped: then the model is the best so far.
     pub cancelled: bool,
@@ -92,12 +91,11 @@ impl TableFit {
         self.rows.iter().filter(off).map(|row| &row.case).collect()
     }
 
-    /// What the fit has made worse on the way to a smaller sum of errors, and at which
-    /// frequency that it was not shown; `None` if nothing.
+    /// What the fit makes worse, and at which held-out frequency; `None` if nothing.
     pub fn made_worse(&self) -> Option<String> {
         let worse = |before: &Misfit, after: &Misfit| {
             let percent = |what: &str, from: f64, to: f64| {
-                // Half a percent is not seen in the figures as they are written.
+                // Half a percent does not show in the figures as they are written.
                 (to > from + 0.005)
                     .then(|| format!("{what} from {:.0} to {:.0} %", 100.0 * from, 100.0 * to))
             };
@@ -230,7 +228,7 @@ pub(crate) fn cost(rows: &[Row]) -> f64 {
                 .into_iter()
                 .zip(ERROR_SCALES)
                 .map(|(error, scale)| {
-                    // No figure is as bad as a figure that is off by its own size.
+                    // A missing figure is as bad as one that is off by its own size.
                     let size = error.map_or(1.0, f64::abs) / scale;
                     if size <= TABLE_HUBER_THRESHOLD {
                         size * size
@@ -271,7 +269,7 @@ pub fn fit_table(
     let fits = 1 + frequencies.len();
     let mut done = 0;
     let mut stopped = false;
-    // What was found, and whether in peace.
+    // The result, and whether it ran to its end.
     let mut fit = |shown: &[Case]| -> (Found, bool) {
         let search = Search {
             generations,

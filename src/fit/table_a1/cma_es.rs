@@ -1,6 +1,6 @@
-//! CMA-ES: minimises a function of a few parameters that is rough, has steps, or comes
-//! without derivatives (N. Hansen, The CMA Evolution Strategy: A Tutorial, 2016, with the
-//! default constants given there). Bounded to the unit cube by mirroring.
+//! CMA-ES: minimizes a function of a few parameters that is rough, has steps, or has no derivatives
+//! (N. Hansen, The CMA Evolution Strategy: A Tutorial, 2016, with its default constants). Bounded
+//! to the unit cube by mirroring.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -27,14 +27,14 @@ pub struct Found {
     pub point: Vec<f64>,
     /// The function there.
     pub value: f64,
-    /// Times that the function was asked.
+    /// Number of evaluations.
     pub evaluations: usize,
 }
 
-/// Minimises `function` over the unit cube of `start`'s dimension, from `start`. Values
-/// that are not finite count as worst. The points of a generation are asked on all
-/// cores. `go_on` is called after each generation with its number and the best so far,
-/// and ends the search with `false`.
+/// Minimizes `function` over the unit cube of `start`'s dimension, from `start`. Values that are
+/// not finite count as worst. The points of a generation are evaluated on all cores. `go_on` gets
+/// the generation and the best so far after each generation, and ends the search by returning
+/// `false`.
 pub fn minimize(
     start: &[f64],
     search: &Search,
@@ -133,7 +133,7 @@ pub fn minimize(
     best
 }
 
-/// A coordinate beyond the cube comes back from its wall.
+/// Mirrors a coordinate at the walls of the cube.
 fn mirrored(x: f64) -> f64 {
     if !x.is_finite() {
         return 0.5;

@@ -1,5 +1,5 @@
-//! Whether recordings that do not fit together are of one device: each is fitted by itself
-//! in what makes a device what it is, and the values are compared.
+//! Whether recordings that do not fit together are of one device: ground level and first frequency
+//! are fitted to each alone, and the values are compared.
 
 use std::sync::Arc;
 
@@ -16,8 +16,8 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
-/// First frequencies from which each recording is fitted, as shares of that of all, until one
-/// leads to a fit: from far off it may end anywhere.
+/// Starting values of the first frequency, relative to that of all recordings, until one leads to a
+/// fit: from far off, the search may end anywhere.
 const START_FREQUENCY_FACTORS: [f64; 3] = [1.0, 0.8, 1.25];
 /// Most iterations for each of them.
 const MAX_DEVICE_ITERATIONS: usize = 15;
@@ -27,8 +27,8 @@ type Value = (f64, f64);
 /// A value with the name of the recording that it fits.
 type Named<'a> = (&'a str, Value);
 
-/// Sentences on recordings whose ground or first frequency, fitted to each alone around
-/// the values of `model`, are apart. None for a single recording.
+/// Sentences on recordings whose ground level or first frequency differ, each fitted alone around
+/// the values of `model`. Empty for a single recording.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
@@ -90,8 +90,8 @@ pub(crate) fn disagreements(
     Ok(out)
 }
 
-/// The values of `ids` that fit one part alone, all other parameters being those of
-/// `model`; the film keeps its thickness at contact.
+/// The values of `ids` fitted to one part alone, all other parameters held; the film keeps its
+/// thickness at contact.
 fn fitted_alone(
     model: &Model,
     part: &Part,
@@ -151,7 +151,7 @@ fn fitted_alone(
     Ok(best.map(|b| b.1).unwrap_or_default())
 }
 
-/// The two values that are farthest apart, if they are apart at all.
+/// The two values that differ most, if any differ.
 fn most_different<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
     let mut out = None;
     let mut most = DEVICE_DIFFERENCE_SIGMAS;

@@ -1,7 +1,7 @@
 //! The result of a fit: values with standard errors, correlations, Fisher eigenvalues, misfits.
 //!
 //! Errors come from the inverse of `J^T W J` (normal equations), scaled by chi2 where that is
-//! above 1 and widened by the sandwich covariance ([`super::sandwich_covariance`]).
+//! above 1 and widened by the sandwich covariance (`sandwich_covariance`).
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -34,11 +34,11 @@ pub struct FittedParameter {
     pub unit: &'static str,
     /// Value before the fit.
     pub start: f64,
-    /// Whether it ran into a bound.
+    /// Whether it is at a bound.
     pub at_bound: bool,
 }
 
-/// Distance between simulation and one recording.
+/// Misfit of one recording, or of all together.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Misfit {
     /// Name of the recording, or empty for all together.
@@ -54,13 +54,13 @@ pub struct Misfit {
     /// Share of the samples in segments that do not come down to the noise, or that cannot be
     /// simulated. The parameters are fitted without either; `rms` includes the former.
     pub set_aside: f64,
-    /// Share of `chi2` that the laws of touch, bounce and release carry.
+    /// Share of `chi2` from the laws of touch, bounce and release.
     pub at_ground: f64,
 }
 
 impl Misfit {
-    /// Whether what is left is clearly more than noise, in what was fitted or in all
-    /// that had to be set aside for that.
+    /// Whether the misfit is clearly more than noise, in what was fitted or in most of what was set
+    /// aside.
     #[must_use]
     pub fn is_bad(&self) -> bool {
         self.chi2 > BAD_FIT_CHI2
@@ -68,7 +68,7 @@ impl Misfit {
     }
 }
 
-/// What a fit has found.
+/// The result of a fit.
 #[derive(Debug, Clone)]
 pub struct FitResult {
     /// The model with the fitted values.
@@ -149,7 +149,7 @@ pub(crate) fn uncertainty(
             }
         })
         .collect();
-    // Relative changes where a ratio means something, shares of the range elsewhere.
+    // Relative changes if a ratio is meaningful, otherwise shares of the range.
     let units: Vec<f64> = (0..n)
         .map(|i| {
             let spec = &space.entries[i].spec;
@@ -267,7 +267,7 @@ pub(crate) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
         .collect()
 }
 
-/// Distances to the data at a point: all together, and each recording.
+/// Misfits at a point: all recordings together, and each.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -351,7 +351,7 @@ struct Sums {
     square: f64,
     samples: usize,
     chi2: f64,
-    /// Of that, what the laws of the ground leave.
+    /// Part of `chi2` from the laws of the ground.
     ground: f64,
     rows: usize,
     unknowns: usize,

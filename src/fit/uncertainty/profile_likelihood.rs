@@ -1,8 +1,8 @@
-//! Profile likelihood: the best cost with one parameter held at a row of values.
+//! Profile likelihood: the best cost with one parameter held at each of several values (Raue et
+//! al., Bioinformatics 25, 1923, 2009).
 //!
-//! What is held is the parameter's own value: it leaves the coordinates of the fit, so
-//! that a film's strength is profiled by `Cs` itself and not by what `Cs` and `gp` make
-//! together. All points are weighed by one loss, or their costs could not be compared.
+//! The parameter's own value is held, not a coordinate of the fit: the film's strength is profiled
+//! by `Cs` itself. All points use one robust loss, so that their costs can be compared.
 
 use nalgebra::DVector;
 
@@ -24,13 +24,14 @@ use crate::model::parameter::{ParameterSpec, Scale};
 
 /// Most iterations for each point.
 const MAX_POINT_ITERATIONS: usize = 15;
-/// Iterations that a point takes as a rule, for the time left.
+/// Iterations that a point usually takes, for the estimate of the time left.
 const EXPECTED_POINT_ITERATIONS: usize = 5;
-/// Largest change of the logarithm for one standard error, where that many lead below zero.
+/// Largest change of the logarithm for one standard error, for parameters whose errors reach below
+/// zero.
 const MAX_LOG_STEP_PER_SIGMA: f64 = 1.0;
 /// Rounds in which the segments' own unknowns follow a value.
 const VALUE_SETTLE_ROUNDS: usize = 3;
-/// Iterations in which the fitted point is found again as a rule, for the time left.
+/// Iterations that finding the fitted point again usually takes, for the estimate of the time left.
 const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
 
 /// One point of a profile.
@@ -38,8 +39,8 @@ const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
 pub struct ProfilePoint {
     /// Value of the parameter, SI.
     pub value: f64,
-    /// Rise of the cost above the best, in units of the scatter that the standard errors
-    /// are in: 1 at one standard error, 3.84 at 95 %.
+    /// Rise of the cost above its minimum, in units of the scatter: 1 at one standard error, 3.84
+    /// at 95 %.
     pub rise: f64,
 }
 
@@ -114,7 +115,7 @@ fn profile(
     let best = improve_under(problem, start, &plan, huber, control, clock)?;
     let scatter = misfits(prepared, &best)?.0.chi2.max(1.0);
     let along = valley_direction(problem, &best, at, huber)?;
-    // The fit may have stopped a share of a standard error short of it.
+    // The fit may have stopped a fraction of a standard error short of the minimum.
     let centre = FittedParameter {
         value: problem.space.values(&best.x)[at],
         ..parameter.clone()
@@ -151,7 +152,7 @@ fn profile(
         });
     }
     found.sort_by_key(|f| f.0);
-    // The search for the best may have stopped a little short of it.
+    // The search for the minimum may have stopped a little short of it.
     let lowest = found.iter().map(|f| f.1.rise).fold(0.0, f64::min);
     let above = |(_, p): (usize, ProfilePoint)| ProfilePoint {
         rise: p.rise - lowest,
@@ -177,9 +178,9 @@ struct HeldParameter<'a> {
 }
 
 impl HeldParameter<'_> {
-    /// The problem with the parameter held at `value`, and the better of two points to
-    /// begin at: where the best leads along the valley, and where the `last` point was.
-    /// `None` if the model makes no sense with that value.
+    /// The problem with the parameter held at `value`, and the better of two points to begin at:
+    /// the best point moved along the valley, and the `last` point. `None` if the model makes no
+    /// sense with that value.
     fn begin(
         &self,
         value: f64,
@@ -221,8 +222,8 @@ impl HeldParameter<'_> {
     }
 }
 
-/// Change of all unknowns per unit of the value of the parameter `at`, the others making
-/// the best of it.
+/// Change of all unknowns per unit of the value of the parameter `at`, the others at their best
+/// (linearized).
 fn valley_direction(
     problem: &Problem,
     best: &Point,
@@ -245,9 +246,9 @@ fn valley_direction(
     })
 }
 
-/// Values that are `shifts` standard errors from the parameter's own, within its limits.
-/// A parameter that goes by its logarithm and whose errors lead below zero is shifted by
-/// a factor instead; one that the data do not tell by tenths of its range.
+/// Values that are `shifts` standard errors from the parameter's own, within its limits. A
+/// logarithmic parameter whose errors reach below zero is shifted by a factor; one that is not
+/// determined, by tenths of its range.
 fn held_values(parameter: &FittedParameter, spec: &ParameterSpec, shifts: &[f64]) -> Vec<f64> {
     let value = parameter.value;
     let error = if parameter.std_error.is_finite() {
