@@ -126,7 +126,7 @@ mod tests {
     use super::super::output::*;
 
     #[test]
-    fn what_is_read_is_not_written_over() {
+    fn an_input_file_is_never_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         let recording = folder.path().join("a.csv");
         fs::write(&recording, "t [s],xp [um]\n").unwrap();
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_changes_nothing_and_writing_leaves_one_file() {
+    fn checking_changes_nothing_and_writing_leaves_one_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("b.toml");
         let outputs = [

@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_ones_are_refused() {
+    fn wrong_settings_are_refused() {
         assert!(parse("trial").is_err());
         assert!(parse("trial --seed 7 --count 0").is_err());
         assert!(parse("trial --seed -1").is_err());

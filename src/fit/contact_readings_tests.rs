@@ -3,7 +3,7 @@
 use crate::fit::contact_readings::*;
 
 #[test]
-fn a_ratio_is_corrected_by_how_far_the_departure_misses_the_approach() {
+fn a_ratio_is_corrected_by_the_height_between_approach_and_departure() {
     // Ratio and height are wrong together, but for a share of the ratio.
     const TRUE_RATIO: f64 = 0.37;
     const MISS_COUPLING: f64 = -0.05;
@@ -22,7 +22,10 @@ fn a_ratio_is_corrected_by_how_far_the_departure_misses_the_approach() {
     };
     for off in [-2.0, 0.0, 1.0] {
         let (ratio, error) = read_contacts_at(off, RATIO_NOISE).at_once(0.0, (0.0, 0.0));
-        assert!((ratio - TRUE_RATIO - RATIO_NOISE).abs() < 1e-12, "{off}: {ratio}");
+        assert!(
+            (ratio - TRUE_RATIO - RATIO_NOISE).abs() < 1e-12,
+            "{off}: {ratio}"
+        );
         assert!((error - RATIO_NOISE).abs() < 1e-9, "{off}: {error}");
     }
     // A ground that lies elsewhere is missed by as much.

@@ -222,7 +222,7 @@ mod tests {
     use super::super::fit::*;
 
     #[test]
-    fn free_parameters_are_those_that_are_named() {
+    fn free_parameters_are_the_named_ones() {
         let typed = |text: &str| {
             let ids: Vec<String> = text.split(',').map(str::to_owned).collect();
             free(&ids)
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_name_what_the_command_line_has() {
+    fn messages_speak_of_command_line_options() {
         let unused = FitError::IrrelevantParameter {
             id: "dp".into(),
             device: "oscillator".into(),

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn the_interval_is_said_with_its_unit() {
+    fn the_interval_is_written_with_its_unit() {
         let parabola = made_up(|k| k * k);
         let text = parabola.text();
         assert!(
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_that_was_stopped_has_no_interval() {
+    fn a_cancelled_profile_has_no_interval() {
         let part = Profile {
             cancelled: true,
             ..made_up(|k| k * k)

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn other_units_and_cells_that_are_no_readings_are_named() {
+    fn wrong_units_and_spikes_are_named() {
         let says = |part: Part, words: &str| {
             let error = check_columns(&paper(), &part).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_as_it_should_be_passes() {
+    fn a_plausible_recording_passes() {
         check_columns(&paper(), &changed(|_, _, _| {})).unwrap();
         // Short pulses over a long rest are far out, and still readings.
         let pulses = changed(|_, v, xp| {

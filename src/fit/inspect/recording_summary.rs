@@ -262,7 +262,7 @@ mod tests {
     use crate::fit::tests::{made, paper, part};
 
     #[test]
-    fn a_drift_is_taken_over_by_a_recording_too_short_to_show_it() {
+    fn a_drift_is_transferred_to_a_recording_too_short_to_show_it() {
         let drifting = |drive: &str, seconds: f64, seed: u64| {
             let mut recording = made(&paper(), drive, seconds, seed);
             let times = recording.time.iter();
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_mass_is_lowest_again_and_again_is_the_ground_whatever_the_zero_of_others() {
+    fn repeated_lowest_stays_are_the_ground_whatever_the_zeros() {
         let parts = [
             part(made(&paper(), "square:15Hz:8V", 0.2, 1)),
             part({

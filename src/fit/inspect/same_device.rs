@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ground_elsewhere_is_seen_by_where_the_mass_rests() {
+    fn another_ground_level_shows_in_the_height_of_rest() {
         let (parts, findings) = pair(&[("dp", 53.0 / 58.0)]);
         let doubt = rest_height_doubt(&parts, &findings);
         assert!(doubt.is_some_and(|text| text.contains("at -8 V")));
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn of_one_device_nothing_is_doubtful() {
+    fn recordings_of_one_device_raise_no_doubt() {
         // Damping, film and adhesion are not what makes a device another one here.
         let (parts, findings) = pair(&[("Cs", 2.0), ("alpha", 1.3)]);
         assert_eq!(check_ring_frequency(&paper(), &parts, &findings), Ok(None));

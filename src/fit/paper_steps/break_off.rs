@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_whose_touch_was_not_recorded_does_not_count() {
+    fn a_contact_without_its_touch_does_not_count() {
         let square = recording("square:15Hz:8V", 0.2);
         let from = square.time.partition_point(|&t| t < 0.02);
         let cut = |values: &[f64]| values[from..].to_vec();
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn their_number_is_bounded_and_all_recordings_have_a_share() {
+    fn the_number_is_bounded_and_all_recordings_contribute() {
         let drives = ["square:15Hz:8V", "ramped:5Hz:8V:0.25", "square:15Hz:7.5V"];
         let all = drives.map(|d| made(d, 0.8, 50e3, 0.0, &[]));
         let found = found(&all);

@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn each_recording_allows_its_step_and_the_rest_is_named() {
+    fn each_recording_allows_its_step_and_missing_ones_are_named() {
         let taps = recording("square:300Hz:6V", 0.05);
         let ramps = [0.1, 0.2, 0.3].map(|l| recording(&format!("ramped:5Hz:8V:{l}"), 0.4));
         let cycles = [6, 8].map(|v| recording(&format!("sine:5Hz:{v}V"), 0.4));
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_far_from_the_recordings_is_to_be_fitted_first() {
+    fn a_device_far_from_the_recordings_must_be_fitted_first() {
         let drives = [("square:300Hz:6V", 0.05), ("ramped:5Hz:8V:0.2", 0.4)];
         let right = drives.map(|(drive, span)| recording(drive, span));
         assert_eq!(look(&right).first, None);
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_is_allowed_does_not_fail_for_want_of_events() {
+    fn an_allowed_step_has_enough_events() {
         // Impacts are seen here whose ratio the noise hides.
         for (drive, noise) in [
             ("square:15Hz:8V", 20e-9),
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_without_ground_and_drive_is_asked_for_no_recording() {
+    fn a_device_without_ground_and_drive_needs_no_recording() {
         let model = Preset::load("oscillator").unwrap().model;
         let cancel = AtomicBool::new(false);
         let control = Control {
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saturated_recording_is_said_to_be_so() {
+    fn a_saturated_recording_is_reported() {
         let mut clipped = recording("square:300Hz:6V", 0.05).as_ref().clone();
         let top = clipped.proof_mass.iter().copied().fold(f64::MIN, f64::max);
         for x in &mut clipped.proof_mass {
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn one_is_not_many() {
+    fn counts_of_one_are_singular() {
         let one = look(&[recording("square:15Hz:8V", 0.0365)]);
         let texts: Vec<String> = one
             .allowances

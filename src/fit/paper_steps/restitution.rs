@@ -58,10 +58,7 @@ impl fmt::Display for ExcludedBounces {
                 self.vague,
                 "in hops so short or slow that their speeds are uncertain",
             ),
-            (
-                self.unread,
-                "could not be followed (chatter, or a device that is not fitted yet)",
-            ),
+            (self.unread, "could not be followed"),
             (
                 self.stayed,
                 "left so slowly that the mass stayed on the ground",

@@ -76,7 +76,7 @@ impl Sensitivity {
             .filter(|(_, a, b)| is_determined(*a) && is_determined(*b))
             .collect();
         if rows.is_empty() {
-            return Some("These recordings tell none of the coefficients, so that the comparison says nothing of the zero.".to_owned());
+            return Some("None of the coefficients is determined by these recordings, so the comparison says nothing about the zero.".to_owned());
         }
         let moved: Vec<String> = rows
             .into_iter()

@@ -78,7 +78,7 @@ fn restitution_is_read_from_the_bounces_alone() {
 }
 
 #[test]
-fn what_is_read_with_a_film_that_is_not_right_is_said_to_lean_on_it() {
+fn readings_with_a_wrong_film_carry_a_warning() {
     let right = restitution("taps", &read(&[recording("sine:300Hz:5.5V", 0.1)])).unwrap();
     println!("{} off {}", right.mean, right.off);
     assert_eq!(far_off(right.off), None, "{}", right.off);
@@ -91,7 +91,7 @@ fn what_is_read_with_a_film_that_is_not_right_is_said_to_lean_on_it() {
 }
 
 #[test]
-fn contacts_of_little_spread_tell_a_line_with_a_wide_band() {
+fn contacts_of_similar_length_give_a_wide_band() {
     let ramps = [0.1, 0.15, 0.25].map(|l| recording(&format!("ramped:5Hz:8V:{l}"), 0.4));
     let near = adhesion("ramps", &read(&ramps)).unwrap();
     println!("{:?} {:?}", near.rate, near.start);
@@ -150,7 +150,7 @@ fn adhesion_is_read_from_the_releases_alone() {
 }
 
 #[test]
-fn adhesion_sets_aside_what_the_law_does_not_speak_of() {
+fn adhesion_excludes_releases_outside_its_law() {
     let drives = [
         ("square:15Hz:8V", 0.2),
         ("sine:50Hz:8V", 0.12),
@@ -346,7 +346,7 @@ fn film_is_never_worse_than_none() {
 }
 
 #[test]
-fn film_says_what_to_record_where_nothing_breaks_off() {
+fn film_recommends_a_recording_if_there_is_no_break_off() {
     for drive in ["sine:5Hz:2V", "square:300Hz:6V"] {
         let error = film_of(&[recording(drive, 0.1)]).unwrap_err().to_string();
         assert!(error.contains("no break-off"), "{error}");
@@ -375,7 +375,7 @@ fn a_recording_in_another_unit_is_refused() {
 }
 
 #[test]
-fn a_soft_arrival_is_told_by_being_held_against_the_ramp() {
+fn a_soft_arrival_shows_by_the_mass_resting_against_the_ramp() {
     for lambda in [0.05, 0.1, 0.2] {
         for (rate, noise) in [(50e3, 20e-9), (25e3, 150e-9)] {
             let ramp = made(&format!("ramped:5Hz:8V:{lambda}"), 0.4, rate, noise, &[]);

@@ -29,7 +29,7 @@ fn flight() -> (Prepared, Vec<f64>) {
 }
 
 #[test]
-fn columns_of_offsets_and_scales_are_those_of_other_readings() {
+fn columns_of_offsets_and_scales_match_changed_readings() {
     let (prepared, x) = flight();
     let problem = &prepared.problem;
     let used = vec![true; prepared.segments.len()];
@@ -96,7 +96,7 @@ fn locked_unknowns_have_no_columns_and_the_others_are_the_same() {
 }
 
 #[test]
-fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
+fn a_correction_reaches_the_cost_of_a_separate_fit() {
     let (prepared, x) = flight();
     let problem = &prepared.problem;
     let used = vec![true; prepared.segments.len()];

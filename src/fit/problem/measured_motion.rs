@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_has_been_seen_is_the_same() {
+    fn a_cached_motion_is_the_same() {
         let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
         let xp: Vec<f64> = time.iter().map(|t| bounce(*t).0).collect();
         let recording = Recording::new("blow", time, None, xp, None).unwrap();

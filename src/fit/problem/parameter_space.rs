@@ -320,7 +320,7 @@ mod tests {
     use crate::model::preset::Preset;
 
     #[test]
-    fn a_mode_that_is_not_there_is_not_moved() {
+    fn an_absent_mode_is_not_fitted() {
         let mut model = Preset::embedded("paper").unwrap().model;
         let effect = effects::find("extra_mode").unwrap();
         model.effects.push(ActiveEffect::new(effect));
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_lead_back_to_the_values() {
+    fn coordinates_round_trip_to_the_values() {
         let model = Preset::embedded("paper").unwrap().model;
         let free: Vec<String> = ["Cs", "gp", "dp", "alpha", "eta", "zeta1"]
             .map(str::to_owned)

@@ -1,4 +1,4 @@
-//! A segment carried from event to event with given unknowns.
+//! Simulates one segment from event to event with given unknowns.
 
 use std::ops::Range;
 
@@ -10,12 +10,12 @@ use crate::model::drive::Segment as Piece;
 use crate::recording::Recording;
 use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
 
-/// Share of a lag over which accelerations are taken.
+/// Share of a lag over which accelerations are estimated by differences.
 const ACCELERATION_LAG_SHARE: f64 = 0.1;
-/// Readings that show where the mass lies.
+/// Number of readings that decide where the mass lies.
 const LEVEL_READINGS: usize = 16;
 
-/// Whether the readings lag by so much that a stretch goes on from what was read where it begins.
+/// Whether the readings lag by so much that a segment begins with the sensor at its first reading.
 pub fn begins_from_reading(segment: &Segment, sim: &StretchSimulator) -> bool {
     sim.reading_states()
         .is_some_and(|at| sim.state_rates()[at] * segment.interval < MAX_SENSOR_FADE)
@@ -28,8 +28,8 @@ fn points_of(sim: &StretchSimulator, held: Option<f64>, state: &StretchState) ->
     }
 }
 
-/// What a first-order lag of `tau` \[s\] shows of a motion that has gone on as it does at
-/// `start`: of a harmonic one of frequency w about a middle, `x - (tau v - tau^2 a) / (1 +
+/// Output of a first-order lag of `tau` \[s\] for a motion that has always been as at `start`.
+/// For a harmonic motion of frequency w about a middle it is `x - (tau v - tau^2 a) / (1 +
 /// w^2 tau^2)` mode by mode, with the accelerations of the next moment.
 fn lagged_points(
     stretcher: &mut Stretcher<'_>,
@@ -394,9 +394,9 @@ impl Passage<'_> {
     }
 }
 
-/// The ground's level where `segment` begins \[m\]. Where it stepped while the mass lay on it, the
-/// mass may have gone with it or kept lying where it was (a particle comes under it as it flies):
-/// that the first readings tell.
+/// Ground level where `segment` begins \[m\]. If it stepped while the mass lay on it, the mass may
+/// have moved with it or stayed (a particle comes under the mass while it flies). The first
+/// readings decide.
 fn ground_level_at_start(
     segment: &Segment,
     setting: &SegmentContext<'_>,
@@ -415,8 +415,8 @@ fn ground_level_at_start(
     shown_level(r, from..segment.samples.end, nuisances, [now, landed])
 }
 
-/// Which of two levels of the ground the first readings of `samples` show: the first where they
-/// show none.
+/// Which of two ground levels the first readings of `samples` are closer to; the first if there
+/// are none.
 fn shown_level(
     r: &Recording,
     samples: Range<usize>,

@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_turns_are_found_between_the_samples() {
+    fn slow_turns_are_located_between_the_samples() {
         let model = Preset::embedded("paper").unwrap().model;
         for frequency in [3.0, 15.0, 47.0] {
             // Sampling that is not synchronous with the drive.

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_minimum_at_a_wall_and_nonsense_beyond_half() {
+    fn finds_a_minimum_at_a_wall_with_undefined_values_beyond_half() {
         let function = |x: &[f64]| {
             if x[1] > 0.5 {
                 f64::NAN

@@ -335,7 +335,7 @@ mod tests {
     use crate::model::preset::Preset;
 
     #[test]
-    fn every_suspect_is_tried_in_sizes_within_its_slider() {
+    fn every_candidate_is_tried_in_sizes_within_its_slider() {
         for (id, strength) in CANDIDATE_EFFECTS {
             let own = CandidateStrength::of(id, strength).expect(id);
             let (low, high) = own.spec.parameters[own.which].range;
@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn suspects_come_no_farther_and_can_be_stopped() {
+    fn candidates_never_raise_the_cost_and_can_be_stopped() {
         let base = Preset::default().model;
         let mut fit = fit_table(&base, 1, |_| true);
         fit.left_out.truncate(2);

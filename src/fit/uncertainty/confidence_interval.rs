@@ -59,14 +59,14 @@ mod tests {
     }
 
     #[test]
-    fn a_parabola_gives_two_standard_errors_less_a_little() {
+    fn a_parabola_gives_nearly_two_standard_errors() {
         let [low, high] = interval(&points(|k| k * k)).map(Option::unwrap);
         let half = 0.1 * CHI2_95_ONE_DOF.sqrt();
         assert!((low - 5.0 + half).abs() < 1e-12 && (high - 5.0 - half).abs() < 1e-12);
     }
 
     #[test]
-    fn a_side_that_stays_low_has_no_end() {
+    fn a_flat_side_has_no_end() {
         let [low, high] = interval(&points(|k| if k < 0.0 { k * k } else { 0.1 * k }));
         assert!(low.is_some());
         assert_eq!(high, None);

@@ -174,7 +174,7 @@ mod tests {
     use super::most_different;
 
     #[test]
-    fn apart_is_what_neither_errors_nor_scales_explain() {
+    fn values_differ_if_neither_errors_nor_scales_explain_it() {
         let names =
             |all: &[(&'static str, (f64, f64))]| most_different(all).map(|(a, b)| (a.0, b.0));
         let three = [("a", (58.0, 0.1)), ("b", (48.0, 0.1)), ("c", (57.9, 3.0))];

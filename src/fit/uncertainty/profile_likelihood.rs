@@ -280,7 +280,7 @@ mod tests {
     use crate::model::parameter::ParameterId;
 
     #[test]
-    fn values_stay_where_the_parameter_may_be() {
+    fn held_values_stay_within_the_limits() {
         let of = |id: ParameterId, value: f64, std_error: f64| {
             let spec = id.spec();
             let parameter = FittedParameter {

@@ -79,7 +79,7 @@ fn list(ui: &mut Ui, state: &mut State) {
         });
         match allowance.map(|a| &a.by) {
             Some(Err(missing)) => {
-                let mut text = format!("      not yet: {}.", missing.reason);
+                let mut text = format!("      Not possible yet: {}.", missing.reason);
                 if let Some(record) = missing.record {
                     text += &format!(" Record {record}.");
                 }
