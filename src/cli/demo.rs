@@ -1,4 +1,5 @@
-//! `demo`: the main job without a window, on recordings that come with the program.
+//! `demo`: a whole diagnosis without a window, of recordings that come with the program, with the
+//! report and the concealed effect at the end.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `diagnose`: what the model leaves out, from recordings.
+//! `diagnose`: from recordings to what the model leaves out, as text, JSON and an HTML report.
 
 use std::path::{Path, PathBuf};
 

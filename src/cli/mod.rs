@@ -89,7 +89,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// An error with its causes, each said once: many messages have their cause in them.
+/// An error with its causes, each once: many messages contain their cause.
 fn said_once(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -118,7 +118,7 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
     }
 }
 
-/// Marks an error as one of the command itself.
+/// Marks an error as one of the command line (exit code 2).
 fn wrong_command(error: anyhow::Error) -> Failure {
     Failure { code: 2, error }
 }

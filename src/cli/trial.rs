@@ -94,7 +94,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                         tally.outcomes.push(outcome);
                         tally.cases.push(note);
                     }
-                    // A diagnosis that was stopped is no answer to be scored.
+                    // A cancelled diagnosis is not an answer that can be scored.
                     Err(_) if interrupt::stopped() => break,
                     Err(error) => tally.fail(seed, format!("{error:#}")),
                 }
@@ -104,7 +104,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             }
             Err(error) => tally.fail(seed, error.to_string()),
         }
-        // Many trials take hours: what is known is kept.
+        // Many trials take hours: results so far are kept.
         if let Some(path) = args.json.as_deref().filter(|_| aloud) {
             output::json(path, &tally.json(&settings))?;
         }
@@ -160,7 +160,7 @@ impl Tally {
     }
 }
 
-/// Diagnoses one case from its recordings alone, then opens its envelope and scores.
+/// Diagnoses one case from its recordings alone, then reads its truth and scores the diagnosis.
 fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<(Outcome, Value)> {
     let (mut recordings, envelope) = case.into_parts();
     if args.shuffle {

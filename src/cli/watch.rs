@@ -10,8 +10,8 @@ use crate::diagnose::{
 use crate::fit::Part;
 use crate::model::Model;
 
-/// Runs a diagnosis and shows how far it is: on a terminal in one line that changes,
-/// else in a line for each stage. Ctrl-C ends it with what has been found so far.
+/// Runs a diagnosis with its progress: on a terminal one line that changes, otherwise a line for
+/// each stage. Ctrl-C ends it with what has been found so far.
 ///
 /// # Errors
 /// Those of the diagnosis.

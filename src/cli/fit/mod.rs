@@ -1,4 +1,5 @@
-//! `fit`: parameters from recordings.
+//! `fit`: parameters from recordings, with a profile of one of them, or one step of the paper's
+//! identification.
 
 pub(super) mod profile;
 pub(super) mod result;
@@ -39,19 +40,20 @@ pub struct Arguments {
     /// Effect to switch on, e.g. quadratic_drag:cd=1e-7; its parameters are fitted too; repeatable
     #[arg(long, value_name = "ID[:PARAMETER=VALUE,...]")]
     effect: Vec<String>,
-    /// Further starts drawn at random
+    /// Number of additional random starts
     #[arg(long, default_value_t = 0)]
     starts: usize,
-    /// Seed of those
+    /// Seed of the random starts
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
+    /// One step of the paper's identification instead of a fit; guide lists the steps that the
+    /// recordings allow
     #[arg(long, value_parser = steps::STEP_NAMES, conflicts_with = "held_out")]
     step: Option<String>,
     /// After the fit, hold this parameter at values around the best and refit the others: profile and 95 % interval
     #[arg(long, value_name = "ID", conflicts_with = "step")]
     profile: Option<String>,
-    /// File for the fitted device (a preset); with --step the device with what the step found
+    /// File for the fitted device (a preset); with --step the device with the result of the step
     #[arg(long, value_name = "FITTED.toml")]
     out: Option<PathBuf>,
     /// File for the result as JSON; - for standard output
@@ -195,7 +197,7 @@ fn for_the_command_line(error: FitError) -> Failure {
     }
 }
 
-/// What the recordings made doubtful, before the first line of progress.
+/// Prints doubts about the recordings before the first line of progress.
 fn show_doubts(p: &Progress) {
     for doubt in p.doubts.iter() {
         eprintln!("impactscope: warning: {doubt}");

@@ -47,7 +47,7 @@ impl Profile {
         })
     }
 
-    /// The curve and the interval as a person reads them.
+    /// The curve and the interval as text.
     pub fn text(&self) -> String {
         let mut text = format!(
             "profile of {}: rise of the cost with it held at each value, everything else refitted\n",

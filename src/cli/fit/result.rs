@@ -10,7 +10,7 @@ use crate::model::unit::{format_number, format_quantity};
 /// Width of a value in the tables.
 const VALUE_WIDTH: usize = 16;
 
-/// The result as a person reads it.
+/// The result as text.
 pub fn text(result: &FitResult) -> String {
     let mut text = String::new();
     if result.cancelled {
@@ -55,7 +55,7 @@ fn values(result: &FitResult) -> String {
     text
 }
 
-/// A standard error, or that there is none.
+/// A standard error as text; infinite ones are "not determined".
 pub fn error(std_error: f64, unit: &str) -> String {
     if std_error.is_finite() {
         format_quantity(std_error, unit, 2)
@@ -88,7 +88,7 @@ fn correlations(result: &FitResult) -> String {
     text
 }
 
-/// Fisher's eigenvalues with the combinations of parameters that they are of.
+/// Fisher eigenvalues with their combinations of parameters.
 fn eigenvalues(result: &FitResult) -> String {
     let Some(found) = Combinations::of(result) else {
         return String::new();
@@ -170,7 +170,7 @@ pub fn as_json(result: &FitResult) -> Value {
     })
 }
 
-/// One side: all recordings together, and each.
+/// The misfits of one side: all recordings together, and each.
 fn side((all, each): &(Misfit, Vec<Misfit>)) -> Value {
     let of = |m: &Misfit| {
         json!({

@@ -30,19 +30,19 @@ pub const STEP_NAMES: [&str; 6] = [
     "sensitivity",
 ];
 
-/// Everything that a step works with.
+/// The input of a step.
 pub struct StepInputs<'a> {
     /// The device as identified so far.
     pub model: &'a Model,
     /// The recordings.
     pub recordings: &'a [Arc<Recording>],
-    /// What the fits within a step may do.
+    /// Options of the fits within a step.
     pub options: &'a FitOptions,
     /// Progress and cancel.
     pub control: &'a Control<'a>,
 }
 
-/// Whether a step finds values that can be kept in a device.
+/// Whether a step finds values of a device's parameters.
 pub fn finds_values(name: &str) -> bool {
     Step::find(name).is_some_and(Step::finds_values)
 }
@@ -307,7 +307,7 @@ fn twice(both: &Sensitivity) -> Outcome {
         };
         let write = |(value, error): (f64, Option<f64>)| {
             let value = format_quantity(value, spec.unit, 4);
-            // One that was not free has no error.
+            // A parameter that was not free has no error.
             error.map_or(format!("{value} (kept)"), |error| {
                 format!("{value} +- {}", result::error(error, spec.unit))
             })

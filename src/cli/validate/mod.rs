@@ -1,4 +1,5 @@
-//! `validate`: Table A.1 and Table 3 of the paper.
+//! `validate`: simulates the cases of Table A.1, compares with both columns of the paper (Table 3),
+//! and on request fits to them and ranks missing effects.
 
 pub(super) mod rank_effects;
 
@@ -23,9 +24,9 @@ use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::format_quantity;
 
-/// Searches of a fit; lines of progress.
+/// Lines of progress of a fit: one for each of its searches.
 const FIT_PROGRESS_LINES: f64 = 5.0;
-/// Lines of progress of the suspects.
+/// Lines of progress of the ranking.
 const RANKING_PROGRESS_LINES: f64 = 10.0;
 
 /// Arguments of `validate`.
@@ -43,8 +44,8 @@ pub struct Arguments {
     /// Fit the device to the experiments first, with leave-one-frequency-out errors (some minutes)
     #[arg(long)]
     fit: bool,
-    /// Also ask which effects could be behind what the fit does not reach, and which recording
-    /// would separate them (some more minutes); implies --fit
+    /// Also rank the effects that could explain what the fit does not reach, and propose a
+    /// recording to distinguish them (some more minutes); implies --fit
     #[arg(long)]
     suspects: bool,
     /// File for the results as JSON; - for standard output, then without the table
@@ -218,7 +219,7 @@ fn case(row: &Row) -> CaseJson {
     }
 }
 
-/// What the fit did, and what it cannot do, for people.
+/// The result of the fit and its limits, for people.
 fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     if fit.cancelled {
         writeln!(out, "Cancelled: this is the best so far.")?;

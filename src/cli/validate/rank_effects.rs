@@ -8,7 +8,7 @@ use crate::model::unit::format_quantity;
 
 /// Largest voltage of the table \[V\].
 const MAX_TABLE_VOLTAGE: f64 = 8.0;
-/// Noise of a recording that would separate two suspects \[m\].
+/// Noise of the proposed recording \[m\].
 const RECORDING_NOISE: f64 = 20e-9;
 
 /// The ranking, for people.

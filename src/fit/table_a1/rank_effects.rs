@@ -370,9 +370,9 @@ mod tests {
         let mut one = all.list[0].clone();
         one.left_out = vec![(5.0, 3.0, 2.0), (15.0, 6.0, 3.0)];
         assert_eq!(one.gain(), Some((2.0, 1.0)));
-        assert!(!one.told());
+        assert!(!one.is_supported());
         one.left_out[1].2 = 4.5;
-        assert!(one.told());
+        assert!(one.is_supported());
         // Of several, those that are supported come first, then the best.
         let mut three = all.clone();
         three.list = vec![all.list[0].clone(), one.clone(), all.list[0].clone()];
