@@ -195,7 +195,7 @@ fn reset_irrelevant(model: &Model, prepared: &Prepared, best: &mut Point) -> Res
     let problem = &prepared.problem;
     let space = &problem.space;
     let huber = threshold(problem, best)?;
-    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber, &[])?;
+    let reduced = problem.linearize(&best.x, &best.segments, &best.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &best.x, &reduced, huber);
     let start = space.coordinates(model);
     for (i, entry) in space.entries.iter().enumerate() {

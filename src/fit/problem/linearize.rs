@@ -65,7 +65,7 @@ impl Reduced {
     }
 }
 
-/// A segment's linearised residuals, weighted.
+/// A segment's linearized residuals, weighted.
 #[derive(Debug, Clone)]
 pub struct Jacobian {
     /// Unknowns of the whole problem that bear on the segment.
@@ -111,12 +111,12 @@ fn same_states(a: &Model, b: &Model) -> bool {
 }
 
 impl Problem {
-    /// Linearises the segments that are used at unknowns `x`, in all of these but the `locked`
+    /// Linearizes the segments that are used at unknowns `x`, in all of these but the `locked`
     /// ones; `None` for the other segments and for those that cannot be simulated.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense at `x`.
-    pub fn linearise(
+    pub fn linearize(
         &self,
         x: &[f64],
         segments: &[Segment],
@@ -129,7 +129,7 @@ impl Problem {
         })
     }
 
-    /// The segments' Jacobians at unknowns `x`, none of them locked, as [`Self::linearise`]
+    /// The segments' Jacobians at unknowns `x`, none of them locked, as [`Self::linearize`]
     /// uses them.
     ///
     /// # Errors

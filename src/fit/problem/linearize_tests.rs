@@ -1,4 +1,4 @@
-//! Tests of what is linearised against what is simulated.
+//! Tests of what is linearized against what is simulated.
 
 use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::FitOptions;
@@ -78,7 +78,7 @@ fn locked_unknowns_have_no_columns_and_the_others_are_the_same() {
     let locked: Vec<usize> = (0..problem.space.len()).collect();
     let linear = |locked: &[usize]| {
         problem
-            .linearise(&x, &prepared.segments, &used, LOSS, locked)
+            .linearize(&x, &prepared.segments, &used, LOSS, locked)
             .unwrap()
     };
     for (all, some) in linear(&[]).into_iter().zip(linear(&locked)) {
@@ -102,7 +102,7 @@ fn a_correction_reaches_the_cost_of_a_separate_fit() {
     let used = vec![true; prepared.segments.len()];
     let point = settle(problem, &x, &prepared.segments, &used, LOSS, 5).unwrap();
     let near = problem
-        .linearise(&x, &point.segments, &used, LOSS, &[])
+        .linearize(&x, &point.segments, &used, LOSS, &[])
         .unwrap();
     // Another device, by half a per cent of its drive: all but a twentieth of what can be gained.
     let mut there = x.clone();

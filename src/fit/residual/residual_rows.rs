@@ -87,7 +87,7 @@ pub struct SegmentContext<'a> {
     pub epoch: f64,
 }
 
-/// Kinds of the rows that [`residuals`] gives.
+/// Kinds of a segment's rows, in the order of its residuals.
 pub fn rows(segment: &Segment, setting: &SegmentContext<'_>) -> Vec<Row> {
     let r = setting.recording;
     let finite = |values: &[f64]| {

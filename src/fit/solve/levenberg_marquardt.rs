@@ -16,7 +16,7 @@ use crate::sim::SimError;
 /// A step is small if it is below this share of the squared standard error.
 const CONVERGED_STEP_SHARE: f64 = 1e-2;
 
-/// Cost per row up to which segments may be corrected by their linearisation.
+/// Cost per row up to which segments may be corrected by their linearization.
 const MAX_CORRECTION_COST_PER_ROW: f64 = 4.0;
 
 /// Progress of a fit.
@@ -183,7 +183,7 @@ fn descend(
             break;
         }
         let reduced =
-            problem.linearise(&point.x, &point.segments, &point.used, huber, plan.locked)?;
+            problem.linearize(&point.x, &point.segments, &point.used, huber, plan.locked)?;
         let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
         // Far from the minimum, a linearization is misleading.
         let near = point.cost < MAX_CORRECTION_COST_PER_ROW * point.rows as f64;

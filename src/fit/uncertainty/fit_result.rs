@@ -105,7 +105,7 @@ pub(crate) fn uncertainty(
     let space = &problem.space;
     let n = space.len();
     let huber = threshold(problem, point)?;
-    let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber, &[])?;
+    let reduced = problem.linearize(&point.x, &point.segments, &point.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
     let linearized = inverse(&normal);
     let wider = sandwich_inflation(&linearized, segment_gradients(&reduced), chi2);

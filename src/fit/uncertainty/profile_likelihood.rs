@@ -230,7 +230,7 @@ fn valley_direction(
     at: usize,
     huber: Huber,
 ) -> Result<DVector<f64>, FitError> {
-    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber, &[])?;
+    let reduced = problem.linearize(&best.x, &best.segments, &best.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &best.x, &reduced, huber);
     let slopes = problem.space.slopes(&best.x);
     let mut slope = DVector::zeros(problem.unknowns());

@@ -133,8 +133,8 @@ fn second_derivatives(
     let x = from(&point.x);
     let k = own.len();
     let others: Vec<usize> = (k..x.len()).collect();
-    let linearised =
-        |there: &Point| part.linearise(&there.x, &there.segments, &there.used, huber, &others);
+    let linearized =
+        |there: &Point| part.linearize(&there.x, &there.segments, &there.used, huber, &others);
     let middle = settle(
         &part,
         &x,
@@ -143,7 +143,7 @@ fn second_derivatives(
         huber,
         STEP_SETTLE_ROUNDS,
     )?;
-    let reduced = linearised(&middle)?;
+    let reduced = linearized(&middle)?;
     let (linear, _) = normal_equations(&part, &x, &reduced, huber);
     let mut out = DMatrix::zeros(k, k);
     let mut at_bounds = Vec::new();
@@ -167,7 +167,7 @@ fn second_derivatives(
                 huber,
                 STEP_SETTLE_ROUNDS,
             )?;
-            let reduced = linearised(&there)?;
+            let reduced = linearized(&there)?;
             Ok(normal_equations(&part, &there.x, &reduced, huber).1)
         };
         let column = (at(step)? - at(-step)?) / (2.0 * step);
@@ -237,7 +237,7 @@ mod tests {
         ((0..DRAWS).map(square).sum::<f64>() / DRAWS as f64).sqrt()
     }
 
-    /// By the linearised fit alone the faint one scatters by 1.7 of its errors; of sixteen
+    /// By the linearized fit alone the faint one scatters by 1.7 of its errors; of sixteen
     /// draws the root mean square is known to 0.18.
     #[test]
     fn a_faint_mode_scatters_as_its_standard_errors_say() {
