@@ -1,8 +1,27 @@
-//! `impactscope`: how small things hit the ground.
+//! `impactscope`: simulator, fit and diagnosis of the impact dynamics of micro-cantilevers.
 //!
-//! Floors, each importing only from those below it:
-//! `app` (the window) - `fit` (identification) - `recording` (measurements) - `sim` (the
-//! hybrid simulator) - `model` (what the device is).
+//! The house has floors; each imports only from those below it.
+//!
+//! | floor | what it does | begin reading at |
+//! |---|---|---|
+//! | [`cli`] | the commands `simulate`, `fit`, `validate`, `diagnose`, `trial`, `demo` | `cli/mod.rs` |
+//! | [`app`] | the window: workspaces, plots, files, undo | [`app::state`] |
+//! | [`trial`] | sealed benchmark: devices with a concealed effect, by another solver | [`trial::Case`] |
+//! | [`diagnose`] | what a model leaves out: where, what, how much, and the proof | `diagnose/pipeline.rs` |
+//! | [`fit`](mod@fit) | parameters with standard errors from recordings | [`fit::fit()`] |
+//! | [`recording`] | measurements: CSV, noise, events, features; no model | [`recording::Recording`] |
+//! | [`sim`] | the hybrid simulator: flight, events, contact | [`sim::simulate`] |
+//! | [`model`] | the device: parameters, structure, drive, effects, presets | [`model::Model`] |
+//!
+//! Where to find what:
+//! - a physical effect: [`model::effects`], one file each, one line in its catalogue;
+//! - a device file: [`model::preset`] and the folder `presets`;
+//! - how a CSV is understood: [`recording::csv`];
+//! - a number that decides an answer of the fit: [`fit::thresholds`];
+//! - a workspace of the window: [`app::workspaces`].
+//!
+//! `docs/ARCHITECTURE.md` has every room and the way of a value through the house,
+//! `docs/method.md` the method of the diagnosis.
 
 #[cfg(feature = "gui")]
 pub mod app;

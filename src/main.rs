@@ -1,4 +1,5 @@
-//! Opens the window, or runs a command.
+//! The program: opens the window, or runs a command. Everything is in the library; see
+//! `impactscope::cli` for the commands and their exit codes.
 
 use std::process::ExitCode;
 

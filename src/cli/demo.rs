@@ -1,4 +1,5 @@
-//! `demo`: the main job without a window, on recordings that come with the program.
+//! `demo`: a whole diagnosis without a window, of recordings that come with the program, with the
+//! report and the concealed effect at the end.
 
 use std::path::PathBuf;
 
@@ -25,7 +26,7 @@ pub struct Arguments {
 /// # Errors
 /// [`Failure`] with the exit code.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
-    // A folder that cannot be made is said before the work, not after it.
+    // A folder that cannot be made is reported before the work, not after it.
     std::fs::create_dir_all(&args.out).with_context(|| {
         format!(
             "cannot make {}; choose another folder with --out",
@@ -36,8 +37,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let recordings = demo::recordings()?;
     let (train, held_out) = (recordings.train.len(), recordings.held_out.len());
     say(&format!(
-        "{} made-up recordings of a device that is not quite the paper's, {} of them kept out.\n\
-         The model of the paper is re-tuned to them; what does it leave out?\n\n",
+        "{} made-up recordings of a device that is not quite the paper's, {} of them held out.\n\
+         The paper's model is fitted to the others. What does it leave out?\n\n",
         train + held_out,
         held_out
     ))?;
@@ -47,7 +48,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let answer = watched(&model, &train, &held_out)?;
     say(&report::text(&answer))?;
     let put_in = demo::put_in().context("the demo's truth cannot be read")?;
-    say(&format!("\nWhat had been put in: {put_in}\n"))?;
+    say(&format!("\nThe concealed effect was: {put_in}\n"))?;
     let page = args.out.join("report.html");
     output::text(&page, &report::html(&answer))?;
     output::json(&args.out.join("diagnosis.json"), &report::json(&answer))?;

@@ -1,4 +1,4 @@
-//! Devices and drives as they are typed on the command line.
+//! Devices and drives from command-line options: `--set`, `--effect`, `--drive`.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ use crate::model::unit::{format_quantity, parse_quantity};
 use crate::model::{Model, effects};
 use crate::recording::csv::import_voltage;
 
-/// How far outside its slider's range a value is odd: this many times.
-const FAR: f64 = 10.0;
+/// Factor outside its slider's range from which a value is odd.
+const ODD_VALUE_FACTOR: f64 = 10.0;
 /// Voltage up to which the branches of the piezo film were measured [V].
 const KNOWN_VOLTAGE: f64 = 8.0;
 
@@ -80,20 +80,27 @@ pub fn add_effect(model: &mut Model, text: &str) -> anyhow::Result<()> {
             parse_quantity(value, parameter.unit).with_context(|| format!("--effect {text}"))?;
         effect.set(parameter.id, value);
     }
-    // Named again, an effect of the preset takes the new values.
+    // An effect of the preset that is named again takes the new values.
     model.effects.retain(|active| active.spec != spec);
     model.effects.push(effect);
     Ok(())
 }
 
-/// Says on standard error what is far from anything known, and goes on: the result is
-/// exact for a device that nobody has.
+/// Warns on standard error of values far from anything known. The result is still exact, for an
+/// unlikely device.
 pub fn warn_of_odd_values(preset: &Preset, model: &Model, drive: &Waveform) {
     for (id, value) in model.parameters.iter().filter(|(id, _)| model.uses(*id)) {
         let spec = id.spec();
         let (low, high) = preset.range(id);
-        let (below, above) = (low.min(FAR * low), high.max(FAR * high));
-        let below = if low > 0.0 { low / FAR } else { below };
+        let (below, above) = (
+            low.min(ODD_VALUE_FACTOR * low),
+            high.max(ODD_VALUE_FACTOR * high),
+        );
+        let below = if low > 0.0 {
+            low / ODD_VALUE_FACTOR
+        } else {
+            below
+        };
         if value != 0.0 && !(below..=above).contains(&value) {
             let text = |value| format_quantity(value, spec.unit, 3);
             eprintln!(

@@ -1,4 +1,4 @@
-//! `diagnose`: what the model leaves out, from recordings.
+//! `diagnose`: from recordings to what the model leaves out, as text, JSON and an HTML report.
 
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,13 @@ use crate::model::preset::Preset;
 /// Arguments of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Recordings to diagnose (CSV); without --held-out the last third of each is kept out
+    /// Recordings to diagnose (CSV); without --held-out the last third of each is held out
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     /// Device: paper, paper-as-printed, oscillator, faller, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
-    /// Recording to keep out and to prove the answer on; repeatable
+    /// Held-out recording, on which the answer is proved; repeatable
     #[arg(long, value_name = "FILE")]
     held_out: Vec<PathBuf>,
     /// File for the answer as JSON; - for standard output, then without the summary
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_told_apart() {
+    fn files_go_to_their_options() {
         let line = "diagnose a.csv b.csv --held-out c.csv --held-out d.csv --report r.html";
         let args = Only::try_parse_from(line.split(' ')).unwrap().arguments;
         assert_eq!(args.recordings.len(), 2);

@@ -1,4 +1,4 @@
-//! Ctrl-C during long work: it ends soon, and what it has found so far is kept.
+//! Ctrl-C during long work: the work stops soon, and its best result so far is kept.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,19 +6,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::Failure;
 
 /// Exit code of a program that was ended by Ctrl-C, as shells have it.
-const AT_ONCE: i32 = 130;
+const INTERRUPTED_EXIT_CODE: i32 = 130;
 
 /// Set by the first Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
 static LISTENING: Once = Once::new();
 
-/// From now on the first Ctrl-C sets the flag that is returned; the second ends the
-/// program. For work that looks at the flag: any other must go on ending at the first.
+/// Installs the handler: the first Ctrl-C sets the returned flag, the second ends the program. Only
+/// for work that checks the flag.
 pub fn flag() -> &'static AtomicBool {
     LISTENING.call_once(|| {
         let listening = ctrlc::set_handler(|| {
             if STOP.swap(true, Ordering::Relaxed) {
-                std::process::exit(AT_ONCE);
+                std::process::exit(INTERRUPTED_EXIT_CODE);
             }
             eprintln!("\nstopping with the best so far; Ctrl-C again ends at once");
         });
@@ -29,12 +29,12 @@ pub fn flag() -> &'static AtomicBool {
     &STOP
 }
 
-/// Whether the work was asked to stop.
+/// Whether Ctrl-C was pressed.
 pub fn stopped() -> bool {
     STOP.load(Ordering::Relaxed)
 }
 
-/// What a command ends with whose work was stopped, after writing what there is.
+/// The error of a cancelled command, after it has written what there is.
 pub fn cancelled() -> Failure {
     anyhow::anyhow!("cancelled: what was written is the best so far").into()
 }

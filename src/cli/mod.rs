@@ -52,15 +52,15 @@ struct WindowArgs {
 enum Command {
     /// Simulate a device and write the trace as CSV
     Simulate(simulate::Arguments),
-    /// Fit parameters to recordings, and measure what is left on recordings kept out
+    /// Fit parameters to recordings, and report the error on held-out recordings
     Fit(fit::Arguments),
-    /// The 16 cases of the paper's Table A.1 and Table 3's statistics, against both columns
+    /// Compare with the 16 cases of the paper's Table A.1, with the statistics of its Table 3
     Validate(validate::Arguments),
     /// Find the physics that the model leaves out: where, what, how much, and the proof
     Diagnose(diagnose::Arguments),
-    /// Conceal an effect in made-up recordings, diagnose them, open the envelope and score
+    /// Conceal an effect in synthetic recordings, diagnose them, reveal it and score
     Trial(trial::Arguments),
-    /// A diagnosis of recordings that come with the program, with a report
+    /// Diagnose recordings that come with the program, and write a report
     Demo(demo::Arguments),
 }
 
@@ -95,7 +95,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// An error with its causes, each said once: many messages have their cause in them.
+/// An error with its causes, each once: many messages contain their cause.
 fn said_once(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -136,7 +136,7 @@ fn no_window() -> Failure {
     ))
 }
 
-/// Marks an error as one of the command itself.
+/// Marks an error as one of the command line (exit code 2).
 fn wrong_command(error: anyhow::Error) -> Failure {
     Failure { code: 2, error }
 }

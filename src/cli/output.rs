@@ -9,7 +9,7 @@ use anyhow::{Context, anyhow};
 use super::{Failure, wrong_command};
 use crate::atomic_write::write_atomically;
 
-/// Writes to standard output, through a buffer. A reader that has had enough is no error.
+/// Writes to standard output, through a buffer. A closed pipe is not an error.
 ///
 /// # Errors
 /// Those of `write`.
@@ -21,7 +21,7 @@ pub fn to_stdout(write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> an
     }
 }
 
-/// Takes away the line of progress, where standard error is a terminal and has one.
+/// Clears the progress line, if standard error is a terminal.
 pub fn end_of_progress() {
     if std::io::stderr().is_terminal() {
         eprint!("\r\x1b[K");
@@ -41,8 +41,8 @@ pub fn json(path: &Path, value: &impl serde::Serialize) -> anyhow::Result<()> {
     self::text(path, &text)
 }
 
-/// Writes a text to a file, so that it is either whole or as before wherever the system
-/// allows that.
+/// Writes a text to a file by a temporary file and a rename, so that it is either complete or
+/// unchanged, where the system allows that.
 ///
 /// # Errors
 /// The file's, with its path.
@@ -58,8 +58,8 @@ pub fn text(path: &Path, text: &str) -> anyhow::Result<()> {
     fs::write(&there, text).with_context(|| refusal(path))
 }
 
-/// Looks before the work whether its results can be written after it: `outputs` are
-/// options with their files, `inputs` the files that the command reads.
+/// Checks before the work that its results can be written: `outputs` are options with their files,
+/// `inputs` the files that the command reads.
 ///
 /// # Errors
 /// A wrong command if an output is also an input or named twice; else the file's.
@@ -87,7 +87,7 @@ pub fn ready(outputs: &[(&str, Option<&Path>)], inputs: &[PathBuf]) -> Result<()
     Ok(())
 }
 
-/// Whether two paths are of one file.
+/// Whether two paths name one file.
 pub fn same(a: &Path, b: &Path) -> bool {
     match (fs::canonicalize(a), fs::canonicalize(b)) {
         (Ok(a), Ok(b)) => a == b,
@@ -96,7 +96,7 @@ pub fn same(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Tries whether a file can be written, and leaves everything as it is.
+/// Checks that a file can be written, and changes nothing.
 fn writable(path: &Path) -> std::io::Result<()> {
     let mut options = fs::OpenOptions::new();
     if path.is_file() || path.is_dir() {
@@ -126,7 +126,7 @@ mod tests {
     use super::super::output::*;
 
     #[test]
-    fn what_is_read_is_not_written_over() {
+    fn an_input_file_is_never_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         let recording = folder.path().join("a.csv");
         fs::write(&recording, "t [s],xp [um]\n").unwrap();
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_changes_nothing_and_writing_leaves_one_file() {
+    fn checking_changes_nothing_and_writing_leaves_one_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("b.toml");
         let outputs = [

@@ -10,8 +10,8 @@ use crate::fit::Part;
 use crate::recording::Recording;
 use crate::recording::csv::import_auto;
 
-/// Reads recordings as their headers say. What the reader had to leave out or to guess is
-/// said on standard error.
+/// Reads recordings as their headers say. What the reader skipped or guessed goes to standard
+/// error.
 ///
 /// # Errors
 /// The first file's that cannot be read; a recording that is named twice.
@@ -38,8 +38,8 @@ pub fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
     Ok(recordings)
 }
 
-/// Reads recordings to fit to and those to keep out; without any of the latter the last
-/// third of each of the former.
+/// Reads training and held-out recordings; without the latter, the last third of each recording is
+/// held out.
 ///
 /// # Errors
 /// Those of [`read`]; a recording that is on both sides.
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("copy.csv"));
         let Err(failure) = both_sides(&[other.clone(), a.clone()], &[copy]) else {
-            panic!("fitted to what is kept out");
+            panic!("fitted to a held-out recording");
         };
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("has not seen"));

@@ -1,4 +1,4 @@
-//! `simulate`: a trace as CSV.
+//! `simulate`: a simulated trace and its events as CSV.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -100,7 +100,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     warn_of_odd_values(&preset, &model, &drive);
     let simulated = sim::simulate(&model, &drive, duration, &options);
     let mut trace = simulated.map_err(|error| match error {
-        // Values that were typed, not work that failed.
+        // Wrong values on the command line are errors of the command, not of the work.
         SimError::Model(_) | SimError::Drive(_) | SimError::Options { .. } => {
             wrong_command(error.into())
         }
@@ -109,7 +109,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let sensor = Sensor::new(&model.parameters);
     if sensor.noise > 0.0 {
         sensor.add_noise(&mut trace.proof_mass, args.seed);
-        // The channels' noises are independent: the second has a seed of its own.
+        // The channels' noises are independent: the second has its own seed.
         sensor.add_noise(&mut trace.cantilever, args.seed ^ 0x9e37_79b9_7f4a_7c15);
     }
     let axis = TimeAxis::Samples(&trace.times());

@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Record the proof mass alone
     #[arg(long)]
     xp_only: bool,
-    /// A distributed beam of four modes; a further mode may then be named beside the effect
+    /// A distributed beam of four modes; a further mode may then be named together with the effect
     #[arg(long)]
     beam: bool,
     /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
@@ -94,7 +94,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                         tally.outcomes.push(outcome);
                         tally.cases.push(note);
                     }
-                    // A diagnosis that was stopped is no answer to be scored.
+                    // A cancelled diagnosis is not an answer that can be scored.
                     Err(_) if interrupt::stopped() => break,
                     Err(error) => tally.fail(seed, format!("{error:#}")),
                 }
@@ -104,7 +104,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             }
             Err(error) => tally.fail(seed, error.to_string()),
         }
-        // Many trials take hours: what is known is kept.
+        // Many trials take hours: results so far are kept.
         if let Some(path) = args.json.as_deref().filter(|_| aloud) {
             output::json(path, &tally.json(&settings))?;
         }
@@ -160,7 +160,7 @@ impl Tally {
     }
 }
 
-/// Diagnoses one case from its recordings alone, then opens its envelope and scores.
+/// Diagnoses one case from its recordings alone, then reads its truth and scores the diagnosis.
 fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<(Outcome, Value)> {
     let (mut recordings, envelope) = case.into_parts();
     if args.shuffle {
@@ -231,7 +231,7 @@ fn line(outcome: &Outcome, note: &Value) -> String {
         ""
     };
     format!(
-        "{}{exchanged}: concealed {concealed}; answer {answer}; kept out {before:.2} to {after:.2} x noise; {:.1} s",
+        "{}{exchanged}: concealed {concealed}; answer {answer}; held out {before:.2} to {after:.2} x noise; {:.1} s",
         outcome.mark.text(),
         note["seconds"].as_f64().unwrap_or(f64::NAN)
     )
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_ones_are_refused() {
+    fn wrong_settings_are_refused() {
         assert!(parse("trial").is_err());
         assert!(parse("trial --seed 7 --count 0").is_err());
         assert!(parse("trial --seed -1").is_err());

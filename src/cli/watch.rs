@@ -10,8 +10,8 @@ use crate::diagnose::{
 use crate::fit::Part;
 use crate::model::Model;
 
-/// Runs a diagnosis and shows how far it is: on a terminal in one line that changes,
-/// else in a line for each stage. Ctrl-C ends it with what has been found so far.
+/// Runs a diagnosis with its progress: on a terminal one line that changes, otherwise a line for
+/// each stage. Ctrl-C ends it with what has been found so far.
 ///
 /// # Errors
 /// Those of the diagnosis.
@@ -23,7 +23,7 @@ pub fn watched(
     let live = std::io::stderr().is_terminal();
     let last = Mutex::new("");
     let progress = |p: &DiagnoseProgress| {
-        // A thread that panicked while it wrote a line has spoilt nothing.
+        // A panic in another thread while it wrote a line leaves the text usable.
         let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
         if live {
             eprint!("\r\x1b[K{}", line(p));

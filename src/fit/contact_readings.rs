@@ -1,7 +1,7 @@
-//! What the recordings say of the ground without its laws: speeds at each bounce, the
-//! pull-off force at each release (eq 13), with the errors that the noise leaves. The
-//! structure, the drive and the film are those of the model; restitution and adhesion are
-//! not asked.
+//! Speeds at each bounce and the pull-off force at each release (eq. 13), with standard errors.
+//!
+//! They are read with the laws of restitution and adhesion switched off: each segment is fitted
+//! with free velocities and forces. Structure, drive and film are those of the model.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -9,28 +9,27 @@ use rayon::prelude::*;
 use super::error::FitError;
 use super::inspect::plausible_units::check_level;
 use super::inspect::preconditions::{check, one_device};
-use super::inspect::recording_summary::{Findings, look};
+use super::inspect::recording_summary::{RecordingSummary, summarize};
 use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
 use super::problem::prepare::{Prepared, prepare};
-use super::residual::residual_rows::{Encounter, Nuisances, Run, Setting};
+use super::residual::residual_rows::{Encounter, Nuisances, SegmentContext, SegmentRun};
 use super::residual::residuals::residuals;
-use super::residual::simulate_segment::run;
-use super::segment::event_sequence::Kind;
+use super::residual::simulate_segment::simulate_segment;
+use super::segment::event_sequence::GroundEvent;
 use super::segment::{Joint, JointKind, Segment};
 use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control};
 use super::solve::point::Point;
+use crate::fit::thresholds::MAX_SEGMENT_NOISE_RATIO;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
-/// By how much the laws of the ground are loosened: they have no say.
-pub(crate) const LOOSE: f64 = 1e5;
+/// Factor on the standard deviations of the laws of the ground, which switches them off.
+pub(crate) const GROUND_LAW_RELAXATION: f64 = 1e5;
 /// Step of a segment's unknowns for differences, in their own units.
-const STEP: f64 = 1e-3;
-/// Segments further from the data than this many standard deviations are not read.
-const POOR: f64 = 3.0;
+const DIFFERENCE_STEP: f64 = 1e-3;
 
 /// A bounce.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,9 +57,9 @@ pub struct Bounce {
 }
 
 impl Bounce {
-    /// Ratio and its standard error if the mass comes and leaves at one instant, to within
-    /// `about` \[s\], at a `level` \[m\] beside the model's and its variance: what was read
-    /// wrong of the instant shows in the height by which the departure misses the approach.
+    /// Ratio and its standard error if approach and departure are at one instant, to within
+    /// `about` \[s\], at a `level` \[m\] relative to the model's, with its variance. A misread
+    /// instant shows in the height between approach and departure, which corrects the ratio.
     pub fn at_once(&self, about: f64, level: (f64, f64)) -> (f64, f64) {
         let variance = self.off_by(about) + level.1;
         let per_miss = self.shared / variance.max(f64::MIN_POSITIVE);
@@ -70,7 +69,7 @@ impl Bounce {
         (self.ratio - per_miss * (self.miss - level.0), error)
     }
 
-    /// Variance of the height that is missed \[m^2\] if the mass leaves within `about` \[s\].
+    /// Variance of that height \[m^2\] if approach and departure are within `about` \[s\].
     pub fn off_by(&self, about: f64) -> f64 {
         self.miss_error.powi(2) + (about * self.approach).powi(2)
     }
@@ -97,63 +96,63 @@ pub struct Release {
 
 /// Everything read at the ground, in order of recording and time.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Readings {
+pub struct ContactReadings {
     /// Bounces.
     pub bounces: Vec<Bounce>,
-    /// Releases after stays long enough to tell the force.
+    /// Releases after stays long enough to determine the force.
     pub releases: Vec<Release>,
-    /// Bounces that were seen in stretches too far from the model to be read.
+    /// Bounces in segments too far from the model to be read.
     pub unread: usize,
-    /// Releases that were seen and say no force: in such stretches, or after a contact of
-    /// too few samples or one that began before the recording.
+    /// Releases without a force: in such segments, after a contact of too few samples, or after
+    /// one that began before the recording.
     pub unread_releases: usize,
-    /// Distance of the model from the stretches that were read, and from those with one event
-    /// at most whether read or not: medians in units of the noise; 0 where there are none.
-    pub off: Off,
+    /// Median distance of the model from the segments that were read, and from all those with at
+    /// most one event, in units of the noise; 0 if there are none.
+    pub off: ModelDistance,
 }
 
 /// How far a model is from the recordings, in units of the noise.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Off {
-    /// In the stretches in which bounces or releases were read.
+pub struct ModelDistance {
+    /// In the segments in which bounces or releases were read.
     pub read: f64,
-    /// In those where hardly anything happens, so that no misread event is to blame.
-    pub calm: f64,
+    /// In segments with at most one event, where a misread event is not the cause.
+    pub eventless: f64,
 }
 
-/// Reads bounces and releases in `parts` with `model` as it is.
+/// Reads bounces and releases in `parts`, the parameters of `model` held.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
-pub fn readings(
+pub fn read_contacts(
     model: &Model,
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<Readings, FitError> {
+) -> Result<ContactReadings, FitError> {
     let space = Space::new(model, &options.free)?;
-    let findings = look(model, parts);
-    sound(model, parts, &findings, options)?;
+    let findings = summarize(model, parts);
+    check_readable(model, parts, &findings, options)?;
     let mut prepared = prepare(model, &space, parts, &findings, options)?;
     for data in &mut prepared.problem.data {
-        data.sigmas.velocity *= LOOSE;
-        data.sigmas.force *= LOOSE;
+        data.sigmas.velocity *= GROUND_LAW_RELAXATION;
+        data.sigmas.force *= GROUND_LAW_RELAXATION;
     }
     let mut clock = Clock::new(options.iterations.min(10));
     let point = estimate_states(&prepared, model, options, control, &mut clock)?;
-    Ok(read(&prepared, &point)?)
+    Ok(read_contacts_at(&prepared, &point)?)
 }
 
-/// Refuses what cannot be read whatever is looked for in it: recordings that are too short,
-/// constant, saturated, in another unit, or of different devices. One without contact is for
-/// a step to speak of: not each needs it.
+/// Refuses what no step can use: recordings that are too short, constant, saturated, in another
+/// unit, or of different devices. Recordings without contact pass, because not every step needs
+/// one.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence.
-pub(crate) fn sound(
+pub(crate) fn check_readable(
     model: &Model,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<(), FitError> {
     match check(model, parts, findings, options) {
@@ -166,15 +165,18 @@ pub(crate) fn sound(
     one_device(model, parts, findings).map(|_| ())
 }
 
-/// Reads bounces and releases at a point whose segments are fitted with loose laws.
+/// Reads bounces and releases at a point that was fitted without the laws of the ground.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
-pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimError> {
+pub(crate) fn read_contacts_at(
+    prepared: &Prepared,
+    point: &Point,
+) -> Result<ContactReadings, SimError> {
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
-    let own: Vec<(Readings, f64)> = point
+    let own: Vec<(ContactReadings, f64)> = point
         .segments
         .par_iter()
         .enumerate()
@@ -182,33 +184,34 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
             let mut stretcher = Stretcher::new(&simulator);
             let setting = problem.setting(segment, &states[i]);
             let nuisances = problem.nuisances_of(&point.x, segment.recording);
-            let chi2 = distance(segment, &setting, &mut stretcher, &nuisances);
-            let read = (point.used[i] && chi2 < POOR * POOR)
-                .then(|| one(prepared, point, segment, &states[i], &mut stretcher, chi2))
+            let chi2 = segment_chi2(segment, &setting, &mut stretcher, &nuisances);
+            let read = (point.used[i] && chi2 < MAX_SEGMENT_NOISE_RATIO * MAX_SEGMENT_NOISE_RATIO)
+                .then(|| read_segment(prepared, point, segment, &states[i], &mut stretcher, chi2))
                 .flatten();
-            let mut read = read.unwrap_or_else(|| Readings {
-                unread: seen_in(segment, |kind| matches!(kind, Kind::Bounce { .. })),
-                ..Readings::default()
+            let mut read = read.unwrap_or_else(|| ContactReadings {
+                unread: count_events(segment, |kind| matches!(kind, GroundEvent::Bounce { .. })),
+                ..ContactReadings::default()
             });
-            let releases = seen_in(segment, |kind| matches!(kind, Kind::Release { .. }));
+            let releases =
+                count_events(segment, |kind| matches!(kind, GroundEvent::Release { .. }));
             read.unread_releases = releases - read.releases.len();
             (read, chi2.sqrt())
         })
         .collect();
-    let told = |r: &Readings| !(r.bounces.is_empty() && r.releases.is_empty());
-    let read = own.iter().filter(|(r, _)| told(r));
-    let calm = own.iter().zip(&point.segments);
-    let calm = calm.filter(|(_, s)| seen_in(s, |_| true) <= 1);
+    let has_readings = |r: &ContactReadings| !(r.bounces.is_empty() && r.releases.is_empty());
+    let read = own.iter().filter(|(r, _)| has_readings(r));
+    let eventless = own.iter().zip(&point.segments);
+    let eventless = eventless.filter(|(_, s)| count_events(s, |_| true) <= 1);
     let median = |mut off: Vec<f64>| match off.as_mut_slice() {
         [] => 0.0,
         off => quantile_in_place(off, 0.5),
     };
-    let mut all = Readings {
-        off: Off {
+    let mut all = ContactReadings {
+        off: ModelDistance {
             read: median(read.map(|(_, off)| *off).collect()),
-            calm: median(calm.map(|((_, off), _)| *off).collect()),
+            eventless: median(eventless.map(|((_, off), _)| *off).collect()),
         },
-        ..Readings::default()
+        ..ContactReadings::default()
     };
     for (readings, _) in own {
         all.bounces.extend(readings.bounces);
@@ -228,15 +231,15 @@ pub(crate) fn read(prepared: &Prepared, point: &Point) -> Result<Readings, SimEr
     Ok(all)
 }
 
-fn seen_in(segment: &Segment, what: impl Fn(&Kind) -> bool) -> usize {
+fn count_events(segment: &Segment, what: impl Fn(&GroundEvent) -> bool) -> usize {
     let seen = |j: &&Joint| matches!(&j.what, JointKind::Event(kind) if what(kind));
     segment.joints.iter().filter(seen).count()
 }
 
 /// Chi2 per degree of freedom of a segment; infinite where it cannot be simulated.
-fn distance(
+fn segment_chi2(
     segment: &Segment,
-    setting: &Setting<'_>,
+    setting: &SegmentContext<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
 ) -> f64 {
@@ -253,9 +256,9 @@ fn distance(
     }
 }
 
-/// The quantities of interest of a run: ratios and misses of the bounces, forces of the
+/// Quantities of interest of a run: ratios and height differences of the bounces, forces of the
 /// releases.
-fn quantities(run: &Run) -> Vec<f64> {
+fn quantities(run: &SegmentRun) -> Vec<f64> {
     let mut out = Vec::new();
     for encounter in &run.encounters {
         match *encounter {
@@ -265,31 +268,31 @@ fn quantities(run: &Run) -> Vec<f64> {
                 after: Some(after),
                 ..
             } => out.extend([after / speed, miss]),
-            Encounter::PullOff(Some(pull)) if pull.telling => out.push(pull.force),
+            Encounter::PullOff(Some(pull)) if pull.informative => out.push(pull.force),
             _ => {}
         }
     }
     out
 }
 
-/// Readings of one segment at a distance `chi2` from the data; `None` where they cannot be
-/// had.
-fn one(
+/// Readings of one segment with misfit `chi2`; `None` if it cannot be simulated. Errors by linear
+/// propagation of the covariance of the segment's unknowns.
+fn read_segment(
     prepared: &Prepared,
     point: &Point,
     segment: &Segment,
     states: &[f64],
     stretcher: &mut Stretcher<'_>,
     chi2: f64,
-) -> Option<Readings> {
+) -> Option<ContactReadings> {
     let problem = &prepared.problem;
     let setting = problem.setting(segment, states);
     let nuisances = problem.nuisances_of(&point.x, segment.recording);
     let locals = &segment.locals;
-    let base = run(segment, &setting, stretcher, &nuisances, locals).ok()?;
+    let base = simulate_segment(segment, &setting, stretcher, &nuisances, locals).ok()?;
     let values = quantities(&base);
     if values.is_empty() {
-        return Some(Readings::default());
+        return Some(ContactReadings::default());
     }
     let mut r0 = Vec::new();
     residuals(segment, &setting, stretcher, &nuisances, locals, &mut r0).ok()?;
@@ -299,17 +302,18 @@ fn one(
     let mut r = Vec::new();
     for j in 0..locals.len() {
         let mut there = locals.clone();
-        there[j] += STEP;
+        there[j] += DIFFERENCE_STEP;
         residuals(segment, &setting, stretcher, &nuisances, &there, &mut r).ok()?;
-        let moved = quantities(&run(segment, &setting, stretcher, &nuisances, &there).ok()?);
+        let moved =
+            quantities(&simulate_segment(segment, &setting, stretcher, &nuisances, &there).ok()?);
         if r.len() != r0.len() || moved.len() != values.len() {
             return None;
         }
         for (i, (a, b)) in r.iter().zip(&r0).enumerate() {
-            of_residuals[(i, j)] = (a - b) / STEP;
+            of_residuals[(i, j)] = (a - b) / DIFFERENCE_STEP;
         }
         for (i, (a, b)) in moved.iter().zip(&values).enumerate() {
-            of_values[(i, j)] = (a - b) / STEP;
+            of_values[(i, j)] = (a - b) / DIFFERENCE_STEP;
         }
     }
     let normal = of_residuals.transpose() * &of_residuals;
@@ -320,7 +324,7 @@ fn one(
     let error = |i: usize| spread[(i, i)].max(0.0).sqrt();
     let mut quantity = 0..values.len();
     let skew = nuisances.skew;
-    let mut readings = Readings::default();
+    let mut readings = ContactReadings::default();
     let end = problem.data[segment.recording].recording.time[segment.samples.end - 1] + skew;
     for (i, encounter) in base.encounters.iter().enumerate() {
         let next = base.encounters[i + 1..].iter().find_map(Encounter::time);
@@ -345,7 +349,7 @@ fn one(
                     flight: (next.unwrap_or(end) - time) / segment.interval,
                 });
             }
-            Encounter::PullOff(Some(pull)) if pull.telling => readings.releases.push(Release {
+            Encounter::PullOff(Some(pull)) if pull.informative => readings.releases.push(Release {
                 recording: segment.recording,
                 time: pull.time - skew,
                 contact: pull.contact,

@@ -1,5 +1,5 @@
-//! Why a fit does not begin, or ends without a result. Each message says what is wrong,
-//! where, and what to do.
+//! Why a fit does not begin, or ends without a result. Each message says what is wrong, where,
+//! and what to do; values in a message are text with units.
 
 use thiserror::Error;
 
@@ -13,14 +13,14 @@ pub enum FitError {
     NothingFree,
     #[error("there is no parameter {id} to fit; there are {known}")]
     UnknownParameter { id: String, known: String },
-    #[error("{id} was not fitted, so that it has no profile; fitted were {fitted}")]
+    #[error("{id} was not fitted, so it has no profile; the fitted parameters are {fitted}")]
     NotFitted { id: String, fitted: String },
-    #[error("{id} has no bearing on the device {device}; lock it")]
-    Unused { id: String, device: String },
+    #[error("{id} has no effect on the device {device}; lock it")]
+    IrrelevantParameter { id: String, device: String },
     #[error(
-        "{id} belongs to what the device does not have, for the shapes of that mode or the share of that creep are 0; give them values first, or lock it"
+        "{id} has no effect: the shapes of its mode, or the share of its creep, are 0; give them values first, or lock it"
     )]
-    Idle { id: String },
+    InactiveParameter { id: String },
     #[error("no recording was given; give at least one to fit to")]
     NoRecording,
     #[error("{recording}: {samples} samples are too few to fit to; record at least {needed}")]
@@ -33,10 +33,10 @@ pub enum FitError {
         "{recording}: xp is constant, so there is no motion to fit to; record while the device moves"
     )]
     Constant { recording: String },
-    #[error("{recording}: xc is constant, so that it was not recorded; leave that column out")]
-    StillCantilever { recording: String },
+    #[error("{recording}: xc is constant, so it was not recorded; remove that column")]
+    ConstantCantilever { recording: String },
     #[error(
-        "{recording}: {channel} stands at its {which} value {value} for {percent:.0} % of the time while the rest moves; the reading is saturated: record with a larger range"
+        "{recording}: {channel} stays at its {which} value {value} for {percent:.0} % of the time, so the reading is saturated; record with a larger range"
     )]
     Saturated {
         recording: String,
@@ -50,7 +50,7 @@ pub enum FitError {
     )]
     NoDrive { recording: String },
     #[error(
-        "{recording}: the noise of {channel} cannot be told ({reason}), and without it nothing can be weighed; export the recording without missing samples"
+        "{recording}: the noise of {channel} cannot be estimated ({reason}), and the fit needs it for its weights; export the recording without missing samples"
     )]
     Noise {
         recording: String,
@@ -60,11 +60,11 @@ pub enum FitError {
     #[error(
         "{recording} and {other} hold the same samples; give each recording once, to fit to or to hold out"
     )]
-    Twice { recording: String, other: String },
+    DuplicateRecording { recording: String, other: String },
     #[error(
         "{recording}: the voltage does not move, so that eta cannot be fitted; check the column of V, fit without eta, or add a recording in which the drive works"
     )]
-    StillDrive { recording: String },
+    ConstantDrive { recording: String },
     #[error(
         "{recording}: the ground lies at {level} in the recording, but the device's is at dp = {dp}; check the unit of xp, or set dp to about that"
     )]
@@ -83,7 +83,7 @@ pub enum FitError {
         time: String,
     },
     #[error(
-        "{recording}: the voltage reaches {most}, but the drive of the device is known for some volts; check the unit of V"
+        "{recording}: the voltage reaches {most}, but the drive of the device is known for a few volts only; check the unit of V"
     )]
     OtherVoltage { recording: String, most: String },
     #[error("{recording} {what}, but the device rings at f1 = {f1}; check the unit of t, or f1")]
@@ -93,9 +93,9 @@ pub enum FitError {
         f1: String,
     },
     #[error(
-        "{id} is of the rig, not of the device: zeros and noise of each recording are found with every fit; do not fit it"
+        "{id} belongs to the instrument, not to the device: zeros and noise of each recording are estimated with every fit; do not fit it"
     )]
-    OfTheRig { id: String },
+    NuisanceParameter { id: String },
     #[error(
         "{recording}: the ground lies at {level} in the recording, but gp = {gp} is not fitted and must exceed dp; fit gp too, set it beyond that, or check the unit of xp"
     )]
@@ -119,7 +119,7 @@ pub enum FitError {
     #[error("the starting values make no sense: {0}")]
     Start(#[from] SimError),
     #[error(
-        "{recording}: no stretch of it could be used ({reason}); cut the recording or give better starting values"
+        "{recording}: no segment of it could be used ({reason}); cut the recording or give better starting values"
     )]
     NoSegments { recording: String, reason: String },
     #[error("the fit was cancelled before its first result")]

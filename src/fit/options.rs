@@ -1,4 +1,5 @@
-//! What a fit is asked to do.
+//! Options of a fit: which parameters are free, which nuisances are estimated with them, how the
+//! recordings are cut and how long the search may take.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -6,19 +7,20 @@ use std::sync::Arc;
 use crate::model::Model;
 use crate::recording::Recording;
 
-/// What of a rig is not known exactly and no finding either.
+/// Unknowns of the instrument, estimated for each recording with every fit (nuisance parameters).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeNuisances {
     /// A constant offset of each reading of each recording.
     pub offsets: bool,
-    /// Scale of each reading, with the standard deviation of what is known of it. A scale
-    /// common to both readings is not told apart from eta, dp and the forces.
+    /// Standard deviation of each reading's scale around 1; `None` holds it. A scale common to
+    /// both readings cannot be distinguished from eta, dp and the forces.
     pub scales: Option<f64>,
-    /// Skew between the clocks of voltage and readings \[s\], likewise.
+    /// Standard deviation of the skew between the clocks of voltage and readings \[s\]; `None`
+    /// holds it.
     pub skew: Option<f64>,
-    /// Time by which the readings were found to be late against the voltage \[s\]; the
-    /// recordings are cut by a voltage that is as late, and the skew counts from there.
-    pub late: f64,
+    /// Lag of the readings behind the voltage \[s\], known beforehand. The recordings are cut by a
+    /// voltage with that lag, and the skew counts from there.
+    pub reading_lag: f64,
 }
 
 impl Default for FreeNuisances {
@@ -27,32 +29,45 @@ impl Default for FreeNuisances {
             offsets: true,
             scales: None,
             skew: Some(3e-6),
-            late: 0.0,
+            reading_lag: 0.0,
         }
     }
 }
 
 /// What to fit, and how.
+///
+/// # Examples
+/// ```
+/// use impactscope::fit::FitOptions;
+/// use impactscope::model::preset::Preset;
+///
+/// let model = Preset::default().model;
+/// let options = FitOptions {
+///     free: vec!["eta".to_owned(), "dp".to_owned()],
+///     ..FitOptions::for_model(&model)
+/// };
+/// assert_eq!(options.starts, 0);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitOptions {
     /// Ids of the parameters to move; `effect.parameter` for an effect's.
     pub free: Vec<String>,
-    /// The rig's own unknowns.
+    /// Unknowns of the instrument.
     pub nuisances: FreeNuisances,
-    /// Longest segment \[s\]; by itself some periods of the slowest mode.
+    /// Longest segment \[s\]; `None` for some periods of the slowest mode.
     pub longest: Option<f64>,
     /// Tolerance of the simulation \[m\].
     pub tolerance: f64,
     /// Most iterations of each stage.
     pub iterations: usize,
-    /// Further starts, drawn around the given one, beyond the planned ones.
+    /// Random starts around the given one, in addition to the planned ones.
     pub starts: usize,
-    /// Seed of those.
+    /// Seed of the random starts.
     pub seed: u64,
 }
 
 impl FitOptions {
-    /// The default parameters of a model, and those of its effects.
+    /// Defaults for a model: [`default_free`], offsets and skew as nuisances, no random start.
     pub fn for_model(model: &Model) -> Self {
         Self {
             free: default_free(model),
@@ -66,8 +81,20 @@ impl FitOptions {
     }
 }
 
-/// What is fitted if nothing is said: all that people tune where there is a drive or a
-/// ground; frequency and damping of a bare oscillator; what its effects leave free.
+/// Ids of the parameters that are free by default: everything that is usually tuned if there is
+/// a drive or a ground, frequency and damping of a bare oscillator, and those of its effects.
+///
+/// # Examples
+/// ```
+/// use impactscope::fit::default_free;
+/// use impactscope::model::preset::Preset;
+///
+/// let paper = Preset::default().model;
+/// assert!(default_free(&paper).contains(&"Cs".to_owned()));
+/// let oscillator = Preset::load("oscillator")?.model;
+/// assert_eq!(default_free(&oscillator)[0], "f1");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn default_free(model: &Model) -> Vec<String> {
     use crate::model::parameter::ParameterId as P;
     let device = [
@@ -94,7 +121,7 @@ pub fn default_free(model: &Model) -> Vec<String> {
     free
 }
 
-/// A stretch of a recording to be used.
+/// A range of samples of a recording.
 #[derive(Debug, Clone)]
 pub struct Part {
     /// The recording.
@@ -110,7 +137,21 @@ impl Part {
         Self { recording, samples }
     }
 
-    /// A recording cut in two: its first two thirds and the rest.
+    /// A recording cut in two: its first two thirds, to fit to, and the rest, to hold out.
+    ///
+    /// # Examples
+    /// ```
+    /// use std::sync::Arc;
+    ///
+    /// use impactscope::fit::Part;
+    /// use impactscope::recording::Recording;
+    ///
+    /// let time: Vec<f64> = (0..30).map(|i| 1e-5 * f64::from(i)).collect();
+    /// let recording = Recording::new("ring", time.clone(), None, time, None)?;
+    /// let (train, held_out) = Part::split(Arc::new(recording));
+    /// assert_eq!((train.samples, held_out.samples), (0..20, 20..30));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn split(recording: Arc<Recording>) -> (Self, Self) {
         let at = 2 * recording.len() / 3;
         let first = Self {

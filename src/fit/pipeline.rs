@@ -1,14 +1,15 @@
-//! A fit from beginning to end: look, check, search, judge.
+//! A fit from beginning to end: inspect, check, search, estimate the uncertainty, evaluate on
+//! held-out recordings.
 
 use super::error::FitError;
 use super::inspect::preconditions::{check, check_fit};
-use super::inspect::recording_summary::look;
+use super::inspect::recording_summary::summarize;
 use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
 use super::problem::prepare::{Prepared, prepare};
 use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
-use super::solve::multistart::{all_parameters, read_again, search};
+use super::solve::multistart::{joint_plan, revise_events, search};
 use super::solve::normal_equations::normal_equations;
 use super::solve::point::{Point, settle, threshold};
 use super::uncertainty::device_consistency::disagreements;
@@ -19,12 +20,12 @@ use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, simulate};
 
-/// Iterations in which states and nuisances are estimated as a rule, for the time left.
-const ESTIMATE: usize = 5;
-/// Most iterations in which the others follow parameters that are put back.
-const FOLLOW: usize = 15;
+/// Iterations that states and nuisances usually take, for the estimate of the time left.
+const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
+/// Most iterations in which the others follow parameters that went back.
+const MAX_FOLLOW_ITERATIONS: usize = 15;
 
-/// A fit with the problem and the point that it ended at, for one that goes on from there.
+/// A fit with its problem and end point, for another fit that goes on from there.
 pub(super) struct Fitted {
     /// What was found.
     pub result: FitResult,
@@ -34,13 +35,35 @@ pub(super) struct Fitted {
     pub point: Point,
 }
 
-/// Fits the free parameters of `model` to the parts `train`, and measures what is left
-/// on them and on `held_out`, where only initial states and the rig's nuisances are
-/// estimated anew. Cancelled, it gives the best so far.
+/// Fits the free parameters of `model` to the parts `train`, and reports the misfit on them and
+/// on `held_out`, where only initial states, events and nuisances are estimated. If cancelled,
+/// it returns the best so far.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence if the input makes no sense, before any long
 /// computation.
+///
+/// # Examples
+/// ```no_run
+/// use std::sync::Arc;
+/// use std::sync::atomic::AtomicBool;
+///
+/// use impactscope::fit::{Control, FitOptions, Part, fit};
+/// use impactscope::model::preset::Preset;
+/// use impactscope::recording::csv::import_auto;
+///
+/// let model = Preset::default().model;
+/// let recording = Arc::new(import_auto("recording.csv".as_ref(), None)?);
+/// let (train, held_out) = Part::split(recording);
+/// let cancel = AtomicBool::new(false);
+/// let control = Control { cancel: &cancel, progress: &|_| {} };
+/// let options = FitOptions::for_model(&model);
+/// let result = fit(&model, &[train], &[held_out], &options, &control)?;
+/// for p in &result.parameters {
+///     println!("{} = {} +- {} {}", p.id, p.value, p.std_error, p.unit);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fit(
     model: &Model,
     train: &[Part],
@@ -64,7 +87,7 @@ pub(super) fn fitted(
 ) -> Result<Fitted, FitError> {
     let mut sound = model.clone();
     let p = &mut sound.parameters;
-    // The film's thickness is found anew, so that a bad one does not matter.
+    // The film's thickness is searched from its own starts, so a bad one does not matter.
     if options.free.iter().any(|id| id.eq_ignore_ascii_case("gp"))
         && p[ParameterId::Gp] <= p[ParameterId::Dp]
     {
@@ -73,12 +96,12 @@ pub(super) fn fitted(
     let start = model;
     let model = &sound;
     model.check()?;
-    let findings = look(model, train);
+    let findings = summarize(model, train);
     check(model, train, &findings, options)?;
     for part in held_out {
         let one = std::slice::from_ref(part);
         // A held-out part need not touch the ground.
-        match check(model, one, &look(model, one), options) {
+        match check(model, one, &summarize(model, one), options) {
             Err(FitError::NoContact { .. }) | Ok(()) => {}
             Err(error) => return Err(error),
         }
@@ -87,26 +110,27 @@ pub(super) fn fitted(
     let mut clock = Clock::new(0);
     clock.doubts = doubts.clone().into();
     let (prepared, mut best) = search(model, train, &findings, options, control, &mut clock)?;
-    forget_untold(model, &prepared, &mut best)?;
-    let mut result = judged(start, &prepared, &best, control)?;
-    if let Some(point) = hold_untold(model, &prepared, &best, &result, control, &mut clock)? {
+    reset_irrelevant(model, &prepared, &mut best)?;
+    let mut result = result_at(start, &prepared, &best, control)?;
+    if let Some(point) = hold_undetermined(model, &prepared, &best, &result, control, &mut clock)? {
         best = point;
-        result = judged(start, &prepared, &best, control)?;
+        result = result_at(start, &prepared, &best, control)?;
     }
     if result.cancelled {
-        let kept_out = if held_out.is_empty() {
+        let unevaluated = if held_out.is_empty() {
             ""
         } else {
-            "; it was not measured on what is held out"
+            "; it was not evaluated on the held-out recordings"
         };
         result.remarks.push(format!(
-            "the fit was cancelled: this is the best so far{kept_out}"
+            "the fit was cancelled: this is the best so far{unevaluated}"
         ));
     } else {
         let all = train.len() + held_out.len();
-        clock.expected = clock.done() + ESTIMATE * usize::from(!held_out.is_empty());
+        clock.expected =
+            clock.done() + EXPECTED_ESTIMATE_ITERATIONS * usize::from(!held_out.is_empty());
         if !held_out.is_empty() {
-            let found = judged_on(&result.model, held_out, options, control, &mut clock)?;
+            let found = evaluate_on(&result.model, held_out, options, control, &mut clock)?;
             result.remarks.extend(misfit_remarks(&found.1));
             result.held_out = Some(found);
         }
@@ -126,12 +150,12 @@ pub(super) fn fitted(
     })
 }
 
-/// Fits from where another fit ended: `begin` is that point, brought over to `model`.
-/// Neither a film is searched for nor are events read anew that fit.
+/// Fits from where another fit ended: `begin` is that point, transferred to `model`. No starts
+/// are tried, and events are revised only in segments that do not fit.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used with `model`.
-pub(super) fn go_on(
+pub(super) fn fit_from(
     model: &Model,
     train: &[Part],
     begin: impl FnOnce(&Prepared) -> Result<Point, SimError>,
@@ -140,18 +164,18 @@ pub(super) fn go_on(
 ) -> Result<FitResult, FitError> {
     model.check()?;
     let space = Space::new(model, &options.free)?;
-    let findings = look(model, train);
+    let findings = summarize(model, train);
     let prepared = prepare(model, &space, train, &findings, options)?;
-    let plan = all_parameters(options);
+    let plan = joint_plan(options);
     let mut clock = Clock::new(options.iterations);
     let begin = begin(&prepared)?;
     let point = improve(&prepared.problem, begin, &plan, control, &mut clock)?;
-    let best = read_again(&prepared, point, &plan, control, &mut clock)?;
-    judged(model, &prepared, &best, control)
+    let best = revise_events(&prepared, point, &plan, control, &mut clock)?;
+    result_at(model, &prepared, &best, control)
 }
 
-/// What was found at a point: values with their errors, and what is left.
-fn judged(
+/// The result at a point: values with standard errors, and misfits.
+fn result_at(
     start: &Model,
     prepared: &Prepared,
     point: &Point,
@@ -165,13 +189,13 @@ fn judged(
     Ok(result)
 }
 
-/// Parameters on which nothing that was read depends go back to where they began: on the
-/// way to the fit they may have wandered.
-fn forget_untold(model: &Model, prepared: &Prepared, best: &mut Point) -> Result<(), FitError> {
+/// Parameters that no residual depends on go back to their starting values: they may have
+/// wandered during the search.
+fn reset_irrelevant(model: &Model, prepared: &Prepared, best: &mut Point) -> Result<(), FitError> {
     let problem = &prepared.problem;
     let space = &problem.space;
     let huber = threshold(problem, best)?;
-    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber, &[])?;
+    let reduced = problem.linearize(&best.x, &best.segments, &best.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &best.x, &reduced, huber);
     let start = space.coordinates(model);
     for (i, entry) in space.entries.iter().enumerate() {
@@ -183,10 +207,10 @@ fn forget_untold(model: &Model, prepared: &Prepared, best: &mut Point) -> Result
     Ok(())
 }
 
-/// Parameters that the data do not tell because others make up for any change of them
-/// may have gone anywhere along the valley. They go back to where they began and the
-/// others follow; of a film's two the strength follows the gap. `None` if there are none.
-fn hold_untold(
+/// Parameters that are not determined, because others compensate any change of them, may be
+/// anywhere along a valley of the cost. They go back to their starting values, and the others
+/// follow; of the film's two the strength follows the gap. `None` if there are none.
+fn hold_undetermined(
     model: &Model,
     prepared: &Prepared,
     best: &Point,
@@ -195,13 +219,16 @@ fn hold_untold(
     clock: &mut Clock,
 ) -> Result<Option<Point>, FitError> {
     let space = &prepared.problem.space;
-    let untold: Vec<&str> = result
+    let undetermined: Vec<&str> = result
         .parameters
         .iter()
         .filter(|p| p.std_error.is_infinite())
         .map(|p| p.id.as_str())
         .collect();
-    let mut held: Vec<usize> = untold.iter().filter_map(|id| space.position(id)).collect();
+    let mut held: Vec<usize> = undetermined
+        .iter()
+        .filter_map(|id| space.position(id))
+        .collect();
     let begin = space.coordinates(model);
     if held.iter().all(|&i| best.x[i] == begin[i]) {
         return Ok(None);
@@ -225,30 +252,36 @@ fn hold_untold(
     let huber = threshold(problem, best)?;
     let point = settle(problem, &x, &best.segments, &best.used, huber, 3)?;
     let plan = Plan {
-        stage: "what the data do not tell",
-        iterations: FOLLOW,
+        stage: "undetermined parameters held",
+        iterations: MAX_FOLLOW_ITERATIONS,
         locked: &held,
         enough: 1e-6,
     };
-    clock.expected = clock.done() + FOLLOW;
+    clock.expected = clock.done() + MAX_FOLLOW_ITERATIONS;
     Ok(Some(improve(problem, point, &plan, control, clock)?))
 }
 
-/// Distance between `model` and `parts`, its parameters frozen: initial states of the
-/// segments, instants of the events and the rig's nuisances are estimated.
+/// Misfit of `model` on `parts` with its parameters held: initial states of the segments,
+/// instants of the events and nuisances are estimated. All together, and each part.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
-pub fn judge(
+pub fn evaluate(
     model: &Model,
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<(Misfit, Vec<Misfit>), FitError> {
-    judged_on(model, parts, options, control, &mut Clock::new(ESTIMATE))
+    evaluate_on(
+        model,
+        parts,
+        options,
+        control,
+        &mut Clock::new(EXPECTED_ESTIMATE_ITERATIONS),
+    )
 }
 
-fn judged_on(
+fn evaluate_on(
     model: &Model,
     parts: &[Part],
     options: &FitOptions,
@@ -256,15 +289,15 @@ fn judged_on(
     clock: &mut Clock,
 ) -> Result<(Misfit, Vec<Misfit>), FitError> {
     let space = Space::new(model, &options.free)?;
-    let findings = look(model, parts);
+    let findings = summarize(model, parts);
     let prepared = prepare(model, &space, parts, &findings, options)?;
     let point = estimate_states(&prepared, model, options, control, clock)?;
     Ok(misfits(&prepared, &point)?)
 }
 
-/// Root mean square of (simulation - recording) of the proof mass over a whole run from
-/// rest, for information: impacts make it grow however good the model is. `None` where
-/// the two have nothing in common.
+/// Root mean square of (simulation - recording) of the proof mass over a whole run from rest
+/// \[m\]. For information only: after an impact it grows however good the model is. `None` if
+/// the two do not overlap.
 ///
 /// # Errors
 /// [`SimError`] if the model cannot be simulated.
@@ -312,7 +345,7 @@ mod tests {
     use crate::model::sensor::Sensor;
 
     #[test]
-    fn a_film_that_is_not_told_goes_back_to_its_gap_and_the_rest_follows() {
+    fn an_undetermined_film_goes_back_to_its_gap_and_the_rest_follows() {
         let model = Preset::default().model;
         let drive = Waveform::parse("sine:50Hz:8V", 0.05).unwrap();
         let mut trace = simulate(&model, &drive, 0.05, &Options::default()).unwrap();
@@ -338,10 +371,10 @@ mod tests {
         let mut clock = Clock::new(0);
         let mut held = |point: &Point, result: &FitResult| {
             let prepared = &found.prepared;
-            hold_untold(&model, prepared, point, result, &control, &mut clock).unwrap()
+            hold_undetermined(&model, prepared, point, result, &control, &mut clock).unwrap()
         };
         assert!(held(&found.point, &found.result).is_none());
-        // Far along the valley, where neither is told.
+        // Far along the valley, where neither is determined.
         let mut strayed = found.point.clone();
         strayed.x[space.position("gp").unwrap()] += 2.0;
         let mut result = found.result.clone();

@@ -66,12 +66,12 @@ pub(super) fn off(mut model: Model, changes: &[(&str, f64)]) -> Model {
     model
 }
 
-const START: [(&str, f64); 3] = [("eta", 0.6), ("zeta1", 1.5), ("dp", 1.1)];
+const START_FACTORS: [(&str, f64); 3] = [("eta", 0.6), ("zeta1", 1.5), ("dp", 1.1)];
 
 #[test]
-fn a_bad_start_leads_back_and_the_result_repeats() {
+fn a_bad_start_converges_and_the_result_repeats() {
     let truth = paper();
-    let start = off(paper(), &START);
+    let start = off(paper(), &START_FACTORS);
     let parts = two(&truth);
     let free = options(&["eta", "dp", "zeta1", "alpha"]);
     let first = run(&start, &parts, &free).unwrap();
@@ -98,9 +98,9 @@ fn a_bad_start_leads_back_and_the_result_repeats() {
 }
 
 #[test]
-fn a_later_clock_gives_the_same() {
+fn a_shifted_clock_gives_the_same_values() {
     let truth = paper();
-    let start = off(paper(), &START);
+    let start = off(paper(), &START_FACTORS);
     let free = options(&["eta", "dp"]);
     let parts = vec![part(made(&truth, "sine:50Hz:8V", 0.05, 1))];
     let r = &parts[0].recording;
@@ -119,9 +119,9 @@ fn a_later_clock_gives_the_same() {
 }
 
 #[test]
-fn cancelled_it_keeps_the_best_so_far() {
+fn a_cancelled_fit_keeps_the_best_so_far() {
     let parts = two(&paper());
-    let start = off(paper(), &START);
+    let start = off(paper(), &START_FACTORS);
     let cancel = AtomicBool::new(false);
     let calls = AtomicUsize::new(0);
     let stop = |_: &Progress| {
@@ -141,7 +141,7 @@ fn cancelled_it_keeps_the_best_so_far() {
 }
 
 #[test]
-fn bad_input_is_named_before_anything_is_computed() {
+fn bad_input_is_refused_before_any_computation() {
     let model = paper();
     let good = || made(&model, "sine:50Hz:8V", 0.03, 1);
     let all = FitOptions::for_model(&model);
@@ -234,7 +234,7 @@ fn a_bare_oscillator_is_fitted() {
 }
 
 #[test]
-fn a_profile_is_the_parabola_that_the_errors_promise() {
+fn a_profile_is_the_parabola_of_the_standard_errors() {
     let truth = paper();
     let parts = two(&truth);
     let free = options(&["dp", "alpha", "Cs", "gp"]);
@@ -266,7 +266,7 @@ fn a_profile_is_the_parabola_that_the_errors_promise() {
 }
 
 #[test]
-fn a_fit_that_fails_says_so_and_names_recordings_of_different_devices() {
+fn a_failed_fit_names_recordings_of_different_devices() {
     let model = paper();
     let mut other = model.clone();
     other.set("f1", 500.0).unwrap();
@@ -290,7 +290,7 @@ fn a_fit_that_fails_says_so_and_names_recordings_of_different_devices() {
 }
 
 #[test]
-fn what_makes_a_fit_senseless_is_said_before_it_begins() {
+fn impossible_fits_are_refused_before_they_begin() {
     let model = paper();
     let good = || made(&model, "sine:50Hz:8V", 0.03, 1);
     let cancel = AtomicBool::new(false);
@@ -335,17 +335,22 @@ fn what_makes_a_fit_senseless_is_said_before_it_begins() {
     let mut half = good();
     let volts = half.voltage.as_mut().unwrap();
     volts.iter_mut().for_each(|v| *v = v.min(5.0));
-    says(&[part(half)], &[], &usual, "V stands at its highest value");
+    says(&[part(half)], &[], &usual, "V stays at its highest value");
     let mut broken = good();
     let values = broken.proof_mass.iter_mut().enumerate();
     values
         .filter(|(i, _)| i % 6 < 2)
         .for_each(|(_, x)| *x = f64::NAN);
-    says(&[part(broken)], &[], &usual, "noise of xp cannot be told");
+    says(
+        &[part(broken)],
+        &[],
+        &usual,
+        "noise of xp cannot be estimated",
+    );
 }
 
 #[test]
-fn rest_on_the_ground_without_noise_is_no_saturation() {
+fn noiseless_rest_on_the_ground_is_not_saturation() {
     let model = paper();
     for rate in [20e3, 50e3] {
         let drive = Waveform::parse("square:15Hz:8V", 0.1).unwrap();
@@ -358,7 +363,7 @@ fn rest_on_the_ground_without_noise_is_no_saturation() {
         let xp = trace.proof_mass.clone();
         let r = Recording::new("clean", trace.times(), Some(volts), xp, Some(xc)).unwrap();
         let parts = [part(r)];
-        let findings = crate::fit::inspect::recording_summary::look(&model, &parts);
+        let findings = crate::fit::inspect::recording_summary::summarize(&model, &parts);
         crate::fit::inspect::preconditions::check(
             &model,
             &parts,
@@ -370,7 +375,7 @@ fn rest_on_the_ground_without_noise_is_no_saturation() {
 }
 
 #[test]
-fn starts_that_were_asked_for_are_made() {
+fn requested_starts_are_made() {
     let parts = two(&paper());
     let stages = |starts: usize| {
         let begun = AtomicUsize::new(0);
@@ -397,7 +402,7 @@ fn starts_that_were_asked_for_are_made() {
 }
 
 #[test]
-fn cancelled_it_neither_reads_events_again_nor_measures_what_is_held_out() {
+fn a_cancelled_fit_skips_event_revision_and_held_out_recordings() {
     // Every bounce obeys another law, so that events are read again and again.
     let mut truth = paper();
     truth.set("alpha", 0.6).unwrap();

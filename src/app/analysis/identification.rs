@@ -10,9 +10,9 @@ use super::fit::{Fitting, aligned};
 use super::job::Job;
 use crate::app::setup::overlay::{OverlayId, Role};
 use crate::app::setup::setup::Setup;
-use crate::fit::contact_readings::Readings;
+use crate::fit::contact_readings::ContactReadings;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
-use crate::fit::paper_steps::outcome::{Finding, take};
+use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::{Control, FitOptions, Progress};
 use crate::model::Model;
 use crate::recording::Recording;
@@ -24,7 +24,7 @@ pub enum StepEvent {
     /// Which steps are possible.
     Guide(Guidance),
     /// The result of a step.
-    Found(Finding),
+    Found(StepResult),
 }
 
 /// Recordings, their alignments, and the name of the device.
@@ -34,7 +34,7 @@ type Seen = (Vec<(OverlayId, Alignment)>, String);
 #[derive(Debug, Clone)]
 struct Looked {
     model: Arc<Model>,
-    readings: Option<Arc<Readings>>,
+    readings: Option<Arc<ContactReadings>>,
 }
 
 /// State of the identification window.
@@ -54,7 +54,7 @@ pub struct Identification {
     /// Name of the device that the results belong to.
     of: String,
     /// Results by the id of the step, or why it failed.
-    pub findings: BTreeMap<&'static str, Result<Finding, String>>,
+    pub findings: BTreeMap<&'static str, Result<StepResult, String>>,
     /// The step shown.
     pub chosen: Option<Step>,
 }

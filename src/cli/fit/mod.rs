@@ -1,4 +1,5 @@
-//! `fit`: parameters from recordings.
+//! `fit`: parameters from recordings, with a profile of one of them, or one step of the paper's
+//! identification.
 
 pub(super) mod profile;
 pub(super) mod result;
@@ -21,7 +22,7 @@ use crate::model::unit::format_number;
 /// Arguments of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Recordings to fit to (CSV); without --held-out the last third of each is kept out
+    /// Recordings to fit to (CSV); without --held-out the last third of each is held out
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     /// Device and starting values: paper, paper-as-printed, oscillator, faller, or a preset file
@@ -30,7 +31,7 @@ pub struct Arguments {
     /// Parameters to fit, e.g. Cs,gp,eta or quadratic_drag.cd; by default all that are usually tuned
     #[arg(long, value_delimiter = ',', value_name = "ID,...")]
     free: Vec<String>,
-    /// Recording to keep out and to measure the fit on; repeatable
+    /// Held-out recording: not fitted to, the error on it is reported; repeatable
     #[arg(long, value_name = "FILE")]
     held_out: Vec<PathBuf>,
     /// Starting value, e.g. Cs=2e-21 or gp="72 um"; repeatable
@@ -39,19 +40,20 @@ pub struct Arguments {
     /// Effect to switch on, e.g. quadratic_drag:cd=1e-7; its parameters are fitted too; repeatable
     #[arg(long, value_name = "ID[:PARAMETER=VALUE,...]")]
     effect: Vec<String>,
-    /// Further starts drawn at random
+    /// Number of additional random starts
     #[arg(long, default_value_t = 0)]
     starts: usize,
-    /// Seed of those
+    /// Seed of the random starts
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// One step of the paper's identification instead of a whole fit; guide says which the recordings allow
-    #[arg(long, value_parser = steps::NAMES, conflicts_with = "held_out")]
+    /// One step of the paper's identification instead of a fit; guide lists the steps that the
+    /// recordings allow
+    #[arg(long, value_parser = steps::STEP_NAMES, conflicts_with = "held_out")]
     step: Option<String>,
-    /// After the fit, hold this parameter at values around the best and fit the others anew: the curve, and the 95 % interval
+    /// After the fit, hold this parameter at values around the best and refit the others: profile and 95 % interval
     #[arg(long, value_name = "ID", conflicts_with = "step")]
     profile: Option<String>,
-    /// File for the fitted device (a preset); with --step the device with what the step found
+    /// File for the fitted device (a preset); with --step the device with the result of the step
     #[arg(long, value_name = "FITTED.toml")]
     out: Option<PathBuf>,
     /// File for the result as JSON; - for standard output
@@ -96,7 +98,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         && !steps::finds_values(step)
     {
         return Err(wrong_command(anyhow!(
-            "--step {step} finds no values that a device could keep; leave --out away"
+            "--step {step} finds no values that a device could keep; leave out --out"
         )));
     }
     let outputs = [
@@ -111,34 +113,34 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         doubted.call_once(|| show_doubts(p));
         show_progress(p, live);
     };
-    // From then on only: while files are read, Ctrl-C ends the program.
+    // Only from here on: while files are read, Ctrl-C ends the program.
     let control = || Control {
         cancel: interrupt::flag(),
         progress: &progress,
     };
     if let Some(step) = &args.step {
         let recordings = read::read(&args.recordings)?;
-        let bench = steps::Bench {
+        let inputs = steps::StepInputs {
             model: &preset.model,
             recordings: &recordings,
             options: &options,
             control: &control(),
         };
-        if let Some(found) = steps::run(step, &bench, args.json.as_deref())? {
+        if let Some(found) = steps::run(step, &inputs, args.json.as_deref())? {
             found.apply(&mut preset.model);
         }
-        return keep(preset, args.out.as_deref());
+        return write_device(preset, args.out.as_deref());
     }
     let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
     let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
     output::end_of_progress();
-    let fitted = fitted.map_err(said_for_the_command_line)?;
+    let fitted = fitted.map_err(for_the_command_line)?;
     let aloud = args.json.as_deref() != Some(Path::new("-"));
     if aloud {
         output::to_stdout(|out| Ok(out.write_all(result::text(&fitted).as_bytes())?))?;
     }
     let mut value = result::as_json(&fitted);
-    // A fit that was stopped is not at its best: nothing rises from there.
+    // A cancelled fit is not at its minimum, so it has no profile.
     if let Some(id) = args.profile.as_deref().filter(|_| !fitted.cancelled) {
         let profile = Profile::new(&fitted, &train, id, &options, &control());
         output::end_of_progress();
@@ -152,12 +154,12 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         output::json(path, &value)?;
     }
     preset.model = fitted.model;
-    keep(preset, args.out.as_deref())
+    write_device(preset, args.out.as_deref())
 }
 
-/// Writes the device as it is now, if that is asked for. Work that was stopped ends with
-/// an error, but only when all that it found is written.
-fn keep(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
+/// Writes the device, if `--out` is given. Cancelled work ends with an error, but only after
+/// everything that it found is written.
+fn write_device(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
     if let Some(path) = out {
         preset.about = format!("{} (fitted)", preset.about.trim_end_matches(" (fitted)"));
         output::text(path, &preset.to_toml())?;
@@ -168,35 +170,34 @@ fn keep(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The ids of `--free`; empty ones, as between two commas, are none.
+/// The ids of `--free`, without the empty ones between two commas.
 fn free(typed: &[String]) -> Result<Vec<String>, Failure> {
     let ids = typed.iter().map(|id| id.trim().to_owned());
     let ids: Vec<String> = ids.filter(|id| !id.is_empty()).collect();
     if ids.is_empty() {
         return Err(wrong_command(anyhow!(
-            "--free names no parameter; write for example --free Cs,gp, or leave it away"
+            "--free names no parameter; write for example --free Cs,gp, or omit it"
         )));
     }
     Ok(ids)
 }
 
-/// The error with what to do about it here: on the command line a parameter is locked by
-/// not being named.
-fn said_for_the_command_line(error: FitError) -> Failure {
+/// The error with a remedy for the command line, where a parameter is locked by not naming it.
+fn for_the_command_line(error: FitError) -> Failure {
     match error {
-        FitError::Unused { id, device } => wrong_command(anyhow!(
-            "{id} has no bearing on the device {device}; leave it out of --free"
+        FitError::IrrelevantParameter { id, device } => wrong_command(anyhow!(
+            "{id} has no effect on the device {device}; leave it out of --free"
         )),
         FitError::NoContact { parameters, reason } => anyhow!(
-            "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; name with --free only others, for example eta,zeta1, or add a recording in which the mass hits the ground"
+            "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; free only others, for example --free eta,zeta1, or add a recording in which the mass hits the ground"
         )
         .into(),
-        FitError::UnknownParameter { .. } | FitError::NothingFree | FitError::OfTheRig { .. } => wrong_command(error.into()),
+        FitError::UnknownParameter { .. } | FitError::NothingFree | FitError::NuisanceParameter { .. } => wrong_command(error.into()),
         other => other.into(),
     }
 }
 
-/// What the recordings made doubtful, before the first line of progress.
+/// Prints doubts about the recordings before the first line of progress.
 fn show_doubts(p: &Progress) {
     for doubt in p.doubts.iter() {
         eprintln!("impactscope: warning: {doubt}");
@@ -223,7 +224,7 @@ mod tests {
     use super::super::fit::*;
 
     #[test]
-    fn free_parameters_are_those_that_are_named() {
+    fn free_parameters_are_the_named_ones() {
         let typed = |text: &str| {
             let ids: Vec<String> = text.split(',').map(str::to_owned).collect();
             free(&ids)
@@ -237,8 +238,8 @@ mod tests {
     }
 
     #[test]
-    fn messages_name_what_the_command_line_has() {
-        let unused = FitError::Unused {
+    fn messages_speak_of_command_line_options() {
+        let unused = FitError::IrrelevantParameter {
             id: "dp".into(),
             device: "oscillator".into(),
         };
@@ -247,7 +248,7 @@ mod tests {
             reason: "the mass never rests".into(),
         };
         for (error, code) in [(unused, 2), (contact, 1)] {
-            let failure = said_for_the_command_line(error);
+            let failure = for_the_command_line(error);
             let text = failure.error.to_string();
             assert_eq!(failure.code, code);
             assert!(text.contains("--free") && !text.contains("lock"), "{text}");

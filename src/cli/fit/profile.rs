@@ -1,14 +1,15 @@
 //! `fit --profile`: how much worse the fit becomes with one parameter held elsewhere, all
-//! others fitted anew, and the interval that agrees with the data.
+//! others refitted, and its 95 % interval.
 
 use serde_json::{Value, json};
 
-use crate::fit::uncertainty::confidence_interval::{CERTAIN, interval};
+use crate::fit::thresholds::CHI2_95_ONE_DOF;
+use crate::fit::uncertainty::confidence_interval::interval;
 use crate::fit::{Control, FitError, FitOptions, FitResult, Part, ProfilePoint, profile_of};
 use crate::model::unit::{format_number, format_quantity};
 
 /// Where the parameter is held, in its standard errors from the best.
-const SHIFTS: [f64; 13] = [
+const PROFILE_SHIFTS: [f64; 13] = [
     -4.0, -3.0, -2.3, -1.7, -1.2, -0.6, 0.0, 0.6, 1.2, 1.7, 2.3, 3.0, 4.0,
 ];
 
@@ -33,7 +34,7 @@ impl Profile {
         options: &FitOptions,
         control: &Control<'_>,
     ) -> Result<Self, FitError> {
-        let points = profile_of(result, train, id, &SHIFTS, options, control)?;
+        let points = profile_of(result, train, id, &PROFILE_SHIFTS, options, control)?;
         let parameter = result
             .parameters
             .iter()
@@ -46,10 +47,10 @@ impl Profile {
         })
     }
 
-    /// The curve and the interval as a person reads them.
+    /// The curve and the interval as text.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "profile of {}: rise of the cost with it held there, all else fitted anew\n",
+            "profile of {}: rise of the cost with it held at each value, everything else refitted\n",
             self.id
         );
         let write = |value: f64| format_quantity(value, self.unit, 6);
@@ -69,7 +70,7 @@ impl Profile {
             [None, Some(high)] => format!("up to {}, no lower end among these values", write(high)),
             [None, None] => "none: no value of these disagrees with the data".to_owned(),
         };
-        text + &format!("95 % interval (rise of {CERTAIN}): {between}\n")
+        text + &format!("95 % interval (rise of {CHI2_95_ONE_DOF}): {between}\n")
     }
 
     /// The same as JSON, values in SI; an end of the interval that was not reached is null.
@@ -90,7 +91,7 @@ mod tests {
         Profile {
             id: "dp".to_owned(),
             unit: "m",
-            points: SHIFTS
+            points: PROFILE_SHIFTS
                 .map(|k| ProfilePoint {
                     value: 58e-6 + 1e-7 * k,
                     rise: rise(k),
@@ -101,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn the_interval_is_said_with_its_unit() {
+    fn the_interval_is_written_with_its_unit() {
         let parabola = made_up(|k| k * k);
         let text = parabola.text();
         assert!(
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_that_was_stopped_has_no_interval() {
+    fn a_cancelled_profile_has_no_interval() {
         let part = Profile {
             cancelled: true,
             ..made_up(|k| k * k)

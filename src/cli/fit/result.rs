@@ -2,15 +2,15 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::fit::uncertainty::identifiability::{Combinations, told};
+use crate::fit::uncertainty::identifiability::{Combinations, determined};
 use crate::fit::{FitResult, Misfit};
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};
 
 /// Width of a value in the tables.
-const WIDE: usize = 16;
+const VALUE_WIDTH: usize = 16;
 
-/// The result as a person reads it.
+/// The result as text.
 pub fn text(result: &FitResult) -> String {
     let mut text = String::new();
     if result.cancelled {
@@ -39,12 +39,12 @@ pub fn text(result: &FitResult) -> String {
 
 fn values(result: &FitResult) -> String {
     let mut text = format!(
-        "{:<22} {:>WIDE$} {:>14} {:>WIDE$}\n",
+        "{:<22} {:>VALUE_WIDTH$} {:>14} {:>VALUE_WIDTH$}\n",
         "parameter", "value", "std. error", "before"
     );
     for p in &result.parameters {
         text += &format!(
-            "{:<22} {:>WIDE$} {:>14} {:>WIDE$}{}\n",
+            "{:<22} {:>VALUE_WIDTH$} {:>14} {:>VALUE_WIDTH$}{}\n",
             p.id,
             format_quantity(p.value, p.unit, 5),
             error(p.std_error, p.unit),
@@ -55,31 +55,31 @@ fn values(result: &FitResult) -> String {
     text
 }
 
-/// A standard error, or that there is none.
+/// A standard error as text; infinite ones are "not determined".
 pub fn error(std_error: f64, unit: &str) -> String {
     if std_error.is_finite() {
         format_quantity(std_error, unit, 2)
     } else {
-        "not told".to_owned()
+        "not determined".to_owned()
     }
 }
 
-/// The matrix of correlations of what the data tell; nothing for a single parameter.
+/// Correlations of the determined parameters; empty for a single one.
 fn correlations(result: &FitResult) -> String {
-    let told = told(result);
-    if told.len() < 2 {
+    let shown = determined(result);
+    if shown.len() < 2 {
         return String::new();
     }
     let id = |i: &usize| result.parameters[*i].id.as_str();
-    let longest = told.iter().map(|i| id(i).len()).max().unwrap_or(0);
+    let longest = shown.iter().map(|i| id(i).len()).max().unwrap_or(0);
     let mut text = format!("correlations\n{:longest$}", "");
-    for i in &told {
+    for i in &shown {
         text += &format!("  {:>6}", id(i));
     }
     text.push('\n');
-    for (row, i) in told.iter().enumerate() {
+    for (row, i) in shown.iter().enumerate() {
         text += &format!("{:longest$}", id(i));
-        for j in &told[..=row] {
+        for j in &shown[..=row] {
             let wide = id(j).len().max(6);
             text += &format!("  {:>wide$.2}", result.correlations[(*i, *j)]);
         }
@@ -88,12 +88,12 @@ fn correlations(result: &FitResult) -> String {
     text
 }
 
-/// Fisher's eigenvalues with the combinations of parameters that they are of.
+/// Fisher eigenvalues with their combinations of parameters.
 fn eigenvalues(result: &FitResult) -> String {
     let Some(found) = Combinations::of(result) else {
         return String::new();
     };
-    let mut text = "Fisher eigenvalues, and how well each combination is known\n".to_owned();
+    let mut text = "Fisher eigenvalues, standard error of each combination\n".to_owned();
     for (k, value) in found.values.iter().enumerate() {
         text += &format!(
             "  {:>10}  {:>8} %  {}\n",
@@ -118,7 +118,7 @@ fn film_at_contact(result: &FitResult) -> Option<f64> {
 fn misfit(m: &Misfit) -> String {
     let aside = if m.set_aside > 0.0 {
         format!(
-            "; {:.1} % of the samples lie around events that could not be read",
+            "; {:.1} % of the samples set aside, around events that could not be followed",
             100.0 * m.set_aside
         )
     } else {
@@ -142,14 +142,14 @@ pub fn as_json(result: &FitResult) -> Value {
         });
         parameters.insert(p.id.clone(), value);
     }
-    let told = told(result);
-    let ids: Vec<&str> = told
+    let shown = determined(result);
+    let ids: Vec<&str> = shown
         .iter()
         .map(|&i| result.parameters[i].id.as_str())
         .collect();
-    let matrix: Vec<Vec<f64>> = told
+    let matrix: Vec<Vec<f64>> = shown
         .iter()
-        .map(|&i| told.iter().map(|&j| result.correlations[(i, j)]).collect())
+        .map(|&i| shown.iter().map(|&j| result.correlations[(i, j)]).collect())
         .collect();
     let fisher = Combinations::of(result).map(|found| {
         let directions: Vec<Vec<f64>> = (found.vectors.column_iter())
@@ -170,7 +170,7 @@ pub fn as_json(result: &FitResult) -> Value {
     })
 }
 
-/// One side: all recordings together, and each.
+/// The misfits of one side: all recordings together, and each.
 fn side((all, each): &(Misfit, Vec<Misfit>)) -> Value {
     let of = |m: &Misfit| {
         json!({
@@ -196,24 +196,24 @@ mod tests {
     use crate::fit::uncertainty::identifiability::tests::made_up;
 
     #[test]
-    fn what_was_found_is_shown_whole() {
+    fn the_text_shows_values_correlations_and_eigenvalues() {
         let mut result = made_up();
         result.cancelled = true;
         result.parameters[2].at_bound = true;
         let text = text(&result);
         println!("{text}");
         assert!(text.starts_with("Cancelled: this is the best so far.\n"));
-        // Ca is not told: it has neither correlation nor eigenvalue.
+        // Ca is not determined: it has neither correlation nor eigenvalue.
         assert!(
             text.contains("correlations\n        Cs      gp\nCs    1.00\ngp    0.60    1.00\n")
         );
         assert!(text.contains("25000      0.63 %  "), "{text}");
         assert!(text.contains("6250       1.3 %  "), "{text}");
-        assert!(text.contains("not told") && text.contains("at its bound"));
+        assert!(text.contains("not determined") && text.contains("at its bound"));
     }
 
     #[test]
-    fn json_has_it_all_too() {
+    fn json_has_the_same_content() {
         let mut result = made_up();
         let own = |name: &str| Misfit {
             name: name.to_owned(),

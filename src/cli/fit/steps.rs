@@ -12,16 +12,16 @@ use crate::fit::paper_steps::drive::{BranchFit, DriveFit};
 use crate::fit::paper_steps::far_off;
 use crate::fit::paper_steps::film::Film;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
-use crate::fit::paper_steps::outcome::{Finding, take};
+use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::paper_steps::restitution::Restitution;
-use crate::fit::paper_steps::sensitivity::{ROWS, SHIFT, Sensitivity};
+use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS, ZERO_SHIFT};
 use crate::fit::{Control, FitError, FitOptions, FitResult};
 use crate::model::Model;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;
 
 /// What `--step` takes.
-pub const NAMES: [&str; 6] = [
+pub const STEP_NAMES: [&str; 6] = [
     "guide",
     "drive",
     "restitution",
@@ -30,39 +30,39 @@ pub const NAMES: [&str; 6] = [
     "sensitivity",
 ];
 
-/// Everything that a step works with.
-pub struct Bench<'a> {
+/// The input of a step.
+pub struct StepInputs<'a> {
     /// The device as identified so far.
     pub model: &'a Model,
     /// The recordings.
     pub recordings: &'a [Arc<Recording>],
-    /// What the fits within a step may do.
+    /// Options of the fits within a step.
     pub options: &'a FitOptions,
     /// Progress and cancel.
     pub control: &'a Control<'a>,
 }
 
-/// Whether a step finds values that can be kept in a device.
+/// Whether a step finds values of a device's parameters.
 pub fn finds_values(name: &str) -> bool {
     Step::find(name).is_some_and(Step::finds_values)
 }
 
-/// Takes a step; the summary goes to standard output, the numbers to `json_file`. What was
-/// found, unless it was only asked which steps there are.
+/// Takes a step. The summary goes to standard output, the numbers to `json_file`. Returns what
+/// was found; `None` for the guide.
 ///
 /// # Errors
 /// Those of the step.
 pub fn run(
     name: &str,
-    bench: &Bench<'_>,
+    inputs: &StepInputs<'_>,
     json_file: Option<&Path>,
-) -> anyhow::Result<Option<Finding>> {
-    let Bench {
+) -> anyhow::Result<Option<StepResult>> {
+    let StepInputs {
         model,
         recordings,
         options,
         control,
-    } = *bench;
+    } = *inputs;
     let found = Step::find(name).map(|step| take(step, model, recordings, None, options, control));
     output::end_of_progress();
     let found = found.transpose()?;
@@ -71,16 +71,16 @@ pub fn run(
             let found = guide(model, recordings, options, control);
             output::end_of_progress();
             if control.cancelled() {
-                // What was broken off is no reason against a step.
+                // A cancelled check is no reason against a step.
                 return Err(FitError::Cancelled.into());
             }
             guided(&found)
         }
-        Some(Finding::Drive(found)) => drive(found),
-        Some(Finding::Restitution(found)) => bounces(found),
-        Some(Finding::Adhesion(found)) => pull_off(found),
-        Some(Finding::Film(found)) => damping(found),
-        Some(Finding::Sensitivity(found)) => twice(found),
+        Some(StepResult::Drive(found)) => drive(found),
+        Some(StepResult::Restitution(found)) => bounces(found),
+        Some(StepResult::Adhesion(found)) => pull_off(found),
+        Some(StepResult::Film(found)) => damping(found),
+        Some(StepResult::Sensitivity(found)) => twice(found),
     };
     if json_file != Some(Path::new("-")) {
         output::to_stdout(|out| Ok(out.write_all(text.as_bytes())?))?;
@@ -115,7 +115,7 @@ fn guided(found: &Guidance) -> Outcome {
     }
     if let Some(first) = &found.first {
         text += &format!(
-            "{first} A step with \"no\" may be \"yes\" then, with these recordings.\nOn the command line: fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
+            "{first} Afterwards a step that says \"no\" may say \"yes\" with the same recordings.\nOn the command line: impactscope fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
         );
     } else if let Some(Allowance { step, .. }) = allowances.iter().find(|a| a.by.is_ok()) {
         text += &format!(
@@ -256,7 +256,7 @@ fn pull_off(found: &Adhesion) -> Outcome {
 }
 
 fn damping(found: &Film) -> Outcome {
-    let mut text = String::from("Film: fitted with the rest of the device as it is\n");
+    let mut text = String::from("Film: Cs and gp fitted, the rest of the device held\n");
     for p in &found.fit.parameters {
         text += &format!(
             "  {} = {} +- {}\n",
@@ -293,13 +293,13 @@ fn damping(found: &Film) -> Outcome {
 fn twice(both: &Sensitivity) -> Outcome {
     let mut text = format!(
         "Sensitivity (Table 2): identified with the zero position as it is, and {} higher above the ground\n  {:6} {:>30} {:>30}\n",
-        format_quantity(SHIFT, "m", 3),
+        format_quantity(ZERO_SHIFT, "m", 3),
         "",
         "original",
         "altered"
     );
     let mut rows = serde_json::Map::new();
-    for id in ROWS {
+    for id in TABLE_2_ROWS {
         let spec = id.spec();
         let column = |fit: &FitResult| {
             let fitted = fit.parameters.iter().find(|p| p.id == spec.id);
@@ -307,7 +307,7 @@ fn twice(both: &Sensitivity) -> Outcome {
         };
         let write = |(value, error): (f64, Option<f64>)| {
             let value = format_quantity(value, spec.unit, 4);
-            // One that was not free has no error.
+            // A parameter that was not free has no error.
             error.map_or(format!("{value} (kept)"), |error| {
                 format!("{value} +- {}", result::error(error, spec.unit))
             })

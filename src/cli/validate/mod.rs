@@ -1,4 +1,5 @@
-//! `validate`: Table A.1 and Table 3 of the paper.
+//! `validate`: simulates the cases of Table A.1, compares with both columns of the paper (Table 3),
+//! and on request fits to them and ranks missing effects.
 
 pub(super) mod rank_effects;
 
@@ -15,18 +16,18 @@ use super::device::{add_effect, set_parameter};
 use super::fit::result;
 use super::{Failure, interrupt, output, wrong_command};
 use crate::fit::table_a1::calibrate::{
-    CANNOT_TELL, FREE, GENERATIONS, LeftOut, Misfit, TableFit, fit_table,
+    FREE_PARAMETERS, LeftOut, MAX_GENERATIONS, Misfit, TABLE_LIMITS, TableFit, fit_table,
 };
 use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
-use crate::fit::table_a1::rank_effects::{Suspects, suspects};
+use crate::fit::table_a1::rank_effects::{EffectRanking, rank_effects};
 use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::format_quantity;
 
-/// Searches of a fit; lines of progress.
-const SEARCHES: f64 = 5.0;
-/// Lines of progress of the suspects.
-const SUSPECTED: f64 = 10.0;
+/// Lines of progress of a fit: one for each of its searches.
+const FIT_PROGRESS_LINES: f64 = 5.0;
+/// Lines of progress of the ranking.
+const RANKING_PROGRESS_LINES: f64 = 10.0;
 
 /// Arguments of `validate`.
 #[derive(Debug, Args)]
@@ -43,8 +44,8 @@ pub struct Arguments {
     /// Fit the device to the experiments first, with leave-one-frequency-out errors (some minutes)
     #[arg(long)]
     fit: bool,
-    /// Also ask which effects could be behind what the fit does not reach, and which recording
-    /// would separate them (some more minutes); implies --fit
+    /// Also rank the effects that could explain what the fit does not reach, and propose a
+    /// recording to distinguish them (some more minutes); implies --fit
     #[arg(long)]
     suspects: bool,
     /// File for the results as JSON; - for standard output, then without the table
@@ -69,14 +70,14 @@ struct Json {
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<FitJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    suspects: Option<Suspects>,
+    suspects: Option<EffectRanking>,
 }
 
 /// What `--fit` adds. Values in SI.
 #[derive(Debug, Serialize)]
 struct FitJson {
     parameters: BTreeMap<&'static str, f64>,
-    /// `null` where not each frequency was left out.
+    /// `null` unless each frequency was held out.
     std_errors: Option<BTreeMap<&'static str, f64>>,
     cancelled: bool,
     before: Misfit,
@@ -86,8 +87,14 @@ struct FitJson {
 
 impl FitJson {
     fn new(fit: &TableFit) -> Self {
-        let named = |values: Vec<f64>| FREE.iter().map(|id| id.spec().id).zip(values).collect();
-        let values = FREE.iter().map(|id| fit.model.parameters[*id]);
+        let named = |values: Vec<f64>| {
+            FREE_PARAMETERS
+                .iter()
+                .map(|id| id.spec().id)
+                .zip(values)
+                .collect()
+        };
+        let values = FREE_PARAMETERS.iter().map(|id| fit.model.parameters[*id]);
         Self {
             parameters: named(values.collect()),
             std_errors: fit.errors().map(named),
@@ -127,9 +134,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let whole = fitted
         .as_ref()
         .filter(|fit| args.suspects && !fit.cancelled);
-    let asked = whole.map(|fit| {
-        progress("asking the suspects", SUSPECTED, |go_on| {
-            suspects(&model, fit, go_on)
+    let ranking = whole.map(|fit| {
+        progress("ranking effects", RANKING_PROGRESS_LINES, |go_on| {
+            rank_effects(&model, fit, go_on)
         })
     });
     let model = fitted.as_ref().map_or(&model, |fit| &fit.model);
@@ -147,9 +154,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             if let Some(fit) = &fitted {
                 fit_summary(out, fit)?;
             }
-            match &asked {
-                Some(asked) => self::rank_effects::summary(out, asked)?,
-                None if fitted.is_some() => writeln!(out, "{CANNOT_TELL}\n")?,
+            match &ranking {
+                Some(ranking) => self::rank_effects::summary(out, ranking)?,
+                None if fitted.is_some() => writeln!(out, "{TABLE_LIMITS}\n")?,
                 None => {}
             }
             summary(out, &rows, &both)
@@ -163,11 +170,11 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                 cases,
                 statistics: both,
                 fit: fitted.as_ref().map(FitJson::new),
-                suspects: asked.clone(),
+                suspects: ranking.clone(),
             },
         )?;
     }
-    if fitted.is_some_and(|fit| fit.cancelled) || asked.is_some_and(|asked| asked.cancelled) {
+    if fitted.is_some_and(|fit| fit.cancelled) || ranking.is_some_and(|ranking| ranking.cancelled) {
         return Err(interrupt::cancelled());
     }
     Ok(())
@@ -175,8 +182,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
 
 /// The fit, with its progress.
 fn fit(model: &Model) -> TableFit {
-    progress("fitting", SEARCHES, |go_on| {
-        fit_table(model, GENERATIONS, go_on)
+    progress("fitting", FIT_PROGRESS_LINES, |go_on| {
+        fit_table(model, MAX_GENERATIONS, go_on)
     })
 }
 
@@ -212,14 +219,14 @@ fn case(row: &Row) -> CaseJson {
     }
 }
 
-/// What the fit did, and what it cannot do, for people.
+/// The result of the fit and its limits, for people.
 fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     if fit.cancelled {
         writeln!(out, "Cancelled: this is the best so far.")?;
     }
     writeln!(out, "Fitted to the experiments:")?;
     let errors = fit.errors();
-    for (k, id) in FREE.into_iter().enumerate() {
+    for (k, id) in FREE_PARAMETERS.into_iter().enumerate() {
         let spec = id.spec();
         let value = format_quantity(fit.model.parameters[id], spec.unit, 4);
         match &errors {
@@ -233,7 +240,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     if errors.is_some() {
         writeln!(
             out,
-            "(errors by how much each changes when a frequency is left out)"
+            "(standard errors by leaving out one frequency at a time)"
         )?;
     }
     let line = |m: &Misfit| {
@@ -247,7 +254,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     };
     writeln!(out, "mean absolute errors before: {}", line(&fit.before))?;
     writeln!(out, "mean absolute errors after:  {}", line(&fit.after))?;
-    writeln!(out, "At a frequency that was left out of the fit:")?;
+    writeln!(out, "At a frequency held out of the fit:")?;
     for left in &fit.left_out {
         writeln!(
             out,
@@ -260,7 +267,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     let missed: Vec<String> = fit.missed().iter().map(|case| case.name()).collect();
     writeln!(
         out,
-        "Beyond its reach (more than 30 % off in peak or contact): {}.",
+        "Not reproduced (more than 30 % off in peak or contact): {}.",
         if missed.is_empty() {
             "nothing".to_owned()
         } else {

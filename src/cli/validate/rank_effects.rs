@@ -1,27 +1,27 @@
-//! What `validate --suspects` says.
+//! Text of `validate --suspects`: the ranking of effects and the experiment to do next.
 
 use std::io::Write;
 
 use crate::diagnose::answer::next_experiment::experiment;
-use crate::fit::table_a1::rank_effects::Suspects;
+use crate::fit::table_a1::rank_effects::EffectRanking;
 use crate::model::unit::format_quantity;
 
 /// Largest voltage of the table \[V\].
-const VOLTS: f64 = 8.0;
-/// Noise of a recording that would separate two suspects \[m\].
-const NOISE: f64 = 20e-9;
+const MAX_TABLE_VOLTAGE: f64 = 8.0;
+/// Noise of the proposed recording \[m\].
+const RECORDING_NOISE: f64 = 20e-9;
 
-/// What the suspects came to, for people.
-pub fn summary(out: &mut dyn Write, asked: &Suspects) -> anyhow::Result<()> {
-    if asked.cancelled {
-        writeln!(out, "Cancelled: not all suspects were asked.")?;
+/// The ranking, for people.
+pub fn summary(out: &mut dyn Write, ranking: &EffectRanking) -> anyhow::Result<()> {
+    if ranking.cancelled {
+        writeln!(out, "Cancelled: not all effects were tried.")?;
     }
     writeln!(
         out,
-        "Suspects, each fitted beside these parameters (sum of the rows' robust squares, {:.1} without):",
-        asked.cost
+        "Effects, each fitted together with these parameters (sum of the rows' robust squares, {:.1} without any):",
+        ranking.cost
     )?;
-    for s in &asked.list {
+    for s in &ranking.list {
         let value = format_quantity(s.value, s.unit, 3);
         let line = |error: f64| format!("{:5.1}", error);
         write!(
@@ -36,53 +36,55 @@ pub fn summary(out: &mut dyn Write, asked: &Suspects) -> anyhow::Result<()> {
         match s.gain() {
             Some((mean, error)) => writeln!(
                 out,
-                "; at a frequency left out {} by {:.1} +- {error:.1}",
-                if mean > 0.0 { "nearer" } else { "farther off" },
+                "; at a held-out frequency {} by {:.1} +- {error:.1}",
+                if mean > 0.0 { "better" } else { "worse" },
                 mean.abs()
             )?,
             None => writeln!(out)?,
         }
     }
-    let told: Vec<&str> = asked
+    let supported: Vec<&str> = ranking
         .list
         .iter()
-        .filter(|s| s.told())
+        .filter(|s| s.is_supported())
         .map(|s| s.id)
         .collect();
-    let checked = asked.list.iter().any(|s| s.gain().is_some());
+    let checked = ranking.list.iter().any(|s| s.gain().is_some());
     if checked {
-        match told[..] {
+        match supported[..] {
             [] => writeln!(
                 out,
-                "None of them brings the frequencies that it was not shown nearer by twice its error: the table does not tell what is missing."
+                "None of them improves the held-out frequencies by twice its error: the table does not determine what is missing."
             )?,
-            [one] => writeln!(
-                out,
-                "{one} alone brings the frequencies that it was not shown nearer."
-            )?,
+            [one] => writeln!(out, "Only {one} improves the held-out frequencies.")?,
             _ => writeln!(
                 out,
-                "{} bring the frequencies that they were not shown nearer: the table does not tell them apart.",
-                told.join(", ")
+                "{} improve the held-out frequencies: the table does not distinguish them.",
+                supported.join(", ")
             )?,
         }
     }
-    if let Some((a, b)) = asked.pair()
-        && let Some(next) = experiment((&a.model, a.id), (&b.model, b.id), VOLTS, NOISE)
+    if let Some((a, b)) = ranking.pair()
+        && let Some(next) = experiment(
+            (&a.model, a.id),
+            (&b.model, b.id),
+            MAX_TABLE_VOLTAGE,
+            RECORDING_NOISE,
+        )
     {
         writeln!(
             out,
-            "A recording that would separate {} and {}: --drive {} (they differ by {:.0} of chi2 in 0.2 s of the proof mass alone, read to {:.0} nm at 20 kHz).",
+            "A recording that would distinguish {} and {}: --drive {} (they differ by {:.0} of chi2 in 0.2 s of the proof mass alone, read to {:.0} nm at 20 kHz).",
             next.separates.0,
             next.separates.1,
             next.drive,
             next.expected,
-            1e9 * NOISE
+            1e9 * RECORDING_NOISE
         )?;
     }
     writeln!(
         out,
-        "Further modes and vibrations were not asked, as peaks, contacts and bounces do not hold their frequencies; nor a ground that gives way and a compressible film.\n"
+        "Not tried: further modes and vibrations, because peaks, contacts and bounces do not hold their frequencies; a compliant ground and a compressible film, because they act for microseconds.\n"
     )?;
     Ok(())
 }

@@ -243,7 +243,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
 #[cfg(test)]
 mod tests {
     use super::super::adhesion::*;
-    use crate::fit::contact_readings::Readings;
+    use crate::fit::contact_readings::ContactReadings;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -251,10 +251,10 @@ mod tests {
     const ERROR: f64 = 0.3e-9;
 
     /// Releases after contacts of about `times` \[s\], pulled off by `law`.
-    fn releases(seed: u64, times: &[(f64, usize)], law: &dyn Fn(f64) -> f64) -> Readings {
+    fn releases(seed: u64, times: &[(f64, usize)], law: &dyn Fn(f64) -> f64) -> ContactReadings {
         let mut dice = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
-        let mut out = Readings::default();
+        let mut out = ContactReadings::default();
         for (k, (time, count)) in times.iter().enumerate() {
             for i in 0..*count {
                 let contact = time * (1.0 + 1e-3 * normal());

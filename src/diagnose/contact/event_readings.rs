@@ -8,12 +8,12 @@ use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::warm_start::warm_start;
 use crate::diagnose::shooting::workspace::{LOSS, Workspace};
 use crate::fit::contact_readings;
-use crate::fit::contact_readings::Readings;
+use crate::fit::contact_readings::ContactReadings;
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::segment::Segment;
-use crate::fit::solve::event_revision::{hopeless, revise, set_suspects_aside};
+use crate::fit::solve::event_revision::{is_beyond_revision, revise, set_suspects_aside};
 use crate::fit::solve::levenberg_marquardt::Clock;
 use crate::fit::solve::point::{Point, settle};
 use crate::sim::StretchSimulator;
@@ -31,9 +31,9 @@ const LEAST_FORCE_ERROR: f64 = 5e-11;
 #[derive(Debug, Clone, Default)]
 pub struct Ground {
     /// Of the fitted recordings.
-    pub train: Readings,
+    pub train: ContactReadings,
     /// Of those kept out.
-    pub held_out: Readings,
+    pub held_out: ContactReadings,
     /// Mass that the ground feels \[kg\].
     pub mass: f64,
     /// How the events of either side were read.
@@ -85,13 +85,13 @@ fn side_readings(
     fitted: &Fitted,
     known: Option<&Known>,
     control: &DiagnoseControl<'_>,
-) -> Result<(Readings, Option<Known>), DiagnoseError> {
+) -> Result<(ContactReadings, Option<Known>), DiagnoseError> {
     let (prepared, point) = around_events(workspace, side, fitted)?;
     let (point, known) = match known {
         Some(known) => (as_known(&prepared, point, known)?, None),
         None => read_again(&prepared, point, control)?,
     };
-    let mut found = contact_readings::read(&prepared, &point)?;
+    let mut found = contact_readings::read_contacts_at(&prepared, &point)?;
     log::debug!(
         "{} bounces and {} releases read, {} and {} not, {:.2} off",
         found.bounces.len(),
@@ -122,7 +122,7 @@ fn read_again(
     set_suspects_aside(problem, &mut point, LOSS, &control)?;
     // How near the model is, the others say.
     point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
-    if hopeless(&point) {
+    if is_beyond_revision(&point) {
         // Whatever is read again is misread again.
         point.used = eligible;
         return Ok((point, None));
@@ -205,9 +205,9 @@ pub fn around_events(
     let own = &fitted.problem;
     for (data, known) in prepared.problem.data.iter_mut().zip(&own.data) {
         data.sigmas = known.sigmas;
-        data.sigmas.velocity *= contact_readings::LOOSE;
-        data.sigmas.force *= contact_readings::LOOSE;
-        data.sigmas.height *= contact_readings::LOOSE;
+        data.sigmas.velocity *= contact_readings::GROUND_LAW_RELAXATION;
+        data.sigmas.force *= contact_readings::GROUND_LAW_RELAXATION;
+        data.sigmas.height *= contact_readings::GROUND_LAW_RELAXATION;
         data.epoch = known.epoch;
     }
     prepared.problem.space = own.space.clone();
@@ -234,7 +234,7 @@ mod tests {
 
     use crate::diagnose::test_support::{QUIET, bench_of};
     use crate::fit::contact_readings::Bounce;
-    use crate::fit::segment::event_sequence::Kind;
+    use crate::fit::segment::event_sequence::GroundEvent;
     use crate::fit::segment::{Joint, JointKind};
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::parameter::ParameterId;
@@ -252,7 +252,7 @@ mod tests {
         let workspace = bench_of(&with_effect(&model, law), &drives, 50e3, 20e-9);
         let base = workspace.baseline(&model, &QUIET).unwrap();
         let (prepared, point) = around_events(&workspace, &workspace.train, &base).unwrap();
-        let once = contact_readings::read(&prepared, &point).unwrap();
+        let once = contact_readings::read_contacts_at(&prepared, &point).unwrap();
         let ground = read(&workspace, &base, None, None, &QUIET).unwrap();
         let (before, after) = (once.bounces.len(), ground.train.bounces.len());
         assert!(after >= before + 4, "{before} {after}");
@@ -271,12 +271,14 @@ mod tests {
         let base = workspace.baseline(&model, &QUIET).unwrap();
         let (mut prepared, mut point) = around_events(&workspace, &workspace.train, &base).unwrap();
         let (all, _) = read_again(&prepared, point.clone(), &QUIET).unwrap();
-        let all = contact_readings::read(&prepared, &all).unwrap().bounces;
+        let all = contact_readings::read_contacts_at(&prepared, &all)
+            .unwrap()
+            .bounces;
         // Stretches with a bounce, as if nothing had been seen at the ground.
         let mut overlooked = Vec::new();
         for i in 0..point.segments.len() {
             let segment = &mut point.segments[i];
-            let bounce = |j: &Joint| matches!(j.what, JointKind::Event(Kind::Bounce { .. }));
+            let bounce = |j: &Joint| matches!(j.what, JointKind::Event(GroundEvent::Bounce { .. }));
             if segment.starts_held || !segment.joints.iter().any(bounce) {
                 continue;
             }
@@ -297,9 +299,13 @@ mod tests {
             point.used[i] = false;
             overlooked.push(i);
         }
-        let left = contact_readings::read(&prepared, &point).unwrap().bounces;
+        let left = contact_readings::read_contacts_at(&prepared, &point)
+            .unwrap()
+            .bounces;
         let (again, known) = read_again(&prepared, point.clone(), &QUIET).unwrap();
-        let found = contact_readings::read(&prepared, &again).unwrap().bounces;
+        let found = contact_readings::read_contacts_at(&prepared, &again)
+            .unwrap()
+            .bounces;
         let counts = [left.len(), found.len(), all.len()];
         assert!(overlooked.iter().any(|&i| again.used[i]), "{counts:?}");
         assert!(counts[1] >= counts[0] + 5, "{counts:?}");
@@ -311,7 +317,7 @@ mod tests {
         let mut known = known.unwrap();
         let later = |known: &Known| {
             let point = as_known(&prepared, point.clone(), known).unwrap();
-            contact_readings::read(&prepared, &point)
+            contact_readings::read_contacts_at(&prepared, &point)
                 .unwrap()
                 .bounces
                 .len()

@@ -5,17 +5,17 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::diagnose::contact::decide::tests;
 use crate::diagnose::contact::restitution::*;
-use crate::fit::contact_readings::Readings;
+use crate::fit::contact_readings::ContactReadings;
 
 /// Standard error of the ratios.
 const ERROR: f64 = 4e-3;
 
 /// Bounces at speeds of 0.02 to 0.6 m/s that rebound by `law`, and some landings that read as
 /// bounces which hardly leave the ground, very well known as it seems.
-fn bounces(seed: u64, count: usize, landings: usize, law: &dyn Fn(f64) -> f64) -> Readings {
+fn bounces(seed: u64, count: usize, landings: usize, law: &dyn Fn(f64) -> f64) -> ContactReadings {
     let mut dice = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
-    let mut out = Readings::default();
+    let mut out = ContactReadings::default();
     for i in 0..count + landings {
         let share = (i % count) as f64 / (count - 1) as f64;
         let approach = 0.02 * 30f64.powf(share);
@@ -40,7 +40,7 @@ fn bounces(seed: u64, count: usize, landings: usize, law: &dyn Fn(f64) -> f64) -
     out
 }
 
-fn restitution_of(train: Readings, held_out: Readings) -> LawTest {
+fn restitution_of(train: ContactReadings, held_out: ContactReadings) -> LawTest {
     let ground = Ground {
         train,
         held_out,
@@ -170,11 +170,11 @@ fn a_few_bounces_count_with_those_kept_out() {
 #[test]
 fn without_bounces_kept_out_recordings_are_left_out_in_turn() {
     let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.1);
-    let test = restitution_of(bounces(7, 20, 4, &falls), Readings::default());
+    let test = restitution_of(bounces(7, 20, 4, &falls), ContactReadings::default());
     assert!(test.gain > 300.0 && test.held_gain > 100.0, "{test:?}");
     assert!(test.evidence.ends_with(IN_TURN));
     for seed in 40..60 {
-        let none = restitution_of(bounces(seed, 20, 4, &|_| 0.3), Readings::default());
+        let none = restitution_of(bounces(seed, 20, 4, &|_| 0.3), ContactReadings::default());
         // Of one number, by chance, in one of a thousand.
         assert!(none.gain < 11.0, "seed {seed}: {none:?}");
         assert!(none.foreseen.is_none(), "not to be counted twice");

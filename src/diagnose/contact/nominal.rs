@@ -4,13 +4,13 @@ use super::adhesion::{line, long_pulls};
 use super::bounce_readings::{ratios, usual};
 use super::restitution::MIN_EVENTS;
 use super::robust_curve::curve;
-use crate::fit::contact_readings::Readings;
+use crate::fit::contact_readings::ContactReadings;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 
 /// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,
 /// `Ca0`, each where told.
-pub fn baseline(model: &Model, readings: &Readings) -> Model {
+pub fn baseline(model: &Model, readings: &ContactReadings) -> Model {
     let mut model = model.clone();
     let bounces = ratios(&readings.bounces, usual([&readings.bounces, &[]]));
     if bounces.len() >= MIN_EVENTS {

@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
-use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
-use crate::fit::segment::event_sequence::{Kind, Timeline};
+use crate::fit::segment::event_sequence::{GroundEvent, Timeline};
 use crate::fit::segment::{Cut, Segment, cut};
 use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
@@ -103,7 +103,7 @@ pub fn intervals(
             _ => add(from..to.max(from), held),
         }
         begin = end;
-        held = matches!(kind, Some(Kind::Touch));
+        held = matches!(kind, Some(GroundEvent::Touch));
     }
     out
 }
@@ -167,7 +167,7 @@ pub fn prepare_calm(
     model: &Model,
     space: &Space,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<Calm, FitError> {
     let mut prepared = prepare(model, space, parts, findings, options)?;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::diagnose::options::DiagnoseError;
 use crate::fit::inspect::preconditions::check;
-use crate::fit::inspect::recording_summary::look;
-use crate::fit::inspect::same_device::same_ring;
+use crate::fit::inspect::recording_summary::summarize;
+use crate::fit::inspect::same_device::check_ring_frequency;
 use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
@@ -50,17 +50,17 @@ pub fn condition(
     let mut may_name = true;
     for part in train.iter().chain(&held_out) {
         let one = std::slice::from_ref(part);
-        match check(model, one, &look(model, one), &options) {
-            Ok(()) | Err(FitError::NoContact { .. } | FitError::Unused { .. }) => {}
+        match check(model, one, &summarize(model, one), &options) {
+            Ok(()) | Err(FitError::NoContact { .. } | FitError::IrrelevantParameter { .. }) => {}
             // Nothing of the device need be free for a comparison.
             Err(FitError::NothingFree) => {}
             Err(error) => return Err(error.into()),
         }
     }
     let all: Vec<Part> = train.iter().chain(&held_out).cloned().collect();
-    let findings = look(model, &all);
+    let findings = summarize(model, &all);
     let of_one = check(model, &all, &findings, &options)
-        .and_then(|()| same_ring(model, &all, &findings).map(|_| ()));
+        .and_then(|()| check_ring_frequency(model, &all, &findings).map(|_| ()));
     match of_one {
         Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(format!(
             "no contact was found ({reason}): nothing can be said of impact, adhesion and film"

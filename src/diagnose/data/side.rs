@@ -5,7 +5,7 @@ use super::level_drift;
 use super::noise_model::Noise;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::Part;
-use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
@@ -19,7 +19,7 @@ pub type Drift = (ActiveEffect, Vec<String>);
 pub struct Split {
     /// The recordings.
     pub parts: Vec<Part>,
-    pub(crate) findings: Vec<Findings>,
+    pub(crate) findings: Vec<RecordingSummary>,
     /// The drift of the zero that they show.
     pub(crate) drift: Option<Drift>,
     /// Cut into calm stretches.
@@ -27,7 +27,7 @@ pub struct Split {
 }
 
 /// The drift of the zero that the ground's level shows.
-pub(crate) fn drift_of(findings: &[Findings]) -> Option<Drift> {
+pub(crate) fn drift_of(findings: &[RecordingSummary]) -> Option<Drift> {
     let noise = findings.iter().map(|f| f.noise.0);
     let drifts: Vec<_> = findings.iter().filter_map(|f| f.change?.drift()).collect();
     let finest = noise.clone().fold(f64::INFINITY, f64::min);

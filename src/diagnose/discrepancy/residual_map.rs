@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::fit::problem::{Data, Problem};
-use crate::fit::residual::residual_rows::Setting;
+use crate::fit::residual::residual_rows::SegmentContext;
 use crate::fit::residual::simulate_segment;
 use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
@@ -63,12 +63,17 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         if !point.used[i] {
             return Vec::new();
         }
-        let setting: Setting<'_> = problem.setting(segment, &states[i]);
+        let setting: SegmentContext<'_> = problem.setting(segment, &states[i]);
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let mut stretcher = Stretcher::new(&simulator);
         let locals = &segment.locals;
-        let Ok(run) = simulate_segment::run(segment, &setting, &mut stretcher, &nuisances, locals)
-        else {
+        let Ok(run) = simulate_segment::simulate_segment(
+            segment,
+            &setting,
+            &mut stretcher,
+            &nuisances,
+            locals,
+        ) else {
             return Vec::new();
         };
         let data = &problem.data[segment.recording];

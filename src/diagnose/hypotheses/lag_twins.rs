@@ -9,7 +9,7 @@ use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
-use crate::fit::segment::event_sequence::Kind;
+use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{JointKind, Segment};
 use crate::fit::solve::point::{Point, residuals_at, settle};
 use crate::model::effects::twin_in_flight;
@@ -194,18 +194,18 @@ fn same(a: &Segment, b: &Segment) -> bool {
 
 /// Whether the mass bounces in a stretch, and little else happens in it.
 fn bounces(segment: &Segment) -> bool {
-    happens(segment, |kind| matches!(kind, Kind::Bounce { .. }))
+    happens(segment, |kind| matches!(kind, GroundEvent::Bounce { .. }))
 }
 
 /// The same, or lands.
 fn strikes(segment: &Segment) -> bool {
     happens(segment, |kind| {
-        matches!(kind, Kind::Bounce { .. } | Kind::Touch)
+        matches!(kind, GroundEvent::Bounce { .. } | GroundEvent::Touch)
     })
 }
 
 /// Whether one of some kinds of events happens in a stretch, and little else.
-fn happens(segment: &Segment, wanted: fn(&Kind) -> bool) -> bool {
+fn happens(segment: &Segment, wanted: fn(&GroundEvent) -> bool) -> bool {
     let event = |k: &JointKind| matches!(k, JointKind::Event(kind) if wanted(kind));
     segment.joints.len() <= MANY && segment.joints.iter().any(|j| event(&j.what))
 }

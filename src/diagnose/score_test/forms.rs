@@ -1,7 +1,7 @@
 //! The catalogue as hypotheses: for each effect some forms of it, each a direction in
 //! which the simulation would move, and what is left free when it is fitted.
 
-use crate::fit::problem::STEP;
+use crate::fit::problem::COORDINATE_STEP;
 use crate::fit::problem::parameter_space::linear_unit;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, FoundBy, Motion, Start, own_ids};
@@ -141,7 +141,7 @@ impl Scale {
     /// displacement is not.
     fn has_small_shape_step(&self, spec: &EffectSpec, start: &Start) -> bool {
         let force = |shape_force: f64| {
-            let step = STEP * linear_unit(&spec.parameters[start.shape[0]]);
+            let step = COORDINATE_STEP * linear_unit(&spec.parameters[start.shape[0]]);
             step * shape_force
         };
         let force = start.shape_force.map(force);

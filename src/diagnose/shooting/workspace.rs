@@ -16,7 +16,7 @@ use crate::diagnose::data::noise_model::{Noise, Stays};
 use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
 use crate::diagnose::data::side::{Split, drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::inspect::recording_summary::look_behind;
+use crate::fit::inspect::recording_summary::summarize_with_lag;
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
@@ -106,14 +106,14 @@ impl Workspace {
                 offsets: true,
                 scales: None,
                 skew: Some(SKEW),
-                late: known.late,
+                reading_lag: known.late,
             },
             tolerance: options.tolerance,
             ..FitOptions::for_model(model)
         };
         let space = Space::new(model, &free)?;
         let side = |parts: &[Part], hovers: &[usize]| -> Result<Split, FitError> {
-            let mut findings = look_behind(model, parts, known.lag);
+            let mut findings = summarize_with_lag(model, parts, known.lag);
             for &k in hovers {
                 findings[k].level = Err(HOVERS.to_owned());
                 findings[k].change = None;

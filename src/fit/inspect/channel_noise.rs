@@ -1,12 +1,12 @@
-//! Noise of a channel that is broken by missing samples.
+//! Noise of a channel with missing samples.
 
 use crate::model::sensor::Sensor;
 use crate::recording::noise::{NoiseError, NoiseEstimate, estimate_noise, recording_noise};
 use crate::recording::{Channel, Recording};
 
-/// Noise of a channel. Where missing samples leave no run that is long enough, those that
-/// stand alone are put where the cubic through their neighbours passes; what that makes of
-/// white noise is made up for.
+/// Noise of a channel. If missing samples leave no run that is long enough, single missing samples
+/// are interpolated by the cubic through their neighbours. That changes white noise by a known
+/// factor, which is corrected.
 ///
 /// # Errors
 /// [`NoiseError`] if the channel was not recorded or is too short or broken even so.

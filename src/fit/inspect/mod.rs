@@ -1,4 +1,5 @@
-//! TODO-doc
+//! What can be said of recordings before a fit: noise, ground level, events, and whether units,
+//! ranges and devices are plausible. Everything that is refused is refused here.
 
 pub(super) mod channel_noise;
 pub(super) mod plausible_units;

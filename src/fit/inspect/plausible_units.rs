@@ -1,43 +1,31 @@
-//! Whether what was read can be what it is said to be: units of the columns, and cells that
-//! are no readings.
+//! Plausibility of what was read: units of the columns, and cells that are no readings.
 
-use super::recording_summary::Findings;
+use super::recording_summary::RecordingSummary;
 use crate::fit::error::FitError;
 use crate::fit::options::Part;
+use crate::fit::thresholds::{
+    KNOWN_VOLTAGE, MAX_SPIKE_SHARE, MAX_SPIKES, MIN_DRIVE_VOLTAGE, MIN_RECORDED_PERIODS,
+    MIN_SAMPLES_PER_PERIOD, OTHER_UNIT_FACTOR, SPIKE_FACTOR,
+};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::{format_number, format_quantity};
 use crate::recording::{Channel, extremes, quantile_in_place};
 
-/// A ground that is this many times deeper or less deep than the starting value, or a
-/// voltage so many times higher or lower than the known ones, is read in another unit.
-const OTHER_UNIT: f64 = 300.0;
-/// Voltage to which the branches of the piezo are known \[V\] (figs. 3 and 4).
-const KNOWN_VOLTAGE: f64 = 8.0;
-/// A voltage that moves less than this is no drive \[V\], in whatever unit.
-pub(crate) const STILL: f64 = 1e-3;
-/// Fewest samples in a period of the first mode.
-const SAMPLES: f64 = 3.0;
-/// Shortest recording, in periods of the first mode.
-const PERIODS: f64 = 0.5;
-/// A reading this many times farther out than the others is none ...
-const SPIKE: f64 = 1e3;
-/// ... if no more than so many are ...
-const CELLS: usize = 5;
-/// ... or this share of all.
-const MANY: f64 = 1e-3;
-
-/// A ground that is hundreds of times deeper or less deep than the device's was read in
-/// another unit.
+/// A ground level hundreds of times above or below the device's was read in another unit.
 ///
 /// # Errors
 /// [`FitError::OtherUnit`].
-pub fn check_level(model: &Model, parts: &[Part], findings: &[Findings]) -> Result<(), FitError> {
+pub fn check_level(
+    model: &Model,
+    parts: &[Part],
+    findings: &[RecordingSummary],
+) -> Result<(), FitError> {
     let dp = model.parameters[ParameterId::Dp];
     for (part, finding) in parts.iter().zip(findings) {
         let Ok(level) = finding.level else { continue };
         let ratio = -level / dp;
-        if ratio > OTHER_UNIT || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT) {
+        if ratio > OTHER_UNIT_FACTOR || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT_FACTOR) {
             let write = |v: f64| format_quantity(v, "m", 4);
             return Err(FitError::OtherUnit {
                 recording: part.recording.name.clone(),
@@ -49,8 +37,7 @@ pub fn check_level(model: &Model, parts: &[Part], findings: &[Findings]) -> Resu
     Ok(())
 }
 
-/// Checks the columns of a part for cells that are no readings, and time and voltage for
-/// units that the device rules out.
+/// Checks the columns of a part for spikes, and time and voltage for implausible units.
 ///
 /// # Errors
 /// [`FitError::Spike`], [`FitError::OtherVoltage`] or [`FitError::OtherTime`].
@@ -73,9 +60,9 @@ fn check_time(model: &Model, part: &Part) -> Result<(), FitError> {
     }
     let rate = r.sampling_rate();
     let long = r.time[part.samples.end - 1] - r.time[part.samples.start];
-    let what = if rate < SAMPLES * f1 {
+    let what = if rate < MIN_SAMPLES_PER_PERIOD * f1 {
         format!("has {} samples a second", format_number(rate, 3))
-    } else if long * f1 < PERIODS {
+    } else if long * f1 < MIN_RECORDED_PERIODS {
         format!("lasts {}", format_quantity(long, "s", 3))
     } else {
         return Ok(());
@@ -94,8 +81,8 @@ fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
     };
     let (low, high) = extremes(&volts[part.samples.clone()]);
     let most = high.max(-low);
-    let possible = KNOWN_VOLTAGE / OTHER_UNIT..=KNOWN_VOLTAGE * OTHER_UNIT;
-    if !possible.contains(&most) && high - low > STILL {
+    let possible = KNOWN_VOLTAGE / OTHER_UNIT_FACTOR..=KNOWN_VOLTAGE * OTHER_UNIT_FACTOR;
+    if !possible.contains(&most) && high - low > MIN_DRIVE_VOLTAGE {
         return Err(FitError::OtherVoltage {
             recording: r.name.clone(),
             most: format_quantity(most, "V", 3),
@@ -104,20 +91,20 @@ fn check_voltage(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// A few cells far beyond all others are no readings. Pulses are none of those, however short
-/// a share of the time they take: many samples of them are as far out.
+/// A few cells far beyond all others are spikes. Short pulses are not: they have many samples as
+/// far out.
 fn check_spikes(part: &Part, channel: Channel, values: &[f64]) -> Result<(), FitError> {
     let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    if finite.len() < 2 * CELLS {
+    if finite.len() < 2 * MAX_SPIKES {
         return Ok(());
     }
     let middle = quantile_in_place(&mut finite, 0.5);
     finite.iter_mut().for_each(|v| *v = (*v - middle).abs());
     finite.sort_unstable_by(f64::total_cmp);
-    let cells = CELLS.max((MANY * finite.len() as f64) as usize);
-    let far = SPIKE * finite[finite.len() - 1 - cells];
+    let cells = MAX_SPIKES.max((MAX_SPIKE_SHARE * finite.len() as f64) as usize);
+    let far = SPIKE_FACTOR * finite[finite.len() - 1 - cells];
     let least = if channel == Channel::Voltage {
-        OTHER_UNIT * KNOWN_VOLTAGE
+        OTHER_UNIT_FACTOR * KNOWN_VOLTAGE
     } else {
         0.0
     };
@@ -149,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn other_units_and_cells_that_are_no_readings_are_named() {
+    fn wrong_units_and_spikes_are_named() {
         let says = |part: Part, words: &str| {
             let error = check_columns(&paper(), &part).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
@@ -171,9 +158,9 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_as_it_should_be_passes() {
+    fn a_plausible_recording_passes() {
         check_columns(&paper(), &changed(|_, _, _| {})).unwrap();
-        // Short pulses over long rest are far beyond it, and readings for all that.
+        // Short pulses over a long rest are far out, and still readings.
         let pulses = changed(|_, v, xp| {
             for (i, (v, x)) in v.iter_mut().zip(xp).enumerate() {
                 let rest = 1e-9 * ((i * i) as f64).sin();
@@ -183,7 +170,7 @@ mod tests {
             }
         });
         check_columns(&paper(), &pulses).unwrap();
-        // A drive that stands still is for others to speak of.
+        // A constant drive is reported elsewhere.
         let still = changed(|_, v, _| v.iter_mut().for_each(|v| *v = 0.0));
         check_columns(&paper(), &still).unwrap();
     }

@@ -1,39 +1,25 @@
-//! What makes a fit senseless, said before anything is computed.
+//! Preconditions of a fit, checked before any long computation: channels, ranges, noise, units,
+//! whether the recordings can be of one device, and whether there is contact.
 
 use std::sync::Arc;
 
 use super::channel_noise::noise_of;
-use super::plausible_units::{STILL, check_columns, check_level};
-use super::recording_summary::{Findings, look};
-use super::same_device::{other_rest, same_ring};
+use super::plausible_units::{check_columns, check_level};
+use super::recording_summary::{RecordingSummary, summarize};
+use super::same_device::{check_ring_frequency, rest_height_doubt};
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
+use crate::fit::thresholds::{
+    MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT, MIN_DRIVE_VOLTAGE,
+    MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE, SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
+};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::{NoiseError, estimate_noise};
 use crate::recording::{Channel, Recording, extremes};
-
-/// Fewest samples to fit to.
-const LEAST: usize = 20;
-/// Share of the samples at one extreme value that is called saturated, as long as they
-/// come in runs.
-const STUCK: f64 = 0.02;
-/// The same for a reading with noise in steps finer than it, which never stays anywhere.
-const STUCK_IN_NOISE: f64 = 0.002;
-/// Longest run at the extreme that a quantised reading may show, in samples.
-const RUN: usize = 20;
-/// Levels of the ground farther apart than this are of different devices, even where the
-/// zeros of the sensors are badly off \[m\].
-const APART: f64 = 15e-6;
-/// The same for one fit: zeros may be off by some micrometres, and the scales by a percent.
-const APART_IN_A_FIT: f64 = 8e-6;
-/// A voltage reaches this share of its one extreme on the other side, if nothing cuts it.
-const SYMMETRIC: f64 = 0.95;
-/// Noise below this share of the motion is the rounding of a simulation.
-const NOISELESS: f64 = 1e-6;
 
 /// Checks parts and options against each other.
 ///
@@ -42,7 +28,7 @@ const NOISELESS: f64 = 1e-6;
 pub fn check(
     model: &Model,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<(), FitError> {
     Space::new(model, &options.free)?;
@@ -66,26 +52,25 @@ pub fn check(
             reason,
         });
     }
-    same_device(parts, findings, APART)
+    same_device(parts, findings, MAX_LEVEL_DIFFERENCE)
 }
 
-/// Checks what a fit of the free parameters needs beyond [`check`]: that the recordings are
-/// different ones of one device, that there is a drive to be fitted, and that the ground is
-/// where the model may have it. `train` comes with its findings. Sentences on what is
-/// doubtful, if nothing is wrong.
+/// Checks what a fit of the free parameters needs beyond [`check`]: the recordings differ and are
+/// of one device, a driven device has a moving voltage, and the ground is where the model allows
+/// it. Returns sentences on what is doubtful.
 ///
 /// # Errors
 /// [`FitError`] with one clear sentence.
 pub fn check_fit(
     model: &Model,
-    (train, findings): (&[Part], &[Findings]),
+    (train, findings): (&[Part], &[RecordingSummary]),
     held_out: &[Part],
     options: &FitOptions,
 ) -> Result<Vec<String>, FitError> {
     let all: Vec<Part> = train.iter().chain(held_out).cloned().collect();
     for (i, a) in all.iter().enumerate() {
         if let Some(b) = all[..i].iter().find(|b| overlap(a, b)) {
-            return Err(FitError::Twice {
+            return Err(FitError::DuplicateRecording {
                 recording: a.recording.name.clone(),
                 other: b.recording.name.clone(),
             });
@@ -96,7 +81,7 @@ pub fn check_fit(
     }
     let free = |id: &str| options.free.iter().any(|f| f.eq_ignore_ascii_case(id));
     if model.piezo.is_some() && free("eta") && train.iter().all(is_still) {
-        return Err(FitError::StillDrive {
+        return Err(FitError::ConstantDrive {
             recording: train[0].recording.name.clone(),
         });
     }
@@ -115,29 +100,29 @@ pub fn check_fit(
             }
         }
     }
-    let findings = look(model, &all);
+    let findings = summarize(model, &all);
     let ring = one_device(model, &all, &findings)?;
     Ok(ring
         .into_iter()
-        .chain(other_rest(&all, &findings))
+        .chain(rest_height_doubt(&all, &findings))
         .collect())
 }
 
-/// Checks that the ground and the ring are one device's. A sentence where the ring is in
-/// doubt.
+/// Checks that ground level and ring frequency belong to one device. Returns a sentence if the ring
+/// is doubtful.
 ///
 /// # Errors
 /// [`FitError::DifferentDevices`].
 pub(crate) fn one_device(
     model: &Model,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
 ) -> Result<Option<String>, FitError> {
-    same_device(parts, findings, APART_IN_A_FIT)?;
-    same_ring(model, parts, findings)
+    same_device(parts, findings, MAX_LEVEL_DIFFERENCE_IN_A_FIT)?;
+    check_ring_frequency(model, parts, findings)
 }
 
-/// Whether two parts have samples in common, or hold the same ones under two names.
+/// Whether two parts share samples, or hold the same samples under two names.
 fn overlap(a: &Part, b: &Part) -> bool {
     let (r, s) = (&a.recording, &b.recording);
     let same = |x: Option<&[f64]>, y: Option<&[f64]>| match (x, y) {
@@ -159,7 +144,7 @@ fn is_still(part: &Part) -> bool {
     let volts = part.recording.voltage.as_deref();
     volts.is_some_and(|v| {
         let (low, high) = extremes(&v[part.samples.clone()]);
-        high - low < STILL
+        high - low < MIN_DRIVE_VOLTAGE
     })
 }
 
@@ -167,11 +152,11 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     let r = &part.recording;
     let xp = &r.proof_mass[part.samples.clone()];
     let finite = xp.iter().filter(|x| x.is_finite()).count();
-    if finite < LEAST {
+    if finite < MIN_SAMPLES {
         return Err(FitError::TooShort {
             recording: r.name.clone(),
             samples: finite,
-            needed: LEAST,
+            needed: MIN_SAMPLES,
         });
     }
     let (low, high) = extremes(xp);
@@ -207,7 +192,7 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
         if let Some(xc) = r.cantilever.as_deref() {
             let (low, high) = extremes(&xc[part.samples.clone()]);
             if high <= low {
-                return Err(FitError::StillCantilever {
+                return Err(FitError::ConstantCantilever {
                     recording: r.name.clone(),
                 });
             }
@@ -217,23 +202,23 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// A reading that stays exactly at its extreme, time and again, has hit the end of its
-/// range. A mass that rests on the ground does so too, but at a level with noise.
+/// A reading that stays exactly at its extreme, again and again, has hit the end of its range. A
+/// mass at rest on the ground does so too, but at a level with noise.
 fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitError> {
     let Some(values) = r.channel(channel).map(|v| &v[part.samples.clone()]) else {
         return Ok(());
     };
     let (low, high) = extremes(values);
-    // A noiseless simulation rests exactly too; only the upper end is judged then.
+    // A noiseless simulation also rests exactly; then only the upper end is checked.
     let noiseless = is_noiseless(r, channel, (low, high));
     let stepped = noise_of(r, channel).is_ok_and(|n| n.quantised);
     let most = if noiseless || stepped {
-        STUCK
+        SATURATED_SHARE
     } else {
-        STUCK_IN_NOISE
+        SATURATED_SHARE_IN_NOISE
     };
     for (which, extreme) in [("highest", high), ("lowest", low)] {
-        // So it does where a step of the reading is coarser than its noise.
+        // The same holds where a step of the reading is coarser than its noise.
         if which == "lowest" && (noiseless || stepped) {
             continue;
         }
@@ -250,8 +235,8 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
     Ok(())
 }
 
-/// A mass that stops suddenly at its highest and stays there, as it does on the ground, has
-/// left the range of what reads it, be there noise behind that or not.
+/// A mass that stops suddenly at its highest point and stays there has left the range of the
+/// sensor, with or without noise: at the top there is no ground.
 fn ceiling(part: &Part) -> Result<(), FitError> {
     let r = &part.recording;
     let down: Vec<f64> = r.proof_mass.iter().map(|x| -x).collect();
@@ -280,11 +265,11 @@ fn stuck(values: &[f64], extreme: f64, most: f64) -> Option<f64> {
         longest = longest.max(run);
     }
     let share = at as f64 / values.len() as f64;
-    (share > most && longest > RUN).then_some(share)
+    (share > most && longest > MAX_EXTREME_RUN).then_some(share)
 }
 
-/// A voltage may well stand still at its extremes, as a square does. One that stands at the
-/// one and swings beyond that on the other side was cut off by what read it.
+/// A voltage may rest at its extremes, as a square does. If it rests at one and swings beyond the
+/// mirror value on the other side, it was clipped.
 fn cut_drive(part: &Part) -> Result<(), FitError> {
     let r = &part.recording;
     let Some(values) = r.voltage.as_deref().map(|v| &v[part.samples.clone()]) else {
@@ -292,10 +277,10 @@ fn cut_drive(part: &Part) -> Result<(), FitError> {
     };
     let (low, high) = extremes(values);
     for (which, extreme, other) in [("highest", high, low), ("lowest", low, high)] {
-        let beyond = extreme * other < 0.0 && extreme.abs() < SYMMETRIC * other.abs();
+        let beyond = extreme * other < 0.0 && extreme.abs() < MIN_VOLTAGE_SYMMETRY * other.abs();
         if beyond
-            && stuck(values, other, STUCK).is_none()
-            && let Some(share) = stuck(values, extreme, STUCK)
+            && stuck(values, other, SATURATED_SHARE).is_none()
+            && let Some(share) = stuck(values, extreme, SATURATED_SHARE)
         {
             return Err(FitError::Saturated {
                 recording: r.name.clone(),
@@ -309,11 +294,11 @@ fn cut_drive(part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// Whether a reading between the extremes `low` and `high` has no noise of its own. Samples
-/// at the extremes do not tell it: where they stand at the end of a range they have none
-/// however noisy the others are. What is found without them must be white, or it is motion.
+/// Whether a reading between the extremes `low` and `high` has no noise. Samples at the extremes
+/// are excluded: at the end of a range they have none however noisy the others are. The noise found
+/// without them must be white, or it is motion.
 fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> bool {
-    let least = NOISELESS * (high - low);
+    let least = NOISELESS_SHARE * (high - low);
     if !noise_of(r, channel).is_ok_and(|n| n.sigma < least) {
         return false;
     }
@@ -327,7 +312,7 @@ fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> boo
 }
 
 /// Recordings of one device have the ground at one height, apart from the sensor's zero.
-fn same_device(parts: &[Part], findings: &[Findings], apart: f64) -> Result<(), FitError> {
+fn same_device(parts: &[Part], findings: &[RecordingSummary], apart: f64) -> Result<(), FitError> {
     let mut known = parts.iter().zip(findings).filter_map(|(p, f)| {
         let level = f.level.clone().ok()?;
         Some((p, level))

@@ -1,10 +1,14 @@
-//! What recordings alone say, without a model of the motion: noise, and where the ground is.
+//! Summary of each recording without a model of the motion: noise, ground level and its changes,
+//! lag of the readings.
 
 use std::borrow::Cow;
 
 use super::channel_noise::noise_of;
 use crate::fit::options::Part;
 use crate::fit::segment::event_sequence::Timeline;
+use crate::fit::thresholds::{
+    MIN_NOISE_SHARE, MIN_SHOWN_DRIFT_SHARE, MIN_STAYS, SAME_LEVEL_DISTANCE,
+};
 use crate::model::Model;
 use crate::recording::events::{EventOptions, Events, HOP, Impact, find_events};
 use crate::recording::features::Missing;
@@ -14,33 +18,22 @@ use crate::recording::level_change::{LevelChange, LevelDrift, find_level_drift, 
 use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Channel, Recording, quantile_in_place};
 
-/// Levels this close are the same ground with the same zero \[m\].
-const SAME_LEVEL: f64 = 2e-6;
-/// Stays on the ground, of two samples or more, from which it is where the mass is lowest.
-const LEAST_STAYS: usize = 3;
-/// A drift shown to this share of a recording's end says how that goes on.
-const BEYOND: f64 = 0.9;
-/// A noise below this share of the motion is taken to be this: the simulation and the
-/// recorder's digits are no better.
-const LEAST_NOISE: f64 = 1e-5;
-
-/// What the data alone say about each part.
+/// Summary of one part.
 #[derive(Debug, Clone)]
-pub struct Findings {
+pub struct RecordingSummary {
     /// Noise of the proof mass and of the cantilever \[m\].
     pub noise: (f64, Option<f64>),
     /// Contact level in the reading \[m\], or why there is none.
     pub level: Result<f64, String>,
-    /// How that level changes in the course of the recording, if it does; `level` is that
-    /// before.
+    /// Change of that level during the recording, if any; `level` is the one before.
     pub change: Option<LevelChange>,
-    /// By how much the readings lag \[s\], 0 if they do not: what happens at the ground is found
-    /// in them as they were before that.
+    /// Lag of the readings \[s\], 0 without one. Events are searched for in the readings with the
+    /// lag removed.
     pub lag: f64,
 }
 
-impl Findings {
-    /// What happens at the ground in `recording`, whose noise is `noise` \[m\].
+impl RecordingSummary {
+    /// Events at the ground in `recording`, whose noise is `noise` \[m\].
     pub fn timeline(&self, recording: &Recording, noise: f64) -> Timeline {
         match self.level {
             Ok(level) => {
@@ -52,7 +45,7 @@ impl Findings {
         }
     }
 
-    /// Contacts and impacts in `recording`; none where the ground is not known.
+    /// Contacts and impacts in `recording`; empty if the ground level is unknown.
     pub fn events(&self, recording: &Recording) -> Events {
         let Ok(contact_level) = self.level else {
             return Events::default();
@@ -65,19 +58,19 @@ impl Findings {
         find_events(recording.axis(), &self.as_moved(recording), &options)
     }
 
-    /// Reading of the proof mass with a lag and changes of the ground's level taken out \[m\].
+    /// Reading of the proof mass with the lag and changes of the ground's level removed \[m\].
     pub fn as_moved<'a>(&self, recording: &'a Recording) -> Cow<'a, [f64]> {
         as_moved(recording, self.change, self.lag)
     }
 
-    /// Noise of that where the readings' is `sigma` \[m\].
+    /// Noise of that, if the noise of the readings is `sigma` \[m\].
     pub fn noise_of(&self, sigma: f64, recording: &Recording) -> f64 {
         noise_before_lag(sigma, recording.interval(), self.lag)
     }
 }
 
-/// The lag that the readings of `parts` show \[s\], of which `findings` know nothing yet.
-pub fn lag_of(parts: &[Part], findings: &[Findings]) -> Option<f64> {
+/// Lag that the readings of `parts` show \[s\]; `findings` were made without one.
+pub fn lag_of(parts: &[Part], findings: &[RecordingSummary]) -> Option<f64> {
     let both = || parts.iter().zip(findings);
     let readings: Vec<_> = both().map(|(p, f)| f.as_moved(&p.recording)).collect();
     let all: Vec<_> = both()
@@ -87,14 +80,17 @@ pub fn lag_of(parts: &[Part], findings: &[Findings]) -> Option<f64> {
     find_lag(&all)
 }
 
-/// Looks at parts without a model of the motion.
-pub fn look(model: &Model, parts: &[Part]) -> Vec<Findings> {
-    look_behind(model, parts, 0.0)
+/// Summarizes parts without a model of the motion.
+pub fn summarize(model: &Model, parts: &[Part]) -> Vec<RecordingSummary> {
+    summarize_with_lag(model, parts, 0.0)
 }
 
 /// The same for readings that lag by `lag` \[s\].
-pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
-    let mut findings: Vec<Findings> = parts.iter().map(|p| look_at(model, p, lag)).collect();
+pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<RecordingSummary> {
+    let mut findings: Vec<RecordingSummary> = parts
+        .iter()
+        .map(|p| summarize_part(model, p, lag))
+        .collect();
     if !model.has_ground {
         return findings;
     }
@@ -110,10 +106,12 @@ pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
             continue;
         }
         let r = &part.recording;
-        // A zero that moves in one recording may move alike in another, as far as that shows.
+        // A zero that drifts in one recording may drift in the same way in another that is too
+        // short to show it.
         let (begin, end) = r.span();
         let lasts = |drift: &&LevelDrift| {
-            drift.begin() <= begin && drift.shown().1 - begin >= BEYOND * (end - begin)
+            drift.begin() <= begin
+                && drift.shown().1 - begin >= MIN_SHOWN_DRIFT_SHARE * (end - begin)
         };
         let alike = drifts.iter().filter(lasts);
         let changes: Vec<Option<LevelChange>> = alike
@@ -125,7 +123,7 @@ pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
             Some((level, *change))
         };
         let turns = |change: Option<LevelChange>| {
-            // Those of other recordings hold where the zero stays.
+            // Levels of other recordings apply where the zero stays.
             let known = if change.is_none() { common } else { f64::NAN };
             let xp = as_moved(r, change, lag);
             let noise = finding.noise_of(finding.noise.0, r);
@@ -134,7 +132,7 @@ pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
         };
         let found = changes.iter().find_map(rest).or_else(|| {
             let all = changes.iter().copied().chain([None]);
-            // Of equals the last, which takes the zero to stay.
+            // `max_by_key` takes the last of equals, which assumes a constant zero.
             let most = all.filter_map(turns).max_by_key(|(count, ..)| *count);
             most.map(|(_, level, change)| (level, change))
         });
@@ -146,17 +144,17 @@ pub fn look_behind(model: &Model, parts: &[Part], lag: f64) -> Vec<Findings> {
     findings
 }
 
-fn look_at(model: &Model, part: &Part, lag: f64) -> Findings {
+fn summarize_part(model: &Model, part: &Part, lag: f64) -> RecordingSummary {
     let r = &part.recording;
     let estimate = |channel: Channel| noise_of(r, channel).ok();
     let noise = |channel: Channel, estimate: Option<NoiseEstimate>| {
-        // A part whose noise cannot be told is refused by the check.
+        // A part whose noise cannot be estimated is refused by the check.
         let sigma = estimate.map_or(0.0, |n| n.sigma);
         let values = r.channel(channel).unwrap_or_default();
         let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
         let low = quantile_in_place(&mut finite, 0.01);
         let span = quantile_in_place(&mut finite, 0.99) - low;
-        sigma.max(LEAST_NOISE * span).max(f64::MIN_POSITIVE)
+        sigma.max(MIN_NOISE_SHARE * span).max(f64::MIN_POSITIVE)
     };
     let of_xp = estimate(Channel::ProofMass);
     let (level, change) = if model.has_ground {
@@ -166,7 +164,7 @@ fn look_at(model: &Model, part: &Part, lag: f64) -> Findings {
     };
     let xc = model.has_cantilever && r.cantilever.is_some();
     log::debug!("{}: ground at {level:?}, {change:?}", r.name);
-    Findings {
+    RecordingSummary {
         noise: (
             noise(Channel::ProofMass, of_xp),
             xc.then(|| noise(Channel::Cantilever, estimate(Channel::Cantilever))),
@@ -190,7 +188,7 @@ fn ground_of(
     (level.map_err(|missing| missing.to_string()), change)
 }
 
-/// Reading of the proof mass with a change of the ground's level and a lag taken out \[m\].
+/// Reading of the proof mass with a change of the ground's level and a lag removed \[m\].
 fn as_moved(recording: &Recording, change: Option<LevelChange>, lag: f64) -> Cow<'_, [f64]> {
     let (time, xp) = (&recording.time, &recording.proof_mass);
     let moved = if lag > 0.0 {
@@ -219,10 +217,10 @@ fn level_in(
     estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise)
 }
 
-/// Level of a ground on which the mass never rests for long: where it turns suddenly, again and
-/// again, and how often. Where it stays lowest for two samples at a time, that is the ground;
-/// where it never does, it may never be lowest as a sample is taken, and a level known from
-/// another recording is taken if it is near and the mass turns there as often.
+/// Level of a ground on which the mass never rests for long, with the number of sudden turns there.
+/// If the mass stays lowest for two samples repeatedly, that is the ground. Otherwise the lowest
+/// sample may be above the ground, and a level known from another recording is used if it is near
+/// and has as many turns.
 fn level_of_impacts(
     recording: &Recording,
     xp: &[f64],
@@ -241,18 +239,18 @@ fn level_of_impacts(
         let sudden = |i: &&Impact| i.v_after - i.v_before > 2.0 * i.v_error;
         impacts.iter().filter(sudden).count()
     };
-    // Twice as far up as noise puts the lowest reading of many below the ground.
+    // Twice the distance by which noise puts the lowest of many readings below the ground.
     let low = |x: &f64| *x < bottom + 2.0 * at(bottom).tolerance();
     let runs = xp.chunk_by(|a, b| low(a) && low(b));
     let stays: Vec<&[f64]> = runs.filter(|run| run.len() > 1).collect();
-    let stayed = stays.len() >= LEAST_STAYS;
+    let stayed = stays.len() >= MIN_STAYS;
     let own = if stayed {
         quantile_in_place(&mut stays.concat(), 0.5)
     } else {
         bottom
     };
     let own = (own, turns(own));
-    let near = !stayed && (bottom - common).abs() < SAME_LEVEL;
+    let near = !stayed && (bottom - common).abs() < SAME_LEVEL_DISTANCE;
     let known = near.then(|| (common, turns(common)));
     let (level, count) = known.filter(|known| known.1 >= own.1).unwrap_or(own);
     (count >= 2).then_some((level, count))
@@ -264,7 +262,7 @@ mod tests {
     use crate::fit::tests::{made, paper, part};
 
     #[test]
-    fn a_drift_is_taken_over_by_a_recording_too_short_to_show_it() {
+    fn a_drift_is_transferred_to_a_recording_too_short_to_show_it() {
         let drifting = |drive: &str, seconds: f64, seed: u64| {
             let mut recording = made(&paper(), drive, seconds, seed);
             let times = recording.time.iter();
@@ -278,7 +276,7 @@ mod tests {
             drifting("square:300Hz:6V", 0.05, 2),
         ];
         let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
-        for (found, part) in look(&paper(), &parts).iter().zip(&parts) {
+        for (found, part) in summarize(&paper(), &parts).iter().zip(&parts) {
             let level = found.level.clone().expect("a level");
             assert!((level + dp).abs() < 0.4e-6, "{level}");
             let moved = found.change.expect("a drift");
@@ -290,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_mass_is_lowest_again_and_again_is_the_ground_whatever_the_zero_of_others() {
+    fn repeated_lowest_stays_are_the_ground_whatever_the_zeros() {
         let parts = [
             part(made(&paper(), "square:15Hz:8V", 0.2, 1)),
             part({
@@ -302,8 +300,8 @@ mod tests {
             }),
         ];
         let dp = paper().parameters[crate::model::parameter::ParameterId::Dp];
-        let found = look(&paper(), &parts);
-        let alone = look(&paper(), &parts[1..]);
+        let found = summarize(&paper(), &parts);
+        let alone = summarize(&paper(), &parts[1..]);
         for (found, zero) in [(&found[0], 0.0), (&found[1], 1.5e-6), (&alone[0], 1.5e-6)] {
             let level = found.level.clone().expect("a level");
             assert!((level + dp - zero).abs() < 0.15e-6, "{level}");

@@ -1,34 +1,23 @@
-//! What the data alone say against recordings being of one device: how fast the mass rings
-//! in flight, and how high above the ground it comes to rest at a voltage.
+//! Whether recordings can be of one device, without a fit: the ring frequency in flight, and the
+//! height above the ground at which the mass rests at a given voltage.
 
 use std::sync::Arc;
 
-use super::recording_summary::Findings;
+use super::recording_summary::RecordingSummary;
 use crate::fit::error::FitError;
 use crate::fit::options::Part;
+use crate::fit::thresholds::{
+    DOUBTFUL_FREQUENCY_SHARE, FREQUENCY_DIFFERENCE_SIGMAS, OTHER_DEVICE_FREQUENCY_SHARE,
+    REST_HEIGHT_TOLERANCE, RING_SEARCH_FACTOR, SAME_VOLTAGE_SHARE,
+};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 use crate::recording::rest_positions::rests;
 use crate::recording::ring::{Ring, ring_in};
 
-/// A ring is looked for up to this many times above and below the device's.
-const BAND: f64 = 2.5;
-/// Rings farther apart than this share are of different devices. What a strong cubic spring
-/// or friction makes of one device's is nearer.
-const OTHER: f64 = 0.14;
-/// Rings farther apart than this share may be of different devices ...
-const DOUBTFUL: f64 = 0.03;
-/// ... if they are farther apart than so many of their errors.
-const ERRORS: f64 = 5.0;
-/// Voltages that differ by less than this share are the same.
-const SAME_VOLTAGE: f64 = 0.01;
-/// Heights of rest that differ by more than this share and this much \[m\] are different:
-/// scales are off by a percent, and a piezo creeps.
-const HEIGHTS: (f64, f64) = (0.02, 1.5e-6);
-
-/// The ring of the mass in the flights of a part's recording, looked for around `f1` \[Hz\].
-fn ring_of(part: &Part, findings: &Findings, f1: f64) -> Option<Ring> {
+/// The ring of the mass in the flights of a part's recording, searched for around `f1` \[Hz\].
+fn ring_of(part: &Part, findings: &RecordingSummary, f1: f64) -> Option<Ring> {
     let r = &part.recording;
     let (from, to) = r.span();
     let mut flights = Vec::new();
@@ -38,7 +27,12 @@ fn ring_of(part: &Part, findings: &Findings, f1: f64) -> Option<Ring> {
         begin = contact.end;
     }
     flights.push((begin, to));
-    ring_in(r, &flights, findings.noise.0, (f1 / BAND, f1 * BAND))
+    ring_in(
+        r,
+        &flights,
+        findings.noise.0,
+        (f1 / RING_SEARCH_FACTOR, f1 * RING_SEARCH_FACTOR),
+    )
 }
 
 /// Checks that the mass rings at one frequency in all parts that show a ring. Sentences on
@@ -46,10 +40,10 @@ fn ring_of(part: &Part, findings: &Findings, f1: f64) -> Option<Ring> {
 ///
 /// # Errors
 /// [`FitError::DifferentDevices`] if the frequencies are far apart.
-pub fn same_ring(
+pub fn check_ring_frequency(
     model: &Model,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
 ) -> Result<Option<String>, FitError> {
     let f1 = model.parameters[ParameterId::F1];
     if !model.uses(ParameterId::F1) || f1.is_nan() || f1 <= 0.0 || !of_several(parts) {
@@ -74,12 +68,14 @@ pub fn same_ring(
     };
     log::debug!("rings from {a:?} to {b:?}");
     let apart = b.frequency - a.frequency;
-    if apart <= ERRORS * a.error.hypot(b.error) || apart <= DOUBTFUL * a.frequency {
+    if apart <= FREQUENCY_DIFFERENCE_SIGMAS * a.error.hypot(b.error)
+        || apart <= DOUBTFUL_FREQUENCY_SHARE * a.frequency
+    {
         return Ok(None);
     }
     let (slow, fast) = (&slow.recording.name, &fast.recording.name);
     let write = |ring: &Ring| format_quantity(ring.frequency, "Hz", 4);
-    if apart > OTHER * a.frequency {
+    if apart > OTHER_DEVICE_FREQUENCY_SHARE * a.frequency {
         return Err(FitError::DifferentDevices {
             recording: fast.clone(),
             other: slow.clone(),
@@ -99,7 +95,7 @@ pub fn same_ring(
 
 /// A sentence on the two parts in which the mass comes to rest at the most different
 /// heights above the ground, at the same voltage.
-pub fn other_rest(parts: &[Part], findings: &[Findings]) -> Option<String> {
+pub fn rest_height_doubt(parts: &[Part], findings: &[RecordingSummary]) -> Option<String> {
     if !of_several(parts) {
         return None;
     }
@@ -115,8 +111,10 @@ pub fn other_rest(parts: &[Part], findings: &[Findings]) -> Option<String> {
     let mut out = None;
     for (i, (a, x)) in all.iter().enumerate() {
         for (b, y) in &all[..i] {
-            let same = (x.voltage - y.voltage).abs() <= SAME_VOLTAGE * x.voltage.abs();
-            let limit = HEIGHTS.1.max(HEIGHTS.0 * x.height.max(y.height));
+            let same = (x.voltage - y.voltage).abs() <= SAME_VOLTAGE_SHARE * x.voltage.abs();
+            let limit = REST_HEIGHT_TOLERANCE
+                .1
+                .max(REST_HEIGHT_TOLERANCE.0 * x.height.max(y.height));
             let apart = (x.height - y.height).abs() / limit;
             if same && apart > most && !Arc::ptr_eq(&a.recording, &b.recording) {
                 most = apart;
@@ -144,53 +142,53 @@ fn of_several(parts: &[Part]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::recording_summary::look;
+    use super::super::recording_summary::summarize;
     use super::super::same_device::*;
     use crate::fit::tests::{made, off, paper, part};
 
     /// Two recordings: of the device of the preset, and of one with other parameters.
-    fn pair(changes: &[(&str, f64)]) -> (Vec<Part>, Vec<Findings>) {
+    fn pair(changes: &[(&str, f64)]) -> (Vec<Part>, Vec<RecordingSummary>) {
         let parts = vec![
             part(made(&paper(), "square:10Hz:8V", 0.2, 1)),
             part(made(&off(paper(), changes), "square:8Hz:8V", 0.2, 2)),
         ];
-        let findings = look(&paper(), &parts);
+        let findings = summarize(&paper(), &parts);
         (parts, findings)
     }
 
     #[test]
     fn other_frequencies_are_of_other_devices() {
         let (parts, findings) = pair(&[("f1", 1.25)]);
-        let error = same_ring(&paper(), &parts, &findings).unwrap_err();
+        let error = check_ring_frequency(&paper(), &parts, &findings).unwrap_err();
         let text = error.to_string();
         assert!(
             text.contains("square:10Hz:8V") && text.contains("rings at"),
             "{text}"
         );
         let (parts, findings) = pair(&[("f1", 1.06)]);
-        let doubt = same_ring(&paper(), &parts, &findings).unwrap();
+        let doubt = check_ring_frequency(&paper(), &parts, &findings).unwrap();
         assert!(doubt.is_some_and(|text| text.contains("may be of different")));
     }
 
     #[test]
-    fn a_ground_elsewhere_is_seen_by_where_the_mass_rests() {
+    fn another_ground_level_shows_in_the_height_of_rest() {
         let (parts, findings) = pair(&[("dp", 53.0 / 58.0)]);
-        let doubt = other_rest(&parts, &findings);
+        let doubt = rest_height_doubt(&parts, &findings);
         assert!(doubt.is_some_and(|text| text.contains("at -8 V")));
-        assert_eq!(same_ring(&paper(), &parts, &findings), Ok(None));
+        assert_eq!(check_ring_frequency(&paper(), &parts, &findings), Ok(None));
     }
 
     #[test]
-    fn of_one_device_nothing_is_doubtful() {
+    fn recordings_of_one_device_raise_no_doubt() {
         // Damping, film and adhesion are not what makes a device another one here.
         let (parts, findings) = pair(&[("Cs", 2.0), ("alpha", 1.3)]);
-        assert_eq!(same_ring(&paper(), &parts, &findings), Ok(None));
-        assert_eq!(other_rest(&parts, &findings), None);
+        assert_eq!(check_ring_frequency(&paper(), &parts, &findings), Ok(None));
+        assert_eq!(rest_height_doubt(&parts, &findings), None);
         let (first, second) = Part::split(Arc::clone(&parts[0].recording));
         let halves = [first, second];
         assert!(!of_several(&halves));
         assert_eq!(
-            same_ring(&paper(), &halves, &look(&paper(), &halves)),
+            check_ring_frequency(&paper(), &halves, &summarize(&paper(), &halves)),
             Ok(None)
         );
     }

@@ -1,37 +1,29 @@
 //! Step 3, adhesion (figs. 7 and 8): the pull-off force at each release by eq (13) against
 //! the time in contact, and the line `Ca t + Ca0` through it, eq (14).
 //!
-//! Not every release lies on that line, even on a device that obeys it. The law is of
-//! *sustained* contact, in which a pull grows until it has become as large as the adhesion.
-//! Where the drive's force jumps, the pull passes the adhesion in one step: the adhesion is
-//! somewhere between before and after. A contact of a few swings of the held cantilever is a
-//! hop, or several that the noise hides: the impact's own kick ends it, a force that goes
-//! through hundreds of nN between two samples. And a mass that is pressed down is not pulled
-//! off at all: there the events were misread. Such releases are set aside and counted.
+//! Not every release lies on that line, even on a device that obeys it. The law describes
+//! *sustained* contact, in which a pull grows until it equals the adhesion. These are excluded
+//! and counted:
+//!
+//! - The drive jumps: the pull passes the adhesion in one step, which only bounds it.
+//! - The contact lasts a few periods of the held cantilever: the impact itself ends it, and the
+//!   force changes by hundreds of nN between two samples.
+//! - The mass is pressed down: it is not pulled off, so the events were misread.
 
 use std::fmt;
 
-use super::break_off::STAY;
 use super::line_fit::{Line, robust_line};
 use super::{StepError, counted};
-use crate::fit::contact_readings::{Readings, Release};
+use crate::fit::contact_readings::{ContactReadings, Release};
+use crate::fit::thresholds::{
+    MAX_FORCE_ERROR_SHARE, MIN_CONTACT_SAMPLES, MIN_CONTACT_TIME_RATIO, MIN_RELEASES,
+    MIN_STAY_TIME, PRESSED_SIGMAS,
+};
 use crate::recording::quantile_in_place;
 
-/// Samples that a sustained contact has at least.
-const SAMPLES: f64 = 8.0;
-/// A pressure of so many standard errors is one.
-const PRESSED: f64 = 3.0;
-/// Forces less certain than this share of the largest do not count.
-const CERTAIN: f64 = 0.3;
-/// Fewest releases for a line with an error.
-const LEAST: usize = 3;
-/// The longest contact must be this many times the shortest for a slope: with less, the
-/// errors of the times count as well.
-const SPREAD: f64 = 1.1;
-
-/// Why a release says nothing of the line.
+/// Why a release does not count for the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Aside {
+pub enum ExcludedRelease {
     /// Contact that is not sustained.
     Brief,
     /// The drive's force jumps there.
@@ -42,46 +34,51 @@ pub enum Aside {
     Vague,
 }
 
-impl Aside {
-    /// All, in the order in which they are asked.
-    pub const ALL: [Aside; 4] = [Aside::Brief, Aside::Jump, Aside::Pressed, Aside::Vague];
+impl ExcludedRelease {
+    /// All, in the order in which they are checked.
+    pub const ALL: [ExcludedRelease; 4] = [
+        ExcludedRelease::Brief,
+        ExcludedRelease::Jump,
+        ExcludedRelease::Pressed,
+        ExcludedRelease::Vague,
+    ];
 
     /// As written in files.
     pub fn id(self) -> &'static str {
         match self {
-            Aside::Brief => "brief",
-            Aside::Jump => "jump",
-            Aside::Pressed => "pressed",
-            Aside::Vague => "vague",
+            ExcludedRelease::Brief => "brief",
+            ExcludedRelease::Jump => "jump",
+            ExcludedRelease::Pressed => "pressed",
+            ExcludedRelease::Vague => "vague",
         }
     }
 
     fn of(release: &Release, largest: f64) -> Option<Self> {
-        if release.contact < STAY || release.samples < SAMPLES {
-            Some(Aside::Brief)
+        if release.contact < MIN_STAY_TIME || release.samples < MIN_CONTACT_SAMPLES {
+            Some(ExcludedRelease::Brief)
         } else if release.jump > release.error {
-            Some(Aside::Jump)
-        } else if release.force < -PRESSED * release.error {
-            Some(Aside::Pressed)
-        } else if release.error.is_nan() || release.error >= CERTAIN * largest {
-            Some(Aside::Vague)
+            Some(ExcludedRelease::Jump)
+        } else if release.force < -PRESSED_SIGMAS * release.error {
+            Some(ExcludedRelease::Pressed)
+        } else if release.error.is_nan() || release.error >= MAX_FORCE_ERROR_SHARE * largest {
+            Some(ExcludedRelease::Vague)
         } else {
             None
         }
     }
 }
 
-impl fmt::Display for Aside {
+impl fmt::Display for ExcludedRelease {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Aside::Brief => {
+            ExcludedRelease::Brief => {
                 "after less than 0.5 ms or 8 samples on the ground, no sustained contact"
             }
-            Aside::Jump => {
+            ExcludedRelease::Jump => {
                 "where the drive jumps, so that the pull passes the adhesion in one step"
             }
-            Aside::Pressed => "under pressure, where nothing is pulled off",
-            Aside::Vague => "whose force the noise hides",
+            ExcludedRelease::Pressed => "under pressure, where nothing is pulled off",
+            ExcludedRelease::Vague => "whose force the noise hides",
         })
     }
 }
@@ -98,7 +95,7 @@ pub struct Adhesion {
     /// The releases that count.
     pub releases: Vec<Release>,
     /// The releases that do not, and why not.
-    pub aside: Vec<(Release, Aside)>,
+    pub aside: Vec<(Release, ExcludedRelease)>,
     /// Releases that were seen and could not be read.
     pub unread: usize,
     /// Distance of the model from what was read, in units of the noise.
@@ -113,18 +110,18 @@ impl Adhesion {
 
     /// What was set aside, one sentence for each reason there is.
     pub fn set_aside(&self) -> Vec<String> {
-        said(&self.aside, self.unread)
+        exclusion_sentences(&self.aside, self.unread)
     }
 }
 
-fn said(aside: &[(Release, Aside)], unread: usize) -> Vec<String> {
-    let sentences = Aside::ALL.into_iter().filter_map(|reason| {
+fn exclusion_sentences(aside: &[(Release, ExcludedRelease)], unread: usize) -> Vec<String> {
+    let sentences = ExcludedRelease::ALL.into_iter().filter_map(|reason| {
         let n = aside.iter().filter(|(_, own)| *own == reason).count();
         (n > 0).then(|| format!("{} {reason}", counted(n, "release", "releases")))
     });
     let unread = (unread > 0).then(|| {
         format!(
-            "{} that could not be read: too far from the model, after too few samples on the ground, or on the ground since before the recording",
+            "{} that could not be followed: too far from the model, after too few samples on the ground, or on the ground since before the recording",
             counted(unread, "release", "releases")
         )
     });
@@ -134,17 +131,17 @@ fn said(aside: &[(Release, Aside)], unread: usize) -> Vec<String> {
 /// Fits the line.
 ///
 /// # Errors
-/// [`StepError::Unsuited`] if too few releases tell the force, or all after equal times.
-pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError> {
-    // Only where a pull grows does the force say how large the others may be.
+/// [`StepError::Unsuited`] if too few releases have a known force, or all contacts last equally long.
+pub fn adhesion(names: &str, readings: &ContactReadings) -> Result<Adhesion, StepError> {
+    // Only releases under a growing pull bound how large the others may be.
     let largest = readings
         .releases
         .iter()
-        .filter(|r| Aside::of(r, f64::INFINITY).is_none())
+        .filter(|r| ExcludedRelease::of(r, f64::INFINITY).is_none())
         .fold(0.0f64, |a, r| a.max(r.force.abs()));
     let (mut releases, mut aside) = (Vec::new(), Vec::new());
     for release in &readings.releases {
-        match Aside::of(release, largest) {
+        match ExcludedRelease::of(release, largest) {
             None => releases.push(*release),
             Some(reason) => aside.push((*release, reason)),
         }
@@ -154,12 +151,12 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
         reason,
         remedy: "record 5 Hz ramped squares of several lambda, so that contacts of several lengths end in a slow pull",
     };
-    if releases.len() < LEAST {
+    if releases.len() < MIN_RELEASES {
         let mut reason = format!(
-            "{} the pull-off force, {LEAST} are needed",
-            counted(releases.len(), "release tells", "releases tell")
+            "needs {MIN_RELEASES} releases with a known pull-off force, found {}",
+            releases.len()
         );
-        let said = said(&aside, readings.unread_releases);
+        let said = exclusion_sentences(&aside, readings.unread_releases);
         if !said.is_empty() {
             reason += &format!(" (set aside: {})", said.join("; "));
         }
@@ -167,15 +164,14 @@ pub fn adhesion(names: &str, readings: &Readings) -> Result<Adhesion, StepError>
     }
     let times = releases.iter().map(|r| r.contact);
     let (shortest, longest) = times.fold((f64::INFINITY, 0.0f64), |(s, l), t| (s.min(t), l.max(t)));
-    if longest < SPREAD * shortest {
+    if longest < MIN_CONTACT_TIME_RATIO * shortest {
         return Err(unsuited(format!(
-            "all contacts last {:.1} to {:.1} ms: a slope in time cannot be told",
+            "all contacts last {:.1} to {:.1} ms: they do not determine a slope in time",
             1e3 * shortest,
             1e3 * longest
         )));
     }
-    // An error that comes of linearising can be much too small: none counts as less than
-    // half of all errors are.
+    // An error from a linearization can be much too small: none counts as less than the median.
     let mut errors: Vec<f64> = releases.iter().map(|r| r.error).collect();
     let usual = quantile_in_place(&mut errors, 0.5);
     let points: Vec<[f64; 3]> = releases

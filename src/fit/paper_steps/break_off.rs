@@ -1,42 +1,37 @@
-//! Break-offs in recordings: where a stay on the ground that was seen from its first touch
-//! ends, and the ring after it goes on for long enough to tell how it decays.
+//! Break-offs in recordings: releases after a stay whose beginning was recorded, followed by a
+//! ring long enough to show its decay.
 
 use std::sync::Arc;
 
-use crate::fit::contact_readings::LOOSE;
+use crate::fit::contact_readings::GROUND_LAW_RELAXATION;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
 use crate::fit::segment::JointKind;
-use crate::fit::segment::event_sequence::Kind;
+use crate::fit::segment::event_sequence::GroundEvent;
+use crate::fit::thresholds::{MIN_RING_PERIODS, MIN_RING_SAMPLES, MIN_STAY_TIME};
 use crate::model::Model;
 use crate::recording::extremes;
 
-/// A shorter contact is a bounce rather than a stay \[s\].
-pub(crate) const STAY: f64 = 0.5e-3;
-/// Samples on the ground before the break-off: they tell the zero of the reading.
-const LEAD: usize = 12;
+/// Samples on the ground before the break-off: they determine the zero of the reading.
+const LEAD_SAMPLES: usize = 12;
 /// How far the instant of release may be from the first guess, as a share of a period: the
-/// mass leaves slowly, and a fast recording shows it late.
-const LEAVING: f64 = 0.06;
-/// Samples that a touch or bounce at the end of the ring is kept away, and the same as a
+/// mass leaves slowly, and a fast recording shows it with a delay.
+const RELEASE_REACH_PERIODS: f64 = 0.06;
+/// Samples between the end of the ring and the next touch or bounce, and the same as a
 /// share of a period.
-const CLEAR: (usize, f64) = (3, 0.01);
-/// Fewest samples of a ring.
-const LEAST: usize = 12;
+const RING_END_GUARD: (usize, f64) = (3, 0.01);
 /// Length of a ring in periods of the slowest mode: what is left of it after that says
 /// little of the film.
-const PERIODS: f64 = 5.0;
+const RING_PERIODS: f64 = 5.0;
 /// Taken for a period where there is no spring \[s\].
-const UNSPRUNG: f64 = 2e-3;
-/// A ring that the ground ends before this share of a period is not read.
-const SHORT: f64 = 0.5;
+const SPRINGLESS_PERIOD: f64 = 2e-3;
 /// Most rings that are read; more of them say the same again.
-pub(crate) const MOST: usize = 8;
+pub(crate) const MAX_RINGS: usize = 8;
 /// Most samples of a ring; a faster recording is thinned.
-const DENSE: usize = 800;
+const MAX_SAMPLES_PER_RING: usize = 800;
 
 /// The ring after a break-off.
 #[derive(Debug, Clone)]
@@ -57,17 +52,21 @@ fn period(model: &Model) -> f64 {
     if slowest.is_finite() {
         std::f64::consts::TAU / slowest
     } else {
-        UNSPRUNG
+        SPRINGLESS_PERIOD
     }
 }
 
-/// The break-offs in `parts`, at most [`MOST`] of them, taken from the recordings in turn,
+/// The break-offs in `parts`, at most [`MAX_RINGS`] of them, taken from the recordings in turn,
 /// the largest rings first.
-pub(crate) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -> Vec<BreakOff> {
+pub(crate) fn break_offs(
+    model: &Model,
+    parts: &[Part],
+    findings: &[RecordingSummary],
+) -> Vec<BreakOff> {
     let period = period(model);
     let mut found: Vec<(usize, BreakOff)> = Vec::new();
     for (of, (part, findings)) in parts.iter().zip(findings).enumerate() {
-        let mut own = in_part(part, findings, period);
+        let mut own = break_offs_of_part(part, findings, period);
         for b in &mut own {
             b.of = of;
             let ring = &b.window.recording.proof_mass[b.window.samples.clone()];
@@ -79,29 +78,33 @@ pub(crate) fn break_offs(model: &Model, parts: &[Part], findings: &[Findings]) -
         found.extend(own.into_iter().enumerate());
     }
     found.sort_by_key(|(turn, _)| *turn);
-    found.truncate(MOST);
+    found.truncate(MAX_RINGS);
     let mut chosen: Vec<BreakOff> = found.into_iter().map(|(_, b)| b).collect();
     chosen.sort_by_key(|b| (b.of, b.window.samples.start));
     chosen
 }
 
-fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
+fn break_offs_of_part(part: &Part, findings: &RecordingSummary, period: f64) -> Vec<BreakOff> {
     let r = &part.recording;
     let time = &r.time;
     let interval = r.interval();
     let contacts = findings.events(r).contacts;
     let marks = findings.timeline(r, findings.noise.0).marks;
     // More than the instant of release may move, so that the mass is on the ground first.
-    let lead = (LEAD as f64 * interval).max(1.5 * LEAVING * period);
-    let clear = (CLEAR.0 as f64 * interval).max(CLEAR.1 * period);
+    let lead = (LEAD_SAMPLES as f64 * interval).max(1.5 * RELEASE_REACH_PERIODS * period);
+    let clear = (RING_END_GUARD.0 as f64 * interval).max(RING_END_GUARD.1 * period);
     let mut found = Vec::new();
-    for contact in contacts.iter().filter(|c| !c.cut && c.touching > STAY) {
+    for contact in contacts
+        .iter()
+        .filter(|c| !c.cut && c.touching > MIN_STAY_TIME)
+    {
         let past = marks.partition_point(|m| m.time <= contact.end + 1.5 * interval);
-        // The touch must have been seen: rest at the recording's begin is no contact.
+        // The touch must be in the recording: rest at its beginning is no contact.
         let Some([touch, release]) = past.checked_sub(2).map(|i| [marks[i], marks[i + 1]]) else {
             continue;
         };
-        let left = matches!(release.kind, Kind::Release { .. }) && touch.kind == Kind::Touch;
+        let left =
+            matches!(release.kind, GroundEvent::Release { .. }) && touch.kind == GroundEvent::Touch;
         if !left || release.time < contact.start {
             continue;
         }
@@ -110,13 +113,13 @@ fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
         let first = time.partition_point(|&t| t < release.time - lead);
         let first = first.max(before).max(part.samples.start);
         let until = marks.get(past).map_or(f64::INFINITY, |m| m.time - clear);
-        let last = time.partition_point(|&t| t < until.min(release.time + PERIODS * period));
+        let last = time.partition_point(|&t| t < until.min(release.time + RING_PERIODS * period));
         let mut last = last.min(part.samples.end);
         if let Some(gap) = (first..last.saturating_sub(1)).find(|&i| r.is_gap(i)) {
             last = gap + 1;
         }
-        let told = first < at && at + LEAST <= last;
-        if told && time[last - 1] - release.time >= SHORT * period {
+        let long_enough = first < at && at + MIN_RING_SAMPLES <= last;
+        if long_enough && time[last - 1] - release.time >= MIN_RING_PERIODS * period {
             found.push(BreakOff {
                 of: 0,
                 window: Part {
@@ -130,30 +133,30 @@ fn in_part(part: &Part, findings: &Findings, period: f64) -> Vec<BreakOff> {
     found
 }
 
-/// A problem of the rings alone: each in one piece, from the held mass on, at a free
-/// instant of release; what the ground's laws say of it has no say.
+/// The fitting problem of the rings alone: each is one segment, from the held mass on, with a free
+/// instant of release. The laws of the ground are switched off.
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense or a drive is missing.
-pub(crate) fn problem(
+pub(crate) fn ring_problem(
     model: &Model,
     space: &Space,
     found: &[BreakOff],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<Prepared, FitError> {
     let windows: Vec<Part> = found.iter().map(|b| b.window.clone()).collect();
-    let own: Vec<Findings> = found.iter().map(|b| findings[b.of].clone()).collect();
+    let own: Vec<RecordingSummary> = found.iter().map(|b| findings[b.of].clone()).collect();
     let whole = FitOptions {
         longest: Some(f64::INFINITY),
         ..options.clone()
     };
     let mut prepared = prepare(model, space, &windows, &own, &whole)?;
     for (data, window) in prepared.problem.data.iter_mut().zip(&windows) {
-        data.sigmas.velocity *= LOOSE;
-        data.sigmas.force *= LOOSE;
-        let dense = window.samples.start + 2 * LEAD;
-        let step = window.samples.len().div_ceil(DENSE);
+        data.sigmas.velocity *= GROUND_LAW_RELAXATION;
+        data.sigmas.force *= GROUND_LAW_RELAXATION;
+        let dense = window.samples.start + 2 * LEAD_SAMPLES;
+        let step = window.samples.len().div_ceil(MAX_SAMPLES_PER_RING);
         if step > 1 {
             let mut thin = (*data.recording).clone();
             for i in (dense..window.samples.end).filter(|i| !(i - dense).is_multiple_of(step)) {
@@ -165,7 +168,7 @@ pub(crate) fn problem(
             data.recording = Arc::new(thin);
         }
     }
-    let leaving = LEAVING * period(model);
+    let leaving = RELEASE_REACH_PERIODS * period(model);
     for joint in prepared.segments.iter_mut().flat_map(|s| &mut s.joints) {
         if let JointKind::Event(_) = joint.what {
             joint.reach = joint.reach.max(leaving);
@@ -177,7 +180,7 @@ pub(crate) fn problem(
             JointKind::Event(kind) => Some(kind),
             JointKind::Edge(_) => None,
         });
-        let leaves = matches!(events.next(), Some(Kind::Release { .. }));
+        let leaves = matches!(events.next(), Some(GroundEvent::Release { .. }));
         segment.starts_held && leaves && events.next().is_none()
     });
     Ok(prepared)
@@ -187,14 +190,14 @@ pub(crate) fn problem(
 mod tests {
     use super::super::break_off::*;
     use super::super::tests::{made, recording};
-    use crate::fit::inspect::recording_summary::look;
+    use crate::fit::inspect::recording_summary::summarize;
     use crate::model::preset::Preset;
     use crate::recording::Recording;
 
     fn found(recordings: &[Arc<Recording>]) -> Vec<BreakOff> {
         let model = Preset::default().model;
         let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
-        break_offs(&model, &parts, &look(&model, &parts))
+        break_offs(&model, &parts, &summarize(&model, &parts))
     }
 
     #[test]
@@ -219,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_whose_touch_was_not_recorded_does_not_count() {
+    fn a_contact_without_its_touch_does_not_count() {
         let square = recording("square:15Hz:8V", 0.2);
         let from = square.time.partition_point(|&t| t < 0.02);
         let cut = |values: &[f64]| values[from..].to_vec();
@@ -231,11 +234,11 @@ mod tests {
     }
 
     #[test]
-    fn their_number_is_bounded_and_all_recordings_have_a_share() {
+    fn the_number_is_bounded_and_all_recordings_contribute() {
         let drives = ["square:15Hz:8V", "ramped:5Hz:8V:0.25", "square:15Hz:7.5V"];
         let all = drives.map(|d| made(d, 0.8, 50e3, 0.0, &[]));
         let found = found(&all);
-        assert_eq!(found.len(), MOST);
+        assert_eq!(found.len(), MAX_RINGS);
         for of in 0..3 {
             assert!(found.iter().filter(|b| b.of == of).count() >= 2);
         }

@@ -12,10 +12,13 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::{StepError, counted};
-use crate::fit::contact_readings::sound;
+use crate::fit::contact_readings::check_readable;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
+use crate::fit::thresholds::{
+    BRANCH_HUBER_THRESHOLD, MAX_BLOCK_VOLTAGE_SHARE, MIN_BRANCH_COVERAGE, RING_DECAY_TIMES,
+};
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
@@ -25,18 +28,9 @@ use crate::recording::Recording;
 use crate::recording::features::{FeatureOptions, recording_features};
 
 /// Orders of the polynomials, eq (9).
-const ORDERS: [usize; 2] = [3, 2];
-/// The voltage may move by this share of its span within a block.
-const SLOW: f64 = 0.05;
-/// Blocks after a turn, a jump or a release that are left to the ring [first-mode
-/// amplitude decay times].
-const SETTLE: f64 = 2.0;
-/// Share of the span over which a branch must have been seen.
-const COVERED: f64 = 0.4;
+const BRANCH_POLYNOMIAL_ORDERS: [usize; 2] = [3, 2];
 /// What to record instead.
-const REMEDY: &str = "record whole slow cycles of the voltage besides, for example a 5 Hz sine so small that the mass hardly touches the ground";
-/// Weight of the robust loss: residuals beyond this many scatters pull linearly.
-const HUBER: f64 = 2.0;
+const SLOW_CYCLE_REMEDY: &str = "record whole slow cycles of the voltage besides, for example a 5 Hz sine so small that the mass hardly touches the ground";
 
 /// A point of the figure: one block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,9 +84,9 @@ impl DriveFit {
     }
 }
 
-/// Fits both branches to recordings of `model`; the paper used one that reaches +-8 V
-/// and one that just avoids contact. `eta` and the structure are taken as they are in the
-/// model: the branches are in units of `eta`, and hold what offset the readings have.
+/// Fits both branches to recordings of `model`; the paper used one that reaches +-8 V and one that
+/// just avoids contact. `eta` and the structure are held: the branches are in units of `eta`, and
+/// include the offset of the readings.
 ///
 /// # Errors
 /// [`StepError`] if a recording has no voltage, or all together show too little of a slow
@@ -114,7 +108,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
             });
         };
         let part = [Part::whole(Arc::clone(recording))];
-        sound(model, &part, &look(model, &part), &options)?;
+        check_readable(model, &part, &summarize(model, &part), &options)?;
         points.extend(blocks(model, recording, table, per_gain)?);
         low = low.min(extreme(&recording.voltage, f64::min));
         high = high.max(extreme(&recording.voltage, f64::max));
@@ -145,7 +139,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
                     "they cover {:.0} % of the {:.1} V that the drive moves, {:.0} % are needed",
                     100.0 * (to - from) / (high - low),
                     high - low,
-                    100.0 * COVERED
+                    100.0 * MIN_BRANCH_COVERAGE
                 )
             };
             StepError::Unsuited {
@@ -154,12 +148,12 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
                     "{} of slow free motion on the {name} branch{seen}; {needed}",
                     counted(own.len(), "block", "blocks"),
                 ),
-                remedy: REMEDY,
+                remedy: SLOW_CYCLE_REMEDY,
             }
         })
     };
-    let rising = branch(Branch::Rising, ORDERS[0])?;
-    let falling = branch(Branch::Falling, ORDERS[1])?;
+    let rising = branch(Branch::Rising, BRANCH_POLYNOMIAL_ORDERS[0])?;
+    let falling = branch(Branch::Falling, BRANCH_POLYNOMIAL_ORDERS[1])?;
     let open = |v: f64| {
         let gap = value(&rising.coefficients, v) - value(&falling.coefficients, v);
         (v, gap)
@@ -222,7 +216,7 @@ fn blocks(
     let unsuited = |reason: String| StepError::Unsuited {
         recording: recording.name.clone(),
         reason,
-        remedy: REMEDY,
+        remedy: SLOW_CYCLE_REMEDY,
     };
     let table = VoltageTable::from_recording(recording.name.clone(), times, volts)
         .map_err(|error| unsuited(error.to_string()))?;
@@ -237,12 +231,12 @@ fn blocks(
         .ok_or_else(|| unsuited("the device has no mode that swings".to_owned()))?;
     let length = 1.0 / slowest.frequency;
     let lag = static_lag(&structure);
-    let settle = SETTLE / (0.5 * slowest.damping()).max(1e-3 * slowest.omega());
+    let settle = RING_DECAY_TIMES / (0.5 * slowest.damping()).max(1e-3 * slowest.omega());
     let features = recording_features(recording, &FeatureOptions::default());
     let contacts = &features.events.contacts;
 
     let mut found = Vec::new();
-    // Nothing is known of what was before the recording began.
+    // The time before the recording is unknown.
     let mut quiet_since = recording.time.first().copied().unwrap_or(0.0);
     let mut contact = 0;
     let mut from = 0;
@@ -263,7 +257,7 @@ fn blocks(
         let branch = drive.segment(first).branch;
         let voltage_moves = drive_range(recording, here.clone());
         let turned = (first..=last).any(|i| drive.segment(i).branch != branch);
-        if turned || voltage_moves.is_nan() || voltage_moves > SLOW * span {
+        if turned || voltage_moves.is_nan() || voltage_moves > MAX_BLOCK_VOLTAGE_SHARE * span {
             quiet_since = end;
             continue;
         }
@@ -283,7 +277,7 @@ fn blocks(
             let falls = branch == Branch::Falling;
             found.push(DrivePoint {
                 time: 0.5 * (start + end),
-                // What is seen now answers to the voltage a damping time ago.
+                // The displacement now follows the voltage one damping time ago.
                 voltage: voltage + if falls { lag * rate } else { -lag * rate },
                 gain: xp / per_gain,
                 branch,
@@ -317,11 +311,11 @@ fn value(c: &[f64; 4], v: f64) -> f64 {
     c[0] + v * (c[1] + v * (c[2] + v * c[3]))
 }
 
-/// A robust polynomial; `None` if the branch was seen too little for its order.
+/// A robust polynomial; `None` if the branch covers too little for its order.
 fn fit_branch(points: &[DrivePoint], order: usize, span: f64) -> Option<BranchFit> {
     let count = order + 1;
     let (low, high) = range(points);
-    if points.len() < 2 * count || high - low < COVERED * span {
+    if points.len() < 2 * count || high - low < MIN_BRANCH_COVERAGE * span {
         return None;
     }
     // Powers of the voltage over its span are about equally large.
@@ -341,9 +335,9 @@ fn fit_branch(points: &[DrivePoint], order: usize, span: f64) -> Option<BranchFi
         let residual = &gains - &design * &solution;
         let mut sizes: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        // Median of a normal distribution's sizes to its standard deviation.
+        // From the median of absolute values to the standard deviation of a normal distribution.
         let scatter = 1.4826 * sizes[sizes.len() / 2];
-        let limit = HUBER * scatter.max(1e-12);
+        let limit = BRANCH_HUBER_THRESHOLD * scatter.max(1e-12);
         weights = residual.map(|r| (limit / r.abs().max(1e-300)).min(1.0));
     }
     let residual = &gains - &design * &solution;

@@ -16,7 +16,7 @@ fn recording(drive: &str, duration: f64) -> Arc<Recording> {
 }
 
 #[test]
-fn the_branches_come_back_from_slow_cycles() {
+fn both_branches_are_recovered_from_slow_cycles() {
     let model = Preset::default().model;
     let (wide, free) = (recording("sine:5Hz:8V", 0.8), recording("sine:5Hz:6V", 0.8));
     let fit = fit_drive(&model, &[wide, free]).unwrap();
@@ -45,7 +45,7 @@ fn the_branches_come_back_from_slow_cycles() {
 }
 
 #[test]
-fn what_is_no_slow_cycle_is_refused() {
+fn fast_cycles_are_refused() {
     let model = Preset::default().model;
     let error = fit_drive(&model, &[recording("square:100Hz:8V", 0.1)]).unwrap_err();
     assert!(
@@ -61,7 +61,7 @@ fn what_is_no_slow_cycle_is_refused() {
     assert!(error.to_string().contains("has no drive"), "{error}");
 }
 #[test]
-fn what_cannot_be_read_is_said_before_slow_blocks_are_counted() {
+fn unreadable_recordings_are_refused_before_blocks_are_counted() {
     let model = Preset::default().model;
     let time: Vec<f64> = (0..400).map(|i| 1e-4 * f64::from(i)).collect();
     let volts = |n: usize| Some(time[..n].iter().map(|t| 8.0 * (31.4 * t).sin()).collect());

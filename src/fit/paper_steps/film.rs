@@ -1,46 +1,45 @@
 //! Step 4, film (fig. 9): the decay of the ring after break-off, with the gas film and
 //! without, and `Cs` and `gp` by which the two agree with the data.
 //!
-//! Only the rings themselves are fitted to, a bounded number of them: the mass is held to
-//! the ground, let go at a free instant and followed up to its next touch. How hard it
-//! was held, and how it bounced before, does not matter. The fit without film is one of
-//! the starts of the fit with film, and what it is worth is compared on the same rings.
+//! Only the rings are fitted to, a bounded number of them. The mass is held to the ground,
+//! released at a free instant and followed up to its next touch, so neither the adhesion nor
+//! earlier bounces matter. The fit without film is one of the starts of the fit with film, and
+//! both are compared on the same rings.
 
-use super::break_off::{STAY, break_offs, problem};
+use super::break_off::{break_offs, ring_problem};
 use super::{StepError, counted};
-use crate::fit::contact_readings::sound as readable;
+use crate::fit::contact_readings::check_readable as readable;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::residual::residual_rows::Encounter;
-use crate::fit::residual::simulate_segment::run;
+use crate::fit::residual::simulate_segment::simulate_segment;
 use crate::fit::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
 use crate::fit::solve::point::{Point, settle};
+use crate::fit::thresholds::{MAX_RING_NOISE_RATIO, MIN_STAY_TIME};
 use crate::fit::uncertainty::fit_result::{FitResult, Misfit, misfits, uncertainty};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::sim::{SimError, Stretcher};
 
 /// Free parameters, in the order of the coordinates below.
-const FREE: [&str; 2] = ["Cs", "gp"];
+const FREE_PARAMETERS: [&str; 2] = ["Cs", "gp"];
 /// Coordinate of the film's strength at contact.
-const STRENGTH: usize = 0;
+const STRENGTH_COORDINATE: usize = 0;
 /// Coordinate of its thickness there.
-const GAP: usize = 1;
+const GAP_COORDINATE: usize = 1;
 /// Thicknesses of the film at contact, as shares of `dp`, that the fit without film goes
 /// on with.
-const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
+const START_GAP_SHARES: [f64; 3] = [0.15, 0.05, 0.5];
 /// Damping by the film at contact at first, as a share of the slowest mode's frequency.
-const WEAK: f64 = 0.1;
-/// Times the noise that may be left of rings that are followed.
-const FOLLOWS: f64 = 3.0;
-/// Loss at first: hardly robust, as everything is far off.
-const FAR: Huber = Huber(1e3);
+const START_DAMPING_SHARE: f64 = 0.1;
+/// Loss at the start: hardly robust, because everything is far off.
+const START_LOSS: Huber = Huber(1e3);
 /// Rounds in which each ring's own unknowns are found at first.
-const ROUNDS: usize = 6;
+const START_SETTLE_ROUNDS: usize = 6;
 
 /// One curve of the figure, after one release.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -60,7 +59,7 @@ pub struct Decay {
 pub struct Film {
     /// The fit of `Cs` and `gp`.
     pub fit: FitResult,
-    /// What is left of the rings with the film, and without; never more with it.
+    /// Misfit of the rings with the film, and without; never larger with it.
     pub with_film: Misfit,
     /// See [`Self::with_film`].
     pub without_film: Misfit,
@@ -94,7 +93,7 @@ pub fn film(
     )?)
 }
 
-/// What the step is taken with.
+/// The prepared problem of the step.
 pub(crate) struct Rings {
     /// The model with a film that has a thickness.
     sound: Model,
@@ -130,23 +129,23 @@ pub(crate) fn rings_of(
     let mut sound = model.clone();
     let dp = sound.parameters[ParameterId::Dp];
     if sound.parameters[ParameterId::Gp] <= dp {
-        // The film's thickness is found anew, so that a bad one does not matter.
+        // The film's thickness is searched from its own starts, so a bad one does not matter.
         sound.parameters.set(ParameterId::Gp, 1.2 * dp);
     }
     sound.check().map_err(FitError::from)?;
     let options = FitOptions {
-        free: FREE.map(str::to_owned).to_vec(),
+        free: FREE_PARAMETERS.map(str::to_owned).to_vec(),
         ..options.clone()
     };
-    let findings = look(&sound, parts);
+    let findings = summarize(&sound, parts);
     readable(&sound, parts, &findings, &options)?;
     let none = || {
         let names: Vec<&str> = parts.iter().map(|p| p.recording.name.as_str()).collect();
         StepError::Unsuited {
             recording: names.join(", "),
             reason: format!(
-                "no break-off to read: no stay on the ground of {:.1} ms or more ends in half a period of free ring",
-                1e3 * STAY
+                "no break-off found: no stay on the ground of {:.1} ms or more ends in half a period of free ring",
+                1e3 * MIN_STAY_TIME
             ),
             remedy: "record a 5 Hz ramped square of 8 V, with touch, break-off and the ring after it",
         }
@@ -156,7 +155,7 @@ pub(crate) fn rings_of(
         return Err(none());
     }
     let space = Space::new(&sound, &options.free)?;
-    let prepared = problem(&sound, &space, &found, &findings, &options)?;
+    let prepared = ring_problem(&sound, &space, &found, &findings, &options)?;
     if prepared.segments.is_empty() {
         return Err(none());
     }
@@ -175,63 +174,31 @@ fn compare(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<Film, FitError> {
-    let problem = &prepared.problem;
-    let space = &problem.space;
-    let starts = THICKNESSES.len() + 2;
-    let mut clock = Clock::new(starts * options.iterations.min(10));
+    let space = &prepared.problem.space;
+    let starts = START_GAP_SHARES.len() + 2;
+    let mut fits = RingFits {
+        prepared,
+        iterations: options.iterations,
+        control,
+        clock: Clock::new(starts * options.iterations.min(10)),
+    };
     let mut x = space.coordinates(sound);
     x.extend_from_slice(&prepared.nuisances);
-    let begin =
-        |x: &[f64], from: &Point| settle(problem, x, &from.segments, &from.used, FAR, ROUNDS);
     let raw = Point::unfitted(x.clone(), &prepared.segments);
     let mut none = x.clone();
-    none[STRENGTH] = space.entries[STRENGTH].low;
-    let bare = Plan {
-        stage: "without film",
-        iterations: options.iterations,
-        locked: &[STRENGTH, GAP],
-        enough: 1e-6,
-    };
-    let mut without = improve(problem, begin(&none, &raw)?, &bare, control, &mut clock)?;
+    none[STRENGTH_COORDINATE] = space.entries[STRENGTH_COORDINATE].low;
+    let mut without = fits.without_film(&none, &raw)?;
     let (mut without_film, _) = misfits(prepared, &without)?;
 
-    // The model's own film, and weak ones of several thicknesses beyond the fit without.
-    let mut firsts = vec![(x.clone(), &raw)];
-    let weak = weak(sound);
-    for share in THICKNESSES {
-        let mut there = without.x.clone();
-        there[STRENGTH] = weak;
-        there[GAP] = (share * sound.parameters[ParameterId::Dp]).ln();
-        firsts.push((there, &without));
-    }
-    let all = Plan {
-        stage: "with film",
-        iterations: options.iterations,
-        locked: &[],
-        enough: 1e-6,
-    };
-    let mut best = (without.clone(), without_film.clone());
-    let mut better = false;
-    for (mut there, from) in firsts {
-        if control.cancelled() {
-            break;
-        }
-        for (x, e) in there.iter_mut().zip(&space.entries) {
-            *x = x.clamp(e.low, e.high);
-        }
-        let point = improve(problem, begin(&there, from)?, &all, control, &mut clock)?;
-        let (left, _) = misfits(prepared, &point)?;
-        if left.rms < best.1.rms {
-            best = (point, left);
-            better = true;
-        }
-    }
-    // What the fit with film has found of the rings' beginnings serves that without, too.
-    let (mut point, mut left) = best;
+    let firsts = film_starts(sound, &x, &raw, &without);
+    let best = fits.best_with_film(firsts, (without.clone(), without_film.clone()))?;
+    let (mut point, mut left, mut better) = best;
+    // The fit with film may have found better initial states of the rings: they serve the fit
+    // without film, too.
     if better && !control.cancelled() {
         let mut there = point.x.clone();
-        there[STRENGTH] = none[STRENGTH];
-        let again = improve(problem, begin(&there, &point)?, &bare, control, &mut clock)?;
+        there[STRENGTH_COORDINATE] = none[STRENGTH_COORDINATE];
+        let again = fits.without_film(&there, &point)?;
         let (misfit, _) = misfits(prepared, &again)?;
         if misfit.rms < without_film.rms {
             (without, without_film) = (again, misfit);
@@ -242,32 +209,19 @@ fn compare(
         }
     }
     let mut fit = uncertainty(model, prepared, &point, left.chi2)?;
-    if better && fit.parameters[GAP].std_error.is_infinite() {
-        // A thickness that nothing tells has wandered: it goes back to where it began.
+    if better && fit.parameters[GAP_COORDINATE].std_error.is_infinite() {
+        // A thickness that the rings do not determine has wandered: it goes back to its start.
         let mut back = point.x.clone();
-        back[GAP] = x[GAP];
-        let back = begin(&back, &point)?;
+        back[GAP_COORDINATE] = x[GAP_COORDINATE];
+        let back = fits.begin(&back, &point)?;
         let (misfit, _) = misfits(prepared, &back)?;
         if misfit.rms <= without_film.rms {
             (point, left) = (back, misfit);
             fit = uncertainty(model, prepared, &point, left.chi2)?;
         }
     }
-    let off = left.rms / left.noise.max(f64::MIN_POSITIVE);
-    let follows = off < FOLLOWS;
-    if !better && follows {
-        fit.remarks =
-            vec!["no film is seen: the rings are followed as well without one".to_owned()];
-    }
-    if !follows {
-        fit.remarks.push(format!(
-            "the rings are not followed: {off:.0} times the noise is left{}. The rest of the device is not right, or these are recordings of several: fit the whole device first; Cs and gp mean little until then",
-            if better { "" } else { ", with a film as without one" }
-        ));
-    }
     let break_offs = prepared.segments.len();
-    let from = counted(break_offs, "break-off", "break-offs");
-    fit.remarks.push(format!("from {from}"));
+    add_remarks(&mut fit, &left, better, break_offs);
     fit.train = misfits(prepared, &point)?;
     fit.cancelled = control.cancelled();
     let p = &fit.model.parameters;
@@ -277,22 +231,141 @@ fn compare(
         with_film: left,
         without_film,
         break_offs,
-        decay: decay(prepared, &point, &without)?,
+        decay: most_affected_ring(prepared, &point, &without)?,
         fit,
     })
 }
 
+/// Fits of the same rings, with the film and without.
+struct RingFits<'a> {
+    prepared: &'a Prepared,
+    /// Most iterations of each fit.
+    iterations: usize,
+    control: &'a Control<'a>,
+    clock: Clock,
+}
+
+impl RingFits<'_> {
+    /// The point at unknowns `x`, the rings' initial states fitted from those of `from`.
+    fn begin(&self, x: &[f64], from: &Point) -> Result<Point, SimError> {
+        settle(
+            &self.prepared.problem,
+            x,
+            &from.segments,
+            &from.used,
+            START_LOSS,
+            START_SETTLE_ROUNDS,
+        )
+    }
+
+    /// The best fit with the film as in `x`, which is to be none.
+    fn without_film(&mut self, x: &[f64], from: &Point) -> Result<Point, FitError> {
+        let bare = Plan {
+            stage: "without film",
+            iterations: self.iterations,
+            locked: &[STRENGTH_COORDINATE, GAP_COORDINATE],
+            enough: 1e-6,
+        };
+        let begun = self.begin(x, from)?;
+        let problem = &self.prepared.problem;
+        Ok(improve(
+            problem,
+            begun,
+            &bare,
+            self.control,
+            &mut self.clock,
+        )?)
+    }
+
+    /// The best of `best` and of the fits from `firsts`, and whether it is one of the latter.
+    fn best_with_film(
+        &mut self,
+        firsts: Vec<(Vec<f64>, &Point)>,
+        mut best: (Point, Misfit),
+    ) -> Result<(Point, Misfit, bool), FitError> {
+        let problem = &self.prepared.problem;
+        let all = Plan {
+            stage: "with film",
+            iterations: self.iterations,
+            locked: &[],
+            enough: 1e-6,
+        };
+        let mut better = false;
+        for (mut there, from) in firsts {
+            if self.control.cancelled() {
+                break;
+            }
+            for (x, e) in there.iter_mut().zip(&problem.space.entries) {
+                *x = x.clamp(e.low, e.high);
+            }
+            let begun = self.begin(&there, from)?;
+            let point = improve(problem, begun, &all, self.control, &mut self.clock)?;
+            let (left, _) = misfits(self.prepared, &point)?;
+            if left.rms < best.1.rms {
+                best = (point, left);
+                better = true;
+            }
+        }
+        Ok((best.0, best.1, better))
+    }
+}
+
+/// Starts of the fit with film: the model's own film at unknowns `x`, and weak ones of several
+/// thicknesses that go on from the fit `without`.
+fn film_starts<'a>(
+    sound: &Model,
+    x: &[f64],
+    raw: &'a Point,
+    without: &'a Point,
+) -> Vec<(Vec<f64>, &'a Point)> {
+    let mut firsts = vec![(x.to_vec(), raw)];
+    let weak = weak_film_coordinate(sound);
+    for share in START_GAP_SHARES {
+        let mut there = without.x.clone();
+        there[STRENGTH_COORDINATE] = weak;
+        there[GAP_COORDINATE] = (share * sound.parameters[ParameterId::Dp]).ln();
+        firsts.push((there, without));
+    }
+    firsts
+}
+
+/// Says what the rings allow to be concluded from the misfit that is `left`.
+fn add_remarks(fit: &mut FitResult, left: &Misfit, better: bool, break_offs: usize) {
+    let off = left.rms / left.noise.max(f64::MIN_POSITIVE);
+    let follows = off < MAX_RING_NOISE_RATIO;
+    if !better && follows {
+        fit.remarks = vec![
+            "these recordings show no film: the rings are followed as well without one".to_owned(),
+        ];
+    }
+    if !follows {
+        fit.remarks.push(format!(
+            "the rings are not followed: the error is {off:.0} times the noise{}. The rest of the device is wrong, or these are recordings of several devices. Fit the whole device first, without `--step`; until then Cs and gp mean little",
+            if better { "" } else { ", with a film as without one" }
+        ));
+    }
+    let from = counted(break_offs, "break-off", "break-offs");
+    fit.remarks.push(format!("from {from}"));
+}
+
 /// Coordinate of a film that hardly damps.
-fn weak(model: &Model) -> f64 {
+fn weak_film_coordinate(model: &Model) -> f64 {
     let structure = model.structure();
     let modes = structure.modes.iter().map(|m| m.omega());
     let slowest = modes.fold(f64::INFINITY, f64::min).max(1.0);
-    (WEAK * slowest / structure.mobility()).ln()
+    (START_DAMPING_SHARE * slowest / structure.mobility()).ln()
 }
 
 /// The ring to which the film matters most, at both points.
-fn decay(prepared: &Prepared, with: &Point, without: &Point) -> Result<Option<Decay>, SimError> {
-    let (with, without) = (rings(prepared, with)?, rings(prepared, without)?);
+fn most_affected_ring(
+    prepared: &Prepared,
+    with: &Point,
+    without: &Point,
+) -> Result<Option<Decay>, SimError> {
+    let (with, without) = (
+        simulated_rings(prepared, with)?,
+        simulated_rings(prepared, without)?,
+    );
     let mut shown: Option<(f64, Decay)> = None;
     for (a, b) in with.into_iter().zip(without) {
         let (Some(a), Some(b)) = (a, b) else { continue };
@@ -319,7 +392,7 @@ fn decay(prepared: &Prepared, with: &Point, without: &Point) -> Result<Option<De
 type Ring = (Vec<f64>, Vec<f64>, Vec<f64>);
 
 /// Each segment at a point; `None` where it cannot be simulated.
-fn rings(prepared: &Prepared, point: &Point) -> Result<Vec<Option<Ring>>, SimError> {
+fn simulated_rings(prepared: &Prepared, point: &Point) -> Result<Vec<Option<Ring>>, SimError> {
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
@@ -328,7 +401,8 @@ fn rings(prepared: &Prepared, point: &Point) -> Result<Vec<Option<Ring>>, SimErr
     let ring = each.map(|(segment, states)| {
         let setting = problem.setting(segment, states);
         let rig = problem.nuisances_of(&point.x, segment.recording);
-        let done = run(segment, &setting, &mut stretcher, &rig, &segment.locals).ok()?;
+        let done =
+            simulate_segment(segment, &setting, &mut stretcher, &rig, &segment.locals).ok()?;
         let release = done.encounters.iter().find_map(|e| match e {
             Encounter::PullOff(Some(pull)) => Some(pull.time - rig.skew),
             _ => None,

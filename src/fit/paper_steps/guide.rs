@@ -1,5 +1,5 @@
 //! The guided identification: which steps the recordings at hand allow, and what is
-//! missing for the others. It asks what the steps ask, by their own functions.
+//! missing for the others. It calls the steps' own functions, so that both agree.
 
 use std::sync::Arc;
 
@@ -8,16 +8,13 @@ use super::drive::fit_drive;
 use super::film::rings_of;
 use super::restitution::restitution;
 use super::{StepError, far_off};
-use crate::fit::contact_readings::{Readings, readings};
+use crate::fit::contact_readings::{ContactReadings, read_contacts};
 use crate::fit::error::FitError;
-use crate::fit::options::{FitOptions, Part};
+use crate::fit::options::{FitOptions, Part, default_free};
 use crate::fit::solve::levenberg_marquardt::Control;
+use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
 use crate::model::Model;
 use crate::recording::Recording;
-
-/// Distance of the device from stretches in which hardly anything happens, in units of the
-/// noise, from which no step is of use yet.
-const ASTRAY: f64 = 5.0;
 
 /// A step of the paper's identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,12 +114,12 @@ pub struct Guidance {
     pub first: Option<String>,
     /// Bounces and releases as the steps read them, so that these need not again; `None`
     /// where they cannot be read.
-    pub readings: Option<Readings>,
+    pub readings: Option<ContactReadings>,
 }
 
-/// Asks of the recordings what each step asks of them: bounces and releases are read with
-/// `model` as it is, the rings are looked for, and the drive is fitted. Only the film and
-/// the sensitivity are left to fit then.
+/// Checks what each step needs: bounces and releases are read with `model` unchanged, rings are
+/// searched for, and the drive is fitted. Only the fits of the film and of the sensitivity
+/// remain to be done after that.
 pub fn guide(
     model: &Model,
     recordings: &[Arc<Recording>],
@@ -131,8 +128,7 @@ pub fn guide(
 ) -> Guidance {
     let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
     let named = |indices: Vec<usize>| -> Vec<String> {
-        let told = |i: &usize| indices.contains(i);
-        let all = (0..recordings.len()).filter(told);
+        let all = (0..recordings.len()).filter(|i| indices.contains(i));
         all.map(|i| recordings[i].name.clone()).collect()
     };
     let everything = || named((0..recordings.len()).collect());
@@ -150,16 +146,17 @@ pub fn guide(
         .as_ref()
         .map(|readings| readings.off)
         .unwrap_or_default();
-    let astray = (off.calm > ASTRAY).then(|| {
-        let off = off.calm;
+    let far_from_data = (off.eventless > MAX_DEVICE_NOISE_RATIO).then(|| {
+        let off = off.eventless;
         let how = if off.is_finite() {
-            format!("is {off:.0} times the noise off from these recordings")
+            format!("is off from these recordings by {off:.0} times the noise")
         } else {
             "cannot follow these recordings".to_owned()
         };
-        format!("The device {how} even where the mass hardly touches: fit it as a whole first.")
+        let free = default_free(model).join(",");
+        format!("The device {how} even where the mass hardly touches the ground. Fit it first: free {} with `--free {free}`.", free.replace(',', ", "))
     });
-    let first = astray.or_else(|| far_off(off.read));
+    let first = far_from_data.or_else(|| far_off(off.read));
     let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
     let missing: Vec<&str> = [
         (Step::Restitution, restitution.is_err()),
@@ -175,7 +172,7 @@ pub fn guide(
     } else {
         let lacks_ground = matches!(read, Err(StepError::Device { .. }));
         Err(Missing {
-            reason: format!("{} cannot be had yet", missing.join(", ")),
+            reason: format!("these steps come first: {}", missing.join(", ")),
             record: (!lacks_ground).then(|| Step::Sensitivity.recipe()),
         })
     };
@@ -218,7 +215,7 @@ fn read(
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<Readings, StepError> {
+) -> Result<ContactReadings, StepError> {
     if !model.has_ground {
         return Err(StepError::Device {
             device: model.name.clone(),
@@ -229,7 +226,7 @@ fn read(
     if parts.is_empty() {
         return Err(FitError::NoRecording.into());
     }
-    Ok(readings(model, parts, options, control)?)
+    Ok(read_contacts(model, parts, options, control)?)
 }
 
 #[cfg(test)]
@@ -261,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn each_recording_allows_its_step_and_the_rest_is_named() {
+    fn each_recording_allows_its_step_and_missing_ones_are_named() {
         let taps = recording("square:300Hz:6V", 0.05);
         let ramps = [0.1, 0.2, 0.3].map(|l| recording(&format!("ramped:5Hz:8V:{l}"), 0.4));
         let cycles = [6, 8].map(|v| recording(&format!("sine:5Hz:{v}V"), 0.4));
@@ -278,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_far_from_the_recordings_is_to_be_fitted_first() {
+    fn a_device_far_from_the_recordings_must_be_fitted_first() {
         let drives = [("square:300Hz:6V", 0.05), ("ramped:5Hz:8V:0.2", 0.4)];
         let right = drives.map(|(drive, span)| recording(drive, span));
         assert_eq!(look(&right).first, None);
@@ -290,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_is_allowed_does_not_fail_for_want_of_events() {
+    fn an_allowed_step_has_enough_events() {
         // Impacts are seen here whose ratio the noise hides.
         for (drive, noise) in [
             ("square:15Hz:8V", 20e-9),
@@ -312,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_without_ground_and_drive_is_asked_for_no_recording() {
+    fn a_device_without_ground_and_drive_needs_no_recording() {
         let model = Preset::load("oscillator").unwrap().model;
         let cancel = AtomicBool::new(false);
         let control = Control {
@@ -332,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saturated_recording_is_said_to_be_so() {
+    fn a_saturated_recording_is_reported() {
         let mut clipped = recording("square:300Hz:6V", 0.05).as_ref().clone();
         let top = clipped.proof_mass.iter().copied().fold(f64::MIN, f64::max);
         for x in &mut clipped.proof_mass {
@@ -346,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn one_is_not_many() {
+    fn counts_of_one_are_singular() {
         let one = look(&[recording("square:15Hz:8V", 0.0365)]);
         let texts: Vec<String> = one
             .allowances

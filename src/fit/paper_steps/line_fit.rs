@@ -1,17 +1,16 @@
-//! A straight line through points with errors of their own.
+//! A straight line through points with individual standard errors.
 
+use crate::fit::thresholds::LINE_HUBER_THRESHOLD;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Residuals beyond this many standard deviations count linearly.
-const HUBER: f64 = 1.5;
-/// Mean of `min(z^2, HUBER^2)` for a standard normal `z`.
-const HUBER_MEAN: f64 = 0.778_5;
+/// Mean of `min(z^2, LINE_HUBER_THRESHOLD^2)` for a standard normal `z`.
+const HUBER_SECOND_MOMENT: f64 = 0.778_5;
 /// Rounds of reweighting at most.
-const ROUNDS: usize = 50;
+const MAX_REWEIGHT_ROUNDS: usize = 50;
 /// Halvings in the search for the scatter.
-const HALVINGS: usize = 60;
+const SCATTER_HALVINGS: usize = 60;
 /// Variances below this share of the ordinates' square are rounding.
-const ROUNDING: f64 = 1e-16;
+const MIN_VARIANCE_SHARE: f64 = 1e-16;
 
 /// A straight line through weighted points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +25,7 @@ pub struct Line {
     pub slope_error: f64,
     /// Weighted mean of the abscissas, where the line is known best.
     pub center: f64,
-    /// What the points scatter about the line beyond their own errors.
+    /// Scatter of the points about the line beyond their own errors.
     pub scatter: f64,
     center_error: f64,
     points: usize,
@@ -78,18 +77,18 @@ pub(crate) fn line(points: &[[f64; 3]]) -> Option<Line> {
     line.slope.is_finite().then_some(line)
 }
 
-/// The line through points `[x, y, standard error of y]` by Huber's estimate: a point that
-/// is off has a bounded say. A scatter beyond the stated errors, the same for all points, is
-/// found so that the residuals are as large as they should be (Huber's proposal 2, which
-/// without a bound is the estimate of Paule and Mandel, J. Res. NBS 87 (1982) 377).
+/// The line through points `[x, y, standard error of y]` by Huber's estimate: an outlier has a
+/// bounded influence. A common scatter beyond the stated errors is estimated so that the residuals
+/// have their expected size (Huber's proposal 2, which without a bound is the estimate of Paule and
+/// Mandel, J. Res. NBS 87 (1982) 377).
 pub(crate) fn robust_line(points: &[[f64; 3]]) -> Option<Line> {
     let largest = points.iter().fold(0.0f64, |a, p| a.max(p[1].abs()));
-    let least = (ROUNDING * largest * largest).max(f64::MIN_POSITIVE);
+    let least = (MIN_VARIANCE_SHARE * largest * largest).max(f64::MIN_POSITIVE);
     let at = |scatter: f64| -> Option<(Line, f64)> {
         let variance = |p: &[f64; 3]| (p[2] * p[2] + scatter * scatter).max(least);
         let mut factors = vec![1.0; points.len()];
         let mut found: Option<Line> = None;
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_REWEIGHT_ROUNDS {
             let weighted: Vec<[f64; 3]> = points
                 .iter()
                 .zip(&factors)
@@ -106,23 +105,23 @@ pub(crate) fn robust_line(points: &[[f64; 3]]) -> Option<Line> {
             }
             for (factor, p) in factors.iter_mut().zip(points) {
                 let away = (p[1] - next.at(p[0])).abs() / variance(p).sqrt();
-                *factor = (HUBER / away.max(1e-300)).min(1.0);
+                *factor = (LINE_HUBER_THRESHOLD / away.max(1e-300)).min(1.0);
             }
         }
         let found = found?;
         let size = |p: &[f64; 3]| {
             let away2 = (p[1] - found.at(p[0])).powi(2) / variance(p);
-            away2.min(HUBER * HUBER)
+            away2.min(LINE_HUBER_THRESHOLD * LINE_HUBER_THRESHOLD)
         };
         Some((found, points.iter().map(size).sum()))
     };
-    let expected = HUBER_MEAN * points.len().saturating_sub(2) as f64;
+    let expected = HUBER_SECOND_MOMENT * points.len().saturating_sub(2) as f64;
     let (plain, size) = at(0.0)?;
     if size <= expected {
         return Some(plain);
     }
     let (mut low, mut high) = (0.0, largest);
-    for _ in 0..HALVINGS {
+    for _ in 0..SCATTER_HALVINGS {
         let middle = 0.5 * (low + high);
         if at(middle)?.1 > expected {
             low = middle;

@@ -16,6 +16,7 @@ mod tests;
 use thiserror::Error;
 
 use super::error::FitError;
+use super::thresholds::MAX_READING_NOISE_RATIO;
 
 /// Why a step cannot be taken with a recording.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -62,15 +63,11 @@ fn counted(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// Distances of the model from stretches, in units of the noise, from which what is read at
-/// the ground in them leans on a model that is not right.
-const FAR: f64 = 1.3;
-
-/// A warning where the model is `off` by so many times the noise in what was read.
+/// A warning if the model is `off` by too many times the noise in the segments that were read.
 pub fn far_off(off: f64) -> Option<String> {
-    (off > FAR).then(|| {
+    (off > MAX_READING_NOISE_RATIO).then(|| {
         format!(
-            "The model is {off:.1} times the noise off in the stretches that were read: speeds and forces at the ground lean on its film and drive, and may be wrong by more than the errors say. Fit the whole device first, or its film."
+            "Where bounces and releases were read, the model is off by {off:.1} times the noise. Their speeds and forces depend on its film and drive, and may be wrong by more than their errors say. Fit the device first (free eta, zeta1, zeta2, dp, Cs and gp with `--free`), or take the film step."
         )
     })
 }

@@ -1,5 +1,5 @@
-//! What a step has found, whichever it is: taken on the command line and in the window
-//! alike, and given to the device for the steps that follow.
+//! The result of a step of the identification, shared by window and command line, and how it
+//! changes the device for the next steps.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::film::{Film, film};
 use super::guide::Step;
 use super::restitution::{Restitution, restitution};
 use super::sensitivity::{Sensitivity, sensitivity};
-use crate::fit::contact_readings::{Readings, readings};
+use crate::fit::contact_readings::{ContactReadings, read_contacts};
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
@@ -18,9 +18,9 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 
-/// What a step has found.
+/// The result of a step.
 #[derive(Debug, Clone)]
-pub enum Finding {
+pub enum StepResult {
     /// Branches of the drive.
     Drive(Arc<DriveFit>),
     /// Restitution.
@@ -33,8 +33,8 @@ pub enum Finding {
     Sensitivity(Arc<Sensitivity>),
 }
 
-/// Takes a step with `model` as identified so far. `known` is what has been read of the
-/// ground with this model and these recordings, so that it need not be read again.
+/// Takes a step with `model` as identified so far. `known` are contact readings with this model and
+/// these recordings, if they have been read already.
 ///
 /// # Errors
 /// [`StepError`] with one clear sentence.
@@ -42,53 +42,54 @@ pub fn take(
     step: Step,
     model: &Model,
     recordings: &[Arc<Recording>],
-    known: Option<&Arc<Readings>>,
+    known: Option<&Arc<ContactReadings>>,
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<Finding, StepError> {
+) -> Result<StepResult, StepError> {
     let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
     let names = names.join(", ");
     let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
-    let read = || -> Result<Arc<Readings>, StepError> {
+    let read = || -> Result<Arc<ContactReadings>, StepError> {
         if let Some(known) = known {
             return Ok(Arc::clone(known));
         }
-        let read = readings(model, &parts, options, control)?;
-        // Readings broken off are some of them: a law through those would not say so.
+        let read = read_contacts(model, &parts, options, control)?;
+        // Cancelled readings are incomplete: a law through them would not show that.
         if control.cancelled() {
             return Err(FitError::Cancelled.into());
         }
         Ok(Arc::new(read))
     };
     Ok(match step {
-        Step::Drive => Finding::Drive(Arc::new(fit_drive(model, recordings)?)),
-        Step::Restitution => Finding::Restitution(Arc::new(restitution(&names, read()?.as_ref())?)),
-        Step::Adhesion => Finding::Adhesion(Arc::new(adhesion(&names, read()?.as_ref())?)),
-        Step::Film => Finding::Film(Arc::new(film(model, &parts, options, control)?)),
+        Step::Drive => StepResult::Drive(Arc::new(fit_drive(model, recordings)?)),
+        Step::Restitution => {
+            StepResult::Restitution(Arc::new(restitution(&names, read()?.as_ref())?))
+        }
+        Step::Adhesion => StepResult::Adhesion(Arc::new(adhesion(&names, read()?.as_ref())?)),
+        Step::Film => StepResult::Film(Arc::new(film(model, &parts, options, control)?)),
         Step::Sensitivity => {
-            Finding::Sensitivity(Arc::new(sensitivity(model, &parts, options, control)?))
+            StepResult::Sensitivity(Arc::new(sensitivity(model, &parts, options, control)?))
         }
     })
 }
 
-impl Finding {
-    /// Gives the device what was found; the sensitivity is a comparison and changes
-    /// nothing.
+impl StepResult {
+    /// Applies the result to the device; the sensitivity is a comparison and changes nothing.
     pub fn apply(&self, model: &mut Model) {
         let p = &mut model.parameters;
         match self {
-            Finding::Drive(found) => model.piezo = Some(found.piezo()),
-            Finding::Restitution(found) => p.set(ParameterId::Alpha, found.mean),
-            Finding::Adhesion(found) => {
+            StepResult::Drive(found) => model.piezo = Some(found.piezo()),
+            StepResult::Restitution(found) => p.set(ParameterId::Alpha, found.mean),
+            StepResult::Adhesion(found) => {
                 p.set(ParameterId::Ca, found.rate.0.max(0.0));
                 p.set(ParameterId::Ca0, found.start.0.max(0.0));
             }
-            Finding::Film(found) => {
+            StepResult::Film(found) => {
                 for id in [ParameterId::Cs, ParameterId::Gp] {
                     p.set(id, found.fit.model.parameters[id]);
                 }
             }
-            Finding::Sensitivity(_) => {}
+            StepResult::Sensitivity(_) => {}
         }
     }
 }

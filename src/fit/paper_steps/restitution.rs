@@ -7,13 +7,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::line_fit::line;
 use super::{StepError, counted};
-use crate::fit::contact_readings::{Bounce, Readings};
-use crate::fit::segment::event_sequence::LEAST_BOUNCE;
-
-/// Bounces whose ratio is less certain than this do not count.
-const CERTAIN: f64 = 0.2;
-/// Fewest bounces for a mean with a scatter.
-const LEAST: usize = 3;
+use crate::fit::contact_readings::{Bounce, ContactReadings};
+use crate::fit::thresholds::{MAX_RATIO_ERROR, MIN_BOUNCE_RATIO, MIN_BOUNCES};
 
 /// The coefficient of restitution.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,29 +21,29 @@ pub struct Restitution {
     pub scatter: f64,
     /// Exponent of `ratio ~ speed^-n`, and its standard error.
     pub exponent: (f64, f64),
-    /// How probable so large an exponent is if the restitution is constant.
+    /// p-value of so large an exponent if the restitution is constant (Student's t).
     pub constant: f64,
     /// The bounces that count.
     pub bounces: Vec<Bounce>,
     /// The landings that do not.
-    pub aside: Aside,
+    pub aside: ExcludedBounces,
     /// Distance of the model from what was read, in units of the noise.
     pub off: f64,
 }
 
-/// Landings that were seen but tell no ratio.
+/// Landings that were seen but give no ratio.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Aside {
-    /// In stretches that could not be read, as where a landing chatters: the next impact is
-    /// there before the speed of the last one shows.
+pub struct ExcludedBounces {
+    /// In segments that could not be followed, for example in chatter: the next impact comes
+    /// before the speed after the last one shows.
     pub unread: usize,
-    /// So short a hop, or so noisy, that the ratio is not certain.
+    /// Hops so short or so noisy that the ratio is uncertain.
     pub vague: usize,
-    /// Too slow a departure to be a bounce: it has stayed on the ground.
+    /// Departures too slow for a bounce: the mass stayed on the ground.
     pub stayed: usize,
 }
 
-impl Aside {
+impl ExcludedBounces {
     /// All of them.
     pub fn count(self) -> usize {
         self.unread + self.vague + self.stayed
@@ -56,54 +51,50 @@ impl Aside {
 }
 
 /// One sentence about them; empty where there are none.
-impl fmt::Display for Aside {
+impl fmt::Display for ExcludedBounces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds = [
             (
                 self.vague,
-                "in hops so short or slow that their speeds are not certain",
+                "in hops so short or slow that their speeds are uncertain",
             ),
+            (self.unread, "could not be followed"),
             (
-                self.unread,
-                "that could not be followed, in chattering or as the device is not right yet (then fit it as a whole first)",
+                self.stayed,
+                "left so slowly that the mass stayed on the ground",
             ),
-            (self.stayed, "left so slowly that the mass has stayed"),
         ];
         let kinds: Vec<String> = (kinds.iter().filter(|(n, _)| *n > 0))
-            .map(|(n, what)| format!("{n} {what}"))
+            .map(|(n, what)| format!("{} {what}", counted(*n, "landing", "landings")))
             .collect();
         if kinds.is_empty() {
             return Ok(());
         }
-        let landings = counted(self.count(), "landing was", "landings were");
-        write!(f, "{landings} set aside: {}.", kinds.join(", "))
+        write!(f, "{}.", kinds.join(", "))
     }
 }
 
 /// Mean, scatter and dependence on speed.
 ///
 /// # Errors
-/// [`StepError::Unsuited`] if there are too few bounces that tell.
-pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, StepError> {
-    let mut aside = Aside {
+/// [`StepError::Unsuited`] if too few bounces have a known ratio.
+pub fn restitution(names: &str, readings: &ContactReadings) -> Result<Restitution, StepError> {
+    let mut aside = ExcludedBounces {
         unread: readings.unread,
-        ..Aside::default()
+        ..ExcludedBounces::default()
     };
     let mut bounces: Vec<Bounce> = Vec::new();
     for b in &readings.bounces {
-        if b.ratio <= LEAST_BOUNCE {
+        if b.ratio <= MIN_BOUNCE_RATIO {
             aside.stayed += 1;
-        } else if b.error < CERTAIN * b.ratio.max(0.1) {
+        } else if b.error < MAX_RATIO_ERROR * b.ratio.max(0.1) {
             bounces.push(*b);
         } else {
             aside.vague += 1;
         }
     }
-    if bounces.len() < LEAST {
-        let mut reason = format!(
-            "{} the restitution, {LEAST} are needed",
-            counted(bounces.len(), "bounce tells", "bounces tell")
-        );
+    if bounces.len() < MIN_BOUNCES {
+        let mut reason = format!("needs {MIN_BOUNCES} bounces, found {}", bounces.len());
         if aside.count() > 0 {
             reason += &format!(" ({})", aside.to_string().trim_end_matches('.'));
         }
@@ -114,7 +105,7 @@ pub fn restitution(names: &str, readings: &Readings) -> Result<Restitution, Step
         });
     }
     let n = bounces.len() as f64;
-    // What the bounces scatter beyond their own errors is part of each weight.
+    // Scatter beyond the bounces' own errors is part of each weight.
     let plain = bounces.iter().map(|b| b.ratio).sum::<f64>() / n;
     let scatter2 = bounces
         .iter()

@@ -1,43 +1,38 @@
 //! Step 5, sensitivity (Table 2): everything identified again as if the zero position were
-//! 20 um higher above the ground, beside the original.
+//! 20 um higher above the ground, compared with the original.
 //!
-//! As in the paper, the drive's gain function is shifted by the same displacement: the
-//! motion that was recorded is the same, only the zero from which it is counted is
-//! another. With the gain as it was, no value of the other parameters would follow the
-//! recording to better than micrometres. The second identification goes on from the
-//! first, moved to the new zero, as nothing else in the data has changed; only where it
-//! then fits worse does it search from the beginning.
+//! As in the paper, the drive's gain function is shifted by the same displacement: the recorded
+//! motion is the same, only its zero is another. Without that shift no values of the parameters
+//! would follow the recording to better than micrometres. The second identification goes on from
+//! the first, moved to the new zero; it searches from the beginning only if it then fits worse.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
-use crate::fit::pipeline::{Fitted, fit, fitted, go_on};
+use crate::fit::pipeline::{Fitted, fit, fit_from, fitted};
 use crate::fit::problem::Nuisance;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::solve::levenberg_marquardt::{Control, Progress};
 use crate::fit::solve::point::{Point, settle};
+use crate::fit::thresholds::{
+    INSENSITIVE_CHANGE_SHARE, RESTART_MISFIT_RATIO, SENSITIVE_CHANGE_SIGMAS,
+};
 use crate::fit::uncertainty::fit_result::{FitResult, Misfit};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::sim::SimError;
 
 /// By how much `dp` is shifted [m].
-pub const SHIFT: f64 = 20e-6;
-/// A misfit this many times the original's calls for a search from the beginning.
-const WORSE: f64 = 1.2;
-/// Change of a coefficient, as a share of it, that is none ...
-const INSENSITIVE: f64 = 0.01;
-/// ... nor is one of less than so many of its errors.
-const CERTAIN: f64 = 3.0;
+pub const ZERO_SHIFT: f64 = 20e-6;
 /// Loss while the moved point settles: hardly robust.
-const FAR: Huber = Huber(1e3);
+const START_LOSS: Huber = Huber(1e3);
 /// Rounds in which each segment's own unknowns are found at first.
-const ROUNDS: usize = 6;
+const START_SETTLE_ROUNDS: usize = 6;
 
 /// The rows of Table 2.
-pub const ROWS: [ParameterId; 5] = [
+pub const TABLE_2_ROWS: [ParameterId; 5] = [
     ParameterId::Alpha,
     ParameterId::Ca,
     ParameterId::Ca0,
@@ -48,20 +43,19 @@ pub const ROWS: [ParameterId; 5] = [
 /// Both identifications.
 #[derive(Debug, Clone)]
 pub struct Sensitivity {
-    /// With `dp` as it is in the model.
+    /// With the model's `dp`.
     pub original: FitResult,
-    /// With `dp` shifted; as far as it had come, if it was cancelled.
+    /// With `dp` shifted; if cancelled, as far as it had come.
     pub altered: FitResult,
 }
 
 impl Sensitivity {
-    /// Whether the coefficients that were fitted depend on the zero, in one sentence, or why
-    /// that cannot be said; `None` where the second identification has not come to as good an
-    /// end as the first.
+    /// Whether the fitted coefficients depend on the zero, in one sentence; `None` if the second
+    /// identification does not fit as well as the first.
     #[must_use]
     pub fn verdict(&self) -> Option<String> {
         let (a, b) = (&self.original, &self.altered);
-        if b.cancelled || b.train.0.rms > WORSE * a.train.0.rms {
+        if b.cancelled || b.train.0.rms > RESTART_MISFIT_RATIO * a.train.0.rms {
             return None;
         }
         if a.train.1.iter().any(Misfit::is_bad) {
@@ -75,21 +69,21 @@ impl Sensitivity {
             Some((id.spec().id, of(a)?, of(b)?))
         };
         // The gap is counted from the zero and has to move.
-        let others = ROWS.iter().filter(|id| **id != ParameterId::Gp);
-        let told = |fitted: (f64, f64)| fitted.1.is_finite();
+        let others = TABLE_2_ROWS.iter().filter(|id| **id != ParameterId::Gp);
+        let is_determined = |fitted: (f64, f64)| fitted.1.is_finite();
         let rows: Vec<_> = others
             .filter_map(row)
-            .filter(|(_, a, b)| told(*a) && told(*b))
+            .filter(|(_, a, b)| is_determined(*a) && is_determined(*b))
             .collect();
         if rows.is_empty() {
-            return Some("These recordings tell none of the coefficients, so that the comparison says nothing of the zero.".to_owned());
+            return Some("None of the coefficients is determined by these recordings, so the comparison says nothing about the zero.".to_owned());
         }
         let moved: Vec<String> = rows
             .into_iter()
             .filter(|(_, a, b)| {
                 let by = (a.0 - b.0).abs();
-                let told = by > CERTAIN * a.1.hypot(b.1);
-                told && by > INSENSITIVE * a.0.abs().max(b.0.abs())
+                let significant = by > SENSITIVE_CHANGE_SIGMAS * a.1.hypot(b.1);
+                significant && by > INSENSITIVE_CHANGE_SHARE * a.0.abs().max(b.0.abs())
             })
             .map(|(id, a, b)| format!("{id} by {:+.1} %", 100.0 * (b.0 / a.0 - 1.0)))
             .collect();
@@ -144,13 +138,15 @@ pub fn sensitivity(
         progress: &report,
         ..*control
     };
-    let there = shifted(&original.result.model);
-    let begin = |prepared: &Prepared| moved(&original, prepared, &there);
-    let mut altered = go_on(&there, parts, begin, &options, &second)?;
-    if altered.train.0.rms > WORSE * original.result.train.0.rms && !altered.cancelled {
-        let anew = fit(&there, parts, &[], &options, &second)?;
-        if anew.train.0.rms < altered.train.0.rms {
-            altered = anew;
+    let there = recordings_with_shifted_zero(&original.result.model);
+    let begin = |prepared: &Prepared| point_with_shifted_zero(&original, prepared, &there);
+    let mut altered = fit_from(&there, parts, begin, &options, &second)?;
+    if altered.train.0.rms > RESTART_MISFIT_RATIO * original.result.train.0.rms
+        && !altered.cancelled
+    {
+        let restarted = fit(&there, parts, &[], &options, &second)?;
+        if restarted.train.0.rms < altered.train.0.rms {
+            altered = restarted;
         }
     }
     Ok(Sensitivity {
@@ -159,29 +155,33 @@ pub fn sensitivity(
     })
 }
 
-/// The device seen from a zero that is higher by [`SHIFT`]: ground and film are as much
-/// further away, and the gain takes the mass as much lower at each voltage.
-fn shifted(model: &Model) -> Model {
+/// The device seen from a zero that is higher by [`ZERO_SHIFT`]: ground and film are farther away
+/// by as much, and the gain moves the mass lower by as much at each voltage.
+fn recordings_with_shifted_zero(model: &Model) -> Model {
     let mut there = model.clone();
     for id in [ParameterId::Dp, ParameterId::Gp] {
         let value = there.parameters[id];
-        there.parameters.set(id, value + SHIFT);
+        there.parameters.set(id, value + ZERO_SHIFT);
     }
     let per_force = model.structure().static_gain().filter(|g| *g != 0.0);
     let eta = model.parameters[ParameterId::Eta];
     if let (Some(piezo), Some(per_force)) = (&mut there.piezo, per_force)
         && eta != 0.0
     {
-        let gain = SHIFT / (eta * per_force);
+        let gain = ZERO_SHIFT / (eta * per_force);
         piezo.rising[0] -= gain;
         piezo.falling[0] -= gain;
     }
     there
 }
 
-/// Where a fit ended, moved to the new zero: the readings' zeros and the coordinates of
-/// each segment's beginning by what the static state moves.
-fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, SimError> {
+/// The end point of a fit, moved to the new zero: the readings' zeros and the initial states by the
+/// shift of the static state.
+fn point_with_shifted_zero(
+    from: &Fitted,
+    prepared: &Prepared,
+    there: &Model,
+) -> Result<Point, SimError> {
     let problem = &prepared.problem;
     let own = problem.space.coordinates(there);
     let mut x = from.point.x.clone();
@@ -203,7 +203,7 @@ fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, Sim
             _ => 0.0,
         };
         if there.piezo.is_some() {
-            *value += share * SHIFT / free.unit;
+            *value += share * ZERO_SHIFT / free.unit;
         }
     }
     let mut segments = from.point.segments.clone();
@@ -219,5 +219,12 @@ fn moved(from: &Fitted, prepared: &Prepared, there: &Model) -> Result<Point, Sim
             segment.locals[i] += (after - before) / segment.units[i];
         }
     }
-    settle(problem, &x, &segments, &from.point.used, FAR, ROUNDS)
+    settle(
+        problem,
+        &x,
+        &segments,
+        &from.point.used,
+        START_LOSS,
+        START_SETTLE_ROUNDS,
+    )
 }

@@ -3,14 +3,14 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use super::adhesion::{Aside, adhesion};
+use super::adhesion::{ExcludedRelease, adhesion};
 use super::drive::fit_drive;
 use super::film::{Film, film};
 use super::restitution::restitution;
-use super::sensitivity::{ROWS, SHIFT, sensitivity};
+use super::sensitivity::{TABLE_2_ROWS, ZERO_SHIFT, sensitivity};
 use super::{StepError, far_off};
-use crate::fit::contact_readings::{Readings, Release, readings};
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::contact_readings::{ContactReadings, Release, read_contacts};
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::model::drive::Waveform;
@@ -53,7 +53,7 @@ pub(crate) fn made(
     Arc::new(Recording::new(drive, times, Some(volts), xp, Some(xc)).unwrap())
 }
 
-fn read(recordings: &[Arc<Recording>]) -> Readings {
+fn read(recordings: &[Arc<Recording>]) -> ContactReadings {
     let model = Preset::default().model;
     let parts: Vec<Part> = recordings.iter().cloned().map(Part::whole).collect();
     let cancel = AtomicBool::new(false);
@@ -61,7 +61,7 @@ fn read(recordings: &[Arc<Recording>]) -> Readings {
         cancel: &cancel,
         progress: &|_| {},
     };
-    readings(&model, &parts, &FitOptions::for_model(&model), &control).unwrap()
+    read_contacts(&model, &parts, &FitOptions::for_model(&model), &control).unwrap()
 }
 
 #[test]
@@ -73,12 +73,12 @@ fn restitution_is_read_from_the_bounces_alone() {
     assert!(found.error < 0.003);
     assert!(found.constant > 1e-3, "{found:?}");
     // What does not bounce tells nothing.
-    let none = restitution("rest", &Readings::default()).unwrap_err();
+    let none = restitution("rest", &ContactReadings::default()).unwrap_err();
     assert!(none.to_string().contains("300 Hz"), "{none}");
 }
 
 #[test]
-fn what_is_read_with_a_film_that_is_not_right_is_said_to_lean_on_it() {
+fn readings_with_a_wrong_film_carry_a_warning() {
     let right = restitution("taps", &read(&[recording("sine:300Hz:5.5V", 0.1)])).unwrap();
     println!("{} off {}", right.mean, right.off);
     assert_eq!(far_off(right.off), None, "{}", right.off);
@@ -91,7 +91,7 @@ fn what_is_read_with_a_film_that_is_not_right_is_said_to_lean_on_it() {
 }
 
 #[test]
-fn contacts_of_little_spread_tell_a_line_with_a_wide_band() {
+fn contacts_of_similar_length_give_a_wide_band() {
     let ramps = [0.1, 0.15, 0.25].map(|l| recording(&format!("ramped:5Hz:8V:{l}"), 0.4));
     let near = adhesion("ramps", &read(&ramps)).unwrap();
     println!("{:?} {:?}", near.rate, near.start);
@@ -150,7 +150,7 @@ fn adhesion_is_read_from_the_releases_alone() {
 }
 
 #[test]
-fn adhesion_sets_aside_what_the_law_does_not_speak_of() {
+fn adhesion_excludes_releases_outside_its_law() {
     let drives = [
         ("square:15Hz:8V", 0.2),
         ("sine:50Hz:8V", 0.12),
@@ -164,7 +164,7 @@ fn adhesion_sets_aside_what_the_law_does_not_speak_of() {
     assert!((found.start.0 / 27.43e-9 - 1.0).abs() < 0.02, "{found:?}");
     let count = |reason| found.aside.iter().filter(|a| a.1 == reason).count();
     // The squares let go in one step; landings chatter.
-    assert!(count(Aside::Jump) >= 5 && count(Aside::Brief) >= 5);
+    assert!(count(ExcludedRelease::Jump) >= 5 && count(ExcludedRelease::Brief) >= 5);
     assert!(
         found
             .releases
@@ -197,7 +197,7 @@ fn adhesion_sets_aside_what_the_law_does_not_speak_of() {
     alike.releases.push(pressed);
     let found = adhesion("pressed", &alike).unwrap();
     assert!(
-        found.aside.contains(&(pressed, Aside::Pressed)),
+        found.aside.contains(&(pressed, ExcludedRelease::Pressed)),
         "{found:?}"
     );
 }
@@ -223,8 +223,8 @@ fn sensitivity_follows_the_recording_from_either_zero() {
     assert!((b.train.0.rms / a.train.0.rms - 1.0).abs() < 0.05);
     assert!(a.train.0.rms < 1.1 * 20e-9);
     let apart = b.model.parameters[ParameterId::Dp] - a.model.parameters[ParameterId::Dp];
-    assert!((apart - SHIFT).abs() < 1e-12);
-    for id in ROWS {
+    assert!((apart - ZERO_SHIFT).abs() < 1e-12);
+    for id in TABLE_2_ROWS {
         let of = |fit: &crate::fit::uncertainty::fit_result::FitResult| {
             let found = fit
                 .parameters
@@ -234,7 +234,11 @@ fn sensitivity_follows_the_recording_from_either_zero() {
             (found.value, found.std_error)
         };
         let ((x, error), (y, _)) = (of(a), of(b));
-        let moved = if id == ParameterId::Gp { SHIFT } else { 0.0 };
+        let moved = if id == ParameterId::Gp {
+            ZERO_SHIFT
+        } else {
+            0.0
+        };
         println!("{id:?} {x:e} +- {error:e} {y:e}");
         assert!((y - moved - x).abs() < 0.5 * error, "{id:?}");
     }
@@ -342,7 +346,7 @@ fn film_is_never_worse_than_none() {
 }
 
 #[test]
-fn film_says_what_to_record_where_nothing_breaks_off() {
+fn film_recommends_a_recording_if_there_is_no_break_off() {
     for drive in ["sine:5Hz:2V", "square:300Hz:6V"] {
         let error = film_of(&[recording(drive, 0.1)]).unwrap_err().to_string();
         assert!(error.contains("no break-off"), "{error}");
@@ -371,11 +375,11 @@ fn a_recording_in_another_unit_is_refused() {
 }
 
 #[test]
-fn a_soft_arrival_is_told_by_being_held_against_the_ramp() {
+fn a_soft_arrival_shows_by_the_mass_resting_against_the_ramp() {
     for lambda in [0.05, 0.1, 0.2] {
         for (rate, noise) in [(50e3, 20e-9), (25e3, 150e-9)] {
             let ramp = made(&format!("ramped:5Hz:8V:{lambda}"), 0.4, rate, noise, &[]);
-            let found = look(&Preset::default().model, &[Part::whole(ramp)]);
+            let found = summarize(&Preset::default().model, &[Part::whole(ramp)]);
             let level = found[0].level.clone();
             println!("{lambda} {noise} {level:?}");
             assert!(level.is_ok_and(|l| (l + 58e-6).abs() < 0.1e-6), "{lambda}");

@@ -1,7 +1,17 @@
-//! Huber's loss: quadratic up to a threshold, straight beyond, so that a few samples that
-//! no model explains do not rule the rest.
+//! Huber's loss: quadratic up to a threshold, linear beyond, so that a few outliers do not
+//! dominate the fit.
 
-/// Huber's loss with a threshold in units of the standard deviation.
+/// Huber's loss with a threshold in units of the standard deviation (Huber 1964).
+///
+/// # Examples
+/// ```
+/// use impactscope::fit::problem::huber::Huber;
+///
+/// let loss = Huber(3.0);
+/// assert_eq!(loss.cost(2.0), 4.0);
+/// // Beyond the threshold it grows linearly: 3 (2 * 10 - 3).
+/// assert_eq!(loss.cost(10.0), 51.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Huber(pub f64);
 

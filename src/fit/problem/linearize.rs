@@ -1,5 +1,5 @@
-//! Segments linearised: their Jacobians, and what is left with their own unknowns
-//! eliminated.
+//! Segments linearized: their Jacobians by differences, and the reduced problem with their own
+//! unknowns eliminated by a QR decomposition (variable projection: Golub and Pereyra 1973).
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -14,11 +14,11 @@ use crate::model::parameter::ParameterId;
 use crate::sim::{Pace, SimError, StretchSimulator, Stretcher};
 
 /// Step of a parameter's coordinate for differences.
-pub const STEP: f64 = 1e-4;
+pub const COORDINATE_STEP: f64 = 1e-4;
 /// Ridge that keeps a segment's unknowns determined, as a share of their columns.
-const RIDGE: f64 = 1e-7;
+const LOCAL_RIDGE_SHARE: f64 = 1e-7;
 
-/// A segment's linearised residuals with its own unknowns eliminated: what is left is
+/// A segment's linearized residuals with its own unknowns eliminated. The cost is
 /// `|s d + c|^2` for a change `d` of the unknowns in `columns`.
 #[derive(Debug, Clone)]
 pub struct Reduced {
@@ -40,7 +40,7 @@ pub struct Reduced {
 impl Reduced {
     /// Best change of the segment's own unknowns for a change `d` of all others. First the
     /// whole of it, then only what follows from `d`: where the segment is not quadratic
-    /// the former may lead astray, however small `d` is.
+    /// the former may lead away, however small `d` is.
     pub fn local_changes(&self, d: &[f64]) -> Option<[DVector<f64>; 2]> {
         let own = DVector::from_iterator(self.columns.len(), self.columns.iter().map(|&c| d[c]));
         let follows = -(&self.coupling * own);
@@ -65,7 +65,7 @@ impl Reduced {
     }
 }
 
-/// A segment's linearised residuals, weighted.
+/// A segment's linearized residuals, weighted.
 #[derive(Debug, Clone)]
 pub struct Jacobian {
     /// Unknowns of the whole problem that bear on the segment.
@@ -81,7 +81,7 @@ pub struct Jacobian {
 }
 
 /// A simulator that is a step away in one parameter.
-struct Moved {
+struct PerturbedSimulator {
     parameter: usize,
     step: f64,
     simulator: StretchSimulator,
@@ -91,14 +91,14 @@ struct Moved {
 
 /// What a segment's Jacobian is made with.
 #[derive(Clone, Copy)]
-struct Around<'a> {
+struct LinearizationPoint<'a> {
     /// The segment's number.
     index: usize,
     base: &'a StretchSimulator,
     /// The effects' states at its start.
     states: &'a [f64],
     /// One for each parameter that may move.
-    moved: &'a [Moved],
+    moved: &'a [PerturbedSimulator],
     locked: &'a [usize],
 }
 
@@ -111,12 +111,12 @@ fn same_states(a: &Model, b: &Model) -> bool {
 }
 
 impl Problem {
-    /// Linearises the segments that are used at unknowns `x`, in all of these but the `locked`
+    /// Linearizes the segments that are used at unknowns `x`, in all of these but the `locked`
     /// ones; `None` for the other segments and for those that cannot be simulated.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense at `x`.
-    pub fn linearise(
+    pub fn linearize(
         &self,
         x: &[f64],
         segments: &[Segment],
@@ -129,7 +129,7 @@ impl Problem {
         })
     }
 
-    /// The segments' Jacobians at unknowns `x`, none of them locked, as [`Self::linearise`]
+    /// The segments' Jacobians at unknowns `x`, none of them locked, as [`Self::linearize`]
     /// uses them.
     ///
     /// # Errors
@@ -153,7 +153,7 @@ impl Problem {
         x: &[f64],
         (segments, used): (&[Segment], &[bool]),
         locked: &[usize],
-        make: impl Fn(&Segment, Around<'_>) -> Option<T> + Sync,
+        make: impl Fn(&Segment, LinearizationPoint<'_>) -> Option<T> + Sync,
     ) -> Result<Vec<Option<T>>, SimError> {
         let base = self.simulator(x)?;
         let seen = self.unseen();
@@ -163,10 +163,10 @@ impl Problem {
         let free = entries.filter(|(j, _)| !locked.contains(j));
         let moved = free.map(|(j, entry)| {
             let mut there = x.to_vec();
-            there[j] += if there[j] + STEP > entry.high {
-                -STEP
+            there[j] += if there[j] + COORDINATE_STEP > entry.high {
+                -COORDINATE_STEP
             } else {
-                STEP
+                COORDINATE_STEP
             };
             let step = there[j] - x[j];
             let simulator = self.simulator(&there)?;
@@ -176,7 +176,7 @@ impl Problem {
             } else {
                 self.states_seen(x, &simulator, segments, &seen)
             };
-            Ok(Moved {
+            Ok(PerturbedSimulator {
                 parameter: j,
                 step,
                 simulator,
@@ -185,7 +185,7 @@ impl Problem {
         });
         let moved = moved.collect::<Result<Vec<_>, SimError>>()?;
         let one = |(index, segment): (usize, &Segment)| {
-            let around = Around {
+            let around = LinearizationPoint {
                 index,
                 base: &base,
                 states: &states[index],
@@ -202,7 +202,7 @@ impl Problem {
         x: &[f64],
         segment: &Segment,
         huber: Huber,
-        around: Around<'_>,
+        around: LinearizationPoint<'_>,
     ) -> Option<Reduced> {
         let Jacobian {
             columns,
@@ -217,7 +217,7 @@ impl Problem {
         matrix = matrix.resize_vertically(height, 0.0);
         for j in 0..l {
             let norm = matrix.column(j).norm().max(1e-12);
-            matrix[(m.min(height - l) + j, j)] = RIDGE * norm;
+            matrix[(m.min(height - l) + j, j)] = LOCAL_RIDGE_SHARE * norm;
         }
         let upper = matrix.qr().unpack_r();
         Some(Reduced {
@@ -237,9 +237,9 @@ impl Problem {
         x: &[f64],
         segment: &Segment,
         huber: Huber,
-        around: Around<'_>,
+        around: LinearizationPoint<'_>,
     ) -> Option<Jacobian> {
-        let Around { base, states, .. } = around;
+        let LinearizationPoint { base, states, .. } = around;
         let nuisances = self.nuisances_of(x, segment.recording);
         let mut stretcher = Stretcher::new(base);
         let mut r0 = Vec::new();

@@ -1,6 +1,6 @@
-//! Tests of what is linearised against what is simulated.
+//! Tests of what is linearized against what is simulated.
 
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::FitOptions;
 use crate::fit::problem::linearize::*;
 use crate::fit::problem::parameter_space::Space;
@@ -17,7 +17,7 @@ fn flight() -> (Prepared, Vec<f64>) {
     let parts = [part(made(&model, "sine:50Hz:1V", 0.04, 1))];
     let options = FitOptions::for_model(&model);
     let space = Space::new(&model, &options.free).unwrap();
-    let findings = look(&model, &parts);
+    let findings = summarize(&model, &parts);
     let mut prepared = prepare(&model, &space, &parts, &findings, &options).unwrap();
     prepared.problem.data[0].sigmas.colour = Colour {
         share: 0.4,
@@ -29,7 +29,7 @@ fn flight() -> (Prepared, Vec<f64>) {
 }
 
 #[test]
-fn columns_of_offsets_and_scales_are_those_of_other_readings() {
+fn columns_of_offsets_and_scales_match_changed_readings() {
     let (prepared, x) = flight();
     let problem = &prepared.problem;
     let used = vec![true; prepared.segments.len()];
@@ -78,7 +78,7 @@ fn locked_unknowns_have_no_columns_and_the_others_are_the_same() {
     let locked: Vec<usize> = (0..problem.space.len()).collect();
     let linear = |locked: &[usize]| {
         problem
-            .linearise(&x, &prepared.segments, &used, LOSS, locked)
+            .linearize(&x, &prepared.segments, &used, LOSS, locked)
             .unwrap()
     };
     for (all, some) in linear(&[]).into_iter().zip(linear(&locked)) {
@@ -96,13 +96,13 @@ fn locked_unknowns_have_no_columns_and_the_others_are_the_same() {
 }
 
 #[test]
-fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
+fn a_correction_reaches_the_cost_of_a_separate_fit() {
     let (prepared, x) = flight();
     let problem = &prepared.problem;
     let used = vec![true; prepared.segments.len()];
     let point = settle(problem, &x, &prepared.segments, &used, LOSS, 5).unwrap();
     let near = problem
-        .linearise(&x, &point.segments, &used, LOSS, &[])
+        .linearize(&x, &point.segments, &used, LOSS, &[])
         .unwrap();
     // Another device, by half a per cent of its drive: all but a twentieth of what can be gained.
     let mut there = x.clone();
@@ -111,7 +111,7 @@ fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
     for (segment, near) in point.segments.iter().zip(near) {
         let rig = problem.nuisances_of(&there, segment.recording);
         let starts = [segment.locals.clone(), segment.locals.clone()];
-        let told = problem.correct(
+        let corrected = problem.correct(
             segment,
             &[],
             &simulator,
@@ -120,14 +120,14 @@ fn a_correction_reaches_what_a_fit_of_its_own_reaches() {
             near.as_ref(),
             (LOSS, 0),
         );
-        let told = told.cost;
+        let corrected = corrected.cost;
         let start = segment.locals.clone();
         let whole = problem.refine(segment, &[], &simulator, &rig, start, LOSS, 8);
         let whole = whole.cost;
         let begun = problem.cost(segment, &[], &simulator, &rig, &segment.locals, LOSS);
         assert!(
-            told < whole + 0.05 * (begun - whole),
-            "{begun} {told} {whole}"
+            corrected < whole + 0.05 * (begun - whole),
+            "{begun} {corrected} {whole}"
         );
     }
 }

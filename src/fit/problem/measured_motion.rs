@@ -1,19 +1,18 @@
-//! The motion as it was read, at any time: what it leaves in an effect's states goes by it.
+//! The measured motion at any time. Effects with memory get their states from it, so that no
+//! simulation over the whole recording is needed.
 
 use std::cell::{Cell, RefCell};
 use std::sync::OnceLock;
 
 use crate::fit::residual::residual_rows::Nuisances;
+use crate::fit::thresholds::VELOCITY_JUMP_FACTOR;
 use crate::recording::{Channel, Recording};
 use crate::sim::Points;
 
-/// A velocity that changes so many times more than around it, and than the noise lets it, has
-/// jumped.
-const SHARP: f64 = 3.0;
 /// Samples on either side by which a velocity is read.
-const NEAR: usize = 2;
-/// Samples on either side of a jump by which it is told.
-const AROUND: usize = 3;
+const VELOCITY_HALF_WINDOW: usize = 2;
+/// Samples on either side of a jump that show it.
+const JUMP_HALF_WINDOW: usize = 3;
 
 /// The motion in a recording.
 #[derive(Debug, Clone, Copy)]
@@ -26,12 +25,12 @@ pub struct Motion<'a> {
     pub noise: f64,
 }
 
-/// The motion in a recording at the times, in order, at which the first one who asked has read
-/// it: devices that differ by little ask for the same ones.
+/// The measured motion at the times at which it was first evaluated. Devices that differ by little
+/// ask for the same times.
 #[derive(Debug, Default)]
-pub struct Seen(OnceLock<Vec<(f64, Points)>>);
+pub struct MotionCache(OnceLock<Vec<(f64, Points)>>);
 
-/// A motion that is read in order of time, where it has not been seen.
+/// A motion that is evaluated in order of time, with cached values where there are some.
 #[derive(Debug)]
 pub struct Reading<'a> {
     motion: &'a Motion<'a>,
@@ -40,7 +39,7 @@ pub struct Reading<'a> {
     own: RefCell<Vec<(f64, Points)>>,
 }
 
-impl Seen {
+impl MotionCache {
     /// A motion that is read from the beginning.
     pub fn reading<'a>(&'a self, motion: &'a Motion<'a>) -> Reading<'a> {
         Reading {
@@ -78,12 +77,11 @@ impl Reading<'_> {
 }
 
 impl Motion<'_> {
-    /// Displacements and velocities at `t` \[s\], by the reading's clock; 0 where they are not
-    /// known.
+    /// Displacements and velocities at `t` \[s\], by the clock of the readings; 0 where unknown.
     pub fn at(&self, t: f64) -> Points {
         let rig = &self.rig;
         let (xp, vp) = self
-            .around_a_blow(t)
+            .around_impact(t)
             .unwrap_or_else(|| self.smooth(Channel::ProofMass, t));
         let (xc, vc) = self.smooth(Channel::Cantilever, t);
         Points {
@@ -94,23 +92,25 @@ impl Motion<'_> {
         }
     }
 
-    /// Reading and slope over samples on either side: less noise, and still quick.
+    /// Reading and slope over samples on both sides: less noise, and little delay.
     fn smooth(&self, channel: Channel, t: f64) -> (f64, f64) {
         let at = |t| self.recording.value_at(channel, t);
-        let away = NEAR as f64 * self.recording.interval();
+        let away = VELOCITY_HALF_WINDOW as f64 * self.recording.interval();
         let slope = || Some((at(t + away)? - at(t - away)?) / (2.0 * away));
         (at(t).unwrap_or(0.0), slope().unwrap_or(0.0))
     }
 
-    /// Reading and slope of the proof mass from the side of a blow on which `t` is, if it
-    /// meets the ground so close by that the slope over both sides would be of neither.
-    fn around_a_blow(&self, t: f64) -> Option<(f64, f64)> {
+    /// Reading and slope of the proof mass from the side of an impact on which `t` lies, if an
+    /// impact is so close that the slope over both sides would have no meaning.
+    fn around_impact(&self, t: f64) -> Option<(f64, f64)> {
         let r = self.recording;
         let i = r.sample_before(t)?;
-        let first = i.checked_sub(NEAR + AROUND - 1)?;
-        let x = r.proof_mass.get(first..=i + NEAR + AROUND)?;
+        let first = i.checked_sub(VELOCITY_HALF_WINDOW + JUMP_HALF_WINDOW - 1)?;
+        let x = r
+            .proof_mass
+            .get(first..=i + VELOCITY_HALF_WINDOW + JUMP_HALF_WINDOW)?;
         let h = r.interval();
-        let even = r.time[i + NEAR + AROUND] - r.time[first];
+        let even = r.time[i + VELOCITY_HALF_WINDOW + JUMP_HALF_WINDOW] - r.time[first];
         if (even / h - (x.len() - 1) as f64).abs() > 0.5 {
             return None;
         }
@@ -119,10 +119,10 @@ impl Motion<'_> {
         let struck = |j: &usize| {
             let usual = |k: usize| (slope(k + 1) - slope(k)).abs();
             let usual = usual(j - 2).max(usual(j + 1)) + 2.0 * self.noise / h;
-            slope(j - 1) < 0.0 && jump(*j) > SHARP * usual
+            slope(j - 1) < 0.0 && jump(*j) > VELOCITY_JUMP_FACTOR * usual
         };
         // Sample `j` is the last one before it.
-        let blows = (AROUND - 1..x.len() - AROUND).filter(struck);
+        let blows = (JUMP_HALF_WINDOW - 1..x.len() - JUMP_HALF_WINDOW).filter(struck);
         let j = blows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
         let bend = |k: usize| (slope(k + 1) - slope(k)) / h;
         let (before, after) = (bend(j - 2), bend(j + 1));
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_velocity_is_read_from_its_own_side_of_a_blow() {
+    fn a_velocity_is_read_from_its_own_side_of_an_impact() {
         let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
         let rig = Nuisances {
             offset_p: 3e-6,
@@ -184,13 +184,13 @@ mod tests {
             assert!((at.xp - truth.0).abs() < 2e-8, "{t}: {at:?} {truth:?}");
             assert!((at.vp - truth.1).abs() < 1e-6, "{t}: {at:?} {truth:?}");
         }
-        // What is not known is at rest.
+        // Unknown motion counts as rest.
         assert_eq!(motion.at(-1.0).vp, 0.0);
         assert_eq!(motion.at(5e-4).vc, 0.0);
     }
 
     #[test]
-    fn a_motion_that_has_been_seen_is_the_same() {
+    fn a_cached_motion_is_the_same() {
         let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
         let xp: Vec<f64> = time.iter().map(|t| bounce(*t).0).collect();
         let recording = Recording::new("blow", time, None, xp, None).unwrap();
@@ -199,14 +199,14 @@ mod tests {
             rig: Nuisances::default(),
             noise: 1e-9,
         };
-        let seen = Seen::default();
+        let seen = MotionCache::default();
         let first = seen.reading(&motion);
         let times: Vec<f64> = (0..80).map(|k| 8e-4 + 5e-6 * f64::from(k)).collect();
         for t in &times {
             assert_eq!(first.at(*t), motion.at(*t));
         }
         seen.keep(first);
-        // The same times, others between them, before and after, and some left out.
+        // The same times, others between them, before and after, and some missing.
         let mut others: Vec<f64> = times.iter().step_by(3).copied().collect();
         others.extend(times.iter().map(|t| t + 1e-6));
         others.extend([2e-4, 1.7e-3]);

@@ -1,5 +1,5 @@
-//! The least-squares problem: recordings cut into segments, parameters and nuisances as
-//! one vector, and each segment's residuals linearised with its own unknowns eliminated.
+//! The least-squares problem. Recordings are cut into segments; parameters and nuisances form one
+//! vector; each segment's residuals are linearized with its own unknowns eliminated.
 
 pub mod huber;
 pub(crate) mod linearize;
@@ -8,16 +8,16 @@ pub mod parameter_space;
 pub mod prepare;
 pub(crate) mod segment_fit;
 
-pub use self::linearize::{Jacobian, Reduced, STEP};
-pub use self::segment_fit::CLOSE;
+pub use self::linearize::{COORDINATE_STEP, Jacobian, Reduced};
+pub use self::segment_fit::MAX_REUSE_COST_PER_ROW;
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use self::measured_motion::{Motion, Seen};
+use self::measured_motion::{Motion, MotionCache};
 use self::parameter_space::Space;
-use super::residual::residual_rows::{Nuisances, Row, Setting, Sigmas, rows};
+use super::residual::residual_rows::{Nuisances, Row, SegmentContext, Sigmas, rows};
 use super::segment::Segment;
 use super::segment::voltage_track::Track;
 use crate::fit::residual::residuals::residuals;
@@ -39,7 +39,7 @@ pub enum Nuisance {
     Skew,
 }
 
-/// A nuisance that is left free.
+/// A free nuisance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeNuisance {
     /// Of which recording.
@@ -48,8 +48,7 @@ pub struct FreeNuisance {
     pub what: Nuisance,
     /// SI value of one unit.
     pub unit: f64,
-    /// What was known of it before \[SI\], and the standard deviation of that; infinite if
-    /// nothing was.
+    /// Mean of its prior \[SI\], and the standard deviation; infinite without a prior.
     pub mean: f64,
     /// See `mean`.
     pub sigma: f64,
@@ -82,7 +81,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Number of unknowns but for the segments' own.
+    /// Number of unknowns without the segments' own.
     pub fn unknowns(&self) -> usize {
         self.space.len() + self.nuisances.len()
     }
@@ -113,9 +112,9 @@ impl Problem {
         StretchSimulator::new(&self.space.model(x), &self.options)
     }
 
-    /// Extra states of the effects at the start of each segment, if there are any. What they
-    /// feel of the motion is read from the data, by the rig at unknowns `x`: a film is as thick
-    /// as the mass is high, not as its reading.
+    /// Extra states of the effects at the start of each segment, if there are any. They follow from
+    /// the measured motion, corrected by the nuisances at unknowns `x`: the film depends on the
+    /// height of the mass, not on its reading.
     pub fn states(
         &self,
         x: &[f64],
@@ -125,19 +124,18 @@ impl Problem {
         self.states_seen(x, simulator, segments, &self.unseen())
     }
 
-    /// Nothing seen yet of the motion in each recording.
-    fn unseen(&self) -> Vec<Seen> {
-        self.data.iter().map(|_| Seen::default()).collect()
+    /// An empty cache of the motion for each recording.
+    fn unseen(&self) -> Vec<MotionCache> {
+        self.data.iter().map(|_| MotionCache::default()).collect()
     }
 
-    /// The same for one of several simulators: what the first of them has `seen` of the motion by
-    /// this rig, the others need not read again.
+    /// The same for one of several simulators that share the cache `seen` of the measured motion.
     fn states_seen(
         &self,
         x: &[f64],
         simulator: &StretchSimulator,
         segments: &[Segment],
-        seen: &[Seen],
+        seen: &[MotionCache],
     ) -> Vec<Vec<f64>> {
         let count = simulator.state_rates().len();
         let mut out = vec![Vec::new(); segments.len()];
@@ -173,10 +171,10 @@ impl Problem {
         out
     }
 
-    /// Surroundings of a segment.
-    pub fn setting<'a>(&'a self, segment: &Segment, states: &'a [f64]) -> Setting<'a> {
+    /// Context of a segment.
+    pub fn setting<'a>(&'a self, segment: &Segment, states: &'a [f64]) -> SegmentContext<'a> {
         let data = &self.data[segment.recording];
-        Setting {
+        SegmentContext {
             recording: &data.recording,
             sigmas: &data.sigmas,
             states,
@@ -189,7 +187,7 @@ impl Problem {
         rows(segment, &self.setting(segment, &[]))
     }
 
-    /// What the priors of the nuisances add: residuals with their unknowns.
+    /// Residuals of the nuisances' priors: index of the unknown, slope, value.
     pub fn priors(&self, x: &[f64]) -> Vec<(usize, f64, f64)> {
         let first = self.space.len();
         self.nuisances
@@ -203,7 +201,7 @@ impl Problem {
             .collect()
     }
 
-    /// Residuals of one segment; infinite cost where no simulation is possible.
+    /// Writes the residuals of one segment to `out`; false if it cannot be simulated.
     pub fn evaluate(
         &self,
         segment: &Segment,

@@ -1,13 +1,12 @@
 //! The parameters that a fit moves, and the coordinates in which it moves them.
 //!
-//! A parameter of the table goes by its logarithm where the table says so, else in units
-//! of its range. The film is moved by its thickness at contact, `gp - dp`, and by its
-//! strength there, `Cs / (gp - dp)^3`: what the data tell directly, where `Cs` and `gp`
-//! by themselves are all but one number. `gp > dp` then holds by itself.
+//! A parameter is scaled by its logarithm if the table says so, otherwise by its range. The film
+//! has the coordinates thickness at contact, `gp - dp`, and strength there, `Cs / (gp - dp)^3`: the
+//! recordings determine these directly, while `Cs` and `gp` are almost fully correlated. `gp > dp`
+//! then holds by construction.
 //!
-//! How unevenly the drive acts on the modes goes along with what keeps the motion as it is:
-//! the drive gain moves as that of the first mode, the shares in the second one as what is
-//! seen of it.
+//! The drive's shares in the modes are scaled so that the observed motion stays: the gain moves as
+//! that of the first mode, the shares in the second mode as the motion that they cause.
 
 use crate::fit::error::FitError;
 use crate::model::Model;
@@ -44,7 +43,7 @@ pub struct Entry {
     pub high: f64,
 }
 
-/// The parameters that are moved, and the model that holds all others.
+/// The free parameters, and the model that holds all others.
 #[derive(Debug, Clone)]
 pub struct Space {
     base: Model,
@@ -75,8 +74,8 @@ impl Space {
         })
     }
 
-    /// The other parameters, with `id` held at the SI value `value` in the `model` that
-    /// holds what is not moved; none may be left.
+    /// The other free parameters, with `id` held at the SI value `value` in the `model` that holds
+    /// the rest. The result may be empty.
     #[must_use]
     pub fn holding(&self, model: &Model, id: &str, value: f64) -> Self {
         let mut base = model.clone();
@@ -97,12 +96,12 @@ impl Space {
         }
     }
 
-    /// The model that holds what is not moved.
+    /// The model that holds the other parameters.
     pub fn base(&self) -> &Model {
         &self.base
     }
 
-    /// Keeps a parameter that goes by itself or by its logarithm between two values.
+    /// Bounds a parameter with a plain or logarithmic coordinate between two values.
     pub fn keep_between(&mut self, id: &str, (least, most): (f64, f64)) {
         for e in self.entries.iter_mut().filter(|e| e.id == id) {
             let coordinate = |value: f64| match e.coordinate {
@@ -110,7 +109,7 @@ impl Space {
                 Coordinate::Linear(unit) | Coordinate::Share(unit) => value / unit,
                 Coordinate::FilmGap | Coordinate::FilmStrength => f64::NAN,
             };
-            // The comparison with what is no number leaves the bound as it is.
+            // A comparison with NaN leaves the bound unchanged.
             e.low = e.low.max(coordinate(least));
             e.high = e.high.min(coordinate(most));
         }
@@ -126,7 +125,7 @@ impl Space {
         self.entries.is_empty()
     }
 
-    /// Where an id stands among the entries.
+    /// Index of an id among the entries.
     pub fn position(&self, id: &str) -> Option<usize> {
         self.entries.iter().position(|e| e.id == id)
     }
@@ -153,8 +152,8 @@ impl Space {
     /// The model at coordinates `x`.
     pub fn model(&self, x: &[f64]) -> Model {
         let mut model = self.base.clone();
-        // Plain parameters first: the film's build on dp, its strength on the gap; the gain
-        // and the shares on how uneven the drive is.
+        // Plain parameters first: the film depends on dp, its strength on the gap, and gain and
+        // shares on the unevenness of the drive.
         for pass in 0..3 {
             for (e, &x) in self.entries.iter().zip(x) {
                 let x = x.clamp(e.low, e.high);
@@ -218,18 +217,18 @@ fn film_gap(model: &Model) -> f64 {
 /// Gain of the drive in the first mode over that of a drive on the cantilever alone, kept
 /// above zero.
 fn unevenness(model: &Model) -> f64 {
-    /// About where it would be zero it levels off.
-    const LEAST: f64 = 0.1;
+    /// Lower limit: near zero the coordinate would be singular.
+    const MIN_UNEVENNESS: f64 = 0.1;
     let ratio = model.modes.first().map_or(0.0, |m| m.phi_p / m.phi_drive);
     if !ratio.is_finite() {
         return 1.0;
     }
     let gain = 1.0 + model.parameters[ParameterId::DriveP] * ratio;
-    0.5 * (gain + gain.hypot(LEAST))
+    0.5 * (gain + gain.hypot(MIN_UNEVENNESS))
 }
 
 fn set(model: &mut Model, id: &str, value: f64) {
-    // The ids were looked up when the space was made, so that there is no error.
+    // The ids were checked when the space was made, so there is no error.
     if let Err(error) = model.set(id, value) {
         log::error!("{error}");
     }
@@ -240,12 +239,12 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
     if let Some(parameter) = ParameterId::from_id(id) {
         use crate::model::parameter::ParameterId as P;
         if matches!(parameter, P::OffsetP | P::OffsetC | P::Noise) {
-            return Err(FitError::OfTheRig { id: id.to_owned() });
+            return Err(FitError::NuisanceParameter { id: id.to_owned() });
         }
         return if model.uses(parameter) {
             Ok((parameter.spec().id.to_owned(), *parameter.spec()))
         } else {
-            Err(FitError::Unused {
+            Err(FitError::IrrelevantParameter {
                 id: id.to_owned(),
                 device: model.name.clone(),
             })
@@ -256,7 +255,7 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
         && let Some(at) = own.spec.parameters.iter().position(|p| p.id == parameter)
     {
         if !own.bears(at) {
-            return Err(FitError::Idle { id: id.to_owned() });
+            return Err(FitError::InactiveParameter { id: id.to_owned() });
         }
         return Ok((id.to_owned(), own.spec.parameters[at]));
     }
@@ -272,7 +271,7 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
     })
 }
 
-/// Unit in which a parameter goes that may have either sign: a part of its range.
+/// Unit of the coordinate of a parameter that may have either sign: a part of its range.
 pub fn linear_unit(spec: &ParameterSpec) -> f64 {
     0.1 * (spec.range.1 - spec.range.0)
 }
@@ -321,7 +320,7 @@ mod tests {
     use crate::model::preset::Preset;
 
     #[test]
-    fn a_mode_that_is_not_there_is_not_moved() {
+    fn an_absent_mode_is_not_fitted() {
         let mut model = Preset::embedded("paper").unwrap().model;
         let effect = effects::find("extra_mode").unwrap();
         model.effects.push(ActiveEffect::new(effect));
@@ -331,13 +330,16 @@ mod tests {
         Space::new(&model, &free).unwrap();
         let idle = ["extra_mode.phi_c2".to_owned()];
         let refused = Space::new(&model, &idle).unwrap_err();
-        assert!(matches!(refused, FitError::Idle { .. }), "{refused}");
+        assert!(
+            matches!(refused, FitError::InactiveParameter { .. }),
+            "{refused}"
+        );
         model.set("extra_mode.phi_c2", 1e4).unwrap();
         Space::new(&model, &idle).unwrap();
     }
 
     #[test]
-    fn coordinates_lead_back_to_the_values() {
+    fn coordinates_round_trip_to_the_values() {
         let model = Preset::embedded("paper").unwrap().model;
         let free: Vec<String> = ["Cs", "gp", "dp", "alpha", "eta", "zeta1"]
             .map(str::to_owned)

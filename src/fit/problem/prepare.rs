@@ -1,24 +1,22 @@
-//! From recordings and what they say by themselves to a problem with its segments.
+//! From recordings and their summaries to a least-squares problem with its segments.
 
 use std::sync::Arc;
 
 use super::parameter_space::Space;
 use super::{Data, FreeNuisance, Nuisance, Problem};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::Sigmas;
 use crate::fit::segment::Segment;
 use crate::fit::segment::cut::{Cut, cut};
 use crate::fit::segment::voltage_track::Track;
+use crate::fit::thresholds::GROUND_LAW_NOISE_SHARE;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, StretchSimulator};
-
-/// The laws of the ground hold to this share of the noise.
-const LAW: f64 = 0.1;
 
 /// A problem with its segments.
 #[derive(Debug, Clone)]
@@ -31,7 +29,7 @@ pub struct Prepared {
     pub nuisances: Vec<f64>,
 }
 
-/// Makes a problem of `parts` for the parameters of `space`, guessed as in `model`.
+/// Makes the problem of `parts` for the parameters of `space`, with the first guess of `model`.
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense, a drive is missing or nothing can be used.
@@ -39,7 +37,7 @@ pub fn prepare(
     model: &Model,
     space: &Space,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<Prepared, FitError> {
     let simulation = Options {
@@ -62,7 +60,7 @@ pub fn prepare(
             without.cantilever = None;
             recording = Arc::new(without);
         }
-        let track = Track::new(model, &recording, options.nuisances.late)?;
+        let track = Track::new(model, &recording, options.nuisances.reading_lag)?;
         let lone = finding.noise.1.is_none();
         let sigmas = sigmas(model, &simulator, finding);
         let timeline = finding.timeline(&recording, sigmas.xp);
@@ -112,8 +110,8 @@ pub fn prepare(
     })
 }
 
-/// Longest segment \[s\]: some periods of the slowest mode where both points were
-/// recorded, many where only one was.
+/// Default length of segments \[s\]: some periods of the slowest mode if both points were recorded,
+/// many if only one was.
 pub fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
     let slowest = simulator
         .flight_omega2()
@@ -134,7 +132,7 @@ pub fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
         }
 }
 
-fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &Findings) -> Sigmas {
+fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &RecordingSummary) -> Sigmas {
     let xp = finding.noise.0;
     let (phi_p, _) = simulator.flight_shapes();
     let springs = simulator
@@ -156,8 +154,8 @@ fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &Findings) -> Si
     Sigmas {
         xp,
         xc: finding.noise.1.unwrap_or(xp),
-        height: LAW * xp,
-        velocity: LAW * xp * slowest,
+        height: GROUND_LAW_NOISE_SHARE * xp,
+        velocity: GROUND_LAW_NOISE_SHARE * xp * slowest,
         force: xp * stiffness,
         rest: xp,
         colour: Colour::WHITE,
@@ -184,7 +182,7 @@ fn free_nuisances(
     let unknown = (0.0, f64::INFINITY);
     let nuisances = &options.nuisances;
     let both = data.cantilever.is_some();
-    // Without spring and drive nothing tells where zero is.
+    // Without spring and drive nothing determines the zero.
     let anchored = model.parameters[ParameterId::F1] > 0.0;
     if nuisances.offsets && anchored {
         free(Nuisance::OffsetP, sigmas.xp, unknown);
@@ -202,7 +200,7 @@ fn free_nuisances(
         && model.piezo.is_some()
     {
         let unit = 0.02 * data.interval();
-        free(Nuisance::Skew, unit, (nuisances.late, sigma));
+        free(Nuisance::Skew, unit, (nuisances.reading_lag, sigma));
     }
 }
 

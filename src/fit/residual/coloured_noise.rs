@@ -1,16 +1,16 @@
-//! Noise that is not white: a white part and a part with a memory of its own.
+//! Coloured noise: a white part and a part with memory.
 //!
-//! A reading's noise is taken as white noise plus noise of a first-order process
-//! (Ornstein-Uhlenbeck). Its residuals are made white by the innovations of a scalar
-//! Kalman filter, so that least squares weighs slow and fast misfits as the noise does,
-//! and the mean square of what is left is 1 where the physics is complete.
+//! The noise of a reading is white noise plus a first-order process (Ornstein-Uhlenbeck). Residuals
+//! are whitened by the innovations of a scalar Kalman filter. Least squares then weighs slow and
+//! fast misfits as the noise does, and the mean square of the residuals is 1 if the model is
+//! complete.
 
 /// Colour of a reading's noise, whose standard deviation is given elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Colour {
     /// Share of the variance that has a memory, 0 to 1.
     pub share: f64,
-    /// What is kept of that part from one sample to the next, 0 to 1.
+    /// Correlation of that part from one sample to the next, 0 to 1.
     pub keep: f64,
 }
 

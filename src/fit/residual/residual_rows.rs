@@ -1,12 +1,11 @@
-//! A segment simulated: what is left between data and simulation, in units of the noise.
+//! The rows of a segment's residuals, and what is needed to compute them.
 //!
-//! The rows are, in this order: the readings of the proof mass, those of the cantilever,
-//! at each event the laws of the ground (the height at a touch, the velocity after a
-//! bounce, the force at a release), and how far the instants are from where they were
-//! guessed. Their number does not depend on the unknowns.
+//! The rows are, in this order: samples of the proof mass, samples of the cantilever, at each event
+//! the laws of the ground (height at a touch, velocity after a bounce, force at a release), and the
+//! distance of each instant from its first guess. Their number does not depend on the unknowns.
 
 use super::coloured_noise::Colour;
-use crate::fit::segment::event_sequence::Kind;
+use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::recording::Recording;
 use crate::sim::StretchState;
@@ -70,13 +69,13 @@ pub enum Row {
     Velocity,
     /// Force at a release.
     Force,
-    /// What was known before.
+    /// A prior.
     Prior,
 }
 
-/// A segment's surroundings.
+/// What a segment is simulated with.
 #[derive(Debug, Clone, Copy)]
-pub struct Setting<'a> {
+pub struct SegmentContext<'a> {
     /// The recording.
     pub recording: &'a Recording,
     /// Standard deviations of the rows.
@@ -88,8 +87,8 @@ pub struct Setting<'a> {
     pub epoch: f64,
 }
 
-/// Kinds of the rows that [`residuals`] gives.
-pub fn rows(segment: &Segment, setting: &Setting<'_>) -> Vec<Row> {
+/// Kinds of a segment's rows, in the order of its residuals.
+pub fn rows(segment: &Segment, setting: &SegmentContext<'_>) -> Vec<Row> {
     let r = setting.recording;
     let finite = |values: &[f64]| {
         values[segment.samples.clone()]
@@ -104,9 +103,9 @@ pub fn rows(segment: &Segment, setting: &Setting<'_>) -> Vec<Row> {
     for joint in &segment.joints {
         if let JointKind::Event(kind) = joint.what {
             match kind {
-                Kind::Bounce { .. } => rows.extend([Row::Height, Row::Velocity]),
-                Kind::Touch => rows.push(Row::Height),
-                Kind::Release { .. } => rows.push(Row::Force),
+                GroundEvent::Bounce { .. } => rows.extend([Row::Height, Row::Velocity]),
+                GroundEvent::Touch => rows.push(Row::Height),
+                GroundEvent::Release { .. } => rows.push(Row::Force),
             }
         }
         rows.push(Row::Prior);
@@ -123,7 +122,7 @@ fn held_count(segment: &Segment) -> usize {
     segment.locals.len() - joints
 }
 
-/// What one event of a simulated segment is like.
+/// One event of a simulated segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Encounter {
     /// The mass comes down.
@@ -158,24 +157,24 @@ pub struct PullOff {
     pub time: f64,
     /// How long it was on the ground \[s\].
     pub contact: f64,
-    /// With what force \[N\].
+    /// Pull-off force \[N\].
     pub force: f64,
     /// The largest step of that force at an edge of the drive close by \[N\].
     pub jump: f64,
-    /// Whether the stay was long enough to tell the force.
-    pub telling: bool,
+    /// Whether the stay was long enough to determine the force.
+    pub informative: bool,
 }
 
 /// A segment simulated with given unknowns.
 #[derive(Debug, Clone, Default)]
-pub struct Run {
+pub struct SegmentRun {
     /// Proof mass and cantilever at the samples, without the sensor \[m\].
     pub xp: Vec<f64>,
     /// See [`Self::xp`].
     pub xc: Vec<f64>,
-    /// What happened at the ground, in order of time.
+    /// Events at the ground, in order of time.
     pub encounters: Vec<Encounter>,
-    /// How far each instant is from its guess, in standard deviations.
+    /// Distance of each instant from its guess, in standard deviations.
     pub(crate) priors: Vec<f64>,
     /// Where a held start would rest.
     pub(crate) rest: Option<StretchState>,

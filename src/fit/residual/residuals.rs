@@ -1,16 +1,13 @@
-//! What is left between a segment's data and its simulation.
+//! Residuals of a segment: (measured - simulated) in units of the standard deviation, one for each
+//! of [`rows`].
 
-use super::residual_rows::{Encounter, Nuisances, Run, Setting, Sigmas};
-use super::simulate_segment::run;
+use super::residual_rows::{Encounter, Nuisances, SegmentContext, SegmentRun, Sigmas};
+use super::simulate_segment::simulate_segment;
 use crate::fit::segment::{JointKind, Segment};
+use crate::fit::thresholds::{SHORT_STAY_FORCE_FACTOR, SHORT_STAY_SAMPLES};
 use crate::sim::{SimError, StretchSimulator, Stretcher};
 
-/// A stay this many samples long is short.
-const SHORT: f64 = 6.0;
-/// By how much less the force at the end of a short stay is trusted.
-const VAGUE: f64 = 30.0;
-
-/// What an event leaves of the laws of the ground, in standard deviations.
+/// Residuals of one event against the laws of the ground, in standard deviations.
 fn law(
     encounter: &Encounter,
     sim: &StretchSimulator,
@@ -27,38 +24,37 @@ fn law(
                 out.push((after - sim.restitution(speed) * speed) / s.velocity);
             }
         }
-        Encounter::PullOff(Some(pull)) if pull.telling => {
+        Encounter::PullOff(Some(pull)) if pull.informative => {
             // The force at the end of a stay of a few samples rests on instants that few
-            // samples tell: it has less of a say.
-            let stay = pull.contact / (SHORT * interval);
-            let sigma = s.force * (1.0 + VAGUE * (-stay * stay).exp());
+            // samples show: it gets a lower weight.
+            let stay = pull.contact / (SHORT_STAY_SAMPLES * interval);
+            let sigma = s.force * (1.0 + SHORT_STAY_FORCE_FACTOR * (-stay * stay).exp());
             out.push((pull.force - sim.adhesion(pull.contact)) / sigma);
         }
         Encounter::PullOff(_) => out.push(0.0),
     }
 }
 
-/// Simulates `segment` with the unknowns `locals` and writes what is left, measured minus
-/// simulated over its standard deviation, to `out`.
+/// Simulates `segment` with the unknowns `locals`, and writes its residuals to `out`.
 ///
 /// # Errors
 /// [`SimError`] where no simulation is possible.
 pub fn residuals(
     segment: &Segment,
-    setting: &Setting<'_>,
+    setting: &SegmentContext<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
     locals: &[f64],
     out: &mut Vec<f64>,
 ) -> Result<(), SimError> {
     out.clear();
-    let Run {
+    let SegmentRun {
         xp,
         xc,
         encounters,
         priors,
         rest,
-    } = run(segment, setting, stretcher, nuisances, locals)?;
+    } = simulate_segment(segment, setting, stretcher, nuisances, locals)?;
     let sim = stretcher.simulator();
     let (r, s) = (setting.recording, setting.sigmas);
     let samples = segment.samples.clone();
@@ -91,7 +87,7 @@ pub fn residuals(
     if let Some(rest) = rest {
         let held = sim.held_structure();
         let n = held.omega2.len();
-        // Without a reading of it the cantilever is known only by having come to rest.
+        // Without a reading, the cantilever is known only where it has come to rest.
         let loose = r.cantilever.is_some() || !segment.settled;
         let sigma = if loose { 1e4 * s.rest } else { s.rest };
         for j in 0..n {

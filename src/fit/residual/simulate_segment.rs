@@ -1,27 +1,24 @@
-//! A segment carried from event to event with given unknowns.
+//! Simulates one segment from event to event with given unknowns.
 
 use std::ops::Range;
 
-use super::residual_rows::{Encounter, Nuisances, PullOff, Run, Setting};
-use crate::fit::segment::event_sequence::Kind;
+use super::residual_rows::{Encounter, Nuisances, PullOff, SegmentContext, SegmentRun};
+use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::fit::thresholds::{MAX_SENSOR_FADE, RELEASE_EDGE_SAMPLES};
 use crate::model::drive::Segment as Piece;
 use crate::recording::Recording;
 use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
 
-/// A sensor whose memory fades by more than this exponent from sample to sample has none.
-const MEMORY: f64 = 3.0;
-/// Share of a lag over which accelerations are taken.
-const MOMENT: f64 = 0.1;
-/// An edge of the drive this many samples from a release may be what releases.
-const EDGE: f64 = 3.0;
-/// Readings that show where the mass lies.
-const SHOWN: usize = 16;
+/// Share of a lag over which accelerations are estimated by differences.
+const ACCELERATION_LAG_SHARE: f64 = 0.1;
+/// Number of readings that decide where the mass lies.
+const LEVEL_READINGS: usize = 16;
 
-/// Whether the readings lag by so much that a stretch goes on from what was read where it begins.
+/// Whether the readings lag by so much that a segment begins with the sensor at its first reading.
 pub fn begins_from_reading(segment: &Segment, sim: &StretchSimulator) -> bool {
     sim.reading_states()
-        .is_some_and(|at| sim.state_rates()[at] * segment.interval < MEMORY)
+        .is_some_and(|at| sim.state_rates()[at] * segment.interval < MAX_SENSOR_FADE)
 }
 
 fn points_of(sim: &StretchSimulator, held: Option<f64>, state: &StretchState) -> Points {
@@ -31,10 +28,10 @@ fn points_of(sim: &StretchSimulator, held: Option<f64>, state: &StretchState) ->
     }
 }
 
-/// What a first-order lag of `tau` \[s\] shows of a motion that has gone on as it does at
-/// `start`: of a harmonic one of frequency w about a middle, `x - (tau v - tau^2 a) / (1 +
+/// Output of a first-order lag of `tau` \[s\] for a motion that has always been as at `start`.
+/// For a harmonic motion of frequency w about a middle it is `x - (tau v - tau^2 a) / (1 +
 /// w^2 tau^2)` mode by mode, with the accelerations of the next moment.
-fn points_behind(
+fn lagged_points(
     stretcher: &mut Stretcher<'_>,
     pieces: &[Piece],
     (held, start): (Option<f64>, f64),
@@ -42,7 +39,7 @@ fn points_behind(
     tau: f64,
 ) -> Result<Points, SimError> {
     let sim = stretcher.simulator();
-    let moment = MOMENT * tau;
+    let moment = ACCELERATION_LAG_SHARE * tau;
     let mut later = state.clone();
     stretcher.carry(
         pieces,
@@ -65,37 +62,113 @@ fn points_behind(
     Ok(points_of(sim, held, &behind))
 }
 
-/// Simulates `segment` with the unknowns `locals`.
+/// Simulates `segment` with the unknowns `locals`: initial state, then the joints' instants and
+/// velocities, all in the segment's units.
 ///
 /// # Errors
 /// [`SimError`] where no simulation is possible.
-pub fn run(
+pub fn simulate_segment(
     segment: &Segment,
-    setting: &Setting<'_>,
+    setting: &SegmentContext<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
     locals: &[f64],
-) -> Result<Run, SimError> {
+) -> Result<SegmentRun, SimError> {
     let sim = stretcher.simulator();
     let r = setting.recording;
     let samples = segment.samples.clone();
-    // What a late reading shows happened before.
+    // A reading that lags shows what happened before.
     let skew = nuisances.skew - sim.reading_delay();
-    let value = |i: usize| segment.value(locals, i);
     let start = r.time[samples.start] + skew;
     let end = r.time[samples.end - 1] + skew;
     let times: Vec<f64> = r.time[samples.clone()].iter().map(|t| t + skew).collect();
-    let (mut xp, mut xc) = (vec![f64::NAN; times.len()], vec![f64::NAN; times.len()]);
+    let Joints {
+        pieces,
+        instants,
+        priors,
+    } = place_joints(segment, sim, locals, skew)?;
+    let level = ground_level_at_start(segment, setting, sim, nuisances, skew);
+    let state = initial_state(
+        segment,
+        setting,
+        stretcher,
+        nuisances,
+        locals,
+        (&pieces, start, level),
+    )?;
+    let held = segment.starts_held.then_some(level);
+    let rest = held.map(|_| sim.rest_state(&pieces, start, held));
+    let mut passage = Passage {
+        setting,
+        nuisances,
+        first: samples.start,
+        xp: vec![f64::NAN; times.len()],
+        xc: vec![f64::NAN; times.len()],
+        pieces,
+        times,
+        state,
+        t: start,
+        next: 0,
+        level,
+        held,
+        since: segment.since.unwrap_or(start) + skew,
+        encounters: Vec::with_capacity(instants.len()),
+    };
+    for &(at, v_after, kind) in &instants {
+        let to = at.clamp(passage.t, end.max(passage.t));
+        let upto = passage.times.partition_point(|&s| s <= to);
+        passage.carry_to(stretcher, to, upto)?;
+        match kind {
+            GroundEvent::Bounce { .. } => passage.meet_ground(sim, Some(v_after)),
+            GroundEvent::Touch => passage.meet_ground(sim, None),
+            GroundEvent::Release { informative } => passage.leave_ground(sim, informative),
+        }
+    }
+    let all = passage.times.len();
+    passage.carry_to(stretcher, end, all)?;
+    Ok(SegmentRun {
+        xp: passage.xp,
+        xc: passage.xc,
+        encounters: passage.encounters,
+        priors,
+        rest,
+    })
+}
 
-    // The instants, each kept within its reach and after the one before.
+/// A segment's joints at the instants that its unknowns give them.
+struct Joints {
+    /// The drive with its edges moved.
+    pieces: Vec<Piece>,
+    /// Instant \[s\], velocity after \[m/s\] and kind of each event.
+    instants: Vec<(f64, f64, GroundEvent)>,
+    /// Distance of each joint from its first guess, in its standard deviations.
+    priors: Vec<f64>,
+}
+
+/// Number of modes that are free where the segment begins: a held mass takes one away.
+fn free_modes(segment: &Segment, sim: &StretchSimulator) -> usize {
+    if segment.starts_held {
+        sim.modes() - 1
+    } else {
+        sim.modes()
+    }
+}
+
+/// Reads the joints' instants from the unknowns and keeps each within its reach.
+///
+/// # Errors
+/// [`SimError::Options`] if the simulator has another number of modes than the segment: that is
+/// another problem, not a step in this one.
+fn place_joints(
+    segment: &Segment,
+    sim: &StretchSimulator,
+    locals: &[f64],
+    skew: f64,
+) -> Result<Joints, SimError> {
+    let value = |i: usize| segment.value(locals, i);
     let mut pieces = segment.pieces.clone();
     let modes = sim.modes();
-    let n = if segment.starts_held {
-        modes - 1
-    } else {
-        modes
-    };
-    // Another number of modes is another problem, not a step in this one.
+    let n = free_modes(segment, sim);
     let own: usize = segment.joints.iter().map(Joint::unknowns).sum();
     if segment.units.len() != 2 * n + own {
         return Err(SimError::Options {
@@ -107,8 +180,8 @@ pub fn run(
     let mut instants = Vec::with_capacity(segment.joints.len());
     let mut priors = Vec::with_capacity(segment.joints.len());
     for joint in &segment.joints {
-        // Both kinds are shifted by the reading's clock. Were an edge by the drive's, a skew
-        // and all edges of a recording could hardly be told apart.
+        // Both kinds are shifted by the reading's clock. If edges went by the drive's clock, a
+        // skew could hardly be distinguished from a shift of all edges of a recording.
         let away = match joint.what {
             JointKind::Event(_) => value(k),
             JointKind::Edge(_) => value(k) + skew,
@@ -117,7 +190,7 @@ pub fn run(
         let away = away.clamp(-joint.reach, joint.reach);
         k += 1;
         let v_after = match joint.what {
-            JointKind::Event(Kind::Bounce { .. }) => {
+            JointKind::Event(GroundEvent::Bounce { .. }) => {
                 k += 1;
                 value(k - 1)
             }
@@ -134,19 +207,41 @@ pub fn run(
             JointKind::Event(kind) => instants.push((joint.time + away + skew, v_after, kind)),
         }
     }
+    Ok(Joints {
+        pieces,
+        instants,
+        priors,
+    })
+}
 
+/// State in which a segment begins: modes from its unknowns, the effects' states from the
+/// context, the sensor's memory from the reading where it lasts longer than a sample.
+///
+/// # Errors
+/// [`SimError`] if the motion just after the start cannot be simulated.
+fn initial_state(
+    segment: &Segment,
+    setting: &SegmentContext<'_>,
+    stretcher: &mut Stretcher<'_>,
+    nuisances: &Nuisances,
+    locals: &[f64],
+    (pieces, start, level): (&[Piece], f64, f64),
+) -> Result<StretchState, SimError> {
+    let sim = stretcher.simulator();
+    let r = setting.recording;
+    let value = |i: usize| segment.value(locals, i);
+    let n = free_modes(segment, sim);
     let mut state = StretchState {
         q: (0..n).map(value).collect(),
         v: (n..2 * n).map(value).collect(),
         z: if setting.states.is_empty() {
-            sim.rest_state(&pieces, start, None).z
+            sim.rest_state(pieces, start, None).z
         } else {
             setting.states.to_vec()
         },
     };
-    let mut level = level_of(segment, setting, sim, nuisances, skew);
     if let Some(at) = sim.reading_states() {
-        // A lag longer than a sample goes on from what was read; a shorter one is where the
+        // A lag longer than a sample goes on from what was read. A shorter one is where the
         // motion has brought it, and must not take over the noise.
         let lasting = begins_from_reading(segment, sim);
         let on = segment.starts_held.then_some(level);
@@ -154,10 +249,10 @@ pub fn run(
             points_of(sim, on, &state)
         } else {
             let tau = 1.0 / sim.state_rates()[at];
-            points_behind(stretcher, &pieces, (on, start), &state, tau)?
+            lagged_points(stretcher, pieces, (on, start), &state, tau)?
         };
         let n = nuisances;
-        let i = samples.start;
+        let i = segment.samples.start;
         let begun = |x: f64, shown: Option<f64>, offset: f64, scale: f64| match shown {
             Some(shown) if lasting && shown.is_finite() => (shown - offset) / scale,
             _ => x,
@@ -166,116 +261,145 @@ pub fn run(
         state.z[at] = begun(points.xp, Some(r.proof_mass[i]), n.offset_p, n.scale_p);
         state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
     }
-    let mut t = start;
-    let mut held = segment.starts_held.then_some(level);
-    let rest = held.map(|_| sim.rest_state(&pieces, start, held));
-    let mut since = segment.since.unwrap_or(start) + skew;
-    let mut next = 0;
-    let mut encounters = Vec::with_capacity(instants.len());
-    for i in 0..=instants.len() {
-        let event = instants.get(i);
-        let to = event.map_or(end, |e| e.0.clamp(t, end.max(t)));
-        let upto = if event.is_some() {
-            times.partition_point(|&s| s <= to)
-        } else {
-            times.len()
-        };
-        let upto = upto.max(next);
-        let epoch = setting.epoch;
-        // A ground that steps while the mass lies on it takes it along, unless it keeps lying.
-        if let Some(lain) = held
-            && let Some(jump) = sim.ground_jump(t + epoch, to + epoch)
+    Ok(state)
+}
+
+/// A segment on its way from event to event.
+struct Passage<'a> {
+    setting: &'a SegmentContext<'a>,
+    nuisances: &'a Nuisances,
+    /// Index of the segment's first sample in the recording.
+    first: usize,
+    pieces: Vec<Piece>,
+    /// Times of the samples, by the clock of the drive \[s\].
+    times: Vec<f64>,
+    xp: Vec<f64>,
+    xc: Vec<f64>,
+    state: StretchState,
+    /// Now \[s\].
+    t: f64,
+    /// The next sample to be simulated.
+    next: usize,
+    /// Ground level \[m\].
+    level: f64,
+    /// Level at which the mass is held; `None` in flight.
+    held: Option<f64>,
+    /// When the latest contact began \[s\].
+    since: f64,
+    encounters: Vec<Encounter>,
+}
+
+impl Passage<'_> {
+    /// Carries the motion to `to` with the samples before number `upto`. A ground that steps
+    /// while the mass lies on it takes the mass along, unless the readings show otherwise.
+    ///
+    /// # Errors
+    /// [`SimError`] where no simulation is possible.
+    fn carry_to(
+        &mut self,
+        stretcher: &mut Stretcher<'_>,
+        to: f64,
+        upto: usize,
+    ) -> Result<(), SimError> {
+        let sim = stretcher.simulator();
+        let upto = upto.max(self.next);
+        let epoch = self.setting.epoch;
+        if let Some(before) = self.held
+            && let Some(jump) = sim.ground_jump(self.t + epoch, to + epoch)
         {
             let now = sim.ground_level(jump);
             let jump = jump - epoch;
-            let middle = times[..upto].partition_point(|&s| s < jump).max(next);
-            let out = |i: usize, p: f64, c: f64| {
-                xp[next + i] = p;
-                xc[next + i] = c;
-            };
-            stretcher.carry(
-                &pieces,
-                held,
-                t,
-                jump,
-                &mut state,
-                &times[next..middle],
-                out,
-            )?;
-            (next, t) = (middle, jump);
-            let shown = samples.start + next..samples.start + upto;
-            level = shown_level(r, shown, nuisances, [now, lain]);
-            // How the beam moves beside the mass goes on.
-            held = Some(level);
+            let middle = self.times[..upto].partition_point(|&s| s < jump);
+            self.carry(stretcher, jump, middle.max(self.next))?;
+            let shown = self.first + self.next..self.first + upto;
+            let levels = [now, before];
+            self.level = shown_level(self.setting.recording, shown, self.nuisances, levels);
+            // The beam goes on moving relative to the mass.
+            self.held = Some(self.level);
         }
+        self.carry(stretcher, to, upto)
+    }
+
+    fn carry(
+        &mut self,
+        stretcher: &mut Stretcher<'_>,
+        to: f64,
+        upto: usize,
+    ) -> Result<(), SimError> {
+        let next = self.next;
+        let (xp, xc) = (&mut self.xp, &mut self.xc);
         let out = |i: usize, p: f64, c: f64| {
             xp[next + i] = p;
             xc[next + i] = c;
         };
-        stretcher.carry(&pieces, held, t, to, &mut state, &times[next..upto], out)?;
-        next = upto;
-        t = to;
-        let Some(&(_, v_after, kind)) = event else {
-            break;
-        };
-        match kind {
-            Kind::Bounce { .. } | Kind::Touch => {
-                level = sim.ground_level(t + setting.epoch);
-                // A mark in the wrong place may find the mass held already.
-                if let Some(lain) = held {
-                    sim.lift(lain, &mut state);
-                }
-                let points = sim.flight_points(&state);
-                let bounces = !matches!(kind, Kind::Touch);
-                encounters.push(Encounter::Meeting {
-                    time: t,
-                    miss: points.xp - level,
-                    speed: (-points.vp).max(0.0),
-                    after: bounces.then_some(v_after),
-                });
-                if !bounces {
-                    sim.kick(level, 0.0, &mut state);
-                    sim.land(level, &mut state);
-                    held = Some(level);
-                    since = t;
-                } else {
-                    sim.kick(level, v_after, &mut state);
-                    held = None;
-                }
+        stretcher.carry(
+            &self.pieces,
+            self.held,
+            self.t,
+            to,
+            &mut self.state,
+            &self.times[next..upto],
+            out,
+        )?;
+        self.next = upto;
+        self.t = to;
+        Ok(())
+    }
+
+    /// The mass meets the ground: it bounces with velocity `after`, or stays where that is `None`.
+    fn meet_ground(&mut self, sim: &StretchSimulator, after: Option<f64>) {
+        self.level = sim.ground_level(self.t + self.setting.epoch);
+        // A mark in the wrong place may find the mass held already.
+        if let Some(before) = self.held {
+            sim.lift(before, &mut self.state);
+        }
+        let points = sim.flight_points(&self.state);
+        self.encounters.push(Encounter::Meeting {
+            time: self.t,
+            miss: points.xp - self.level,
+            speed: (-points.vp).max(0.0),
+            after,
+        });
+        match after {
+            Some(v_after) => {
+                sim.kick(self.level, v_after, &mut self.state);
+                self.held = None;
             }
-            Kind::Release { telling } => {
-                if held.is_none() {
-                    encounters.push(Encounter::PullOff(None));
-                    continue;
-                }
-                encounters.push(Encounter::PullOff(Some(PullOff {
-                    time: t,
-                    contact: t - since,
-                    force: sim.pull_off(&pieces, t, level, &state),
-                    jump: jump(sim, &pieces, t, level, &state, r.interval()),
-                    telling,
-                })));
-                sim.lift(level, &mut state);
-                held = None;
+            None => {
+                sim.kick(self.level, 0.0, &mut self.state);
+                sim.land(self.level, &mut self.state);
+                self.held = Some(self.level);
+                self.since = self.t;
             }
         }
     }
 
-    Ok(Run {
-        xp,
-        xc,
-        encounters,
-        priors,
-        rest,
-    })
+    /// The mass leaves the ground on which it lies; noted as missing if it does not lie there.
+    fn leave_ground(&mut self, sim: &StretchSimulator, informative: bool) {
+        if self.held.is_none() {
+            self.encounters.push(Encounter::PullOff(None));
+            return;
+        }
+        let (t, level) = (self.t, self.level);
+        let interval = self.setting.recording.interval();
+        self.encounters.push(Encounter::PullOff(Some(PullOff {
+            time: t,
+            contact: t - self.since,
+            force: sim.pull_off(&self.pieces, t, level, &self.state),
+            jump: pull_off_jump(sim, &self.pieces, t, level, &self.state, interval),
+            informative,
+        })));
+        sim.lift(level, &mut self.state);
+        self.held = None;
+    }
 }
 
-/// The ground's level where `segment` begins \[m\]. Where it stepped while the mass lay on it, the
-/// mass may have gone with it or kept lying where it was (a particle comes under it as it flies):
-/// that the first readings tell.
-fn level_of(
+/// Ground level where `segment` begins \[m\]. If it stepped while the mass lay on it, the mass may
+/// have moved with it or stayed (a particle comes under the mass while it flies). The first
+/// readings decide.
+fn ground_level_at_start(
     segment: &Segment,
-    setting: &Setting<'_>,
+    setting: &SegmentContext<'_>,
     sim: &StretchSimulator,
     nuisances: &Nuisances,
     skew: f64,
@@ -291,15 +415,15 @@ fn level_of(
     shown_level(r, from..segment.samples.end, nuisances, [now, landed])
 }
 
-/// Which of two levels of the ground the first readings of `samples` show: the first where they
-/// show none.
+/// Which of two ground levels the first readings of `samples` are closer to; the first if there
+/// are none.
 fn shown_level(
     r: &Recording,
     samples: Range<usize>,
     nuisances: &Nuisances,
     levels: [f64; 2],
 ) -> f64 {
-    let first = samples.start..samples.end.min(samples.start + SHOWN);
+    let first = samples.start..samples.end.min(samples.start + LEVEL_READINGS);
     let first = &r.proof_mass[first];
     let off = |level: f64| {
         let reading = nuisances.offset_p + nuisances.scale_p * level;
@@ -312,7 +436,7 @@ fn shown_level(
 
 /// The largest step of the pull-off force at an edge of the drive that is so close to `t`
 /// that the release may be its doing \[N\].
-fn jump(
+fn pull_off_jump(
     sim: &StretchSimulator,
     pieces: &[Piece],
     t: f64,
@@ -324,7 +448,7 @@ fn jump(
     pieces
         .iter()
         .map(|piece| piece.start)
-        .filter(|start| (start - t).abs() < EDGE * interval)
+        .filter(|start| (start - t).abs() < RELEASE_EDGE_SAMPLES * interval)
         .map(|start| (force(start + 1e-3 * interval) - force(start - 1e-3 * interval)).abs())
         .fold(0.0, f64::max)
 }

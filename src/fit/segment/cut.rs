@@ -2,19 +2,16 @@
 
 use std::ops::Range;
 
-use super::event_sequence::{Kind, Mark, Timeline};
+use super::event_sequence::{GroundEvent, Mark, Timeline};
 use super::initial_guess::guess;
 use super::voltage_track::{Edge, Track};
 use super::{Joint, JointKind, Segment};
+use crate::fit::thresholds::{MIN_SEGMENT_SAMPLES, SETTLED_TIME_CONSTANTS};
 use crate::recording::Recording;
 use crate::sim::StretchSimulator;
 
-/// A stretch is not cut closer than this many samples to an event.
-const GUARD: usize = 4;
-/// Fewest samples of a stretch.
-const LEAST: usize = 6;
-/// Time constants after which a held cantilever counts as come to rest.
-const SETTLED: f64 = 7.0;
+/// Samples between a cut and the nearest event.
+const EVENT_GUARD_SAMPLES: usize = 4;
 
 /// What cutting needs to know.
 #[derive(Debug, Clone, Copy)]
@@ -29,10 +26,10 @@ pub struct Cut<'a> {
     pub timeline: &'a Timeline,
     /// The device as guessed at first.
     pub simulator: &'a StretchSimulator,
-    /// Longest stretch \[s\].
+    /// Longest segment \[s\].
     pub longest: f64,
-    /// Whether only the proof mass was recorded: then stretches are cut in flight, or
-    /// where the held cantilever is at rest.
+    /// Whether only the proof mass was recorded: then segments are cut in flight, or where the
+    /// held cantilever is at rest.
     pub lone: bool,
     /// Noise of the proof mass \[m\].
     pub noise: f64,
@@ -56,18 +53,18 @@ pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
         .damping
         .iter()
         .fold(f64::INFINITY, |a, &b| a.min(0.5 * b));
-    let quiet = SETTLED / damping.max(1.0);
+    let quiet = SETTLED_TIME_CONSTANTS / damping.max(1.0);
     for end in ends {
-        while from + LEAST <= end {
+        while from + MIN_SEGMENT_SAMPLES <= end {
             let limit = time[from] + c.longest;
             let mut to = time[..end]
                 .partition_point(|&t| t < limit)
-                .max(from + LEAST);
-            // On to a place that no event is near.
+                .max(from + MIN_SEGMENT_SAMPLES);
+            // On to a place without an event nearby.
             while to < end && !may_cut(c, marks, to, quiet) {
                 to += 1;
             }
-            if end < to + LEAST {
+            if end < to + MIN_SEGMENT_SAMPLES {
                 to = end;
             }
             segments.extend(segment(c, from..to.min(end), quiet));
@@ -78,10 +75,10 @@ pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
     segments
 }
 
-/// Whether the stretch may be cut before sample `at`.
+/// Whether a segment may end before sample `at`.
 fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
     let time = &c.recording.time;
-    let guard = GUARD as f64 * c.recording.interval();
+    let guard = EVENT_GUARD_SAMPLES as f64 * c.recording.interval();
     let t = time[at];
     let next = marks.partition_point(|m| m.time <= t);
     let close = |m: &Mark| (m.time - t).abs() < guard;
@@ -97,17 +94,17 @@ fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
     }
     // The cantilever's unseen motion must be known: where it has come to rest.
     let held = held_at(c, next);
-    let calm = |since: f64| t - since > quiet;
+    let at_rest = |since: f64| t - since > quiet;
     !held
-        || (marks[..next].last().is_some_and(|m| calm(m.time))
-            && c.track.edges.iter().all(|e| e.time > t || calm(e.time)))
+        || (marks[..next].last().is_some_and(|m| at_rest(m.time))
+            && c.track.edges.iter().all(|e| e.time > t || at_rest(e.time)))
 }
 
 /// Whether the mass is on the ground after the first `passed` marks.
 fn held_at(c: &Cut<'_>, passed: usize) -> bool {
     match passed.checked_sub(1).map(|i| c.timeline.marks[i].kind) {
         None => c.timeline.starts_held,
-        Some(Kind::Touch) => true,
+        Some(GroundEvent::Touch) => true,
         Some(_) => false,
     }
 }
@@ -132,10 +129,10 @@ fn segment(c: &Cut<'_>, samples: Range<usize>, quiet: f64) -> Option<Segment> {
     let mut joints: Vec<Joint> = marks[first..last]
         .iter()
         .map(|m| {
-            // How long a stay has lasted that the recording's begin cuts is not known.
+            // The duration of a stay that began before the recording is unknown.
             let kind = match m.kind {
-                Kind::Release { telling } => Kind::Release {
-                    telling: telling && clock_known,
+                GroundEvent::Release { informative } => GroundEvent::Release {
+                    informative: informative && clock_known,
                 },
                 other => other,
             };

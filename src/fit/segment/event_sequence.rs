@@ -1,20 +1,13 @@
-//! What happens at the ground, as the data show it: the order of touches, bounces and
-//! releases, with first guesses of their instants. A fit keeps the order and leaves the
-//! instants free.
+//! Events at the ground as the samples show them: the order of touches, bounces and releases,
+//! with first guesses of their instants. A fit keeps the order and leaves the instants free.
 
+use crate::fit::thresholds::{LONG_STAY_SAMPLES, MIN_BOUNCE_RATIO, MIN_STAY_SAMPLES};
 use crate::recording::TimeAxis;
 use crate::recording::events::{EventOptions, HOP, find_events};
 
-/// Fewest samples at the level that count as a stay.
-const LEAST_STAY: usize = 3;
-/// Samples on both sides of one that is off, in a long stay.
-const LONG: usize = 10;
-/// A departure slower than this share of the arrival is no bounce.
-pub(crate) const LEAST_BOUNCE: f64 = 0.12;
-
 /// What happens at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum GroundEvent {
     /// The mass hits the ground and leaves it with this velocity \[m/s\].
     Bounce {
         /// First guess.
@@ -22,11 +15,10 @@ pub enum Kind {
     },
     /// It hits the ground and stays.
     Touch,
-    /// It leaves the ground after a stay. Whether the stay was long enough to say with
-    /// what force.
+    /// It leaves the ground after a stay.
     Release {
-        /// Whether the pull-off force is told by it.
-        telling: bool,
+        /// Whether it determines the pull-off force.
+        informative: bool,
     },
 }
 
@@ -36,11 +28,11 @@ pub struct Mark {
     /// First guess of the instant \[s\].
     pub time: f64,
     /// What happens.
-    pub kind: Kind,
+    pub kind: GroundEvent,
 }
 
-/// Events in order of time. A stay that the recording's begin cuts has no touch, one
-/// that its end cuts no release.
+/// Events in order of time. A stay that began before the recording has no touch, one that ends
+/// after it no release.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Timeline {
     /// The events.
@@ -83,21 +75,21 @@ impl Timeline {
                     continue;
                 }
                 let ratio = -impact.v_after / impact.v_before;
-                if ratio > LEAST_BOUNCE {
+                if ratio > MIN_BOUNCE_RATIO {
                     marks.push(Mark {
                         time: impact.time,
-                        kind: Kind::Bounce {
+                        kind: GroundEvent::Bounce {
                             v_after: impact.v_after,
                         },
                     });
                 } else {
                     marks.push(Mark {
                         time: impact.time,
-                        kind: Kind::Touch,
+                        kind: GroundEvent::Touch,
                     });
                     marks.push(Mark {
                         time: impact.time + 0.5 * interval,
-                        kind: Kind::Release { telling: false },
+                        kind: GroundEvent::Release { informative: false },
                     });
                 }
             }
@@ -114,14 +106,14 @@ impl Timeline {
             } else {
                 marks.push(Mark {
                     time: arrival.unwrap_or(begin - 0.3 * interval),
-                    kind: Kind::Touch,
+                    kind: GroundEvent::Touch,
                 });
             }
             if last + 1 < xp.len() {
                 marks.push(Mark {
                     time: (time[last] - 0.5 * interval).max(begin),
-                    kind: Kind::Release {
-                        telling: last - first >= 2,
+                    kind: GroundEvent::Release {
+                        informative: last - first >= 2,
                     },
                 });
             }
@@ -140,8 +132,8 @@ fn stays(xp: &[f64], level: f64, tolerance: f64) -> Vec<(usize, usize)> {
     let stray = |i: usize| {
         xp.get(i)
             .is_some_and(|x| (x - level).abs() < 2.0 * tolerance)
-            && i >= LONG
-            && (1..=LONG).all(|k| at(i - k) && at(i + k))
+            && i >= LONG_STAY_SAMPLES
+            && (1..=LONG_STAY_SAMPLES).all(|k| at(i - k) && at(i + k))
     };
     let mut found = Vec::new();
     let mut i = 0;
@@ -155,7 +147,7 @@ fn stays(xp: &[f64], level: f64, tolerance: f64) -> Vec<(usize, usize)> {
         while at(last + 1) || stray(last + 1) {
             last += 1;
         }
-        if last - first + 1 >= LEAST_STAY {
+        if last - first + 1 >= MIN_STAY_SAMPLES {
             found.push((first, last));
         }
         i = last + 1;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::event_sequence::Kind;
+use super::event_sequence::GroundEvent;
 use super::{Cut, JointKind, Segment};
 use crate::sim::{StretchSimulator, StretchState};
 
@@ -43,16 +43,19 @@ pub(super) fn guess(c: &Cut<'_>, segment: &mut Segment) {
     for joint in &segment.joints {
         locals.push(joint.time);
         units.push(0.02 * interval);
-        if let JointKind::Event(Kind::Bounce { v_after }) = joint.what {
+        if let JointKind::Event(GroundEvent::Bounce { v_after }) = joint.what {
             locals.push(v_after);
             units.push(c.noise / interval * 0.05);
         }
     }
-    // Times are counted from the guess: a difference of two late instants is exact.
+    // Times are counted from the guess: a difference of two instants far from zero is exact.
     let mut k = 2 * n;
     for joint in &segment.joints {
         locals[k] -= joint.time;
-        k += 1 + usize::from(matches!(joint.what, JointKind::Event(Kind::Bounce { .. })));
+        k += 1 + usize::from(matches!(
+            joint.what,
+            JointKind::Event(GroundEvent::Bounce { .. })
+        ));
     }
     segment.locals = locals.iter().zip(&units).map(|(x, u)| x / u).collect();
     segment.units = units;

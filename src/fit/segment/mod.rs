@@ -1,5 +1,5 @@
-//! Stretches of a recording that are simulated in one piece: from a free initial state,
-//! through the events that the data show, at free instants.
+//! Segments of a recording, each simulated in one piece: from a free initial state, through the
+//! events that the data show, at free instants (multiple shooting).
 
 pub(crate) mod cut;
 pub mod event_sequence;
@@ -11,13 +11,12 @@ pub use self::initial_guess::state_units;
 
 use std::ops::Range;
 
-use self::event_sequence::Kind;
+use self::event_sequence::GroundEvent;
+use crate::fit::thresholds::MIN_DRIVE_JUMP_SHARE;
 use crate::model::drive::Segment as Piece;
 
-/// Change of the drive that is a jump rather than a turn, as a share of its voltage.
-const JUMP: f64 = 0.02;
 /// Step of an unknown for differences, in its unit.
-const STEP: f64 = 0.5;
+const LOCAL_DIFFERENCE_STEP: f64 = 0.5;
 
 /// An instant that a segment leaves free.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,12 +36,12 @@ pub struct Joint {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointKind {
     /// At the ground.
-    Event(Kind),
+    Event(GroundEvent),
     /// Index into the segment's own pieces.
     Edge(usize),
 }
 
-/// A stretch with its unknowns.
+/// A segment with its unknowns.
 #[derive(Debug, Clone)]
 pub struct Segment {
     /// Which recording it is of.
@@ -73,7 +72,10 @@ pub struct Segment {
 impl Joint {
     /// Number of its unknowns: its time, and the velocity after a bounce.
     pub fn unknowns(&self) -> usize {
-        1 + usize::from(matches!(self.what, JointKind::Event(Kind::Bounce { .. })))
+        1 + usize::from(matches!(
+            self.what,
+            JointKind::Event(GroundEvent::Bounce { .. })
+        ))
     }
 }
 
@@ -95,25 +97,26 @@ impl Segment {
             JointKind::Edge(piece) if piece > 0 => {
                 let volts = |p: &Piece| p.shape.voltage(joint.time);
                 let (before, after) = (volts(&self.pieces[piece - 1]), volts(&self.pieces[piece]));
-                (after - before).abs() > JUMP * before.abs().max(after.abs())
+                (after - before).abs() > MIN_DRIVE_JUMP_SHARE * before.abs().max(after.abs())
             }
             _ => false,
         })
     }
 
-    /// Whether the mass is in the air where it hits the ground, and on it where it leaves.
+    /// Whether the events alternate as they must: the mass is in flight before each touch or bounce,
+    /// and on the ground before each release.
     pub fn is_consistent(&self) -> bool {
         let mut held = self.starts_held;
         self.joints.iter().all(|joint| match joint.what {
             JointKind::Edge(_) => true,
             JointKind::Event(kind) => {
-                let before = std::mem::replace(&mut held, kind == Kind::Touch);
-                before == matches!(kind, Kind::Release { .. })
+                let before = std::mem::replace(&mut held, kind == GroundEvent::Touch);
+                before == matches!(kind, GroundEvent::Release { .. })
             }
         })
     }
 
-    /// Brings instants back within their reach.
+    /// Clamps instants to their reach.
     pub fn keep_within(&self, locals: &mut [f64]) {
         let joints: usize = self.joints.iter().map(Joint::unknowns).sum();
         let mut k = locals.len() - joints;
@@ -127,16 +130,16 @@ impl Segment {
         }
     }
 
-    /// Step of unknown `k` for differences: about as large as the noise, which is well
-    /// above rounding and still small; inwards from the end of an instant's reach.
+    /// Step of unknown `k` for differences: about as large as the noise, which is well above
+    /// rounding and still small. It points inwards at the end of an instant's reach.
     pub fn step(&self, locals: &[f64], k: usize) -> f64 {
         let mut there = locals.to_vec();
-        there[k] += STEP;
+        there[k] += LOCAL_DIFFERENCE_STEP;
         self.keep_within(&mut there);
-        if there[k] < locals[k] + 0.5 * STEP {
-            -STEP
+        if there[k] < locals[k] + 0.5 * LOCAL_DIFFERENCE_STEP {
+            -LOCAL_DIFFERENCE_STEP
         } else {
-            STEP
+            LOCAL_DIFFERENCE_STEP
         }
     }
 

@@ -1,14 +1,17 @@
 //! A recorded voltage as few smooth pieces.
 //!
-//! A recorder gives the voltage at instants; a simulation that stopped at each of them
-//! would take many times the steps. Here runs of samples that one cubic follows to
-//! within the voltage's noise become one piece. Where the voltage jumps between two
-//! samples, or the hysteresis branch changes, there is an *edge*: its instant is known
-//! only to about a sample, and a fit leaves it free within that.
+//! A recorder gives the voltage at instants; a simulation that stopped at each of them would take
+//! many times the steps. Here, runs of samples that one cubic follows to within the voltage's noise
+//! become one piece. Where the voltage jumps between two samples, or the hysteresis branch changes,
+//! there is an *edge*. Its instant is known to about a sample only, so a fit leaves it free within
+//! that.
 
 use nalgebra::{Matrix4, Vector4};
 
 use crate::fit::error::FitError;
+use crate::fit::thresholds::{
+    JUMP_STEEPNESS, MAX_TURN_ASYMMETRY, MIN_JUMP_SHARE, TURN_DEPTH_TOLERANCES,
+};
 use crate::model::Model;
 use crate::model::drive::{Segment, Shape, VoltageTable, Waveform};
 use crate::model::piezo::Branch;
@@ -17,18 +20,10 @@ use crate::recording::{Channel, Recording};
 use crate::sim::SimError;
 
 /// Most samples in a piece.
-const LONGEST: usize = 4096;
-/// A jump is this many times steeper than its neighbours.
-const STEEPER: f64 = 4.0;
-/// And at least this share of the voltage's span.
-const LEAST_JUMP: f64 = 0.02;
+const MAX_PIECE_SAMPLES: usize = 4096;
 
 /// Most samples on either side of a turn from which its instant is read.
-const WIDEST: usize = 60;
-/// How far off the extreme those are, in units of the voltage's tolerance.
-const WELL_OFF: f64 = 10.0;
-/// Turns with sides that differ by more than this factor are read by their sample.
-const UNEVEN: f64 = 3.0;
+const MAX_TURN_HALF_WINDOW: usize = 60;
 
 /// An instant at which the drive's force jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,12 +48,12 @@ pub struct Track {
 }
 
 impl Track {
-    /// The drive of `recording`, `late` \[s\] later, for a driven `model`; rest for one
+    /// The drive of `recording`, delayed by `lag` \[s\], for a driven `model`; rest for one
     /// without drive.
     ///
     /// # Errors
     /// [`FitError::NoDrive`] if the device is driven and no voltage was recorded.
-    pub fn new(model: &Model, recording: &Recording, late: f64) -> Result<Self, FitError> {
+    pub fn new(model: &Model, recording: &Recording, lag: f64) -> Result<Self, FitError> {
         if model.piezo.is_none() && recording.voltage.is_none() {
             return Ok(Self {
                 pieces: vec![Waveform::Rest.segment(0)],
@@ -70,7 +65,7 @@ impl Track {
                 recording: recording.name.clone(),
             });
         };
-        time.iter_mut().for_each(|t| *t += late);
+        time.iter_mut().for_each(|t| *t += lag);
         let low = volts.iter().copied().fold(f64::INFINITY, f64::min);
         let high = volts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let span = high - low;
@@ -103,8 +98,8 @@ impl Track {
         let jumps = |i: usize| {
             let around = rise(i - 1).max(rise(i + 1));
             rise(i)
-                > (STEEPER * around)
-                    .max(LEAST_JUMP * span)
+                > (JUMP_STEEPNESS * around)
+                    .max(MIN_JUMP_SHARE * span)
                     .max(3.0 * tolerance)
         };
         let mut track = Self {
@@ -131,7 +126,7 @@ impl Track {
             let own = branch(from + 1);
             let mut turned = None;
             if jumped.is_none() && track.pieces.last().is_some_and(|p| p.branch != own) {
-                // The voltage turned here, or noise hides for how long it lingered.
+                // The voltage turned here, or stayed within the noise for a while.
                 let near = |i: &usize| (volts[*i] - volts[from]).abs() <= tolerance;
                 let linger = (from..n).take_while(near).count().min(50) as f64 * interval;
                 let sigma = if tolerance > 1e-5 * span {
@@ -140,13 +135,13 @@ impl Track {
                     0.3 * interval
                 };
                 let begun = track.pieces.last().map_or(f64::INFINITY, |p| p.start);
-                let at = vertex((time, volts), from, own == Branch::Rising, tolerance)
+                let at = parabola_vertex((time, volts), from, own == Branch::Rising, tolerance)
                     .filter(|t| *t > begun && (t - time[from]).abs() < linger + 2.0 * interval)
                     .unwrap_or(time[from]);
                 track.edge(at, sigma.max(0.3 * interval), (2.0 * sigma).max(interval));
                 turned = Some(at);
             }
-            let most = (from + 1..n.min(from + LONGEST))
+            let most = (from + 1..n.min(from + MAX_PIECE_SAMPLES))
                 .take_while(|&i| branch(i) == own && !jumps(i))
                 .last()
                 .unwrap_or(from + 1);
@@ -193,25 +188,25 @@ impl Track {
     }
 }
 
-/// When a voltage that was seen to turn near sample `near`, from its lowest value if it
-/// `rises` after, did so: the vertex of the parabola through the extreme and two samples
-/// beside it that are well off it. `None` where it lingered or turned unevenly.
-fn vertex(
+/// When a voltage turned near sample `near`, from its lowest value if it `rises` after: the vertex
+/// of the parabola through the extreme and two samples on its sides that are well off it. `None` if
+/// it rested there or turned unevenly.
+fn parabola_vertex(
     (time, volts): (&[f64], &[f64]),
     near: usize,
     rises: bool,
     tolerance: f64,
 ) -> Option<f64> {
     let up = |i: usize| if rises { -volts[i] } else { volts[i] };
-    let e = (near.saturating_sub(WIDEST)..(near + 2).min(volts.len()))
+    let e = (near.saturating_sub(MAX_TURN_HALF_WINDOW)..(near + 2).min(volts.len()))
         .max_by(|&a, &b| up(a).total_cmp(&up(b)))?;
     let below = |i: usize| up(e) - up(i);
     let inside = |m: &usize| *m <= e && e + m < volts.len();
-    let m = (1..=WIDEST)
+    let m = (1..=MAX_TURN_HALF_WINDOW)
         .take_while(inside)
-        .find(|m| below(e - m).min(below(e + m)) > WELL_OFF * tolerance)?;
+        .find(|m| below(e - m).min(below(e + m)) > TURN_DEPTH_TOLERANCES * tolerance)?;
     let (left, right) = (below(e - m), below(e + m));
-    if left > UNEVEN * right || right > UNEVEN * left {
+    if left > MAX_TURN_ASYMMETRY * right || right > MAX_TURN_ASYMMETRY * left {
         return None;
     }
     let step = 0.5 * (time[e + m] - time[e - m]);
@@ -256,7 +251,7 @@ fn longest(
         };
         match shape.filter(|s| follows(s)) {
             Some(shape) => best = (to, shape),
-            // A failed doubling is not searched further: pieces of half the length do.
+            // After a failed doubling the search stops: half the length is good enough.
             None => break,
         }
         size *= 2;
@@ -301,22 +296,22 @@ mod tests {
     }
 
     #[test]
-    fn slow_turns_are_found_between_the_samples() {
+    fn slow_turns_are_located_between_the_samples() {
         let model = Preset::embedded("paper").unwrap().model;
         for frequency in [3.0, 15.0, 47.0] {
-            // Sampling that has no part in the drive's own clock.
-            let late = 7.3e-6;
+            // Sampling that is not synchronous with the drive.
+            let lag = 7.3e-6;
             let time: Vec<f64> = (0..20_000).map(|i| i as f64 / 50e3).collect();
             let turn = std::f64::consts::TAU * frequency;
             let volts: Vec<f64> = time
                 .iter()
-                .map(|t| 8.0 * (turn * (t - late)).sin())
+                .map(|t| 8.0 * (turn * (t - lag)).sin())
                 .collect();
             let recording = Recording::new("test", time.clone(), Some(volts), time, None).unwrap();
             let track = Track::new(&model, &recording, 0.0).unwrap();
             assert!(track.edges.len() >= (2.0 * 0.4 * frequency) as usize - 1);
             for edge in &track.edges {
-                let quarters = (edge.time - late) * frequency * 4.0;
+                let quarters = (edge.time - lag) * frequency * 4.0;
                 let off = (quarters - quarters.round()) / (frequency * 4.0);
                 assert!(off.abs() < 1e-6, "{frequency} Hz: {off:e} s off");
                 assert_eq!(track.pieces[edge.piece].start, edge.time);

@@ -1,15 +1,19 @@
-//! TODO-doc
+//! Estimates everything that belongs to the recordings (initial states, instants of events,
+//! nuisances) at given parameters: the first step of an evaluation on held-out recordings.
 
 use super::event_revision::{revise, set_suspects_aside};
 use super::levenberg_marquardt::{Clock, Control, improve};
-use super::multistart::{beginnings, begun};
+use super::multistart::{fit_states, states_plan};
 use super::point::{Point, threshold};
 use crate::fit::error::FitError;
 use crate::fit::options::FitOptions;
 use crate::fit::problem::prepare::Prepared;
 use crate::model::Model;
 
-/// The point at a model's own values, all else estimated.
+/// The point at the parameters of `model`, everything else estimated.
+///
+/// # Errors
+/// [`FitError`] if the model makes no sense there.
 pub(crate) fn estimate_states(
     prepared: &Prepared,
     model: &Model,
@@ -22,8 +26,8 @@ pub(crate) fn estimate_states(
     let locked: Vec<usize> = (0..x.len()).collect();
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];
-    let plan = beginnings(&locked, options.iterations);
-    let mut point = begun(prepared, &x, &used, &plan, control, clock)?;
+    let plan = states_plan(&locked, options.iterations);
+    let mut point = fit_states(prepared, &x, &used, &plan, control, clock)?;
     let huber = threshold(problem, &point)?;
     if set_suspects_aside(problem, &mut point, huber, control)? > 0 {
         let watch = (control, &*clock);

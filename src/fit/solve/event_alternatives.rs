@@ -1,20 +1,20 @@
-//! Readings of a segment's events that are one change away, and segments taken apart
-//! into joints and put together again.
+//! Sequences of events that differ from a segment's by one change, and segments split into
+//! joints and joined again.
 
-use super::event_revision::Trial;
-use crate::fit::segment::event_sequence::Kind;
+use super::event_trial::EventTrial;
+use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{Joint, JointKind, Segment};
 
 /// A joint with its own unknowns.
-pub(crate) type Part = (Joint, Vec<f64>);
+pub(crate) type JointUnknowns = (Joint, Vec<f64>);
 
-impl Trial<'_> {
-    /// Readings with one impact more, where the data turn sharply near the ground.
-    pub(crate) fn overlooked(&self, segment: &Segment) -> Vec<Segment> {
+impl EventTrial<'_> {
+    /// Sequences with one more impact, where the samples turn sharply near the ground.
+    pub(crate) fn with_missed_impact(&self, segment: &Segment) -> Vec<Segment> {
         let data = &self.problem.data[segment.recording];
         let (time, xp) = (&data.recording.time, &data.recording.proof_mass);
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
-        let (state, parts) = taken_apart(segment);
+        let (state, parts) = split_joints(segment);
         let interval = segment.interval;
         let mut out = Vec::new();
         for i in segment.samples.start + 2..segment.samples.end.saturating_sub(2) {
@@ -24,7 +24,7 @@ impl Trial<'_> {
             let lowest = xp[i] < xp[i - 1] && xp[i] <= xp[i + 1];
             // An impact lies less than a sample's way below the lowest sample.
             let low = xp[i] - level < 1.5 * fall.abs() + 5.0 * data.sigmas.xp;
-            let taken = |p: &Part| (p.0.time - time[i]).abs() < 2.0 * interval;
+            let taken = |p: &JointUnknowns| (p.0.time - time[i]).abs() < 2.0 * interval;
             if !(lowest && low) || parts.iter().any(taken) {
                 continue;
             }
@@ -34,26 +34,26 @@ impl Trial<'_> {
                 time: time[i],
                 reach: 5.0 * interval,
                 sigma: 2.0 * interval,
-                what: JointKind::Event(Kind::Bounce { v_after }),
+                what: JointKind::Event(GroundEvent::Bounce { v_after }),
             };
             let at = parts.partition_point(|p| p.0.time < time[i]);
             let mut all = parts.clone();
             all.insert(at, (joint, vec![0.0, v_after / segment.velocity_unit]));
-            out.push(put_together(segment, state, all));
+            out.push(join_joints(segment, state, all));
         }
         out
     }
 }
 
-/// Other readings of a segment, each one change away.
-pub(crate) fn readings(segment: &Segment) -> Vec<Segment> {
-    let (state, parts) = taken_apart(segment);
+/// Other sequences of a segment's events, each with one change.
+pub(crate) fn alternative_sequences(segment: &Segment) -> Vec<Segment> {
+    let (state, parts) = split_joints(segment);
     let velocity_unit = segment.velocity_unit;
     let interval = segment.interval;
     let mut out = Vec::new();
-    let mut add = |parts: Vec<Part>| out.push(put_together(segment, state, parts));
+    let mut add = |parts: Vec<JointUnknowns>| out.push(join_joints(segment, state, parts));
     for i in 0..parts.len() {
-        let with = |new: Vec<Part>, removed: usize| {
+        let with = |new: Vec<JointUnknowns>, removed: usize| {
             let mut all = parts[..i].to_vec();
             all.extend(new);
             all.extend_from_slice(&parts[i + removed..]);
@@ -70,42 +70,42 @@ pub(crate) fn readings(segment: &Segment) -> Vec<Segment> {
             ..*joint
         };
         let next = parts.get(i + 1).map(|p| p.0.what);
-        let brief = matches!(next, Some(JointKind::Event(Kind::Release { .. })));
-        let touch = || (event(Kind::Touch, at), vec![0.0]);
+        let brief = matches!(next, Some(JointKind::Event(GroundEvent::Release { .. })));
+        let touch = || (event(GroundEvent::Touch, at), vec![0.0]);
         let release = |after: f64| {
-            let kind = Kind::Release {
-                telling: after > 1.5 * interval,
+            let kind = GroundEvent::Release {
+                informative: after > 1.5 * interval,
             };
             (event(kind, at + after), vec![0.0])
         };
         match kind {
-            Kind::Bounce { .. } => {
-                // No impact at all, or one without a bounce.
+            GroundEvent::Bounce { .. } => {
+                // No impact, or one without a bounce.
                 add(with(Vec::new(), 1));
                 for stay in [0.3, 2.0] {
                     add(with(vec![touch(), release(stay * interval)], 1));
                 }
             }
-            Kind::Touch => {
+            GroundEvent::Touch => {
                 if brief {
                     let v_after = 0.02;
-                    let bounce = event(Kind::Bounce { v_after }, at);
+                    let bounce = event(GroundEvent::Bounce { v_after }, at);
                     add(with(vec![(bounce, vec![0.0, v_after / velocity_unit])], 2));
                     add(with(Vec::new(), 2));
                 }
                 // A hop before the stay.
                 for hop in [3.0, 5.0, 8.0] {
-                    let later = (event(Kind::Touch, at + hop * interval), vec![0.0]);
+                    let later = (event(GroundEvent::Touch, at + hop * interval), vec![0.0]);
                     add(with(vec![touch(), release(0.3 * interval), later], 1));
                 }
             }
-            Kind::Release { .. } => {
+            GroundEvent::Release { .. } => {
                 // Back on the ground at once, and off again.
                 if i > 0
-                    && matches!(parts[i - 1].0.what, JointKind::Event(Kind::Touch))
-                    && let Some(JointKind::Event(Kind::Touch)) = next
+                    && matches!(parts[i - 1].0.what, JointKind::Event(GroundEvent::Touch))
+                    && let Some(JointKind::Event(GroundEvent::Touch)) = next
                 {
-                    // The hop was none.
+                    // There was no hop.
                     add(with(Vec::new(), 2));
                 }
             }
@@ -114,7 +114,7 @@ pub(crate) fn readings(segment: &Segment) -> Vec<Segment> {
     out
 }
 
-pub(crate) fn taken_apart(segment: &Segment) -> (&[f64], Vec<Part>) {
+pub(crate) fn split_joints(segment: &Segment) -> (&[f64], Vec<JointUnknowns>) {
     let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
     let (state, mut rest) = segment.locals.split_at(segment.locals.len() - joints);
     let parts = segment.joints.iter().map(|joint| {
@@ -126,7 +126,7 @@ pub(crate) fn taken_apart(segment: &Segment) -> (&[f64], Vec<Part>) {
     (state, parts)
 }
 
-pub(crate) fn put_together(segment: &Segment, state: &[f64], parts: Vec<Part>) -> Segment {
+pub(crate) fn join_joints(segment: &Segment, state: &[f64], parts: Vec<JointUnknowns>) -> Segment {
     let mut units = segment.units[..state.len()].to_vec();
     let mut locals = state.to_vec();
     for (joint, own) in &parts {

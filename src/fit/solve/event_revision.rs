@@ -1,45 +1,30 @@
-//! Second thoughts on events. Where a segment does not come down to the noise although
-//! the others have, the data may have been misread there: a hop too small to be seen, a
-//! quick stay taken for a bounce, a sharp turn in the air taken for an impact. Each
-//! such reading is tried, and kept if the segment then fits clearly better.
+//! Revises the events of segments that do not fit although the others do.
+//!
+//! Events are found in noisy samples, so some are wrong: a hop too small to be seen, a short
+//! stay taken for a bounce, a sharp turn in flight taken for an impact. Other sequences of
+//! events are tried, and one is adopted if the segment then fits clearly better.
 
 use rayon::prelude::*;
 
-use super::event_alternatives::readings;
+use super::event_alternatives::alternative_sequences;
+use super::event_trial::{EventTrial, SegmentMisfit, segment_misfit};
 use super::levenberg_marquardt::{Clock, Control};
 use super::point::Point;
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
-use crate::fit::residual::residual_rows::{Nuisances, Row, rows};
-use crate::fit::residual::residuals::residuals;
 use crate::fit::segment::Segment;
-use crate::model::Model;
+use crate::fit::thresholds::{MAX_REVISED_MISFIT_RATIO, MAX_REVISION_MISFIT};
 use crate::recording::quantile_in_place;
-use crate::sim::{SimError, StretchSimulator, Stretcher};
+use crate::sim::SimError;
 
-/// Misfit, in units of the noise, beyond which events are not read again.
-const HOPELESS: f64 = 10.0;
-/// A segment whose mean cost is above this is suspect, and looked at again.
-const SUSPECT: f64 = 1.6;
-/// So is one in which this many readings in a row of a point ...
-const ROW: usize = 8;
-/// ... have a mean square above this: an event misread shows there, however long the rest is.
-const ROUGH: f64 = 7.0;
-/// Another reading must bring what is suspect below this share.
-const BETTER: f64 = 0.8;
 /// Changes made to one segment, one after the other.
-const MOST_CHANGES: usize = 2;
+const MAX_EVENT_CHANGES: usize = 2;
 /// Segments with more joints than this are not changed joint by joint.
-const MOST_JOINTS: usize = 7;
+const MAX_REVISED_JOINTS: usize = 7;
 /// Factors on the restitution with which events are predicted.
-const RESTITUTIONS: [f64; 5] = [1.0, 0.8, 1.25, 0.6, 1.6];
-/// Rounds of fitting for each reading tried.
-const ROUNDS: usize = 8;
-/// Loss while a reading settles: hardly robust.
-const LOOSE: Huber = Huber(100.0);
+const RESTITUTION_FACTORS: [f64; 5] = [1.0, 0.8, 1.25, 0.6, 1.6];
 
-/// Takes the say from segments that do not fit while the others do; returns how many,
-/// none if it was cancelled.
+/// Sets segments aside that do not fit while the others do. Returns how many; 0 if cancelled.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -51,7 +36,7 @@ pub fn set_suspects_aside(
 ) -> Result<usize, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
-    let fitted: Option<Vec<(Vec<f64>, Strain)>> = point
+    let fitted: Option<Vec<(Vec<f64>, SegmentMisfit)>> = point
         .segments
         .par_iter()
         .enumerate()
@@ -61,42 +46,43 @@ pub fn set_suspects_aside(
             }
             let nuisances = problem.nuisances_of(&point.x, segment.recording);
             let start = segment.locals.clone();
-            let told = problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
-            let strain = strain(
+            let refined =
+                problem.refine(segment, &states[i], &simulator, &nuisances, start, huber, 5);
+            let misfit = segment_misfit(
                 problem,
                 segment,
-                &told.locals,
+                &refined.locals,
                 (&simulator, &states[i]),
-                (told.cost, &nuisances),
+                (refined.cost, &nuisances),
             );
-            Some((told.locals, strain))
+            Some((refined.locals, misfit))
         })
         .collect();
     let Some(fitted) = fitted else {
         return Ok(0);
     };
-    // Measured by the others: where all are off, it is not the reading of events.
+    // Relative to the others: where all are off, the events are not the cause.
     let mut costs: Vec<f64> = fitted.iter().map(|f| f.1.mean).collect();
     let usual = quantile_in_place(&mut costs, 0.5);
     let grounded = problem.space.model(&point.x).has_ground;
     let mut aside = 0;
-    for (i, (locals, strain)) in fitted.into_iter().enumerate() {
+    for (i, (locals, misfit)) in fitted.into_iter().enumerate() {
         point.segments[i].locals = locals;
         // Without a ground there are no events to misread.
-        point.used[i] = !grounded || strain.of(usual) <= 1.0;
+        point.used[i] = !grounded || misfit.relative_to(usual) <= 1.0;
         aside += usize::from(!point.used[i]);
     }
     Ok(aside)
 }
 
-/// Whether all is so far off that the reading of events is not to blame.
-pub fn hopeless(point: &Point) -> bool {
-    (point.cost / point.rows.max(1) as f64).sqrt() > HOPELESS
+/// Whether everything is so far off that the events are not the cause.
+pub fn is_beyond_revision(point: &Point) -> bool {
+    (point.cost / point.rows.max(1) as f64).sqrt() > MAX_REVISION_MISFIT
 }
 
-/// Tries other readings of the events in the segments set aside, and takes those back
-/// that then fit. `first` are the segments as first guessed. Returns how many came back.
-/// Cancelled, it leaves the segments it has not come to as they are.
+/// Tries other sequences of events in the segments that are set aside, and uses those again
+/// that then fit. `first` are the segments as first guessed. Returns how many are used again.
+/// If cancelled, the remaining segments stay as they are.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -107,7 +93,7 @@ pub fn revise(
     huber: Huber,
     (control, clock): (&Control<'_>, &Clock),
 ) -> Result<usize, SimError> {
-    if hopeless(point) {
+    if is_beyond_revision(point) {
         return Ok(0);
     }
     let simulator = problem.simulator(&point.x)?;
@@ -118,7 +104,7 @@ pub fn revise(
         .par_iter()
         .enumerate()
         .map(|(i, segment)| {
-            let trial = Trial {
+            let trial = EventTrial {
                 problem,
                 simulator: &simulator,
                 model: &model,
@@ -130,153 +116,69 @@ pub fn revise(
             if point.used[i] || control.cancelled() {
                 return None;
             }
-            // A single segment may take as long as many iterations.
+            // A single segment may take as long as many iterations of the fit.
             clock.tell("events read again", problem, point, control);
             Some(trial.revised(segment, &first[i]))
         })
         .collect();
     let mut back = 0;
     for (i, revised) in revised.into_iter().enumerate() {
-        if let Some((segment, strain)) = revised {
+        if let Some((segment, misfit)) = revised {
             point.segments[i] = segment;
-            point.used[i] = strain < 1.0;
+            point.used[i] = misfit < 1.0;
             back += usize::from(point.used[i]);
         }
     }
     Ok(back)
 }
 
-/// How badly a segment fits.
-#[derive(Debug, Clone, Copy)]
-struct Strain {
-    /// Mean cost of its rows.
-    mean: f64,
-    /// Largest mean square of [`ROW`] readings in a row.
-    row: f64,
-}
-
-impl Strain {
-    /// Above 1 where it is suspect, with a mean cost that is `usual` for the others.
-    fn of(self, usual: f64) -> f64 {
-        (self.mean / SUSPECT).max(self.row / ROUGH) / usual.max(1.0)
-    }
-}
-
-/// Strain of a segment with its unknowns at `locals`, for which the robust cost is known.
-fn strain(
-    problem: &Problem,
-    segment: &Segment,
-    locals: &[f64],
-    (simulator, states): (&StretchSimulator, &[f64]),
-    (cost, nuisances): (f64, &Nuisances),
-) -> Strain {
-    let mean = cost / problem.rows(segment).len().max(1) as f64;
-    let setting = problem.setting(segment, states);
-    let (mut stretcher, mut r) = (Stretcher::new(simulator), Vec::new());
-    if residuals(segment, &setting, &mut stretcher, nuisances, locals, &mut r).is_err() {
-        let row = f64::INFINITY;
-        return Strain { mean, row };
-    }
-    let kinds = rows(segment, &setting);
-    let worst = |point: Row| {
-        let own: Vec<f64> = r
-            .iter()
-            .zip(&kinds)
-            .filter(|(_, kind)| **kind == point)
-            .map(|(r, _)| r * r)
-            .collect();
-        let means = own.windows(ROW).map(|w| w.iter().sum::<f64>() / ROW as f64);
-        means.fold(0.0, f64::max)
-    };
-    Strain {
-        mean,
-        row: worst(Row::ProofMass).max(worst(Row::Cantilever)),
-    }
-}
-
-pub(crate) struct Trial<'a> {
-    pub(crate) problem: &'a Problem,
-    pub(crate) simulator: &'a StretchSimulator,
-    pub(crate) model: &'a Model,
-    pub(crate) states: &'a [f64],
-    pub(crate) x: &'a [f64],
-    huber: Huber,
-    control: &'a Control<'a>,
-}
-
-impl Trial<'_> {
-    /// Fits a segment's own unknowns; its strain.
-    pub(crate) fn fit(&self, segment: &mut Segment) -> f64 {
-        let nuisances = self.problem.nuisances_of(self.x, segment.recording);
-        let refine = |s: &Segment, huber: Huber, rounds| {
-            let start = s.locals.clone();
-            let p = self.problem;
-            p.refine(
-                s,
-                self.states,
-                self.simulator,
-                &nuisances,
-                start,
-                huber,
-                rounds,
-            )
-        };
-        segment.locals = refine(segment, LOOSE, ROUNDS).locals;
-        let told = refine(segment, self.huber, ROUNDS);
-        segment.locals = told.locals;
-        strain(
-            self.problem,
-            segment,
-            &segment.locals,
-            (self.simulator, self.states),
-            (told.cost, &nuisances),
-        )
-        .of(1.0)
-    }
-
-    /// The best reading found, with its strain.
+impl EventTrial<'_> {
+    /// The best sequence of events found, with its misfit.
     fn revised(&self, segment: &Segment, first: &Segment) -> (Segment, f64) {
         let mut best = segment.clone();
-        let mut strain = self.fit(&mut best);
-        // The same reading from the first guess: the fit may have gone astray before.
+        let mut misfit = self.fit(&mut best);
+        // The same events from the first guess: the earlier fit may have ended elsewhere.
         let mut others = vec![first.clone()];
-        // Restitution is told by the bounces, so that it may be off as long as they are
-        // misread.
+        // The bounces determine the restitution, so it may be wrong as long as they are misread.
         others.extend(
-            RESTITUTIONS
+            RESTITUTION_FACTORS
                 .iter()
                 .filter_map(|f| self.predicted(first, *f)),
         );
         others.retain(Segment::is_consistent);
         for mut other in others {
-            if strain < 1.0 || self.control.cancelled() {
+            if misfit < 1.0 || self.control.cancelled() {
                 break;
             }
             let now = self.fit(&mut other);
-            if now < BETTER * strain {
-                (best, strain) = (other, now);
+            if now < MAX_REVISED_MISFIT_RATIO * misfit {
+                (best, misfit) = (other, now);
             }
         }
-        for _ in 0..MOST_CHANGES {
-            if strain < 1.0 || best.joints.len() > MOST_JOINTS {
+        for _ in 0..MAX_EVENT_CHANGES {
+            if misfit < 1.0 || best.joints.len() > MAX_REVISED_JOINTS {
                 break;
             }
             let mut found: Option<(Segment, f64)> = None;
-            let mut others = readings(&best);
-            others.extend(self.overlooked(&best));
+            let mut others = alternative_sequences(&best);
+            others.extend(self.with_missed_impact(&best));
             others.retain(Segment::is_consistent);
             for mut other in others {
                 if self.control.cancelled() {
                     break;
                 }
                 let now = self.fit(&mut other);
-                if now < found.as_ref().map_or(BETTER * strain, |f| f.1) {
+                if now
+                    < found
+                        .as_ref()
+                        .map_or(MAX_REVISED_MISFIT_RATIO * misfit, |f| f.1)
+                {
                     found = Some((other, now));
                 }
             }
             let Some((segment, now)) = found else { break };
-            (best, strain) = (segment, now);
+            (best, misfit) = (segment, now);
         }
-        (best, strain)
+        (best, misfit)
     }
 }

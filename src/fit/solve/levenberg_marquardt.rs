@@ -1,5 +1,5 @@
-//! Bounded Levenberg-Marquardt over parameters and nuisances, with each segment's own
-//! unknowns eliminated and brought along.
+//! Bounded Levenberg-Marquardt over parameters and nuisances (Levenberg 1944, Marquardt 1963).
+//! Each segment's own unknowns are eliminated from the normal equations, and follow each step.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -14,12 +14,12 @@ use crate::fit::problem::huber::Huber;
 use crate::sim::SimError;
 
 /// A step is small if it is below this share of the squared standard error.
-const SETTLED: f64 = 1e-2;
+const CONVERGED_STEP_SHARE: f64 = 1e-2;
 
-/// Cost per row up to which segments may be corrected by their linearisation.
-const NEAR: f64 = 4.0;
+/// Cost per row up to which segments may be corrected by their linearization.
+const MAX_CORRECTION_COST_PER_ROW: f64 = 4.0;
 
-/// How far a fit has come.
+/// Progress of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
     /// What is being done.
@@ -32,13 +32,26 @@ pub struct Progress {
     pub misfit: f64,
     /// Values of the parameters in SI, in the order of the free ones.
     pub values: Vec<f64>,
-    /// Time left, as far as one can tell.
+    /// Estimated time left.
     pub remaining: Duration,
-    /// What the recordings made doubtful before anything was computed, as sentences.
+    /// Doubts about the recordings from the checks before the search, as sentences.
     pub doubts: Arc<[String]>,
 }
 
-/// Means to watch a fit and to end it early.
+/// Cancel flag and progress callback of a fit.
+///
+/// # Examples
+/// ```
+/// use std::sync::atomic::{AtomicBool, Ordering};
+///
+/// use impactscope::fit::Control;
+///
+/// let cancel = AtomicBool::new(false);
+/// let control = Control { cancel: &cancel, progress: &|_| {} };
+/// assert!(!control.cancelled());
+/// cancel.store(true, Ordering::Relaxed);
+/// assert!(control.cancelled());
+/// ```
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Set to true, the fit ends soon with the best so far.
@@ -61,7 +74,7 @@ pub struct Clock {
     done: Arc<AtomicUsize>,
     /// Iterations expected in all.
     pub expected: usize,
-    /// What is told with the progress: see [`Progress::doubts`].
+    /// What is reported with the progress: see [`Progress::doubts`].
     pub doubts: Arc<[String]>,
 }
 
@@ -82,7 +95,7 @@ impl Clock {
         self.done.load(Ordering::Relaxed)
     }
 
-    /// Tells how far the fit is, without an iteration done.
+    /// Reports progress without counting an iteration.
     pub(crate) fn tell(
         &self,
         stage: &'static str,
@@ -94,7 +107,7 @@ impl Clock {
         let each = self.started.elapsed().div_f64(done.max(1) as f64);
         let left = match self.expected.checked_sub(done) {
             Some(left) if left > 0 => left,
-            // One that takes longer than expected takes some more.
+            // A fit that takes longer than expected is extended.
             _ => done / 8,
         };
         (control.progress)(&Progress {
@@ -118,7 +131,7 @@ pub struct Plan<'a> {
     pub iterations: usize,
     /// Unknowns that stay where they are.
     pub locked: &'a [usize],
-    /// Fall of the cost in one iteration, as a share of it, that is not worth another.
+    /// Relative fall of the cost in one iteration that ends the search.
     pub enough: f64,
 }
 
@@ -161,7 +174,7 @@ fn descend(
     clock: &mut Clock,
 ) -> Result<Point, SimError> {
     let n = problem.unknowns();
-    // Damping after Nielsen (1999): it follows how well the step was foreseen.
+    // Damping after Nielsen (1999): it follows the ratio of actual and predicted fall of the cost.
     let (mut damping, mut growth) = (1e-4, 2.0);
     let mut huber = fixed.map_or_else(|| threshold(problem, &point), Ok)?;
     point = point.under(problem, huber)?;
@@ -170,13 +183,13 @@ fn descend(
             break;
         }
         let reduced =
-            problem.linearise(&point.x, &point.segments, &point.used, huber, plan.locked)?;
+            problem.linearize(&point.x, &point.segments, &point.used, huber, plan.locked)?;
         let (normal, gradient) = normal_equations(problem, &point.x, &reduced, huber);
-        // Far off, a linearisation leads astray.
-        let near = point.cost < NEAR * point.rows as f64;
+        // Far from the minimum, a linearization is misleading.
+        let near = point.cost < MAX_CORRECTION_COST_PER_ROW * point.rows as f64;
         let mut accepted = None;
         let mut converged = false;
-        let (mut tries, mut promised) = (0, 0.0);
+        let (mut tries, mut predicted) = (0, 0.0);
         for _ in 0..7 {
             tries += 1;
             let Some(step) =
@@ -196,16 +209,17 @@ fn descend(
                 && trial.cost < point.cost
             {
                 let gain = point.cost - trial.cost;
-                converged = size < SETTLED || gain < SETTLED.max(plan.enough * point.cost);
+                converged = size < CONVERGED_STEP_SHARE
+                    || gain < CONVERGED_STEP_SHARE.max(plan.enough * point.cost);
                 accepted = Some(trial);
                 let foreseen = -2.0 * gradient.dot(&change) - size;
-                promised = foreseen;
+                predicted = foreseen;
                 let ratio = (gain / foreseen.max(1e-12)).min(1.0);
                 damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1)).max(1e-9);
                 growth = 2.0;
                 break;
             }
-            if size < SETTLED {
+            if size < CONVERGED_STEP_SHARE {
                 converged = true;
                 break;
             }
@@ -218,7 +232,7 @@ fn descend(
             point = trial;
         }
         log::trace!(
-            "cost {:.3} at damping {damping:.1e}, promised {promised:.3} in {tries}, moved {moved}, converged {converged}",
+            "cost {:.3} at damping {damping:.1e}, predicted {predicted:.3} in {tries}, moved {moved}, converged {converged}",
             point.cost
         );
         clock.tell(plan.stage, problem, &point, control);

@@ -1,10 +1,10 @@
 //! From a bad start to the best fit.
 //!
-//! What the data say directly comes first: `dp` from the height of the ground, `alpha` from
-//! the speeds at bounces. Then what
-//! acts linearly (the drive's gain, offsets, dampings) is fitted with the rest locked,
-//! and last everything, from several thicknesses of the film: strength and thickness of
-//! the film trade against each other along a curved valley.
+//! First come values that follow directly from the recordings: `dp` from the height of the ground,
+//! `alpha` from the speeds at bounces. Then everything that acts almost linearly (gain of the
+//! drive, offsets, dampings) is fitted with the rest locked, and last everything. This is done
+//! from several thicknesses of the film, because its strength and thickness compensate each other
+//! along a curved valley of the cost.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,17 +12,17 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::event_revision::{hopeless, revise, set_suspects_aside};
+use super::event_revision::{is_beyond_revision, revise, set_suspects_aside};
 use super::levenberg_marquardt::{Clock, Control, Plan, Progress, improve};
 use super::point::{Point, settle, threshold};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::Findings;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::Nuisance;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, prepare};
-use crate::fit::segment::event_sequence::LEAST_BOUNCE;
+use crate::fit::thresholds::{GOOD_START_SCORE, MIN_BOUNCE_RATIO, MIN_USED_SHARE};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::recording::events::Impact;
@@ -30,32 +30,28 @@ use crate::recording::quantile_in_place;
 use crate::sim::SimError;
 
 /// Thicknesses of the film at contact that are tried, as shares of `dp`.
-const THICKNESSES: [f64; 3] = [0.15, 0.05, 0.5];
-/// Score of a fit that needs no other start.
-const GOOD: f64 = 1.5;
+const START_GAP_SHARES: [f64; 3] = [0.15, 0.05, 0.5];
 /// Damping by the film at contact at first, as a share of the first mode's frequency: a
 /// film that is too strong would hold the mass where it is.
-const WEAK: f64 = 0.1;
+const START_DAMPING_SHARE: f64 = 0.1;
 /// Stages of as many iterations as are allowed that an attempt may take.
-const MOST: usize = 3;
+const MAX_STAGES: usize = 3;
 /// Iterations that an attempt takes as a rule once it has begun, for the time left.
-const USUAL: usize = 30;
-/// How much looser the laws of the ground are at first.
-const SOFT: f64 = 30.0;
-/// How often events are read again.
-const ROUNDS: usize = 2;
-/// Share of a recording with a say below which its rig is looked for anew.
-const HARDLY: f64 = 0.2;
-/// Loss at first: hardly robust, as everything is far off.
-const FAR: Huber = Huber(1e4);
+const EXPECTED_ATTEMPT_ITERATIONS: usize = 30;
+/// Factor on the standard deviations of the laws of the ground at the start.
+const START_LAW_RELAXATION: f64 = 30.0;
+/// Most rounds in which events are revised.
+const MAX_EVENT_REVISIONS: usize = 2;
+/// Loss at the start: hardly robust, because everything is far off.
+const START_LOSS: Huber = Huber(1e4);
 
 /// The same for what belongs to the recordings alone, and rounds in which segments settle at
 /// first.
-const LOST: Huber = Huber(1e3);
-/// See [`LOST`].
-const SETTLING: usize = 6;
+const RECOVERY_LOSS: Huber = Huber(1e3);
+/// See [`RECOVERY_LOSS`].
+const RECOVERY_SETTLE_ROUNDS: usize = 6;
 /// Most iterations for that.
-const FEW: usize = 10;
+const MAX_RECOVERY_ITERATIONS: usize = 10;
 
 /// The best fit of `parts`, the problem, and its first guess.
 ///
@@ -64,7 +60,7 @@ const FEW: usize = 10;
 pub fn search(
     model: &Model,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
     control: &Control<'_>,
     clock: &mut Clock,
@@ -88,9 +84,9 @@ pub fn search(
     }
     let film = start.has_ground && space.position("gp").is_some();
     let thicknesses = if film {
-        &THICKNESSES[..]
+        &START_GAP_SHARES[..]
     } else {
-        &THICKNESSES[..1]
+        &START_GAP_SHARES[..1]
     };
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let tries = thicknesses.len() + options.starts;
@@ -98,12 +94,12 @@ pub fn search(
     for k in 0..tries {
         let mut first = start.clone();
         if k >= thicknesses.len() {
-            scatter(&mut first, &space, &mut rng);
+            draw_start(&mut first, &space, &mut rng);
         }
-        first_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
+        set_start_film(&mut first, &space, thicknesses[k % thicknesses.len()]);
         match first.check() {
             Err(error) if k < thicknesses.len() => return Err(error.into()),
-            // One drawn at random may make no sense.
+            // A random start may make no sense.
             Err(_) => {}
             Ok(()) => starts.push(first),
         }
@@ -116,13 +112,16 @@ pub fn search(
         let score = point.cost / point.rows.max(1) as f64 + share;
         Ok::<_, FitError>((prepared, point, score))
     };
-    let most = MOST * options.iterations;
+    let most = MAX_STAGES * options.iterations;
     // The first start is as a rule the last, unless further ones were asked for.
     let later = if options.starts == 0 { 0 } else { tries - 1 };
-    clock.expected = clock.done() + most + USUAL * later;
+    clock.expected = clock.done() + most + EXPECTED_ATTEMPT_ITERATIONS * later;
     let first = try_one(&starts[0], control, clock)?;
     // Starts that were asked for are made, however good the fit is already.
-    if starts.len() == 1 || control.cancelled() || (first.2 < GOOD && options.starts == 0) {
+    if starts.len() == 1
+        || control.cancelled()
+        || (first.2 < GOOD_START_SCORE && options.starts == 0)
+    {
         return Ok((first.0, first.1));
     }
     let usual = clock.done().max(1);
@@ -144,12 +143,12 @@ pub fn search(
         cancel: control.cancel,
         progress: &tell,
     };
-    // One of them that cannot be simulated takes nothing from the first.
+    // One that cannot be simulated does not affect the first.
     let others: Vec<_> = starts[1..]
         .par_iter()
         .filter_map(|first| {
             let mut clock = clock.clone();
-            clock.expected = usual * tries + most.saturating_sub(USUAL);
+            clock.expected = usual * tries + most.saturating_sub(EXPECTED_ATTEMPT_ITERATIONS);
             try_one(first, &watched, &mut clock).ok()
         })
         .collect();
@@ -159,7 +158,7 @@ pub fn search(
 }
 
 /// Median ratio of the speeds at the clear bounces; `None` below three of them.
-fn restitution_of_impacts(parts: &[Part], findings: &[Findings]) -> Option<f64> {
+fn restitution_of_impacts(parts: &[Part], findings: &[RecordingSummary]) -> Option<f64> {
     let mut ratios = Vec::new();
     for (part, finding) in parts.iter().zip(findings) {
         let impacts = finding.events(&part.recording).impacts;
@@ -168,7 +167,7 @@ fn restitution_of_impacts(parts: &[Part], findings: &[Findings]) -> Option<f64> 
             impacts
                 .iter()
                 .map(ratio)
-                .filter(|r| *r > LEAST_BOUNCE && *r < 1.0),
+                .filter(|r| *r > MIN_BOUNCE_RATIO && *r < 1.0),
         );
     }
     (ratios.len() >= 3).then(|| quantile_in_place(&mut ratios, 0.5))
@@ -179,18 +178,18 @@ fn attempt(
     start: &Model,
     space: &Space,
     parts: &[Part],
-    findings: &[Findings],
+    findings: &[RecordingSummary],
     options: &FitOptions,
     control: &Control<'_>,
     clock: &mut Clock,
 ) -> Result<(Prepared, Point), FitError> {
     let mut prepared = prepare(start, space, parts, findings, options)?;
-    soften(&mut prepared, SOFT);
+    relax_ground_laws(&mut prepared, START_LAW_RELAXATION);
     let problem = &prepared.problem;
     let mut x = space.coordinates(start);
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];
-    let point = settle(problem, &x, &prepared.segments, &used, FAR, 3)?;
+    let point = settle(problem, &x, &prepared.segments, &used, START_LOSS, 3)?;
     let ground = ["gp", "Cs", "Ca", "Ca0", "alpha"];
     let mut later: Vec<usize> = ground.iter().filter_map(|id| space.position(id)).collect();
     if later.len() == space.len() {
@@ -209,18 +208,18 @@ fn attempt(
         enough: 1e-6,
     };
     let point = improve(problem, point, &first, control, clock)?;
-    clock.expected -= (MOST * options.iterations).saturating_sub(USUAL);
-    let all = all_parameters(options);
+    clock.expected -= (MAX_STAGES * options.iterations).saturating_sub(EXPECTED_ATTEMPT_ITERATIONS);
+    let all = joint_plan(options);
     let mut best = improve(problem, point, &all, control, clock)?;
-    best = read_again(&prepared, best, &all, control, clock)?;
-    soften(&mut prepared, 1.0 / SOFT);
+    best = revise_events(&prepared, best, &all, control, clock)?;
+    relax_ground_laws(&mut prepared, 1.0 / START_LAW_RELAXATION);
     best = improve(&prepared.problem, best, &all, control, clock)?;
-    best = read_again(&prepared, best, &all, control, clock)?;
+    best = revise_events(&prepared, best, &all, control, clock)?;
     Ok((prepared, best))
 }
 
-/// The plan by which everything moves.
-pub(crate) fn all_parameters(options: &FitOptions) -> Plan<'static> {
+/// The plan in which all parameters are free.
+pub(crate) fn joint_plan(options: &FitOptions) -> Plan<'static> {
     Plan {
         stage: "all parameters",
         iterations: options.iterations,
@@ -229,9 +228,9 @@ pub(crate) fn all_parameters(options: &FitOptions) -> Plan<'static> {
     }
 }
 
-/// Sets segments aside that do not fit, fits the others, and reads the events of the
-/// former again, as long as that brings some back.
-pub(crate) fn read_again(
+/// Sets segments aside that do not fit, fits the others, and revises the events of the former,
+/// as long as that makes some fit.
+pub(crate) fn revise_events(
     prepared: &Prepared,
     mut best: Point,
     plan: &Plan<'_>,
@@ -239,8 +238,8 @@ pub(crate) fn read_again(
     clock: &mut Clock,
 ) -> Result<Point, FitError> {
     let problem = &prepared.problem;
-    for _ in 0..ROUNDS {
-        if hopeless(&best) {
+    for _ in 0..MAX_EVENT_REVISIONS {
+        if is_beyond_revision(&best) {
             break;
         }
         let huber = threshold(problem, &best)?;
@@ -248,7 +247,7 @@ pub(crate) fn read_again(
             break;
         }
         best = improve(problem, best, plan, control, clock)?;
-        recover(prepared, &mut best, control, clock)?;
+        recover_nuisances(prepared, &mut best, control, clock)?;
         let huber = threshold(problem, &best)?;
         let watch = (control, &*clock);
         if revise(problem, &mut best, &prepared.segments, huber, watch)? == 0 {
@@ -259,11 +258,11 @@ pub(crate) fn read_again(
     Ok(best)
 }
 
-/// The plan by which what belongs to the recordings is found, with `locked` held.
-pub(crate) fn beginnings(locked: &[usize], iterations: usize) -> Plan<'_> {
+/// The plan in which only unknowns of the recordings are estimated, with `locked` held.
+pub(crate) fn states_plan(locked: &[usize], iterations: usize) -> Plan<'_> {
     Plan {
         stage: "beginnings and events",
-        iterations: iterations.min(FEW),
+        iterations: iterations.min(MAX_RECOVERY_ITERATIONS),
         locked,
         enough: 1e-6,
     }
@@ -274,7 +273,7 @@ pub(crate) fn beginnings(locked: &[usize], iterations: usize) -> Plan<'_> {
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at `x`.
-pub(crate) fn begun(
+pub(crate) fn fit_states(
     prepared: &Prepared,
     x: &[f64],
     used: &[bool],
@@ -283,13 +282,20 @@ pub(crate) fn begun(
     clock: &mut Clock,
 ) -> Result<Point, SimError> {
     let problem = &prepared.problem;
-    let point = settle(problem, x, &prepared.segments, used, LOST, SETTLING)?;
+    let point = settle(
+        problem,
+        x,
+        &prepared.segments,
+        used,
+        RECOVERY_LOSS,
+        RECOVERY_SETTLE_ROUNDS,
+    )?;
     improve(problem, point, plan, control, clock)
 }
 
-/// Finds the rig of each recording anew of which hardly anything has a say, with the device as
-/// it is: with a zero that has gone astray nothing of it would ever fit again.
-fn recover(
+/// Estimates the nuisances of each recording again of which hardly any segment is used, with the
+/// device held: with a wrong zero its segments would never fit again.
+fn recover_nuisances(
     prepared: &Prepared,
     best: &mut Point,
     control: &Control<'_>,
@@ -310,7 +316,7 @@ fn recover(
                 .filter(|((_, used), own)| **own && (**used || !has_say));
             own.map(|((s, _), _)| s.samples.len()).sum()
         };
-        if samples(true) as f64 >= HARDLY * samples(false) as f64 || control.cancelled() {
+        if samples(true) as f64 >= MIN_USED_SHARE * samples(false) as f64 || control.cancelled() {
             continue;
         }
         let mut x = best.x.clone();
@@ -322,11 +328,11 @@ fn recover(
                 locked.push(parameters + i);
             }
         }
-        let point = begun(
+        let point = fit_states(
             prepared,
             &x,
             &own,
-            &beginnings(&locked, FEW),
+            &states_plan(&locked, MAX_RECOVERY_ITERATIONS),
             control,
             clock,
         )?;
@@ -338,10 +344,10 @@ fn recover(
     Ok(())
 }
 
-/// Loosens the laws of bounce and release by a factor: as long as some events are
-/// misread, the data alone shall say how fast and when the mass leaves the ground, or
-/// those that are read rightly would not fit to the wrong law that the others make.
-fn soften(prepared: &mut Prepared, factor: f64) {
+/// Relaxes the laws of bounce and release by a factor. While some events are misread, only the
+/// samples should determine how fast and when the mass leaves the ground; otherwise the misread
+/// events distort the laws, and the correct ones no longer fit.
+fn relax_ground_laws(prepared: &mut Prepared, factor: f64) {
     for data in &mut prepared.problem.data {
         data.sigmas.velocity *= factor;
         data.sigmas.force *= factor;
@@ -349,14 +355,14 @@ fn soften(prepared: &mut Prepared, factor: f64) {
 }
 
 /// Draws a start around the given one, each parameter up to a factor of two off.
-fn scatter(model: &mut Model, space: &Space, rng: &mut ChaCha8Rng) {
+fn draw_start(model: &mut Model, space: &Space, rng: &mut ChaCha8Rng) {
     for entry in &space.entries {
         let factor = 2f64.powf(2.0 * rng.random::<f64>() - 1.0);
         if let Some(value) = model.get(&entry.id)
             && entry.id != "dp"
             && entry.spec.refusal(value * factor).is_none()
         {
-            // The id is one of the model's own.
+            // The id comes from the model itself.
             let _ = model.set(&entry.id, value * factor);
         }
     }
@@ -364,7 +370,7 @@ fn scatter(model: &mut Model, space: &Space, rng: &mut ChaCha8Rng) {
 
 /// Sets a weak film of a given thickness at contact where film parameters are free, one
 /// as thick as asked for otherwise.
-fn first_film(model: &mut Model, space: &Space, share: f64) {
+fn set_start_film(model: &mut Model, space: &Space, share: f64) {
     let p = &mut model.parameters;
     let dp = p[ParameterId::Dp];
     if model.has_ground && space.position("gp").is_some() {
@@ -378,7 +384,8 @@ fn first_film(model: &mut Model, space: &Space, share: f64) {
             .iter()
             .map(|m| m.omega())
             .fold(f64::INFINITY, f64::min);
-        let weak = WEAK * slowest.max(1.0) / structure.mobility() * thickness.powi(3);
+        let weak =
+            START_DAMPING_SHARE * slowest.max(1.0) / structure.mobility() * thickness.powi(3);
         let p = &mut model.parameters;
         let cs = p[ParameterId::Cs];
         p.set(ParameterId::Cs, if cs > 0.0 { cs.min(weak) } else { weak });

@@ -1,4 +1,5 @@
-//! The normal equations, and the damped step within the bounds that they give.
+//! Normal equations of all segments, and the damped step within the bounds:
+//! `(J^T W J + lambda diag) d = -J^T W r` (Levenberg 1944, Marquardt 1963).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,9 +7,10 @@ use crate::fit::problem::huber::Huber;
 use crate::fit::problem::{Problem, Reduced};
 
 /// Largest step of a parameter's coordinate (a factor of e on a logarithm).
-const LARGEST: f64 = 1.0;
+const MAX_COORDINATE_STEP: f64 = 1.0;
 
-/// Normal equations of all segments: matrix and gradient.
+/// Normal equations of all segments and priors: the matrix `J^T W J` and the gradient `J^T W r`,
+/// in coordinates of the unknowns (parameters, then nuisances).
 pub fn normal_equations(
     problem: &Problem,
     x: &[f64],
@@ -36,8 +38,8 @@ pub fn normal_equations(
     (normal, gradient)
 }
 
-/// Damped step within the bounds; a parameter that would leave them stays at its bound,
-/// one that would go far goes a part of the way, and the others make the best of it.
+/// Damped step within the bounds. A parameter that would leave them stops at its bound, one that
+/// would move far goes part of the way; the step of the others is solved for again.
 pub(super) fn bounded_step(
     problem: &Problem,
     x: &[f64],
@@ -58,7 +60,7 @@ pub(super) fn bounded_step(
         let mut a = DMatrix::from_fn(k, k, |i, j| normal[(free[i], free[j])]);
         let mut b = DVector::from_fn(k, |i, _| -gradient[free[i]]);
         for (i, _) in free.iter().enumerate() {
-            // What fixed unknowns have moved is taken over by the others.
+            // The fixed unknowns' steps move to the right-hand side.
             for j in (0..n).filter(|&j| fixed[j]) {
                 b[i] -= normal[(free[i], j)] * step[j];
             }
@@ -72,7 +74,7 @@ pub(super) fn bounded_step(
             let mut d = solved[i];
             if at < parameters {
                 let entry = &problem.space.entries[at];
-                let near = d.clamp(-LARGEST, LARGEST);
+                let near = d.clamp(-MAX_COORDINATE_STEP, MAX_COORDINATE_STEP);
                 let bounded = (x[at] + near).clamp(entry.low, entry.high) - x[at];
                 if bounded != d {
                     fixed[at] = true;

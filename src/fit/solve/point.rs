@@ -1,4 +1,4 @@
-//! Unknowns with their cost, each segment's own unknowns fitted.
+//! A point of the search: unknowns with their cost, each segment's own unknowns fitted.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -6,16 +6,14 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::fit::problem::huber::Huber;
-use crate::fit::problem::{CLOSE, Problem, Reduced};
+use crate::fit::problem::{MAX_REUSE_COST_PER_ROW, Problem, Reduced};
 use crate::fit::segment::Segment;
+use crate::fit::thresholds::HUBER_THRESHOLD;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
-/// Threshold of the robust loss in units of the noise.
-const THRESHOLD: f64 = 3.0;
-
-/// What sums of costs differ by at most, as a share, where they are taken in another order.
-const ROUNDING: f64 = 1e-9;
+/// Relative difference of sums of costs that are taken in another order.
+const COST_ROUNDING_SHARE: f64 = 1e-9;
 
 /// Unknowns with their cost.
 #[derive(Debug, Clone)]
@@ -26,10 +24,10 @@ pub struct Point {
     pub segments: Vec<Segment>,
     /// Whether a segment could be simulated.
     pub alive: Vec<bool>,
-    /// Whether a segment has a say.
+    /// Whether a segment is used.
     pub used: Vec<bool>,
-    /// Scale of each segment's residuals in units of the noise where they were last fitted:
-    /// what 68 % of them stay below. Infinite where there are none.
+    /// Scale of each segment's residuals where they were last fitted: 68 % of them are below it. In
+    /// units of the noise; infinite for none.
     scales: Vec<f64>,
     /// Robust cost.
     pub cost: f64,
@@ -75,8 +73,8 @@ pub fn settle_near(
     Ok(point.expect("no cost is beyond infinity"))
 }
 
-/// Where the own unknowns of `segments`, `reduced` where they are, start for a `step` of all
-/// others; they may be corrected by that if it is `near`.
+/// Starts of the segments' own unknowns for a `step` of all others. Segments that are `reduced` may
+/// be corrected by their linearization if the step is `near`.
 pub(super) fn starts_near<'a>(
     segments: &[Segment],
     reduced: &'a [Option<Reduced>],
@@ -101,14 +99,14 @@ pub(super) fn starts_near<'a>(
 
 /// Where the search for a segment's own unknowns starts.
 pub(super) enum Start<'a> {
-    /// There, where nothing is known of it.
+    /// At these unknowns, without a linearization.
     Here(Vec<f64>),
-    /// At one of these, and where it was linearised so near that it may be corrected by that.
+    /// At one of these, with a linearization so near that it may correct them.
     Near([Vec<f64>; 2], Option<&'a Reduced>),
 }
 
-/// What [`settle`] gives, with the segments' own unknowns begun at `starts`; `None` if its cost is beyond
-/// `most`, and then as soon as that is seen: far off, motions take long to follow.
+/// As [`settle`], with the segments' own unknowns begun at `starts`. `None` as soon as the cost is
+/// beyond `most`: far from the minimum, motions take long to simulate.
 pub(super) fn at(
     problem: &Problem,
     x: &[f64],
@@ -120,7 +118,7 @@ pub(super) fn at(
     let simulator = problem.simulator(x)?;
     let states = problem.states(x, &simulator, segments);
     let priors: f64 = problem.priors(x).iter().map(|p| huber.cost(p.2)).sum();
-    // A segment that cannot be simulated counts as badly off: it must not pay.
+    // A segment that cannot be simulated counts as a bad fit, so that it does not pay.
     let cost_of = |cost: f64, segment: &Segment| {
         if cost.is_finite() {
             cost
@@ -128,8 +126,8 @@ pub(super) fn at(
             problem.rows(segment).len() as f64 * huber.cost(1e3)
         }
     };
-    // In which order segments come must not decide, be it by rounding.
-    let (so_far, beyond) = (Mutex::new(priors), most + ROUNDING * most.abs());
+    // The order of the segments must not matter, not even by rounding.
+    let (so_far, beyond) = (Mutex::new(priors), most + COST_ROUNDING_SHARE * most.abs());
     let fitted: Option<Vec<(Vec<f64>, f64, f64)>> = segments
         .par_iter()
         .zip(starts)
@@ -139,7 +137,7 @@ pub(super) fn at(
                 return Some((segment.locals.clone(), 0.0, f64::INFINITY));
             }
             let (near, state) = (problem.nuisances_of(x, segment.recording), &states[i]);
-            let told = match start {
+            let refined = match start {
                 Start::Here(first) => {
                     problem.refine(segment, state, &simulator, &near, first, huber, rounds)
                 }
@@ -150,13 +148,13 @@ pub(super) fn at(
             };
             {
                 let mut sum = so_far.lock().unwrap_or_else(PoisonError::into_inner);
-                *sum += cost_of(told.cost, segment);
+                *sum += cost_of(refined.cost, segment);
                 if *sum > beyond {
                     return None;
                 }
             }
-            let scale = scale_of(told.residuals);
-            Some((told.locals, told.cost, scale))
+            let scale = scale_of(refined.residuals);
+            Some((refined.locals, refined.cost, scale))
         })
         .collect();
     let Some(fitted) = fitted else {
@@ -185,7 +183,7 @@ pub(super) fn at(
     Ok((!beyond).then_some(point))
 }
 
-/// What 68 % of residuals stay below; infinite where there are none.
+/// The value that 68 % of the residuals stay below; infinite for none.
 fn scale_of(mut residuals: Vec<f64>) -> f64 {
     if residuals.is_empty() {
         return f64::INFINITY;
@@ -194,8 +192,8 @@ fn scale_of(mut residuals: Vec<f64>) -> f64 {
     quantile_in_place(&mut residuals, 0.683)
 }
 
-/// Residuals of those segments at a point that are asked for, by index and segment, in units of
-/// the noise; `None` for the others, and where one cannot be simulated.
+/// Residuals of the segments chosen by index and segment, in units of the noise; `None` for the
+/// others, and for one that cannot be simulated.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -242,7 +240,7 @@ fn threshold_of(scales: &[f64], used: &[bool]) -> Huber {
         .collect();
     let scale = quantile_in_place(&mut finite, 0.75);
     Huber(
-        THRESHOLD
+        HUBER_THRESHOLD
             * if scale.is_finite() {
                 scale.max(1.0)
             } else {
@@ -265,13 +263,14 @@ impl Point {
         }
     }
 
-    /// The same point under another loss. Close to the data segments are near their best under any,
-    /// and every step brings them along; far off, a step must not pay by what they lacked.
+    /// The same point under another loss. Close to the minimum, segments are near their best under
+    /// any loss, and each step brings them along. Far from it, a step must not gain from that
+    /// difference.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense there.
     pub(super) fn under(&self, problem: &Problem, huber: Huber) -> Result<Self, SimError> {
-        let close = self.cost < CLOSE * self.rows as f64;
+        let close = self.cost < MAX_REUSE_COST_PER_ROW * self.rows as f64;
         let rounds = usize::from(!close);
         settle(problem, &self.x, &self.segments, &self.used, huber, rounds)
     }

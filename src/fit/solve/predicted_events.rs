@@ -1,41 +1,41 @@
-//! The reading of a segment's events that the model itself predicts.
+//! The sequence of a segment's events that the model itself predicts.
 
 use std::sync::Arc;
 
-use super::event_alternatives::{Part, put_together, taken_apart};
-use super::event_revision::Trial;
-use crate::fit::segment::event_sequence::Kind;
+use super::event_alternatives::{JointUnknowns, join_joints, split_joints};
+use super::event_trial::EventTrial;
+use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::segment::{Joint, JointKind, Segment};
+use crate::fit::thresholds::MIN_SAMPLES_BEFORE_EVENT;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::sim::{EventKind, Options, Runner, StretchState};
 
-/// Samples before the first event from which a prediction starts.
-const LEAST_BEFORE: usize = 12;
-
-impl Trial<'_> {
-    /// The reading that the model itself predicts from the state at the segment's start,
-    /// which is fitted to what comes before its first event.
+impl EventTrial<'_> {
+    /// The sequence that the model predicts from the state at the segment's start, which is fitted
+    /// to the samples before its first event. `factor` is on the restitution.
     pub(crate) fn predicted(&self, segment: &Segment, factor: f64) -> Option<Segment> {
         let data = &self.problem.data[segment.recording];
         let time = &data.recording.time;
         let nuisances = self.problem.nuisances_of(self.x, segment.recording);
-        let (_, parts) = taken_apart(segment);
-        let is_event = |p: &Part| matches!(p.0.what, JointKind::Event(_));
+        let (_, parts) = split_joints(segment);
+        let is_event = |p: &JointUnknowns| matches!(p.0.what, JointKind::Event(_));
         let before = match parts.iter().find(|p| is_event(p)) {
             Some(p) => time.partition_point(|&t| t < p.0.time - 0.5 * segment.interval),
-            None => (segment.samples.start + 2 * LEAST_BEFORE).min(segment.samples.end - 1),
+            None => {
+                (segment.samples.start + 2 * MIN_SAMPLES_BEFORE_EVENT).min(segment.samples.end - 1)
+            }
         };
         let mut state = segment.clone();
-        if before > segment.samples.start + LEAST_BEFORE {
+        if before > segment.samples.start + MIN_SAMPLES_BEFORE_EVENT {
             state.samples = segment.samples.start..before;
-            let quiet = |p: &&Part| !is_event(p) && p.0.time < time[before];
-            let (own, _) = taken_apart(segment);
-            state = put_together(&state, own, parts.iter().filter(quiet).cloned().collect());
+            let quiet = |p: &&JointUnknowns| !is_event(p) && p.0.time < time[before];
+            let (own, _) = split_joints(segment);
+            state = join_joints(&state, own, parts.iter().filter(quiet).cloned().collect());
             self.fit(&mut state);
         }
-        let (own, known) = taken_apart(&state);
-        let edges: Vec<Part> = parts
+        let (own, known) = split_joints(&state);
+        let edges: Vec<JointUnknowns> = parts
             .iter()
             .filter(|p| !is_event(p))
             .map(|p| {
@@ -84,12 +84,12 @@ impl Trial<'_> {
         let mut all = edges;
         for e in trace.events.iter().filter(|e| e.time < end) {
             let kind = match e.kind {
-                EventKind::Impact => Kind::Bounce {
+                EventKind::Impact => GroundEvent::Bounce {
                     v_after: e.velocity_after,
                 },
-                EventKind::Stick => Kind::Touch,
-                EventKind::Release => Kind::Release {
-                    telling: e.contact_duration > 1.5 * segment.interval
+                EventKind::Stick => GroundEvent::Touch,
+                EventKind::Release => GroundEvent::Release {
+                    informative: e.contact_duration > 1.5 * segment.interval
                         && (!segment.starts_held || segment.since.is_some()),
                 },
                 EventKind::DriveStep => continue,
@@ -101,12 +101,12 @@ impl Trial<'_> {
                 what: JointKind::Event(kind),
             };
             let mut unknowns = vec![0.0];
-            if let Kind::Bounce { v_after } = kind {
+            if let GroundEvent::Bounce { v_after } = kind {
                 unknowns.push(v_after / segment.velocity_unit);
             }
             all.push((joint, unknowns));
         }
         all.sort_by(|a, b| a.0.time.total_cmp(&b.0.time));
-        Some(put_together(segment, own, all))
+        Some(join_joints(segment, own, all))
     }
 }

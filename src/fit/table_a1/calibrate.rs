@@ -1,18 +1,19 @@
-//! The printed model fitted to the experiment column of Table A.1: how near the 16 real
-//! experiments it can come, and what it says of a frequency that it was not shown.
+//! The model fitted to the experiment column of Table A.1: how near it comes to the 16 experiments,
+//! and how well it predicts a held-out frequency.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::cma_es::{Found, Search, minimise};
+use super::cma_es::{Found, Search, minimize};
 use super::compare::{Column, Row, figures, span};
 use super::measurements::{Case, Figures, cases};
+use crate::fit::thresholds::{MAX_GOOD_ERROR, TABLE_HUBER_THRESHOLD};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::sim::{Options, simulate};
 
-/// What is fitted. The film's thickness at contact, `gp - dp`, is kept.
-pub const FREE: [ParameterId; 7] = [
+/// The free parameters. The film's thickness at contact, `gp - dp`, is held.
+pub const FREE_PARAMETERS: [ParameterId; 7] = [
     ParameterId::Eta,
     ParameterId::Dp,
     ParameterId::Zeta1,
@@ -22,20 +23,14 @@ pub const FREE: [ParameterId; 7] = [
     ParameterId::Alpha,
 ];
 
-/// Generations of each of the five searches that are enough.
-pub const GENERATIONS: usize = 60;
-/// Errors that weigh the same: peak [relative], contact [relative to it or to 1 ms],
-/// bounces.
-const SCALES: [f64; 3] = [0.1, 0.3, 2.0];
-/// Contact below which an error counts as one of this much [s].
-const SHORT: f64 = 1e-3;
-/// Errors beyond this many scales count linearly: a case that the model cannot reach
-/// must not decide the rest.
-const HUBER: f64 = 1.5;
-/// Errors below this count as good [relative], as in Table 3.
-const GOOD: f64 = 0.3;
+/// Most generations of each of the five searches.
+pub const MAX_GENERATIONS: usize = 60;
+/// Errors that count the same: peak [relative], contact [relative to it or to 1 ms], bounces.
+const ERROR_SCALES: [f64; 3] = [0.1, 0.3, 2.0];
+/// Smallest scale of a contact's error [s]: below it, the error is relative to this.
+const MIN_CONTACT_SCALE: f64 = 1e-3;
 /// Samples per second; features need no more.
-const RATE: f64 = 25e3;
+const SAMPLING_RATE: f64 = 25e3;
 
 /// Errors of one column's cases.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -52,12 +47,12 @@ pub struct Misfit {
     pub cases: usize,
 }
 
-/// A frequency left out of a fit.
+/// A frequency held out of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
     /// The frequency [Hz].
     pub frequency: f64,
-    /// What the other frequencies say of the parameters, SI, in the order of [`FREE`].
+    /// Parameters fitted to the other frequencies, SI, in the order of [`FREE_PARAMETERS`].
     pub values: Vec<f64>,
     /// Errors at it before any fit, and by the fit to the other frequencies.
     pub before: Misfit,
@@ -76,32 +71,31 @@ pub struct TableFit {
     pub before: Misfit,
     /// The same after.
     pub after: Misfit,
-    /// Leave-one-frequency-out; the fits that were done, if it was stopped.
+    /// Cross-validation by frequency; incomplete if it was stopped.
     pub left_out: Vec<LeftOut>,
     /// Whether it was stopped: then the model is the best so far.
     pub cancelled: bool,
 }
 
-/// What the table cannot tell however near the fit comes.
-pub const CANNOT_TELL: &str = "These are 16 rows of three features: how near a fit comes does not say what is missing. `impactscope validate --suspects` asks each effect of the catalogue at frequencies that it was not shown, and says which recording would tell the nearest two apart.";
+/// What a fit to the table cannot decide, as a sentence.
+pub const TABLE_LIMITS: &str = "The table has 16 rows of three features: a good fit does not say what is missing. `impactscope validate --suspects` tries each effect of the catalogue at held-out frequencies, and says which recording would distinguish the two best.";
 
 impl TableFit {
     /// Cases that stay more than 30 % off in peak or contact.
     pub fn missed(&self) -> Vec<&Case> {
         let off = |row: &&Row| {
             let errors = row.errors(Column::Experiment);
-            let good = |e: Option<f64>| e.is_some_and(|e| e.abs() <= GOOD);
+            let good = |e: Option<f64>| e.is_some_and(|e| e.abs() <= MAX_GOOD_ERROR);
             !(good(errors.peak) && good(errors.contact))
         };
         self.rows.iter().filter(off).map(|row| &row.case).collect()
     }
 
-    /// What the fit has made worse on the way to a smaller sum of errors, and at which
-    /// frequency that it was not shown; `None` if nothing.
+    /// What the fit makes worse, and at which held-out frequency; `None` if nothing.
     pub fn made_worse(&self) -> Option<String> {
         let worse = |before: &Misfit, after: &Misfit| {
             let percent = |what: &str, from: f64, to: f64| {
-                // Half a percent is not seen in the figures as they are written.
+                // Half a percent does not show in the figures as they are written.
                 (to > from + 0.005)
                     .then(|| format!("{what} from {:.0} to {:.0} %", 100.0 * from, 100.0 * to))
             };
@@ -148,8 +142,8 @@ impl TableFit {
         (!said.is_empty()).then(|| said.join(" "))
     }
 
-    /// Standard errors of the parameters in SI, in the order of [`FREE`], from how much
-    /// they change when a frequency is left out (the jackknife over frequencies: Efron and
+    /// Standard errors of the parameters in SI, in the order of [`FREE_PARAMETERS`], from how much
+    /// they change when a frequency is held out (the jackknife over frequencies: Efron and
     /// Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11). `None` if some were
     /// not.
     pub fn errors(&self) -> Option<Vec<f64>> {
@@ -162,12 +156,12 @@ impl TableFit {
             let mean = values().sum::<f64>() / n;
             ((n - 1.0) / n * values().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt()
         };
-        Some((0..FREE.len()).map(error).collect())
+        Some((0..FREE_PARAMETERS.len()).map(error).collect())
     }
 
     /// Gives a device the fitted values.
     pub fn apply(&self, model: &mut Model) {
-        for id in FREE.into_iter().chain([ParameterId::Gp]) {
+        for id in FREE_PARAMETERS.into_iter().chain([ParameterId::Gp]) {
             model.parameters.set(id, self.model.parameters[id]);
         }
     }
@@ -175,12 +169,15 @@ impl TableFit {
 
 /// Values of the free parameters, SI.
 fn values(model: &Model) -> Vec<f64> {
-    FREE.iter().map(|id| model.parameters[*id]).collect()
+    FREE_PARAMETERS
+        .iter()
+        .map(|id| model.parameters[*id])
+        .collect()
 }
 
 /// `base` with the free parameters at a point of the cube.
 pub(crate) fn model_at(base: &Model, point: &[f64]) -> Model {
-    let places = FREE.iter().zip(point);
+    let places = FREE_PARAMETERS.iter().zip(point);
     let values: Vec<f64> = places
         .map(|(id, place)| id.spec().value_at(*place))
         .collect();
@@ -191,7 +188,7 @@ pub(crate) fn model_at(base: &Model, point: &[f64]) -> Model {
 pub(crate) fn with_values(base: &Model, values: &[f64]) -> Model {
     let mut model = base.clone();
     let film = base.parameters[ParameterId::Gp] - base.parameters[ParameterId::Dp];
-    for (id, value) in FREE.iter().zip(values) {
+    for (id, value) in FREE_PARAMETERS.iter().zip(values) {
         model.parameters.set(*id, *value);
     }
     let dp = model.parameters[ParameterId::Dp];
@@ -202,7 +199,7 @@ pub(crate) fn with_values(base: &Model, values: &[f64]) -> Model {
 /// Rows of some cases; a case that cannot be simulated has no figures.
 pub(crate) fn rows(model: &Model, cases: &[Case]) -> Vec<Row> {
     let options = Options {
-        rate: RATE,
+        rate: SAMPLING_RATE,
         ..Options::default()
     };
     cases
@@ -226,17 +223,17 @@ pub(crate) fn cost(rows: &[Row]) -> f64 {
             let contact = published
                 .contact
                 .zip(row.model.contact)
-                .map(|(p, m)| (p - m) / p.max(SHORT));
+                .map(|(p, m)| (p - m) / p.max(MIN_CONTACT_SCALE));
             [errors.peak, contact, errors.bounces]
                 .into_iter()
-                .zip(SCALES)
+                .zip(ERROR_SCALES)
                 .map(|(error, scale)| {
-                    // No figure is as bad as a figure that is off by its own size.
+                    // A missing figure is as bad as one that is off by its own size.
                     let size = error.map_or(1.0, f64::abs) / scale;
-                    if size <= HUBER {
+                    if size <= TABLE_HUBER_THRESHOLD {
                         size * size
                     } else {
-                        HUBER * (2.0 * size - HUBER)
+                        TABLE_HUBER_THRESHOLD * (2.0 * size - TABLE_HUBER_THRESHOLD)
                     }
                 })
                 .sum::<f64>()
@@ -257,13 +254,13 @@ pub(crate) fn misfit(rows: &[Row]) -> Misfit {
 
 /// Fits to all cases, then once without each frequency. Deterministic. `progress` is
 /// called with the share done, and ends the work with `false`: then the result is the
-/// best so far, without the frequencies that had not been left out yet.
+/// best so far, without the frequencies that had not been held out yet.
 pub fn fit_table(
     base: &Model,
     generations: usize,
     mut progress: impl FnMut(f64) -> bool,
 ) -> TableFit {
-    let start: Vec<f64> = FREE
+    let start: Vec<f64> = FREE_PARAMETERS
         .iter()
         .map(|id| id.spec().fraction(base.parameters[*id]).clamp(0.0, 1.0))
         .collect();
@@ -272,7 +269,7 @@ pub fn fit_table(
     let fits = 1 + frequencies.len();
     let mut done = 0;
     let mut stopped = false;
-    // What was found, and whether in peace.
+    // The result, and whether it ran to its end.
     let mut fit = |shown: &[Case]| -> (Found, bool) {
         let search = Search {
             generations,
@@ -280,7 +277,7 @@ pub fn fit_table(
             least_step: 1e-3,
             seed: 16,
         };
-        let found = minimise(
+        let found = minimize(
             &start,
             &search,
             |point| cost(&rows(&model_at(base, point), shown)),
@@ -335,7 +332,7 @@ mod tests {
         let base = Preset::default().model;
         let fit = fit_table(&base, 1, |_| true);
         // From the start as the search sees it: the 6 V squares stick or not by a hair.
-        let start: Vec<f64> = FREE
+        let start: Vec<f64> = FREE_PARAMETERS
             .iter()
             .map(|id| id.spec().fraction(base.parameters[*id]))
             .collect();
@@ -375,10 +372,10 @@ mod tests {
         // Four values 1, 2, 3, 4: their squares about the mean add up to 5.
         let mut spread = fit.clone();
         for (value, left) in (1..).zip(&mut spread.left_out) {
-            left.values = vec![f64::from(value); FREE.len()];
+            left.values = vec![f64::from(value); FREE_PARAMETERS.len()];
         }
         let errors = spread.errors().unwrap();
-        assert_eq!(errors.len(), FREE.len());
+        assert_eq!(errors.len(), FREE_PARAMETERS.len());
         assert!((errors[0] - (0.75f64 * 5.0).sqrt()).abs() < 1e-12);
         let mut device = base.clone();
         fit.apply(&mut device);

@@ -1,6 +1,6 @@
-//! CMA-ES: minimises a function of a few parameters that is rough, has steps, or comes
-//! without derivatives (N. Hansen, The CMA Evolution Strategy: A Tutorial, 2016, with the
-//! default constants given there). Bounded to the unit cube by mirroring.
+//! CMA-ES: minimizes a function of a few parameters that is rough, has steps, or has no derivatives
+//! (N. Hansen, The CMA Evolution Strategy: A Tutorial, 2016, with its default constants). Bounded
+//! to the unit cube by mirroring.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -27,15 +27,15 @@ pub struct Found {
     pub point: Vec<f64>,
     /// The function there.
     pub value: f64,
-    /// Times that the function was asked.
+    /// Number of evaluations.
     pub evaluations: usize,
 }
 
-/// Minimises `function` over the unit cube of `start`'s dimension, from `start`. Values
-/// that are not finite count as worst. The points of a generation are asked on all
-/// cores. `go_on` is called after each generation with its number and the best so far,
-/// and ends the search with `false`.
-pub fn minimise(
+/// Minimizes `function` over the unit cube of `start`'s dimension, from `start`. Values that are
+/// not finite count as worst. The points of a generation are evaluated on all cores. `go_on` gets
+/// the generation and the best so far after each generation, and ends the search by returning
+/// `false`.
+pub fn minimize(
     start: &[f64],
     search: &Search,
     function: impl Fn(&[f64]) -> f64 + Sync,
@@ -133,7 +133,7 @@ pub fn minimise(
     best
 }
 
-/// A coordinate beyond the cube comes back from its wall.
+/// Mirrors a coordinate at the walls of the cube.
 fn mirrored(x: f64) -> f64 {
     if !x.is_finite() {
         return 0.5;
@@ -167,14 +167,14 @@ mod tests {
             let smooth = (1.0 - a).powi(2) + 100.0 * (b - a * a).powi(2);
             smooth + 0.01 * (smooth * 10.0).floor().min(100.0)
         };
-        let found = minimise(&[0.2, 0.8], &SEARCH, function, |_, _| true);
+        let found = minimize(&[0.2, 0.8], &SEARCH, function, |_, _| true);
         assert!(found.value < 1e-6, "{found:?}");
         assert!((4.0 * found.point[0] - 3.0).abs() < 0.01);
-        assert_eq!(found, minimise(&[0.2, 0.8], &SEARCH, function, |_, _| true));
+        assert_eq!(found, minimize(&[0.2, 0.8], &SEARCH, function, |_, _| true));
     }
 
     #[test]
-    fn a_minimum_at_a_wall_and_nonsense_beyond_half() {
+    fn finds_a_minimum_at_a_wall_with_undefined_values_beyond_half() {
         let function = |x: &[f64]| {
             if x[1] > 0.5 {
                 f64::NAN
@@ -182,7 +182,7 @@ mod tests {
                 x[0] + (x[1] - 0.3).abs()
             }
         };
-        let found = minimise(&[0.9, 0.45], &SEARCH, function, |_, _| true);
+        let found = minimize(&[0.9, 0.45], &SEARCH, function, |_, _| true);
         assert!(
             found.point[0] < 1e-3 && (found.point[1] - 0.3).abs() < 1e-3,
             "{found:?}"
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn it_can_be_stopped_and_keeps_the_best() {
         let mut asked = 0;
-        let found = minimise(
+        let found = minimize(
             &[0.9; 4],
             &SEARCH,
             |x| x.iter().map(|v| v * v).sum(),

@@ -1,23 +1,20 @@
-//! The paper's validation (section 5): the 16 cases of Table A.1 simulated, beside the
+//! The paper's validation (section 5): the 16 cases of Table A.1 simulated, together with the
 //! paper's simulation and the experiment, and the statistics of its Table 3.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::measurements::{Case, Figures, cases};
+use crate::fit::thresholds::{MAX_GOOD_ERROR, MIN_CONTACT_PER_PERIOD};
 use crate::model::Model;
 use crate::recording::TimeAxis;
 use crate::recording::features::{FeatureOptions, features};
 use crate::sim::{Options, SimError, Trace, simulate};
 
 /// Periods simulated: the first two are left to the transient, the rest are averaged.
-const PERIODS: f64 = 6.0;
+const SIMULATED_PERIODS: f64 = 6.0;
 /// Periods simulated where each takes 0.1 s or more: such runs forget their start in one.
 const SLOW_PERIODS: f64 = 4.0;
-/// Errors below this count as good [relative], Table 3.
-const GOOD: f64 = 0.3;
-/// Contact shorter than this per period [s] is a touch in passing: the table has 0 for it.
-const PASSING: f64 = 0.2e-3;
 
 /// A case with what the model gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +77,7 @@ impl Row {
                 published.contact,
                 self.model
                     .contact
-                    .map(|c| if c < PASSING { 0.0 } else { c }),
+                    .map(|c| if c < MIN_CONTACT_PER_PERIOD { 0.0 } else { c }),
             ),
         }
     }
@@ -122,7 +119,7 @@ pub fn statistics(rows: &[Row], column: Column) -> Statistics {
         sum / f64::from(count.max(1))
     };
     let share = |count: usize| count as f64 / rows.len().max(1) as f64;
-    let good = |error: Option<f64>| error.is_some_and(|e| e.abs() <= GOOD);
+    let good = |error: Option<f64>| error.is_some_and(|e| e.abs() <= MAX_GOOD_ERROR);
     let count = |test: &dyn Fn(&Errors) -> bool| errors.iter().filter(|e| test(e)).count();
     let existence = rows
         .iter()
@@ -152,7 +149,11 @@ pub fn statistics(rows: &[Row], column: Column) -> Statistics {
 /// Span over which a case is simulated [s].
 pub fn span(case: &Case) -> f64 {
     let slow = case.frequency < 10.0;
-    let periods = if slow { SLOW_PERIODS } else { PERIODS };
+    let periods = if slow {
+        SLOW_PERIODS
+    } else {
+        SIMULATED_PERIODS
+    };
     periods / case.frequency
 }
 

@@ -7,7 +7,7 @@ use crate::recording::features::Features;
 
 /// Frequencies [Hz], voltages [V], signals, bounces, peaks [um] and contacts [ms] of the
 /// paper's simulation and of the experiment.
-const TABLE: &str = include_str!("../../../assets/table_a1.csv");
+const TABLE_A1_CSV: &str = include_str!("../../../assets/table_a1.csv");
 
 /// The features of the table, per period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -86,7 +86,7 @@ impl Case {
 /// The 16 cases in the order of the table.
 pub fn cases() -> &'static [Case] {
     static CASES: OnceLock<Vec<Case>> = OnceLock::new();
-    CASES.get_or_init(|| TABLE.lines().skip(1).filter_map(case).collect())
+    CASES.get_or_init(|| TABLE_A1_CSV.lines().skip(1).filter_map(case).collect())
 }
 
 fn case(line: &str) -> Option<Case> {

@@ -1,13 +1,24 @@
-//! The interval of a parameter that agrees with the data, from its profile.
+//! Confidence interval of a parameter from its profile likelihood.
 
 use super::profile_likelihood::ProfilePoint;
+use crate::fit::thresholds::CHI2_95_ONE_DOF;
 
-/// Rise of the cost at the ends of the 95 % interval: chi-square of one freedom.
-pub const CERTAIN: f64 = 3.84;
-
-/// Lowest and highest value at which the cost has risen by [`CERTAIN`] from the lowest
-/// point of the profile; `None` on a side where it has not within the values tried.
-/// Between points the root of the rise runs straight, as of a parabola it does.
+/// Lower and upper end of the 95 % interval: where the cost has risen by [`CHI2_95_ONE_DOF`] from
+/// the lowest point of the profile. `None` for an end beyond the values tried. Between points the
+/// root of the rise is interpolated linearly, which is exact for a parabola.
+///
+/// # Examples
+/// ```
+/// use impactscope::fit::ProfilePoint;
+/// use impactscope::fit::uncertainty::confidence_interval::interval;
+///
+/// // A parabola around 5 with a standard error of 0.1.
+/// let points: Vec<ProfilePoint> = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0]
+///     .map(|k: f64| ProfilePoint { value: 5.0 + 0.1 * k, rise: k * k })
+///     .to_vec();
+/// let [low, high] = interval(&points).map(|end| end.expect("an end"));
+/// assert!((low - 4.804).abs() < 1e-3 && (high - 5.196).abs() < 1e-3);
+/// ```
 pub fn interval(points: &[ProfilePoint]) -> [Option<f64>; 2] {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -20,9 +31,9 @@ pub fn interval(points: &[ProfilePoint]) -> [Option<f64>; 2] {
     [crossing(&down), crossing(&sorted[best..])]
 }
 
-/// Where the rise first passes [`CERTAIN`] on the way along `points`.
+/// Where the rise first passes [`CHI2_95_ONE_DOF`] on the way along `points`.
 fn crossing(points: &[ProfilePoint]) -> Option<f64> {
-    let limit = CERTAIN.sqrt();
+    let limit = CHI2_95_ONE_DOF.sqrt();
     points.windows(2).find_map(|pair| {
         let [a, b] = [pair[0], pair[1]].map(|p| p.rise.max(0.0).sqrt());
         let crosses = a < limit && b >= limit;
@@ -48,14 +59,14 @@ mod tests {
     }
 
     #[test]
-    fn a_parabola_gives_two_standard_errors_less_a_little() {
+    fn a_parabola_gives_nearly_two_standard_errors() {
         let [low, high] = interval(&points(|k| k * k)).map(Option::unwrap);
-        let half = 0.1 * CERTAIN.sqrt();
+        let half = 0.1 * CHI2_95_ONE_DOF.sqrt();
         assert!((low - 5.0 + half).abs() < 1e-12 && (high - 5.0 - half).abs() < 1e-12);
     }
 
     #[test]
-    fn a_side_that_stays_low_has_no_end() {
+    fn a_flat_side_has_no_end() {
         let [low, high] = interval(&points(|k| if k < 0.0 { k * k } else { 0.1 * k }));
         assert!(low.is_some());
         assert_eq!(high, None);

@@ -1,40 +1,34 @@
-//! Whether recordings that do not fit together are of one device: each is fitted by itself
-//! in what makes a device what it is, and the values are compared.
+//! Whether recordings that do not fit together are of one device: ground level and first frequency
+//! are fitted to each alone, and the values are compared.
 
 use std::sync::Arc;
 
 use super::fit_result::{misfits, uncertainty};
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::prepare;
 use crate::fit::solve::estimate_states::estimate_states;
 use crate::fit::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
+use crate::fit::thresholds::{DEVICE_DIFFERENCE_SHARE, DEVICE_DIFFERENCE_SIGMAS, SET_ASIDE_CHI2};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
-/// Values farther apart than this many of their errors, which count what the stretches of one
-/// recording disagree about, are different ...
-const ERRORS: f64 = 3.0;
-/// ... if they differ by this share as well: scales are off by a percent or so.
-const SHARE: f64 = 0.03;
-/// Chi2 that a recording of which all is set aside counts for.
-const ASIDE: f64 = 100.0;
-/// First frequencies from which each recording is fitted, as shares of that of all, until one
-/// leads to a fit: from far off it may end anywhere.
-const BEGINNINGS: [f64; 3] = [1.0, 0.8, 1.25];
+/// Starting values of the first frequency, relative to that of all recordings, until one leads to a
+/// fit: from far off, the search may end anywhere.
+const START_FREQUENCY_FACTORS: [f64; 3] = [1.0, 0.8, 1.25];
 /// Most iterations for each of them.
-const ITERATIONS: usize = 15;
+const MAX_DEVICE_ITERATIONS: usize = 15;
 
 /// A value with its standard error, SI.
 type Value = (f64, f64);
 /// A value with the name of the recording that it fits.
 type Named<'a> = (&'a str, Value);
 
-/// Sentences on recordings whose ground or first frequency, fitted to each alone around
-/// the values of `model`, are apart. None for a single recording.
+/// Sentences on recordings whose ground level or first frequency differ, each fitted alone around
+/// the values of `model`. Empty for a single recording.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
@@ -64,7 +58,7 @@ pub(crate) fn disagreements(
     if parts.len() < 2 || ids.is_empty() {
         return Ok(Vec::new());
     }
-    clock.expected = clock.done() + ITERATIONS * parts.len();
+    clock.expected = clock.done() + MAX_DEVICE_ITERATIONS * parts.len();
     let mut alone: Vec<(&str, Vec<Value>)> = Vec::new();
     for part in parts {
         let values = fitted_alone(model, part, &ids, options, control, clock)?;
@@ -81,7 +75,7 @@ pub(crate) fn disagreements(
             .find(|spec| spec.id == *id)
             .map_or("", |spec| spec.unit);
         let own: Vec<Named<'_>> = alone.iter().map(|(name, v)| (*name, v[i])).collect();
-        out.extend(farthest(&own).map(|((a, x), (b, y))| {
+        out.extend(most_different(&own).map(|((a, x), (b, y))| {
             let write = |v: Value| {
                 let (value, error) = (format_quantity(v.0, unit, 4), format_quantity(v.1, unit, 2));
                 format!("{value} +- {error}")
@@ -96,8 +90,8 @@ pub(crate) fn disagreements(
     Ok(out)
 }
 
-/// The values of `ids` that fit one part alone, all other parameters being those of
-/// `model`; the film keeps its thickness at contact.
+/// The values of `ids` fitted to one part alone, all other parameters held; the film keeps its
+/// thickness at contact.
 fn fitted_alone(
     model: &Model,
     part: &Part,
@@ -112,7 +106,7 @@ fn fitted_alone(
     }
     let space = Space::new(model, &free)?;
     let one = std::slice::from_ref(part);
-    let findings = look(model, one);
+    let findings = summarize(model, one);
     let mut begin = model.clone();
     if let Ok(level) = findings[0].level
         && level < 0.0
@@ -126,13 +120,13 @@ fn fitted_alone(
     let locked: Vec<usize> = (ids.len()..free.len()).collect();
     let plan = Plan {
         stage: "each recording by itself",
-        iterations: ITERATIONS,
+        iterations: MAX_DEVICE_ITERATIONS,
         locked: &locked,
         enough: 1e-4,
     };
     let f1 = begin.parameters[ParameterId::F1];
     let mut best: Option<(f64, Vec<Value>)> = None;
-    for factor in BEGINNINGS {
+    for factor in START_FREQUENCY_FACTORS {
         if control.cancelled() {
             break;
         }
@@ -144,7 +138,7 @@ fn fitted_alone(
         let point = improve(&prepared.problem, point, &plan, control, clock)?;
         let (misfit, _) = misfits(&prepared, &point)?;
         // What is set aside does not fit either.
-        let off = misfit.chi2 + ASIDE * misfit.set_aside;
+        let off = misfit.chi2 + SET_ASIDE_CHI2 * misfit.set_aside;
         if best.as_ref().is_none_or(|b| off < b.0) {
             let found = uncertainty(model, &prepared, &point, misfit.chi2)?;
             let own = found.parameters.iter().take(ids.len());
@@ -157,16 +151,16 @@ fn fitted_alone(
     Ok(best.map(|b| b.1).unwrap_or_default())
 }
 
-/// The two values that are farthest apart, if they are apart at all.
-fn farthest<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
+/// The two values that differ most, if any differ.
+fn most_different<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
     let mut out = None;
-    let mut most = ERRORS;
+    let mut most = DEVICE_DIFFERENCE_SIGMAS;
     for (i, a) in all.iter().enumerate() {
         for b in &all[i + 1..] {
             let (x, y) = (a.1, b.1);
             let apart = (x.0 - y.0).abs();
             let errors = apart / x.1.hypot(y.1);
-            if errors > most && apart > SHARE * x.0.abs().max(y.0.abs()) {
+            if errors > most && apart > DEVICE_DIFFERENCE_SHARE * x.0.abs().max(y.0.abs()) {
                 most = errors;
                 out = Some((*a, *b));
             }
@@ -177,11 +171,12 @@ fn farthest<'a>(all: &[Named<'a>]) -> Option<(Named<'a>, Named<'a>)> {
 
 #[cfg(test)]
 mod tests {
-    use super::farthest;
+    use super::most_different;
 
     #[test]
-    fn apart_is_what_neither_errors_nor_scales_explain() {
-        let names = |all: &[(&'static str, (f64, f64))]| farthest(all).map(|(a, b)| (a.0, b.0));
+    fn values_differ_if_neither_errors_nor_scales_explain_it() {
+        let names =
+            |all: &[(&'static str, (f64, f64))]| most_different(all).map(|(a, b)| (a.0, b.0));
         let three = [("a", (58.0, 0.1)), ("b", (48.0, 0.1)), ("c", (57.9, 3.0))];
         assert_eq!(names(&three), Some(("a", "b")));
         assert_eq!(names(&[("a", (58.0, 0.001)), ("b", (58.5, 0.001))]), None);

@@ -1,34 +1,25 @@
-//! What a fit has found, how sure it is, and how far it is from the data.
+//! The result of a fit: values with standard errors, correlations, Fisher eigenvalues, misfits.
+//!
+//! Errors come from the inverse of `J^T W J` (normal equations), scaled by chi2 where that is
+//! above 1 and widened by the sandwich covariance (`sandwich_covariance`).
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::normal_inverse::inverse;
-use super::sandwich_covariance::{by_curvature, by_scatter, slopes_of};
+use super::sandwich_covariance::{sandwich_inflation, segment_gradients, with_observed_curvature};
 use crate::fit::error::FitError;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::residual::residual_rows::Row;
 use crate::fit::solve::normal_equations::normal_equations;
 use crate::fit::solve::point::{Point, residuals_at, threshold};
+use crate::fit::thresholds::{
+    BAD_FIT_CHI2, EXTREME_CORRELATION, MAX_FOLLOWED_NOISE_RATIO, MAX_SET_ASIDE_SHARE,
+    UNDETERMINED_RANGES, UNUSABLE_SHARE, VAGUE_ERROR_SHARE,
+};
 use crate::model::Model;
 use crate::model::parameter::Scale;
 use crate::model::unit::{format_number, format_quantity};
 use crate::sim::SimError;
-
-/// Correlation from which two parameters count as not told apart.
-const EXTREME: f64 = 0.95;
-/// A standard error of this many ranges of the parameter is none.
-const UNTOLD: f64 = 3.0;
-/// A mean square of the residuals above this is no scatter of the noise, nor is an rms of
-/// as many times the noise.
-const BAD: f64 = 3.0;
-/// Share of a recording beyond which what could be followed of it says nothing.
-const NONE_LEFT: f64 = 0.99;
-/// Times the noise up to which readings are followed to it.
-const NEAR: f64 = 1.5;
-/// So many samples set aside are more than events that were hard to read.
-const ASIDE: f64 = 0.5;
-/// A standard error of this share of the value says that the data hardly tell it.
-const VAGUE: f64 = 0.5;
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,17 +28,17 @@ pub struct FittedParameter {
     pub id: String,
     /// Value, SI.
     pub value: f64,
-    /// Standard error, SI; infinite if the data do not tell the parameter.
+    /// Standard error, SI; infinite if the recordings do not determine the parameter.
     pub std_error: f64,
     /// SI unit.
     pub unit: &'static str,
     /// Value before the fit.
     pub start: f64,
-    /// Whether it ran into a bound.
+    /// Whether it is at a bound.
     pub at_bound: bool,
 }
 
-/// Distance between simulation and one recording.
+/// Misfit of one recording, or of all together.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Misfit {
     /// Name of the recording, or empty for all together.
@@ -60,24 +51,24 @@ pub struct Misfit {
     pub chi2: f64,
     /// Samples of the proof mass compared.
     pub samples: usize,
-    /// Share of the samples in segments that could not be brought to the noise, whose
-    /// events stay unread, or that cannot be simulated; the parameters are without both,
-    /// `rms` is with the former.
+    /// Share of the samples in segments that do not come down to the noise, or that cannot be
+    /// simulated. The parameters are fitted without either; `rms` includes the former.
     pub set_aside: f64,
-    /// Share of `chi2` that the laws of touch, bounce and release carry.
+    /// Share of `chi2` from the laws of touch, bounce and release.
     pub at_ground: f64,
 }
 
 impl Misfit {
-    /// Whether what is left is clearly more than noise, in what was fitted or in all
-    /// that had to be set aside for that.
+    /// Whether the misfit is clearly more than noise, in what was fitted or in most of what was set
+    /// aside.
     #[must_use]
     pub fn is_bad(&self) -> bool {
-        self.chi2 > BAD || (self.set_aside > ASIDE && self.rms > BAD * self.noise)
+        self.chi2 > BAD_FIT_CHI2
+            || (self.set_aside > MAX_SET_ASIDE_SHARE && self.rms > BAD_FIT_CHI2 * self.noise)
     }
 }
 
-/// What a fit has found.
+/// The result of a fit.
 #[derive(Debug, Clone)]
 pub struct FitResult {
     /// The model with the fitted values.
@@ -90,17 +81,17 @@ pub struct FitResult {
     pub fisher_values: Vec<f64>,
     /// Its eigenvectors, one a column.
     pub fisher_vectors: DMatrix<f64>,
-    /// Sentences on what the data do not tell.
+    /// Sentences on what the recordings do not determine.
     pub remarks: Vec<String>,
     /// All recordings fitted to, together and one by one.
     pub train: (Misfit, Vec<Misfit>),
-    /// Those kept out.
+    /// The held-out recordings, together and one by one; `None` without any.
     pub held_out: Option<(Misfit, Vec<Misfit>)>,
     /// Whether it was cancelled.
     pub cancelled: bool,
 }
 
-/// Values with standard errors, correlations and Fisher's eigenvalues.
+/// Values with standard errors, correlations and Fisher eigenvalues at `point`.
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense at the point.
@@ -114,11 +105,11 @@ pub(crate) fn uncertainty(
     let space = &problem.space;
     let n = space.len();
     let huber = threshold(problem, point)?;
-    let reduced = problem.linearise(&point.x, &point.segments, &point.used, huber, &[])?;
+    let reduced = problem.linearize(&point.x, &point.segments, &point.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
-    let promised = inverse(&normal);
-    let wider = by_scatter(&promised, slopes_of(&reduced), chi2);
-    let covariance = by_curvature(problem, point, huber, promised * chi2.max(1.0))?;
+    let linearized = inverse(&normal);
+    let wider = sandwich_inflation(&linearized, segment_gradients(&reduced), chi2);
+    let covariance = with_observed_curvature(problem, point, huber, linearized * chi2.max(1.0))?;
     let covariance = DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
         covariance[(i, j)] * wider[i] * wider[j]
     });
@@ -126,7 +117,7 @@ pub(crate) fn uncertainty(
     let own = covariance.view((0, 0), (n, n)).into_owned();
     let values = space.values(&point.x);
     let of_values = &slopes * own * slopes.transpose();
-    // What is no number tells nothing; it must not become an error of zero.
+    // NaN means that nothing is known; it must not become an error of zero.
     let error = |variance: f64| match variance.is_nan() {
         true => f64::INFINITY,
         false => variance.max(0.0).sqrt(),
@@ -147,18 +138,18 @@ pub(crate) fn uncertainty(
             let entry = &space.entries[i];
             let near = 1e-9 * (1.0 + point.x[i].abs());
             let range = entry.spec.range.1 - entry.spec.range.0;
-            let told = errors[i] < UNTOLD * range.max(values[i].abs());
+            let determined = errors[i] < UNDETERMINED_RANGES * range.max(values[i].abs());
             FittedParameter {
                 id: entry.id.clone(),
                 value: values[i],
-                std_error: if told { errors[i] } else { f64::INFINITY },
+                std_error: if determined { errors[i] } else { f64::INFINITY },
                 unit: entry.spec.unit,
                 start: start.get(&entry.id).unwrap_or(f64::NAN),
                 at_bound: point.x[i] <= entry.low + near || point.x[i] >= entry.high - near,
             }
         })
         .collect();
-    // Relative changes where a ratio means something, shares of the range elsewhere.
+    // Relative changes if a ratio is meaningful, otherwise shares of the range.
     let units: Vec<f64> = (0..n)
         .map(|i| {
             let spec = &space.entries[i].spec;
@@ -178,7 +169,7 @@ pub(crate) fn uncertainty(
         .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
         .collect();
     let fisher_vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
-    // What a parameter does by itself, whatever the others then do about it.
+    // Whether a parameter has any effect, if the others stay where they are.
     let range = |i: usize| space.entries[i].high - space.entries[i].low;
     let bears: Vec<bool> = (0..n)
         .map(|i| normal[(i, i)] * range(i) * range(i) >= 1.0)
@@ -207,20 +198,23 @@ fn remarks(
     for (i, p) in parameters.iter().enumerate() {
         if p.at_bound {
             out.push(format!(
-                "{} ran into its bound at {}: the data ask for more than the model allows",
+                "{} is at its bound {}: the recordings ask for more than the model allows",
                 p.id,
                 format_quantity(p.value, p.unit, 4)
             ));
         } else if p.std_error.is_infinite() {
             let why = if bears[i] {
-                "the other parameters make up for any change of it"
+                "other parameters compensate any change of it"
             } else {
-                "no event that could be read depends on it"
+                "no event that was found depends on it"
             };
-            out.push(format!("this data does not tell {}: {why}", p.id));
-        } else if p.std_error > VAGUE * units[i] {
             out.push(format!(
-                "this data hardly tells {}: {} +- {}",
+                "{} is not determined by these recordings: {why}",
+                p.id
+            ));
+        } else if p.std_error > VAGUE_ERROR_SHARE * units[i] {
+            out.push(format!(
+                "{} is hardly determined by these recordings: {} +- {}",
                 p.id,
                 format_quantity(p.value, p.unit, 3),
                 format_quantity(p.std_error, p.unit, 2)
@@ -230,9 +224,9 @@ fn remarks(
     for i in 0..parameters.len() {
         for j in i + 1..parameters.len() {
             let r = correlations[(i, j)];
-            if r.abs() > EXTREME {
+            if r.abs() > EXTREME_CORRELATION {
                 out.push(format!(
-                    "this data cannot tell {} from {} (correlation {r:+.3})",
+                    "{} and {} cannot be distinguished by these recordings (correlation {r:+.3})",
                     parameters[i].id, parameters[j].id
                 ));
             }
@@ -246,23 +240,23 @@ pub(crate) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
     each.iter()
         .filter(|m| m.is_bad())
         .map(|m| {
-            if m.chi2 <= BAD && m.set_aside < NONE_LEFT {
+            if m.chi2 <= BAD_FIT_CHI2 && m.set_aside < UNUSABLE_SHARE {
                 return format!(
-                    "{:.0} % of {} could not be followed from event to event and has no say; what could fits. Hits that follow each other too fast for the noise do that; where the recording itself looks unlike the simulation, it is of another device or the model lacks something",
+                    "{:.0} % of {} could not be followed from event to event and was not used; the rest fits. A possible reason is impacts that follow each other too fast for the noise. If the recording itself looks unlike the simulation, it is of another device or the model lacks something",
                     100.0 * m.set_aside,
                     m.name
                 );
             }
             let readings = m.chi2 * (1.0 - m.at_ground);
-            if readings <= BAD && m.set_aside <= ASIDE && m.rms < NEAR * m.noise {
+            if readings <= BAD_FIT_CHI2 && m.set_aside <= MAX_SET_ASIDE_SHARE && m.rms < MAX_FOLLOWED_NOISE_RATIO * m.noise {
                 return format!(
-                    "{} is followed to the noise, but what happens at the ground in it does not obey the model's laws of bounce and release (chi2 {}): where a release falls on a jump of the drive, adhesion is not told there; otherwise a diagnosis looks for what is missing",
+                    "{} is followed to the noise, but its bounces and releases do not obey the model's laws of the ground (chi2 {}). If a release falls on a jump of the drive, it does not determine the adhesion; otherwise run a diagnosis to find what is missing",
                     m.name,
                     format_number(m.chi2, 3)
                 );
             }
             format!(
-                "{} does not fit (rms {} against noise {}, chi2 {}, {:.0} % set aside): it is of another device, the model lacks something, or hits follow each other too fast to be read; values and errors mean little then. A diagnosis looks for what is missing",
+                "{} does not fit (rms {} against noise {}, chi2 {}, {:.0} % set aside). It is of another device, the model lacks something, or impacts follow each other too fast. Values and errors then mean little; run a diagnosis to find what is missing",
                 m.name,
                 format_quantity(m.rms, "m", 3),
                 format_quantity(m.noise, "m", 3),
@@ -273,7 +267,7 @@ pub(crate) fn misfit_remarks(each: &[Misfit]) -> Vec<String> {
         .collect()
 }
 
-/// Distances to the data at a point: all together, and each recording.
+/// Misfits at a point: all recordings together, and each.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
@@ -357,7 +351,7 @@ struct Sums {
     square: f64,
     samples: usize,
     chi2: f64,
-    /// Of that, what the laws of the ground leave.
+    /// Part of `chi2` from the laws of the ground.
     ground: f64,
     rows: usize,
     unknowns: usize,

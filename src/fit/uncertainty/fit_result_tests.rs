@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
@@ -25,7 +25,7 @@ fn segments_that_cannot_be_simulated_are_counted_as_set_aside() {
     let parts = [Part::whole(Arc::new(r))];
     let options = FitOptions::for_model(&model);
     let space = Space::new(&model, &options.free).unwrap();
-    let findings = look(&model, &parts);
+    let findings = summarize(&model, &parts);
     let prepared = prepare(&model, &space, &parts, &findings, &options).unwrap();
     let mut x = space.coordinates(&model);
     x.extend_from_slice(&prepared.nuisances);

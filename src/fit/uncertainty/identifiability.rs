@@ -1,16 +1,17 @@
-//! What the data tell of combinations of the fitted parameters: Fisher's eigenvalues of
-//! those that they tell at all.
+//! Identifiability: which combinations of the fitted parameters the recordings determine.
+//!
+//! Eigenvectors and eigenvalues of the Fisher information of relative changes; parameters
+//! without a finite standard error are excluded.
 
+use crate::fit::thresholds::MIN_DIRECTION_SHARE;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::fit_result::FitResult;
 
-/// Share of a direction from which a parameter is named with it.
-const NAMED: f64 = 0.3;
 /// Rounding leaves this much of the largest variance.
-const ROUNDING: f64 = 1e-14;
+const VARIANCE_ROUNDING: f64 = 1e-14;
 
-/// Independent combinations of the parameters that the data tell, the best known first.
+/// Independent combinations of the determined parameters, the best known first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Combinations {
     /// Ids of the parameters.
@@ -22,37 +23,37 @@ pub struct Combinations {
 }
 
 impl Combinations {
-    /// Those of a fit. A parameter that the data do not tell is left out: its variance has
-    /// no size, and would spoil the other figures. `None` with none left, or where one has
-    /// the value zero, so that relative changes mean nothing.
+    /// Those of a fit. A parameter that is not determined is excluded: its infinite variance would
+    /// spoil the other figures. `None` if none remains, or if one has the value zero, so that
+    /// relative changes have no meaning.
     pub fn of(result: &FitResult) -> Option<Self> {
-        let told = told(result);
-        let ids: Vec<String> = told.iter().map(|&i| id(result, i)).collect();
-        if told.is_empty() {
+        let indices = determined(result);
+        let ids: Vec<String> = indices.iter().map(|&i| id(result, i)).collect();
+        if indices.is_empty() {
             return None;
         }
-        if told.len() == result.parameters.len() {
+        if indices.len() == result.parameters.len() {
             let least = result.fisher_values.last().copied().unwrap_or(0.0);
             let values = result.fisher_values.iter();
             return Some(Self {
                 ids,
-                values: values.map(|v| v.min(least / ROUNDING)).collect(),
+                values: values.map(|v| v.min(least / VARIANCE_ROUNDING)).collect(),
                 vectors: result.fisher_vectors.clone(),
             });
         }
-        let relative: Vec<f64> = told
+        let relative: Vec<f64> = indices
             .iter()
             .map(|&i| result.parameters[i].std_error / result.parameters[i].value.abs())
             .collect();
         if !relative.iter().all(|r| r.is_finite()) {
             return None;
         }
-        let n = told.len();
+        let n = indices.len();
         let covariance = DMatrix::from_fn(n, n, |i, j| {
-            result.correlations[(told[i], told[j])] * relative[i] * relative[j]
+            result.correlations[(indices[i], indices[j])] * relative[i] * relative[j]
         });
         let eigen = SymmetricEigen::new(covariance);
-        let least = ROUNDING * eigen.eigenvalues.max();
+        let least = VARIANCE_ROUNDING * eigen.eigenvalues.max();
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         Some(Self {
@@ -74,14 +75,16 @@ impl Combinations {
     /// first.
     pub fn named(&self, k: usize) -> Vec<&str> {
         let share = |i: usize| self.vectors[(i, k)].abs();
-        let mut order: Vec<usize> = (0..self.ids.len()).filter(|&i| share(i) > NAMED).collect();
+        let mut order: Vec<usize> = (0..self.ids.len())
+            .filter(|&i| share(i) > MIN_DIRECTION_SHARE)
+            .collect();
         order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
         order.into_iter().map(|i| self.ids[i].as_str()).collect()
     }
 }
 
-/// Places of the parameters that the data tell.
-pub fn told(result: &FitResult) -> Vec<usize> {
+/// Indices of the parameters with a finite standard error.
+pub fn determined(result: &FitResult) -> Vec<usize> {
     (0..result.parameters.len())
         .filter(|&i| result.parameters[i].std_error.is_finite())
         .collect()
@@ -97,7 +100,7 @@ pub(crate) mod tests {
     use super::super::identifiability::*;
     use crate::model::preset::Preset;
 
-    /// Cs and gp known to 1 % each and correlated by 0.6, Ca not told.
+    /// Cs and gp known to 1 % each and correlated by 0.6, Ca not determined.
     pub(crate) fn made_up() -> FitResult {
         let parameter = |id: &str, value, std_error| FittedParameter {
             id: id.to_owned(),
@@ -127,7 +130,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_the_data_do_not_tell_spoils_no_other_figure() {
+    fn an_undetermined_parameter_does_not_spoil_the_other_figures() {
         // Two errors of 1 %, correlated by 0.6: variances of 0.4 and 1.6 times 1e-4.
         let found = Combinations::of(&made_up()).unwrap();
         assert_eq!(found.ids, ["Cs", "gp"]);
@@ -138,7 +141,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn where_all_are_told_the_fits_own_are_shown() {
+    fn with_all_determined_the_eigenvalues_of_the_fit_are_shown() {
         let mut result = made_up();
         result.parameters[1].std_error = 1e-7;
         result.fisher_values = vec![f64::MAX, 400.0, 100.0];

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! How certain a fit is: standard errors and correlations, profile likelihood, identifiability,
+//! and whether the recordings agree on one device.
 
 pub mod confidence_interval;
 pub(super) mod device_consistency;

@@ -1,9 +1,10 @@
-//! TODO-doc
+//! Inverse of the normal equations (`J^T W J`), which may be singular: the covariance of a
+//! linearized fit in units of the noise.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Inverse of a positive semidefinite matrix, scaled to its diagonal; directions that
-/// the data do not tell get a very large variance.
+/// the data do not determine get a very large variance.
 pub(crate) fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let n = normal.nrows();
     let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());

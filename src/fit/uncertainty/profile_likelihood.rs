@@ -1,15 +1,15 @@
-//! Profile likelihood: the best cost with one parameter held at a row of values.
+//! Profile likelihood: the best cost with one parameter held at each of several values (Raue et
+//! al., Bioinformatics 25, 1923, 2009).
 //!
-//! What is held is the parameter's own value: it leaves the coordinates of the fit, so
-//! that a film's strength is profiled by `Cs` itself and not by what `Cs` and `gp` make
-//! together. All points are weighed by one loss, or their costs could not be compared.
+//! The parameter's own value is held, not a coordinate of the fit: the film's strength is profiled
+//! by `Cs` itself. All points use one robust loss, so that their costs can be compared.
 
 use nalgebra::DVector;
 
 use super::fit_result::{FitResult, FittedParameter, misfits};
 use super::normal_inverse::inverse;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::look;
+use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
@@ -23,29 +23,30 @@ use crate::model::Model;
 use crate::model::parameter::{ParameterSpec, Scale};
 
 /// Most iterations for each point.
-const ITERATIONS: usize = 15;
-/// Iterations that a point takes as a rule, for the time left.
-const USUAL: usize = 5;
-/// Largest change of the logarithm for one standard error, where that many lead below zero.
-const WIDEST: f64 = 1.0;
+const MAX_POINT_ITERATIONS: usize = 15;
+/// Iterations that a point usually takes, for the estimate of the time left.
+const EXPECTED_POINT_ITERATIONS: usize = 5;
+/// Largest change of the logarithm for one standard error, for parameters whose errors reach below
+/// zero.
+const MAX_LOG_STEP_PER_SIGMA: f64 = 1.0;
 /// Rounds in which the segments' own unknowns follow a value.
-const ROUNDS: usize = 3;
-/// Iterations in which the fitted point is found again as a rule, for the time left.
-const ESTIMATE: usize = 5;
+const VALUE_SETTLE_ROUNDS: usize = 3;
+/// Iterations that finding the fitted point again usually takes, for the estimate of the time left.
+const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
 
 /// One point of a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProfilePoint {
     /// Value of the parameter, SI.
     pub value: f64,
-    /// Rise of the cost above the best, in units of the scatter that the standard errors
-    /// are in: 1 at one standard error, 3.84 at 95 %.
+    /// Rise of the cost above its minimum, in units of the scatter: 1 at one standard error, 3.84
+    /// at 95 %.
     pub rise: f64,
 }
 
 /// Profile of the parameter `id` of a `result` on the parts `train` that it was fitted to:
 /// the best cost with its value held at each of `shifts` in its standard errors, all other
-/// fitted parameters fitted anew. `options` are those of the fit but for what is free.
+/// fitted parameters refitted. `options` are those of the fit, except for `free`.
 /// Cancelled, it gives the points found so far.
 ///
 /// # Errors
@@ -70,9 +71,9 @@ pub fn profile_of(
         });
     };
     let space = Space::new(&result.model, &fitted)?;
-    let findings = look(&result.model, train);
+    let findings = summarize(&result.model, train);
     let prepared = prepare(&result.model, &space, train, &findings, options)?;
-    let mut clock = Clock::new(ESTIMATE);
+    let mut clock = Clock::new(EXPECTED_ESTIMATE_ITERATIONS);
     let point = estimate_states(&prepared, &result.model, options, control, &mut clock)?;
     profile(
         &prepared, point, parameter, shifts, options, control, &mut clock,
@@ -81,7 +82,7 @@ pub fn profile_of(
 
 /// Profile of `parameter`, which is free in `prepared`, over `shifts` in its standard
 /// errors around the best, in their order; `start` is the point that was fitted. Values at which the
-/// model makes no sense are left out, and those not reached before a cancel.
+/// model makes no sense are omitted, and so are those not reached before a cancel.
 ///
 /// # Errors
 /// [`FitError`] if the parameter is not free or the model makes no sense.
@@ -106,33 +107,33 @@ fn profile(
     let huber = threshold(problem, &start)?;
     let plan = Plan {
         stage: "profile",
-        iterations: options.iterations.min(ITERATIONS),
+        iterations: options.iterations.min(MAX_POINT_ITERATIONS),
         locked: &[],
         enough: 1e-8,
     };
-    clock.expected = clock.done() + USUAL * (shifts.len() + 1);
+    clock.expected = clock.done() + EXPECTED_POINT_ITERATIONS * (shifts.len() + 1);
     let best = improve_under(problem, start, &plan, huber, control, clock)?;
     let scatter = misfits(prepared, &best)?.0.chi2.max(1.0);
-    let along = along(problem, &best, at, huber)?;
-    // The fit may have stopped a share of a standard error short of it.
+    let along = valley_direction(problem, &best, at, huber)?;
+    // The fit may have stopped a fraction of a standard error short of the minimum.
     let centre = FittedParameter {
         value: problem.space.values(&best.x)[at],
         ..parameter.clone()
     };
-    let held = Held {
+    let held = HeldParameter {
         problem,
         best: &best,
         along: &along,
         parameter: &centre,
         huber,
     };
-    let values = values(&centre, &problem.space.entries[at].spec, shifts);
+    let values = held_values(&centre, &problem.space.entries[at].spec, shifts);
     // From the middle outwards: each point is near the one before it.
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| shifts[a].abs().total_cmp(&shifts[b].abs()));
     let mut found: Vec<(usize, ProfilePoint)> = Vec::with_capacity(values.len());
     // The outermost point on either side.
-    let mut sides: [Option<Stand>; 2] = [None, None];
+    let mut sides: [Option<ProfileState>; 2] = [None, None];
     for i in order {
         let value = values[i];
         let last = &mut sides[usize::from(shifts[i] > 0.0)];
@@ -145,13 +146,13 @@ fn profile(
         }
         let rise = (point.cost - best.cost) / scatter;
         found.push((i, ProfilePoint { value, rise }));
-        *last = Some(Stand {
+        *last = Some(ProfileState {
             model: there.space.model(&point.x),
             point,
         });
     }
     found.sort_by_key(|f| f.0);
-    // The search for the best may have stopped a little short of it.
+    // The search for the minimum may have stopped a little short of it.
     let lowest = found.iter().map(|f| f.1.rise).fold(0.0, f64::min);
     let above = |(_, p): (usize, ProfilePoint)| ProfilePoint {
         rise: p.rise - lowest,
@@ -161,13 +162,13 @@ fn profile(
 }
 
 /// A point with its model.
-struct Stand {
+struct ProfileState {
     model: Model,
     point: Point,
 }
 
 /// The problem with one parameter held, around the best of it free.
-struct Held<'a> {
+struct HeldParameter<'a> {
     problem: &'a Problem,
     best: &'a Point,
     /// Change of all unknowns per unit of the parameter's value.
@@ -176,14 +177,14 @@ struct Held<'a> {
     huber: Huber,
 }
 
-impl Held<'_> {
-    /// The problem with the parameter held at `value`, and the better of two points to
-    /// begin at: where the best leads along the valley, and where the `last` point was.
-    /// `None` if the model makes no sense with that value.
+impl HeldParameter<'_> {
+    /// The problem with the parameter held at `value`, and the better of two points to begin at:
+    /// the best point moved along the valley, and the `last` point. `None` if the model makes no
+    /// sense with that value.
     fn begin(
         &self,
         value: f64,
-        last: Option<&Stand>,
+        last: Option<&ProfileState>,
     ) -> Result<Option<(Problem, Point)>, FitError> {
         let free = &self.problem.space;
         let valley = self.best.x.iter().zip(self.along.iter());
@@ -211,7 +212,7 @@ impl Held<'_> {
                 &from.segments,
                 &from.used,
                 self.huber,
-                ROUNDS,
+                VALUE_SETTLE_ROUNDS,
             )?;
             if chosen.as_ref().is_none_or(|c| point.cost < c.1.cost) {
                 chosen = Some((problem, point));
@@ -221,15 +222,15 @@ impl Held<'_> {
     }
 }
 
-/// Change of all unknowns per unit of the value of the parameter `at`, the others making
-/// the best of it.
-fn along(
+/// Change of all unknowns per unit of the value of the parameter `at`, the others at their best
+/// (linearized).
+fn valley_direction(
     problem: &Problem,
     best: &Point,
     at: usize,
     huber: Huber,
 ) -> Result<DVector<f64>, FitError> {
-    let reduced = problem.linearise(&best.x, &best.segments, &best.used, huber, &[])?;
+    let reduced = problem.linearize(&best.x, &best.segments, &best.used, huber, &[])?;
     let (normal, _) = normal_equations(problem, &best.x, &reduced, huber);
     let slopes = problem.space.slopes(&best.x);
     let mut slope = DVector::zeros(problem.unknowns());
@@ -245,10 +246,10 @@ fn along(
     })
 }
 
-/// Values that are `shifts` standard errors from the parameter's own, within its limits.
-/// A parameter that goes by its logarithm and whose errors lead below zero is shifted by
-/// a factor instead; one that the data do not tell by tenths of its range.
-fn values(parameter: &FittedParameter, spec: &ParameterSpec, shifts: &[f64]) -> Vec<f64> {
+/// Values that are `shifts` standard errors from the parameter's own, within its limits. A
+/// logarithmic parameter whose errors reach below zero is shifted by a factor; one that is not
+/// determined, by tenths of its range.
+fn held_values(parameter: &FittedParameter, spec: &ParameterSpec, shifts: &[f64]) -> Vec<f64> {
     let value = parameter.value;
     let error = if parameter.std_error.is_finite() {
         parameter.std_error
@@ -257,7 +258,7 @@ fn values(parameter: &FittedParameter, spec: &ParameterSpec, shifts: &[f64]) -> 
     };
     let lowest = shifts.iter().copied().fold(0.0, f64::min);
     let by_factor = spec.scale == Scale::Log && value > 0.0 && value + lowest * error <= 0.0;
-    let width = (error / value).min(WIDEST);
+    let width = (error / value).min(MAX_LOG_STEP_PER_SIGMA);
     let shifted = |shift: &f64| {
         if by_factor {
             value * (shift * width).exp()
@@ -279,7 +280,7 @@ mod tests {
     use crate::model::parameter::ParameterId;
 
     #[test]
-    fn values_stay_where_the_parameter_may_be() {
+    fn held_values_stay_within_the_limits() {
         let of = |id: ParameterId, value: f64, std_error: f64| {
             let spec = id.spec();
             let parameter = FittedParameter {
@@ -290,7 +291,7 @@ mod tests {
                 start: value,
                 at_bound: false,
             };
-            values(&parameter, spec, &[-3.0, 0.0, 3.0])
+            held_values(&parameter, spec, &[-3.0, 0.0, 3.0])
         };
         let close = |found: Vec<f64>, expected: [f64; 3]| {
             for (f, e) in found.iter().zip(expected) {

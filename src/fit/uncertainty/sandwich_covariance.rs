@@ -1,16 +1,17 @@
-//! Errors where those of a linearised fit promise too much.
+//! Standard errors where those of a linearized fit are too small.
 //!
-//! They hold where the model does. Where it is a little wrong, each stretch asks for values
-//! of its own, and the slopes of the stretches' costs scatter by more than their noise: the
-//! values scatter by H^-1 S H^-1, with S the sum of the slopes' squares (Huber 1967; White
-//! 1982; by stretches as clusters, Liang and Zeger 1986).
+//! The linearized errors hold if the model does. If it is slightly wrong, each segment pulls to
+//! values of its own, and the gradients of the segments' costs scatter by more than the noise
+//! explains. The covariance is then the sandwich `H^-1 S H^-1`, with `H = J^T J` and S the sum of
+//! the outer products of the gradients (Huber 1967; White 1982; segments as clusters: Liang and
+//! Zeger 1986).
 //!
-//! A faint mode is a case by itself. Each stretch leaves the beginning of every mode free, so
-//! that a faint one takes a part of its swing in each of them from the noise. The linearised
-//! fit counts that part as told by the data (J'J grows with it), though it tells nothing: the
-//! second derivatives of the residuals, which it leaves out, take it away again (incidental
-//! parameters, Neyman and Scott 1948). The cost's own curvature has them: with it as H, and
-//! J'J, which is what the slope of the cost scatters by, as S.
+//! A faint added mode is a case of its own. Each segment leaves the initial state of every mode
+//! free, so a faint mode takes part of its motion from the noise. `J^T J` counts that part as
+//! information, though it has none: the second derivatives of the residuals, which `J^T J` omits,
+//! cancel it (incidental parameters: Neyman and Scott 1948). So for added modes H is the observed
+//! curvature of the cost, from differences of gradients, and S is `J^T J`, by which the gradient
+//! scatters.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -20,22 +21,15 @@ use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::{Problem, Reduced};
 use crate::fit::solve::normal_equations::normal_equations;
 use crate::fit::solve::point::{Point, settle, settle_near};
+use crate::fit::thresholds::{MIN_BOUND_ROOM_SIGMAS, MIN_CURVATURE_SHARE, UNDETERMINED_VARIANCE};
 use crate::model::Model;
 use crate::sim::SimError;
 
-/// Least share of what the linearised fit promises that is told from none: a lower
-/// curvature, or one below zero, counts as this one.
-const LEAST: f64 = 0.05;
-/// Room to a bound from which a curvature can be told, in standard errors.
-const NARROW: f64 = 0.1;
-/// Error of a coordinate, variance, from which it is not told at all and is left out: there is no
-/// step of it that changes anything.
-const UNTOLD: f64 = 1e4;
-/// Rounds in which the stretches' own unknowns follow a step: they begin at the best.
-const ROUNDS: usize = 2;
+/// Rounds in which the segments' own unknowns follow a step; they begin at their best.
+const STEP_SETTLE_ROUNDS: usize = 2;
 
-/// The unknowns of `space` that are of a mode which an effect adds to the device.
-fn of_added_modes(space: &Space, x: &[f64]) -> Vec<usize> {
+/// Indices of the unknowns of `space` that belong to a mode added by an effect.
+fn added_mode_unknowns(space: &Space, x: &[f64]) -> Vec<usize> {
     let model = space.model(x);
     let modes = |model: &Model| model.structure_with_effects().modes.len();
     let all = modes(&model);
@@ -50,50 +44,50 @@ fn of_added_modes(space: &Space, x: &[f64]) -> Vec<usize> {
         .collect()
 }
 
-/// Slopes of the stretches' costs, with the unknowns in which they are.
-pub(crate) fn slopes_of(
+/// Gradients of the segments' costs, each with the indices of its unknowns.
+pub(crate) fn segment_gradients(
     reduced: &[Option<Reduced>],
 ) -> impl Iterator<Item = (&[usize], DVector<f64>)> {
     let stretches = reduced.iter().flatten();
     stretches.map(|r| (&r.columns[..], r.s.tr_mul(&r.c)))
 }
 
-/// How many times wider than `promised`, the inverse of J'J times `chi2` where that is above 1,
-/// each unknown's error is by how the stretches' `slopes` scatter; at least 1.
-pub(crate) fn by_scatter<'a>(
-    promised: &DMatrix<f64>,
+/// Factor, at least 1, by which the sandwich widens each unknown's error. `linearized` is the
+/// inverse of `J^T J`; errors count as widened by `chi2` already where that is above 1.
+pub(crate) fn sandwich_inflation<'a>(
+    linearized: &DMatrix<f64>,
     slopes: impl Iterator<Item = (&'a [usize], DVector<f64>)>,
     chi2: f64,
 ) -> Vec<f64> {
-    let n = promised.nrows();
+    let n = linearized.nrows();
     let mut square = vec![0.0; n];
     for (columns, slope) in slopes {
         for (i, square) in square.iter_mut().enumerate() {
             let own = columns.iter().zip(slope.iter());
-            let asks: f64 = own.map(|(&c, g)| promised[(i, c)] * g).sum();
+            let asks: f64 = own.map(|(&c, g)| linearized[(i, c)] * g).sum();
             *square += asks * asks;
         }
     }
     let wider = |i: usize| {
-        let linear = promised[(i, i)] * chi2.max(1.0);
+        let linear = linearized[(i, i)] * chi2.max(1.0);
         (square[i] / linear.max(f64::MIN_POSITIVE)).sqrt().max(1.0)
     };
     (0..n).map(wider).collect()
 }
 
-/// `covariance` of all unknowns at `point` (coordinates, as of a linearised fit) with what the
-/// cost's own curvature adds to it; as it is where no mode is added.
+/// `covariance` of all unknowns (coordinates) at `point`, with the observed curvature in place of
+/// `J^T J` for the parameters of added modes; unchanged without any.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense at the point.
-pub(crate) fn by_curvature(
+pub(crate) fn with_observed_curvature(
     problem: &Problem,
     point: &Point,
     huber: Huber,
     covariance: DMatrix<f64>,
 ) -> Result<DMatrix<f64>, SimError> {
-    let mut own = of_added_modes(&problem.space, &point.x);
-    own.retain(|&i| covariance[(i, i)] < UNTOLD);
+    let mut own = added_mode_unknowns(&problem.space, &point.x);
+    own.retain(|&i| covariance[(i, i)] < UNDETERMINED_VARIANCE);
     if own.is_empty() {
         return Ok(covariance);
     }
@@ -106,20 +100,22 @@ pub(crate) fn by_curvature(
     let Some(root) = linear.clone().cholesky().map(|c| c.l()) else {
         return Ok(covariance);
     };
-    // In these coordinates the linearised fit promises 1 in every direction.
-    let promised = DMatrix::identity(k, k) + root.tr_mul(&(missing * &root));
-    let eigen = SymmetricEigen::new(0.5 * (&promised + promised.transpose()));
-    let wider = eigen.eigenvalues.map(|v| v.clamp(LEAST, 1.0).powi(-2));
+    // In these coordinates the curvature of the linearized fit is 1 in every direction.
+    let curvature = DMatrix::identity(k, k) + root.tr_mul(&(missing * &root));
+    let eigen = SymmetricEigen::new(0.5 * (&curvature + curvature.transpose()));
+    let wider = eigen
+        .eigenvalues
+        .map(|v| v.clamp(MIN_CURVATURE_SHARE, 1.0).powi(-2));
     let axes = &root * &eigen.eigenvectors;
     let found = &axes * DMatrix::from_diagonal(&wider) * axes.transpose();
-    // The others follow these as they did before.
+    // The other unknowns follow by their regression on these.
     let all = covariance.nrows();
-    let beside = DMatrix::from_fn(all, k, |i, j| covariance[(i, own[j])]) * inverse(&linear);
-    Ok(covariance + &beside * (found - linear) * beside.transpose())
+    let regression = DMatrix::from_fn(all, k, |i, j| covariance[(i, own[j])]) * inverse(&linear);
+    Ok(covariance + &regression * (found - linear) * regression.transpose())
 }
 
-/// What the curvature of the cost, the stretches' own unknowns following, is beyond J'J in
-/// the unknowns `own`, all others held.
+/// Observed curvature of the cost minus `J^T J` in the unknowns `own`, all other parameters held
+/// and the segments' own unknowns at their best.
 fn second_derivatives(
     problem: &Problem,
     point: &Point,
@@ -137,10 +133,17 @@ fn second_derivatives(
     let x = from(&point.x);
     let k = own.len();
     let others: Vec<usize> = (k..x.len()).collect();
-    let linearised =
-        |there: &Point| part.linearise(&there.x, &there.segments, &there.used, huber, &others);
-    let middle = settle(&part, &x, &point.segments, &point.used, huber, ROUNDS)?;
-    let reduced = linearised(&middle)?;
+    let linearized =
+        |there: &Point| part.linearize(&there.x, &there.segments, &there.used, huber, &others);
+    let middle = settle(
+        &part,
+        &x,
+        &point.segments,
+        &point.used,
+        huber,
+        STEP_SETTLE_ROUNDS,
+    )?;
+    let reduced = linearized(&middle)?;
     let (linear, _) = normal_equations(&part, &x, &reduced, huber);
     let mut out = DMatrix::zeros(k, k);
     let mut at_bounds = Vec::new();
@@ -149,7 +152,7 @@ fn second_derivatives(
         let entry = &part.space.entries[j];
         let room = (entry.high - x[j]).min(x[j] - entry.low);
         // Beyond its bounds there may be no model, and at them the cost has no minimum.
-        if room < NARROW * wanted {
+        if room < MIN_BOUND_ROOM_SIGMAS * wanted {
             at_bounds.push(j);
             continue;
         }
@@ -157,8 +160,14 @@ fn second_derivatives(
         let at = |step: f64| -> Result<DVector<f64>, SimError> {
             let mut there = x.clone();
             there[j] += step;
-            let there = settle_near(&part, &there, (&middle, &reduced), huber, ROUNDS)?;
-            let reduced = linearised(&there)?;
+            let there = settle_near(
+                &part,
+                &there,
+                (&middle, &reduced),
+                huber,
+                STEP_SETTLE_ROUNDS,
+            )?;
+            let reduced = linearized(&there)?;
             Ok(normal_equations(&part, &there.x, &reduced, huber).1)
         };
         let column = (at(step)? - at(-step)?) / (2.0 * step);
@@ -166,7 +175,7 @@ fn second_derivatives(
             out[(i, j)] = column[i] - linear[(i, j)];
         }
     }
-    // What the others have with these is known from the others' own steps.
+    // Their mixed derivatives are known from the steps of the others.
     for j in at_bounds {
         for i in 0..k {
             out[(i, j)] = out[(j, i)];
@@ -182,19 +191,19 @@ mod tests {
     use crate::model::effects::{ActiveEffect, find};
 
     #[test]
-    fn stretches_that_ask_for_values_of_their_own_widen_the_errors() {
-        // Four stretches that each know the second unknown to 0.1, and ask for 0.3 more or
-        // less: their mean scatters by 0.15, not by the 0.05 that each promises.
-        let promised = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0 / 400.0]));
+    fn segments_that_disagree_widen_the_errors() {
+        // Four segments that each know the second unknown to 0.1, and pull 0.3 up or
+        // down: their mean scatters by 0.15, not by the 0.05 that each implies.
+        let linearized = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0 / 400.0]));
         let wider = |asked: f64, chi2: f64| {
             let slope = move |sign: f64| DVector::from_element(1, sign * 100.0 * asked);
             let slopes = [1.0, -1.0, 1.0, -1.0].map(slope);
             let all = slopes.into_iter().map(|s| (&[1usize][..], s));
-            by_scatter(&promised, all, chi2)
+            sandwich_inflation(&linearized, all, chi2)
         };
         let close = |a: &[f64], b: [f64; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
         assert!(close(&wider(0.3, 1.0), [1.0, 3.0]));
-        // As much as their noise allows is as promised, and so is less.
+        // As much as their noise allows leaves the errors unchanged, and so does less.
         assert!(close(&wider(0.1, 1.0), [1.0, 1.0]));
         assert!(close(&wider(0.0, 0.5), [1.0, 1.0]));
         // What the misfit has widened already is not widened again.
@@ -228,10 +237,10 @@ mod tests {
         ((0..DRAWS).map(square).sum::<f64>() / DRAWS as f64).sqrt()
     }
 
-    /// By the linearised fit alone the faint one scatters by 1.7 of its errors; of sixteen
+    /// By the linearized fit alone the faint one scatters by 1.7 of its errors; of sixteen
     /// draws the root mean square is known to 0.18.
     #[test]
-    fn a_mode_scatters_as_its_errors_say_however_faint() {
+    fn a_faint_mode_scatters_as_its_standard_errors_say() {
         for phi in [9e3, 6e4] {
             let sigmas = scatter(phi);
             assert!((0.6..1.4).contains(&sigmas), "{phi}: {sigmas:.2}");

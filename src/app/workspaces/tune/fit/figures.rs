@@ -12,7 +12,7 @@ use crate::fit::paper_steps::drive::DriveFit;
 use crate::fit::paper_steps::far_off;
 use crate::fit::paper_steps::film::Film;
 use crate::fit::paper_steps::restitution::Restitution;
-use crate::fit::paper_steps::sensitivity::{ROWS, Sensitivity};
+use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS};
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::Branch;
 use crate::model::unit::format_quantity;
@@ -291,7 +291,7 @@ pub(super) fn sensitivity(ui: &mut Ui, found: &Sensitivity) {
                 ui.label(small(title).strong());
             }
             ui.end_row();
-            for id in ROWS {
+            for id in TABLE_2_ROWS {
                 let spec = id.spec();
                 ui.label(spec.symbol).on_hover_text(spec.meaning);
                 for fit in fits {

@@ -6,7 +6,7 @@ use eframe::egui::{Align2, Color32, FontId, Grid, Rect, Role, Sense, Ui, WidgetI
 use super::choose::symbol;
 use crate::app::widgets::text::{heading, small};
 use crate::fit::FitResult;
-use crate::fit::uncertainty::identifiability::{Combinations, told};
+use crate::fit::uncertainty::identifiability::{Combinations, determined};
 use crate::model::unit::format_number;
 
 /// Side of a cell [points].
@@ -19,7 +19,7 @@ const NAMES_HEIGHT: f32 = 18.0;
 /// Draws the correlation matrix of the parameters that the data determine, and below it the
 /// eigenvalues of the Fisher information.
 pub fn correlations(ui: &mut Ui, result: &FitResult) {
-    let determined = told(result);
+    let determined = determined(result);
     let n = determined.len();
     if n < 2 {
         return;
@@ -172,7 +172,7 @@ mod tests {
     fn only_determined_parameters_are_shown() {
         let result = made_up();
         assert_eq!(
-            spoken(&result, &told(&result)),
+            spoken(&result, &determined(&result)),
             "Correlations; Cs and gp 0.60"
         );
         assert_eq!(written(-1e-9), "0");

@@ -10,7 +10,7 @@ use crate::app::widgets::job_progress::cancel_button;
 use crate::app::widgets::text::{error_color, heading, small};
 use crate::diagnose::report::words::capitalised;
 use crate::fit::paper_steps::guide::Step;
-use crate::fit::paper_steps::outcome::Finding;
+use crate::fit::paper_steps::outcome::StepResult;
 use crate::model::parameter::ParameterId;
 
 /// Up to this many recordings are named in the list; more are counted.
@@ -186,11 +186,11 @@ fn finding(ui: &mut Ui, state: &mut State) {
                 }
             }
             match &found {
-                Finding::Drive(found) => figures::drive(ui, found),
-                Finding::Restitution(found) => figures::restitution(ui, found),
-                Finding::Adhesion(found) => figures::adhesion(ui, found),
-                Finding::Film(found) => figures::film(ui, found),
-                Finding::Sensitivity(found) => figures::sensitivity(ui, found),
+                StepResult::Drive(found) => figures::drive(ui, found),
+                StepResult::Restitution(found) => figures::restitution(ui, found),
+                StepResult::Adhesion(found) => figures::adhesion(ui, found),
+                StepResult::Film(found) => figures::film(ui, found),
+                StepResult::Sensitivity(found) => figures::sensitivity(ui, found),
             }
         }
     }

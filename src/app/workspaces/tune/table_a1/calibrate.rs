@@ -15,7 +15,7 @@ use crate::app::state::State;
 use crate::app::widgets::job_progress::{cancel_button, progress_bar};
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::calibrate::{
-    CANNOT_TELL, FREE, GENERATIONS, Misfit, TableFit, fit_table,
+    FREE_PARAMETERS, MAX_GENERATIONS, Misfit, TABLE_LIMITS, TableFit, fit_table,
 };
 use crate::fit::table_a1::compare::Column;
 use crate::model::Model;
@@ -66,7 +66,7 @@ impl TableFitState {
         self.result = None;
         self.job = Some(Job::start("table fit", ui.ctx(), move |control| {
             let started = Instant::now();
-            let fit = fit_table(&base, GENERATIONS, |share| {
+            let fit = fit_table(&base, MAX_GENERATIONS, |share| {
                 let left = started.elapsed().mul_f64((1.0 - share) / share);
                 control.report((share, left));
                 !control.cancel().load(std::sync::atomic::Ordering::Relaxed)
@@ -124,7 +124,7 @@ pub fn result(ui: &mut Ui, state: &mut State) {
     if let Some(worse) = found.made_worse() {
         ui.label(small(worse));
     }
-    ui.label(small(CANNOT_TELL).weak());
+    ui.label(small(TABLE_LIMITS).weak());
     ui.separator();
 }
 
@@ -157,7 +157,7 @@ fn values(ui: &mut Ui, found: &TableFit, base: &Model) {
         .spacing([14.0, 3.0])
         .show(ui, |ui| {
             titles(ui, ["", "before", "fitted", "std. error"]);
-            for (k, id) in FREE.into_iter().enumerate() {
+            for (k, id) in FREE_PARAMETERS.into_iter().enumerate() {
                 let spec = id.spec();
                 let write = |value: f64, digits| format_quantity(value, spec.unit, digits);
                 ui.label(spec.symbol).on_hover_text(spec.name);
