@@ -6,7 +6,7 @@ use super::channel_noise::noise_of;
 use crate::fit::options::Part;
 use crate::fit::segment::event_sequence::Timeline;
 use crate::model::Model;
-use crate::recording::events::{EventOptions, Events, HOP, Impact, find_events};
+use crate::recording::events::{EventOptions, Events, HOP_HEIGHT, Impact, find_events};
 use crate::recording::features::Missing;
 use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
 use crate::recording::level::estimate_contact_level;
@@ -60,7 +60,7 @@ impl Findings {
         let options = EventOptions {
             contact_level,
             noise: self.noise_of(self.noise.0, recording),
-            hop: HOP,
+            hop: HOP_HEIGHT,
         };
         find_events(recording.axis(), &self.as_moved(recording), &options)
     }
@@ -234,7 +234,7 @@ fn level_of_impacts(
     let at = |contact_level: f64| EventOptions {
         contact_level,
         noise,
-        hop: HOP,
+        hop: HOP_HEIGHT,
     };
     let turns = |level: f64| -> usize {
         let impacts = find_events(recording.axis(), xp, &at(level)).impacts;

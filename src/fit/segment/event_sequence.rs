@@ -3,7 +3,7 @@
 //! instants free.
 
 use crate::recording::TimeAxis;
-use crate::recording::events::{EventOptions, HOP, find_events};
+use crate::recording::events::{EventOptions, HOP_HEIGHT, find_events};
 
 /// Fewest samples at the level that count as a stay.
 const LEAST_STAY: usize = 3;
@@ -58,7 +58,7 @@ impl Timeline {
         let options = EventOptions {
             contact_level: level,
             noise,
-            hop: HOP,
+            hop: HOP_HEIGHT,
         };
         let impacts = find_events(TimeAxis::Samples(time), xp, &options).impacts;
         let mut marks = Vec::new();

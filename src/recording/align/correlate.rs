@@ -3,7 +3,7 @@
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::AlignError;
+use super::error::AlignError;
 
 /// Least overlap, as a share of the shorter of the two: over a short stretch anything
 /// periodic can be made to agree with anything of about the same frequency.

@@ -8,21 +8,23 @@
 //! between samples on the recording's own times.
 
 mod correlate;
+mod error;
+
+pub use self::error::AlignError;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
+use self::correlate::{Masked, correlate};
+use self::error::MIN_CORRELATION;
 use super::grid::Grid;
 use super::{Channel, Recording};
-use correlate::{Masked, correlate};
 
 /// Longest grid that is correlated; longer ones are taken more coarsely.
 const LONGEST: usize = 1 << 20;
 /// Of peaks this close to the best agreement the smallest shift wins: a periodic
 /// motion fits at every period.
 const AS_GOOD: f64 = 0.005;
-/// Least correlation of a clear match: half of what moves is then explained.
-const CLEAR: f64 = 0.7;
+
 /// Most by which the amplitudes may differ, either way.
 const MOST_RATIO: f64 = 10.0;
 /// Samples used to refine the shift.
@@ -77,46 +79,6 @@ impl Alignment {
             Channel::Cantilever => value * self.xc_scale + self.xc_offset,
         }
     }
-}
-
-/// Why no shift could be found.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum AlignError {
-    /// The channel was not recorded.
-    #[error("channel {0} was not recorded; align another channel")]
-    NotRecorded(&'static str),
-    /// One of the two does not move.
-    #[error("the {which} is constant; there is nothing to align")]
-    Constant {
-        /// `recording` or `simulation`.
-        which: &'static str,
-    },
-    /// Too few samples at every shift.
-    #[error(
-        "recording and simulation have too few samples in common at any shift; simulate as long as the recording, or record longer"
-    )]
-    NoOverlap,
-    /// Nowhere do the two move alike.
-    #[error(
-        "no clear match: the best correlation at any shift is {correlation:.2} (at {shift:.4} s), {CLEAR} is needed; the motions differ too much, often in frequency. Tune the model first, or shift by hand"
-    )]
-    NoMatch {
-        /// Best correlation found.
-        correlation: f64,
-        /// Where it is \[s\].
-        shift: f64,
-    },
-    /// The amplitudes have nothing to do with each other.
-    #[error(
-        "no clear match: the recording moves {ratio:.3} times as much as the simulation; set its scale or its unit first, then align again"
-    )]
-    Amplitude {
-        /// Spread of the recording over that of the simulation.
-        ratio: f64,
-    },
-    /// The grid is empty or its interval is not positive.
-    #[error("the simulated trace is empty or has no positive interval; simulate first")]
-    BadGrid,
 }
 
 /// A shift found by correlation.
@@ -213,7 +175,7 @@ pub fn auto_align(
     let found = refine(&recording.time, values, scale.signum(), simulated, start)?;
     // A recording that is drawn turned over must match so.
     let correlation = found.correlation * scale.signum();
-    if correlation < CLEAR {
+    if correlation < MIN_CORRELATION {
         return Err(AlignError::NoMatch {
             correlation,
             shift: found.time_shift,

@@ -3,9 +3,11 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::header_line::find_heading;
+use super::header_line::find_header_line;
+use super::line::{cells, is_skipped, show, show_row, uncomment};
+use super::settings::{Decimal, Delimiter, ImportSettings};
 use super::text::Text;
-use super::{Decimal, Delimiter, ImportSettings, header, number, rows, text};
+use super::{header, number, text};
 use crate::recording::error::{ImportError, ImportWarning};
 
 /// Bytes looked at from the beginning of a file.
@@ -15,8 +17,7 @@ const HEAD: usize = 256 << 10;
 const PROBE: usize = 16 << 10;
 /// Rows shown.
 const ROWS: usize = 20;
-/// Longest cell shown [characters].
-const CELL: usize = 60;
+
 /// Lines looked at, so that a file of empty lines costs nothing.
 const LINES: usize = 2000;
 
@@ -126,7 +127,7 @@ const WAYS: [(Delimiter, Decimal); 5] = [
 /// are more numbers, two at least.
 fn data_cells(line: &[u8], way: (Delimiter, Decimal), remarks: bool) -> Option<usize> {
     let (mut numbers, mut texts, mut count) = (0, 0, 0);
-    for cell in rows::cells(line, way.0.byte()) {
+    for cell in cells(line, way.0.byte()) {
         match number::looks_numeric(cell, way.1 == Decimal::Comma) {
             Some(true) => numbers += 1,
             Some(false) => {}
@@ -172,29 +173,6 @@ fn best_way(lines: &[&[u8]], remarks: bool) -> Option<((Delimiter, Decimal), usi
     best.map(|(way, _)| (way, score(lines, way, remarks).1))
 }
 
-/// A cell as text for the screen and for names: trimmed, unquoted.
-pub(super) fn show(cell: &[u8]) -> String {
-    let text = String::from_utf8_lossy(cell.trim_ascii());
-    let text = match text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
-        Some(inner) => inner.replace("\"\"", "\""),
-        None => text.into_owned(),
-    };
-    text.trim().chars().take(CELL).collect()
-}
-
-pub(super) fn show_row(line: &[u8], delimiter: u8) -> Vec<String> {
-    rows::cells(line, delimiter).map(show).collect()
-}
-
-/// The mark of a comment line, stripped.
-pub(super) fn uncomment(line: &[u8]) -> Option<&[u8]> {
-    let line = line.trim_ascii_start();
-    [&b"#"[..], b"%", b"//"]
-        .iter()
-        .find_map(|mark| line.strip_prefix(*mark))
-        .map(|rest| rest.trim_ascii())
-}
-
 fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview, ImportError> {
     let text = Text::new(file, head)?;
     // The last line of a longer file is cut in the middle: leave it out, and with it
@@ -236,7 +214,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         .iter()
         .position(|line| is_data(line))
         .ok_or_else(no_numbers)?;
-    let heading = find_heading(&lines[..first_data], delimiter, columns);
+    let heading = find_header_line(&lines[..first_data], delimiter, columns);
 
     let mut settings = ImportSettings {
         delimiter: way.0,
@@ -271,7 +249,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         .collect();
     let shown = lines[settings.skip_lines..]
         .iter()
-        .filter(|line| !rows::is_skipped(line, delimiter))
+        .filter(|line| !is_skipped(line, delimiter))
         .take(ROWS)
         .map(|line| show_row(line, delimiter))
         .collect();
@@ -298,7 +276,7 @@ fn assumed_displacement(
 ) -> &'static str {
     let comma = way.1 == Decimal::Comma;
     let numbers = |line: &&[u8]| -> Vec<f64> {
-        rows::cells(line, way.0.byte())
+        cells(line, way.0.byte())
             .map(|cell| number::cell(cell, comma, 0))
             .collect()
     };

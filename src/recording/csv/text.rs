@@ -5,8 +5,10 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use super::Progress;
 use crate::recording::error::ImportError;
+
+/// Told the share done (0 to 1); returns whether to go on.
+pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;
 
 /// Share of the progress bar that reading takes; the rest is parsing.
 pub(super) const READ_SHARE: f32 = 0.25;

@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{EventOptions, Impact};
+use super::options::EventOptions;
 use crate::recording::grid::TimeAxis;
 
 /// Time on each side of an impact from which the speeds are fitted \[s\].
@@ -24,6 +24,21 @@ const CERTAIN: f64 = 0.03;
 const LEAST_CHANGE: f64 = 0.3;
 /// Faster departures than this share of the arrival are thrown, not bounced.
 const MOST_RESTITUTION: f64 = 1.2;
+
+/// A sudden change of speed at the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impact {
+    /// When \[s\], between samples.
+    pub time: f64,
+    /// Speed just before \[m/s\], negative (downwards).
+    pub v_before: f64,
+    /// Speed just after \[m/s\]; near zero if the mass stays.
+    pub v_after: f64,
+    /// By how much the speeds are uncertain \[m/s\]: from the noise, and from what one
+    /// degree less of the fits would change. Ringing faster than the samples resolve
+    /// is not in it.
+    pub v_error: f64,
+}
 
 /// Impacts among samples `first..=last`, which are near the ground. `limits`: the
 /// last sample of the stay before and the first of the next, which no fit may cross.

@@ -12,7 +12,7 @@
 //! The same function serves recordings and simulated traces.
 
 use self::period::{Cycle, find_cycles};
-use super::events::{Contact, EventOptions, Events, HOP, find_events};
+use super::events::{Contact, EventOptions, Events, HOP_HEIGHT, find_events};
 use super::grid::TimeAxis;
 use super::level::estimate_contact_level;
 use super::noise::estimate_noise;
@@ -51,7 +51,7 @@ impl Default for FeatureOptions {
             contact_level: None,
             period: None,
             noise: None,
-            hop: HOP,
+            hop: HOP_HEIGHT,
             sustained: SUSTAINED,
         }
     }

@@ -15,7 +15,7 @@ use crate::model::ground::Ground;
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::Piezo;
 use crate::model::sensor::Sensor;
-use crate::model::structure::{Held, Mode};
+use crate::model::structure::{Held, Mode, Structure};
 use crate::model::{MAX_MODES, Model, ModelError};
 
 /// Modes of a structure, its first ones, that steps follow through forces.
@@ -74,11 +74,7 @@ pub(super) struct Device {
     /// Force on each mode, in flight and held, per acceleration of the base.
     pub flight_base: Vec<f64>,
     pub held_base: Vec<f64>,
-    /// Pull-off force per held coordinate, per its velocity, per level and per drive force.
-    pull_position: Vec<f64>,
-    pull_velocity: Vec<f64>,
-    pull_level: f64,
-    pull_drive: f64,
+    pull: Pull,
     /// Static displacement of the cantilever per level of the held mass.
     pub anchor_c: f64,
     pub sensor: Sensor,
@@ -98,51 +94,11 @@ impl Device {
         model.check()?;
         let parameters = &model.parameters;
         let mut structure = model.structure();
-        let mut effects = Vec::with_capacity(model.effects.len());
-        let (mut rates, mut force_states) = (Vec::new(), Vec::new());
-        for effect in &model.effects {
-            let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
-                &effect.values,
-                &Surroundings {
-                    structure: &structure,
-                    parameters,
-                    piezo: model.piezo,
-                },
-            ));
-            if action.does_nothing() {
-                continue;
-            }
-            action.alter_structure(&mut structure);
-            let first = rates.len();
-            rates.extend_from_slice(action.state_rates());
-            force_states.resize(rates.len(), action.states_are_forces());
-            effects.push(Attached {
-                id: effect.spec.id,
-                lasts: action.lasting() > 1.0,
-                action,
-                first,
-                count: rates.len() - first,
-            });
-        }
-        if structure.modes.len() > MAX_MODES {
-            return Err(ModelError {
-                parameter: "extra_mode".to_owned(),
-                reason: format!(
-                    "{} modes are more than {MAX_MODES}; switch it off",
-                    structure.modes.len()
-                ),
-            });
-        }
-        if rates.len() > MAX_STATES {
-            return Err(ModelError {
-                parameter: "effects".to_owned(),
-                reason: format!(
-                    "the effects have {} states together, more than {}; switch some off",
-                    rates.len(),
-                    MAX_STATES
-                ),
-            });
-        }
+        let AttachedEffects {
+            effects,
+            rates,
+            force_states,
+        } = AttachedEffects::attach(model, &mut structure)?;
         let friction = effects.iter().map(|e| e.action.friction().max(0.0)).sum();
         let film_is_plain = effects.iter().all(|e: &Attached| {
             let unmoved = [0.0; MAX_STATES];
@@ -172,21 +128,7 @@ impl Device {
             .zip(&held.damping)
             .map(|(&omega2, &damping)| Oscillator { omega2, damping })
             .collect();
-        let m = held_modes.len();
-        let onto_mass = |weight: &dyn Fn(usize) -> f64| -> f64 {
-            (0..flight.len()).map(|i| phi_p[i] * weight(i)).sum::<f64>() / mobility
-        };
-        let pull_position = (0..m)
-            .map(|k| -onto_mass(&|i| flight[i].omega2 * held.basis[i * m + k]))
-            .collect();
-        let pull_velocity = (0..m)
-            .map(|k| -onto_mass(&|i| flight[i].damping * held.basis[i * m + k]))
-            .collect();
-        let slowest = flight
-            .iter()
-            .map(|o| o.omega2.sqrt())
-            .filter(|&w| w > 0.0)
-            .fold(f64::INFINITY, f64::min);
+        let pull = Pull::new(&flight, &held, &phi_p, &phi_d, mobility);
         let drive_ratio = (0..flight.len())
             .map(|i| phi_d[i].abs() * phi_p[i].abs().max(phi_c[i].abs()))
             .sum::<f64>()
@@ -209,10 +151,8 @@ impl Device {
             held_base,
             drive_ratio,
             anchor_c: dot(&phi_c, &held.anchor),
-            pull_level: -onto_mass(&|i| flight[i].omega2 * held.anchor[i]),
-            pull_drive: onto_mass(&|i| phi_d[i]),
-            pull_position,
-            pull_velocity,
+            pull,
+            time_scale: longest_time_constant(&flight),
             flight,
             phi_p,
             phi_c,
@@ -230,11 +170,6 @@ impl Device {
             effects,
             sensor: Sensor::new(parameters),
             has_cantilever: model.has_cantilever,
-            time_scale: if slowest.is_finite() {
-                1.0 / slowest
-            } else {
-                1.0
-            },
             initial: (parameters[ParameterId::X0], parameters[ParameterId::V0]),
         };
         if device.is_compliant() {
@@ -317,6 +252,120 @@ impl Device {
             gain: 0.0,
             film: 0.0,
         }
+    }
+}
+
+/// The effects that do something, with the extra states of all.
+struct AttachedEffects {
+    effects: Vec<Attached>,
+    /// Decay rate of each extra state [1/s].
+    rates: Vec<f64>,
+    /// Whether each extra state is a force on the proof mass [N].
+    force_states: Vec<bool>,
+}
+
+impl AttachedEffects {
+    /// Builds the model's effects; those that change the structure change it here.
+    fn attach(model: &Model, structure: &mut Structure) -> Result<Self, ModelError> {
+        let mut effects = Vec::with_capacity(model.effects.len());
+        let (mut rates, mut force_states) = (Vec::new(), Vec::new());
+        for effect in &model.effects {
+            let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
+                &effect.values,
+                &Surroundings {
+                    structure,
+                    parameters: &model.parameters,
+                    piezo: model.piezo,
+                },
+            ));
+            if action.does_nothing() {
+                continue;
+            }
+            action.alter_structure(structure);
+            let first = rates.len();
+            rates.extend_from_slice(action.state_rates());
+            force_states.resize(rates.len(), action.states_are_forces());
+            effects.push(Attached {
+                id: effect.spec.id,
+                lasts: action.lasting() > 1.0,
+                action,
+                first,
+                count: rates.len() - first,
+            });
+        }
+        if structure.modes.len() > MAX_MODES {
+            return Err(ModelError {
+                parameter: "extra_mode".to_owned(),
+                reason: format!(
+                    "{} modes are more than {MAX_MODES}; switch it off",
+                    structure.modes.len()
+                ),
+            });
+        }
+        if rates.len() > MAX_STATES {
+            return Err(ModelError {
+                parameter: "effects".to_owned(),
+                reason: format!(
+                    "the effects have {} states together, more than {}; switch some off",
+                    rates.len(),
+                    MAX_STATES
+                ),
+            });
+        }
+        Ok(Self {
+            effects,
+            rates,
+            force_states,
+        })
+    }
+}
+
+/// What the pull-off force, eq (13), is made of: its share per held coordinate, per velocity of
+/// one, per level of the mass and per drive force.
+#[derive(Debug, Clone)]
+struct Pull {
+    per_position: Vec<f64>,
+    per_velocity: Vec<f64>,
+    per_level: f64,
+    per_drive: f64,
+}
+
+impl Pull {
+    fn new(
+        flight: &[Oscillator],
+        held: &Held,
+        phi_p: &[f64],
+        phi_d: &[f64],
+        mobility: f64,
+    ) -> Self {
+        let m = held.omega2.len();
+        let onto_mass = |weight: &dyn Fn(usize) -> f64| -> f64 {
+            (0..flight.len()).map(|i| phi_p[i] * weight(i)).sum::<f64>() / mobility
+        };
+        Self {
+            per_position: (0..m)
+                .map(|k| -onto_mass(&|i| flight[i].omega2 * held.basis[i * m + k]))
+                .collect(),
+            per_velocity: (0..m)
+                .map(|k| -onto_mass(&|i| flight[i].damping * held.basis[i * m + k]))
+                .collect(),
+            per_level: -onto_mass(&|i| flight[i].omega2 * held.anchor[i]),
+            per_drive: onto_mass(&|i| phi_d[i]),
+        }
+    }
+}
+
+/// One over the lowest angular frequency of the modes [s]; 1 s if none is bound.
+fn longest_time_constant(flight: &[Oscillator]) -> f64 {
+    let slowest = flight
+        .iter()
+        .map(|o| o.omega2.sqrt())
+        .filter(|&w| w > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    if slowest.is_finite() {
+        1.0 / slowest
+    } else {
+        1.0
     }
 }
 

@@ -11,6 +11,7 @@ mod dense;
 mod effects;
 mod elimination;
 mod flight;
+mod follow_readings;
 mod readings;
 mod stick_slip;
 pub(crate) mod tables;

@@ -16,8 +16,7 @@ mod tests;
 
 use super::device::Device;
 use super::error::{Options, SimError};
-use super::runner::tables;
-use super::step::tables::Tables;
+use super::step::tables::{Tables, phase_tables};
 use crate::model::Model;
 use crate::model::drive::{Segment, Shape};
 use crate::model::piezo::Branch;
@@ -71,7 +70,7 @@ impl StretchSimulator {
         options.check()?;
         let mut device = Device::new(model)?;
         device.bound_film();
-        let [flight, held] = tables(&device, options, device.longest_steps_to_read());
+        let [flight, held] = phase_tables(&device, options, device.longest_steps_to_read());
         // Where friction lets the mass stop, that is looked for, too.
         let coarsest = if device.friction > 0.0 {
             flight.within(device.longest_step())

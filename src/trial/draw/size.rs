@@ -7,7 +7,7 @@ use crate::trial::device::reference_device::{Excitation, excitations};
 use crate::trial::device::{Device, TOLERANCE};
 use crate::trial::hybrid::{Run, RunError, run};
 use crate::trial::instrument::Instruments;
-use crate::trial::visibility::{JUST_VISIBLE, Made, deviations};
+use crate::trial::visibility::{CaseRun, JUST_VISIBLE, deviations};
 use crate::trial::voltage::{Piece, pieces};
 
 /// Standard deviation of what is known of the shift between voltage and readings \[s\].
@@ -78,9 +78,9 @@ impl Bench<'_> {
         let motions = fitted
             .map(|i| self.motion(&[law], i))
             .collect::<Result<Vec<_>, _>>()?;
-        let made: Vec<Made<'_>> = motions
+        let made: Vec<CaseRun<'_>> = motions
             .iter()
-            .map(|m| Made {
+            .map(|m| CaseRun {
                 run: &m.run,
                 plain: &m.plain,
                 pieces: &m.pieces,
@@ -158,7 +158,7 @@ mod tests {
             excitations: &excitations(),
         };
         let motion = bench.motion(&[], 1).unwrap();
-        let made = Made {
+        let made = CaseRun {
             run: &motion.run,
             plain: &plain,
             pieces: &motion.pieces,

@@ -1,7 +1,7 @@
 //! What the events at the ground add.
 
+use super::normal_equations::{CaseRun, NormalEquations};
 use super::stretch::jumps_within;
-use super::{Made, Normal};
 use crate::trial::device::structure::dot;
 use crate::trial::hybrid::{Event, Kind};
 use crate::trial::instrument::Instruments;
@@ -12,8 +12,8 @@ const TORN: f64 = 4.0;
 
 /// Rows of the events: restitution, level of the ground, pull-off force.
 pub(crate) fn add_events(
-    normal: &mut Normal,
-    made: &Made<'_>,
+    normal: &mut NormalEquations,
+    made: &CaseRun<'_>,
     base: usize,
     zeros: usize,
     instruments: &Instruments,
@@ -72,7 +72,7 @@ fn begins(acceleration: f64, samples: f64, instruments: &Instruments) -> f64 {
 }
 
 /// Standard error of the instant of a release \[s\], as the mass shows it that flies off.
-fn instant(made: &Made<'_>, event: &Event, samples: f64, instruments: &Instruments) -> f64 {
+fn instant(made: &CaseRun<'_>, event: &Event, samples: f64, instruments: &Instruments) -> f64 {
     begins(
         event.pull * made.plain.structure.mobility,
         samples,
@@ -83,7 +83,7 @@ fn instant(made: &Made<'_>, event: &Event, samples: f64, instruments: &Instrumen
 /// Standard error of the instant \[s\] of the step of the drive that tears the mass off, zero if
 /// there is none: a sampled voltage says between which samples it is, the cantilever that it
 /// throws, if it is seen, where.
-fn step_instant(made: &Made<'_>, event: &Event, instruments: &Instruments) -> f64 {
+fn step_instant(made: &CaseRun<'_>, event: &Event, instruments: &Instruments) -> f64 {
     let since = event.time - TORN / instruments.rate;
     let Some(&i) = jumps_within(made.pieces, since, event.time).last() else {
         return 0.0;
@@ -146,13 +146,13 @@ mod tests {
             ],
             ..Run::default()
         };
-        let made = Made {
+        let made = CaseRun {
             run: &run,
             plain: &plain,
             pieces: &pieces(&SQUARE, 0.1),
             times: &[],
         };
-        let mut normal = Normal {
+        let mut normal = NormalEquations {
             matrix: nalgebra::DMatrix::zeros(6, 6),
             right: nalgebra::DVector::zeros(6),
             energy: 0.0,

@@ -2,7 +2,8 @@
 
 use nalgebra::DVector;
 
-use super::{Made, Normal, Tuning};
+use super::normal_equations::{CaseRun, NormalEquations};
+use super::tunings::Tuning;
 use crate::fit::residual::coloured_noise::Colour;
 use crate::trial::device::{Device, Phase};
 use crate::trial::hybrid::follow::follow;
@@ -19,7 +20,7 @@ const LEAST_JUMP: f64 = 0.5;
 
 /// The stretch as the device without the effect can have it: its own coordinates, the
 /// mass on its own ground.
-fn plain_stretch(made: &Made<'_>, stretch: &Stretch) -> Stretch {
+fn plain_stretch(made: &CaseRun<'_>, stretch: &Stretch) -> Stretch {
     let n = made.plain.structure.n;
     let mut plain = *stretch;
     // The run may have more coordinates behind the device's own.
@@ -43,8 +44,8 @@ fn plain_stretch(made: &Made<'_>, stretch: &Stretch) -> Stretch {
 }
 
 pub(crate) fn add_stretch(
-    normal: &mut Normal,
-    made: &Made<'_>,
+    normal: &mut NormalEquations,
+    made: &CaseRun<'_>,
     stretch: &Stretch,
     tunings: &[Tuning],
     zeros: usize,
@@ -171,7 +172,7 @@ pub(crate) fn jumps_within(pieces: &[Piece], from: f64, to: f64) -> Vec<usize> {
 
 /// Takes the stretch's own freedoms out and adds what is left to the normal equations.
 fn project(
-    normal: &mut Normal,
+    normal: &mut NormalEquations,
     local: &[DVector<f64>],
     global: &[(usize, DVector<f64>)],
     trace: &DVector<f64>,
