@@ -16,7 +16,7 @@ pub(crate) mod trace;
 
 pub use self::error::{Options, SimError};
 pub use self::runner::Runner;
-pub use self::stretch::propagate::{Pace, Stretcher};
+pub use self::stretch::propagate::{StepSequence, Stretcher};
 pub use self::stretch::{Points, StretchSimulator, StretchState};
 pub use self::trace::{Event, EventKind, ForceTraces, Trace};
 

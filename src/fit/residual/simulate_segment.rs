@@ -44,7 +44,7 @@ fn points_behind(
     let sim = stretcher.simulator();
     let moment = MOMENT * tau;
     let mut later = state.clone();
-    stretcher.carry(
+    stretcher.propagate(
         pieces,
         held,
         start,
@@ -193,7 +193,7 @@ pub fn run(
                 xp[next + i] = p;
                 xc[next + i] = c;
             };
-            stretcher.carry(
+            stretcher.propagate(
                 &pieces,
                 held,
                 t,
@@ -212,7 +212,7 @@ pub fn run(
             xp[next + i] = p;
             xc[next + i] = c;
         };
-        stretcher.carry(&pieces, held, t, to, &mut state, &times[next..upto], out)?;
+        stretcher.propagate(&pieces, held, t, to, &mut state, &times[next..upto], out)?;
         next = upto;
         t = to;
         let Some(&(_, v_after, kind)) = event else {

@@ -1,7 +1,7 @@
 //! A step with the proof mass held: what its structure does while the mass stays where it is.
 
 use super::tables::{Table, Tables};
-use super::{FOLLOWED, Reject, Step};
+use super::{RESOLVED_FORCE_ERROR, Reject, Step};
 use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::sim::device::{Device, dot};
@@ -10,7 +10,7 @@ use crate::sim::nodes::{S, top_coefficient};
 impl Step {
     /// A step with the proof mass held at `level` [m]. `q`, `v` are held coordinates.
     #[allow(clippy::too_many_arguments)]
-    pub fn held(
+    pub fn held_step(
         &mut self,
         device: &Device,
         tables: &Tables,
@@ -40,8 +40,9 @@ impl Step {
         self.follow_readings(device, table, [&none[..m], &held.cantilever], levels);
         self.force = pull;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
-        self.error = FOLLOWED * growth * drive_top * device.drive_ratio;
-        self.error += self.state_error(device, growth, FOLLOWED) + self.base_error(device, growth);
+        self.error = RESOLVED_FORCE_ERROR * growth * drive_top * device.drive_ratio;
+        self.error += self.state_error(device, growth, RESOLVED_FORCE_ERROR)
+            + self.base_error(device, growth);
         if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
             Ok(())
         } else {

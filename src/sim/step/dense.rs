@@ -85,7 +85,7 @@ impl Step {
 
     /// Those states at fraction `s`, where the free motion of fast modes there is known; zero for
     /// others.
-    pub fn states_beside(
+    pub fn states_with_readings(
         &self,
         courses: &[(usize, Course)],
         s: f64,

@@ -32,13 +32,13 @@ pub(super) struct Reject;
 
 /// Share of a force's highest polynomial by which its mean over a step may be off, where the
 /// points follow it: its own mean is zero.
-const FOLLOWED: f64 = 0.02;
+const RESOLVED_FORCE_ERROR: f64 = 0.02;
 /// The same where a mode swings through periods between them: five points of a vibration of any
 /// phase give a highest part of 0.63 and a mean of 0.37 times its amplitude, rms.
-const OUTSWUNG: f64 = 0.6;
+const UNRESOLVED_FORCE_ERROR: f64 = 0.6;
 /// Share of the largest that it was below which an extra state is as good as gone: how it
 /// decays from there does not matter.
-const SMALL: f64 = 1e-3;
+const NEGLIGIBLE_STATE_SHARE: f64 = 1e-3;
 
 /// The mass in a compliant ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,7 +143,7 @@ impl Step {
         (0..states).fold(0.0f64, |worst, i| {
             let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
             if let Some(error) = self.reading_error(i, &input) {
-                return worst.max(FOLLOWED * error);
+                return worst.max(RESOLVED_FORCE_ERROR * error);
             }
             // Where it goes slower than its rate, it lasts longer.
             let back = (0..S).fold(0.0f64, |a, k| a.max(self.back[k * states + i]));
@@ -155,21 +155,25 @@ impl Step {
             }
             if device.force_states[i] {
                 // A rate that changes leaves the error of a force a mean, too.
-                let mean = if back > 0.0 { OUTSWUNG } else { mean };
+                let mean = if back > 0.0 {
+                    UNRESOLVED_FORCE_ERROR
+                } else {
+                    mean
+                };
                 return worst.max(mean * growth * top * (lasts / self.h).max(1.0));
             }
-            let scale = (0..S).fold(SMALL * self.largest[i], |a, k| {
+            let scale = (0..S).fold(NEGLIGIBLE_STATE_SHARE * self.largest[i], |a, k| {
                 a.max(self.z[k * states + i].abs())
                     .max(input[k].abs() * within)
             });
-            worst.max(FOLLOWED * size * top / scale)
+            worst.max(RESOLVED_FORCE_ERROR * size * top / scale)
         })
     }
 
     /// The same for the shaking of the base, whose acceleration acts like a force of that
     /// over the mobility.
     fn base_error(&self, device: &Device, growth: f64) -> f64 {
-        FOLLOWED * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
+        RESOLVED_FORCE_ERROR * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
     }
 
     /// Makes ready what dense output needs, once the forces have settled.

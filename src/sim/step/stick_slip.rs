@@ -1,4 +1,4 @@
-//! Where within a step a mass that rubs stops sliding.
+//! Stick-slip: where within a step dry friction brings the sliding mass to a stop.
 
 use super::Step;
 use crate::sim::crossing::{first_below_seen, looks};
@@ -7,7 +7,7 @@ use crate::sim::linear::{Swing, apply};
 use crate::sim::nodes::{Dense, NODES, interpolant};
 
 /// Most that what goes smoothly over a step is beyond the sum of its polynomial's coefficients.
-const SMOOTH: f64 = 1.02;
+const OVERSHOOT: f64 = 1.02;
 
 /// How fast the mass slides the way it did, over a step.
 struct Sliding<'a, W> {
@@ -84,7 +84,7 @@ impl Step {
     /// Fraction of the step, up to `end`, at which the mass no longer slides the way it did;
     /// `shape` is the structure's at the mass, whose motion is `smooth` but for the free motion of
     /// fast modes.
-    pub fn first_turn(&self, smooth: &Dense, shape: &[f64], end: f64) -> Option<f64> {
+    pub fn first_stop(&self, smooth: &Dense, shape: &[f64], end: f64) -> Option<f64> {
         if self.slides_on(smooth, shape) {
             return None;
         }
@@ -128,12 +128,12 @@ impl Step {
             reach += (per_x.abs() / omega + per_v.abs()) * swing.most_speed();
         }
         let most: f64 = interpolant(&smooth).iter().map(|c| c.abs()).sum();
-        SMOOTH * most + reach < force
+        OVERSHOOT * most + reach < force
     }
 
     /// Whether the mass may stop sliding the way it does within the step, up to fraction `end`,
     /// however the modes that swing through more than a period in it stand by then.
-    pub fn may_turn(&self, shape: &[f64], end: f64) -> bool {
+    pub fn may_stop(&self, shape: &[f64], end: f64) -> bool {
         let smooth = &self.smooth(shape);
         if self.slides_on(smooth, shape) {
             return false;
@@ -188,7 +188,7 @@ mod tests {
                 smooth.value_and_slope(s, h).1 + free
             };
             let looked = first_below(speed, end, 0.0);
-            let found = step.first_turn(&smooth, &shape, end);
+            let found = step.first_stop(&smooth, &shape, end);
             prop_assert_eq!(looked.is_some(), found.is_some());
             if let (Some(looked), Some(found)) = (looked, found) {
                 prop_assert!((looked - found).abs() < 1e-9, "{} {}", looked, found);

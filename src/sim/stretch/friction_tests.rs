@@ -22,7 +22,7 @@ fn rubbed((force, f, ring): (f64, f64, f64), tolerance: f64) -> (Vec<f64>, usize
     };
     let simulator = StretchSimulator::new(&model, &options).unwrap();
     let mut stretcher = Stretcher::new(&simulator);
-    stretcher.note_pace();
+    stretcher.record_steps();
     let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
     let times: Vec<f64> = (0..500).map(|i| SPAN.0 + f64::from(i) * 2e-5).collect();
     let mut state = StretchState {
@@ -33,9 +33,9 @@ fn rubbed((force, f, ring): (f64, f64, f64), tolerance: f64) -> (Vec<f64>, usize
     let mut xp = Vec::new();
     let read = |_, x: f64, _| xp.push(x);
     stretcher
-        .carry(&drive, None, SPAN.0, SPAN.1, &mut state, &times, read)
+        .propagate(&drive, None, SPAN.0, SPAN.1, &mut state, &times, read)
         .unwrap();
-    let steps = stretcher.noted_pace().0[0].len();
+    let steps = stretcher.recorded_steps().0[0].len();
     let short = (SPAN.1 - SPAN.0) / simulator.device.longest_step();
     (xp, steps, short)
 }
@@ -95,7 +95,7 @@ fn what_is_said_to_hold_all_over_a_step_does() {
         let dr: Vec<f64> = (0..m).map(|k| swing * phase(k + 5)).collect();
         let t = 4e-5 * i as f64;
         let from = (&r[..], &dr[..], &[][..]);
-        step.held(
+        step.held_step(
             device,
             &simulator.held,
             level,

@@ -5,7 +5,7 @@ use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::sim::stretch::*;
 use crate::sim::trace::EventKind;
-use crate::sim::{Pace, Stretcher, simulate};
+use crate::sim::{StepSequence, Stretcher, simulate};
 
 pub(super) fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
     (0..)
@@ -73,7 +73,7 @@ fn compare_within(model: &Model, drive: &str, duration: f64, within: f64) {
             worst = worst.max((xc - trace.cantilever[first + i]).abs());
         };
         stretcher
-            .carry(&drive, held, t, end, &mut state, &times, out)
+            .propagate(&drive, held, t, end, &mut state, &times, out)
             .unwrap();
         sample += times.len();
         t = end;
@@ -188,7 +188,7 @@ fn steps_err_by_little_more_than_they_may() {
             let mut all = Vec::new();
             let (from, to) = (times[0], times[299]);
             Stretcher::new(&simulator)
-                .carry(&drive, None, from, to, &mut state, &times, |_, xp, xc| {
+                .propagate(&drive, None, from, to, &mut state, &times, |_, xp, xc| {
                     all.extend([xp, xc]);
                 })
                 .unwrap();
@@ -224,7 +224,7 @@ fn rest_states_stay_at_rest() {
         let before = state.clone();
         let mut stretcher = Stretcher::new(&simulator);
         stretcher
-            .carry(&drive, held, 0.1, 0.2, &mut state, &[], |_, _, _| {})
+            .propagate(&drive, held, 0.1, 0.2, &mut state, &[], |_, _, _| {})
             .unwrap();
         for (a, b) in state.q.iter().zip(&before.q) {
             assert!((a - b).abs() < 1e-12 * b.abs().max(1e-9), "{a} {b}");
@@ -242,7 +242,7 @@ fn a_piece_of_no_length_changes_nothing() {
         let times: Vec<f64> = (0..40).map(|i| 1e-5 * f64::from(i)).collect();
         let (mut state, mut out) = (simulator.rest_state(drive, 0.0, None), Vec::new());
         Stretcher::new(&simulator)
-            .carry(drive, None, 0.0, 4e-4, &mut state, &times, |_, x, _| {
+            .propagate(drive, None, 0.0, 4e-4, &mut state, &times, |_, x, _| {
                 out.push(x);
             })
             .unwrap();
@@ -270,7 +270,7 @@ fn a_piece_of_no_length_changes_nothing() {
 }
 
 /// Readings of 10 ms of flight, with so many small steps in how the drive is shared out.
-fn flown(steps: f64, lag: f64, follow: Option<&Pace>) -> (Vec<f64>, Pace) {
+fn flown(steps: f64, lag: f64, follow: Option<&StepSequence>) -> (Vec<f64>, StepSequence) {
     let mut model = Preset::embedded("paper").unwrap().model;
     model.set("drive_p", 4e-6 * steps).unwrap();
     if lag > 0.0 {
@@ -285,8 +285,8 @@ fn flown(steps: f64, lag: f64, follow: Option<&Pace>) -> (Vec<f64>, Pace) {
     let simulator = StretchSimulator::new(&model, &options).unwrap();
     let mut stretcher = Stretcher::new(&simulator);
     match follow {
-        Some(pace) => stretcher.follow(pace),
-        None => stretcher.note_pace(),
+        Some(pace) => stretcher.replay_steps(pace),
+        None => stretcher.record_steps(),
     }
     let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
     let mut state = StretchState {
@@ -298,9 +298,9 @@ fn flown(steps: f64, lag: f64, follow: Option<&Pace>) -> (Vec<f64>, Pace) {
     let mut xp = Vec::new();
     let read = |_, x: f64, _| xp.push(x);
     stretcher
-        .carry(&drive, None, 1e-3, 1.1e-2, &mut state, &times, read)
+        .propagate(&drive, None, 1e-3, 1.1e-2, &mut state, &times, read)
         .unwrap();
-    (xp, stretcher.noted_pace())
+    (xp, stretcher.recorded_steps())
 }
 
 #[test]
@@ -456,7 +456,7 @@ fn a_film_that_is_quick_and_goes_slower_near_the_ground_takes_few_steps() {
         }
         let simulator = StretchSimulator::new(&model, &Options::default()).unwrap();
         let mut stretcher = Stretcher::new(&simulator);
-        stretcher.note_pace();
+        stretcher.record_steps();
         let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
         let mut state = StretchState {
             q: vec![1e-10, 1e-12],
@@ -469,9 +469,9 @@ fn a_film_that_is_quick_and_goes_slower_near_the_ground_takes_few_steps() {
             simulator.land(level, &mut state);
         }
         stretcher
-            .carry(&drive, held, 1e-3, 1.1e-2, &mut state, &[], |_, _, _| ())
+            .propagate(&drive, held, 1e-3, 1.1e-2, &mut state, &[], |_, _, _| ())
             .unwrap();
-        stretcher.noted_pace().0[0].len()
+        stretcher.recorded_steps().0[0].len()
     };
     let level = -Preset::embedded("paper").unwrap().model.parameters[ParameterId::Dp];
     for held in [None, Some(level)] {

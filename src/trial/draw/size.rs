@@ -14,7 +14,7 @@ use crate::trial::voltage::{Piece, pieces};
 const CLOCKS: f64 = 5e-6;
 
 /// A device with its laws and rig, as recordings are made of it.
-pub(crate) struct Bench<'a> {
+pub(crate) struct TrialSetup<'a> {
     pub(crate) plain: &'a Device,
     pub(crate) instruments: &'a Instruments,
     pub(crate) excitations: &'a [Excitation],
@@ -29,7 +29,7 @@ pub(crate) struct Motion {
     times: Vec<f64>,
 }
 
-impl Bench<'_> {
+impl TrialSetup<'_> {
     /// The motion of recording `number`, read by instruments without scale, zero and
     /// noise.
     pub(crate) fn motion(&self, laws: &[&Law], number: usize) -> Result<Motion, RunError> {
@@ -124,12 +124,12 @@ impl Bench<'_> {
 /// # Errors
 /// [`RunError`] if the device cannot be followed.
 pub fn visibility(plain: &Device, instruments: &Instruments, law: &Law) -> Result<f64, RunError> {
-    let bench = Bench {
+    let setup = TrialSetup {
         plain,
         instruments,
         excitations: &excitations(),
     };
-    bench.visibility(law)
+    setup.visibility(law)
 }
 
 #[cfg(test)]
@@ -138,12 +138,12 @@ mod tests {
     use crate::trial::concealed::hidden_forces::Term;
     use crate::trial::instrument;
     use crate::trial::instrument::StructureKind;
-    use crate::trial::rng::Dice;
+    use crate::trial::rng::TrialRng;
 
     /// A beam and what it is read by.
     fn beam() -> (Device, Instruments) {
-        let (plain, _) = instrument::device(StructureKind::Beam, &mut Dice::new(5, 0)).unwrap();
-        let instruments = instrument::instruments(50e3, 20e-9, true, 9, &mut Dice::new(5, 1));
+        let (plain, _) = instrument::device(StructureKind::Beam, &mut TrialRng::new(5, 0)).unwrap();
+        let instruments = instrument::instruments(50e3, 20e-9, true, 9, &mut TrialRng::new(5, 1));
         (plain, instruments)
     }
 
@@ -152,12 +152,12 @@ mod tests {
         let (plain, instruments) = beam();
         let mut changed = plain.clone();
         change(&mut changed);
-        let bench = Bench {
+        let setup = TrialSetup {
             plain: &changed,
             instruments: &instruments,
             excitations: &excitations(),
         };
-        let motion = bench.motion(&[], 1).unwrap();
+        let motion = setup.motion(&[], 1).unwrap();
         let made = CaseRun {
             run: &motion.run,
             plain: &plain,

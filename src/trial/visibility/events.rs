@@ -106,7 +106,7 @@ mod tests {
     use crate::trial::hybrid::Run;
     use crate::trial::instrument;
     use crate::trial::instrument::StructureKind;
-    use crate::trial::rng::Dice;
+    use crate::trial::rng::TrialRng;
     use crate::trial::voltage::{Waveform, pieces};
 
     const RATE: f64 = 50e3;
@@ -133,8 +133,10 @@ mod tests {
     /// Information on adhesion at touch \[1/N^2\] in a release under a square wave of 50 Hz, after
     /// which the mass touches again `flight` \[s\] later.
     fn told(event: Event, flight: f64, cantilever: bool) -> f64 {
-        let (plain, _) = instrument::device(StructureKind::Lumped, &mut Dice::new(5, 0)).unwrap();
-        let instruments = instrument::instruments(RATE, 20e-9, cantilever, 9, &mut Dice::new(5, 1));
+        let (plain, _) =
+            instrument::device(StructureKind::Lumped, &mut TrialRng::new(5, 0)).unwrap();
+        let instruments =
+            instrument::instruments(RATE, 20e-9, cantilever, 9, &mut TrialRng::new(5, 1));
         let run = Run {
             events: vec![
                 event,
@@ -169,7 +171,7 @@ mod tests {
             // Nothing but the instant: sigma / (a dt sqrt(1 + 4 + ...)) at 80 nN.
             let steep = 1.0 / told(release(0.035, 1.0), flight, true).sqrt();
             let (plain, _) =
-                instrument::device(StructureKind::Lumped, &mut Dice::new(5, 0)).unwrap();
+                instrument::device(StructureKind::Lumped, &mut TrialRng::new(5, 0)).unwrap();
             let n = (f64::min(flight, 4e-4) * RATE).floor();
             let squares = n * (n + 1.0) * (2.0 * n + 1.0) / 6.0;
             let instant = 20e-9 * RATE / (80e-9 * plain.structure.mobility * squares.sqrt());
