@@ -15,7 +15,7 @@ use impactscope::model::parameter::ParameterId;
 use impactscope::recording::Recording;
 
 /// Moves of the slider.
-const MOVES: usize = 60;
+const SLIDER_MOVES: usize = 60;
 
 fn wish(overlays: &[Overlay], cs: f64) -> Result<SimulationRequest, Box<dyn std::error::Error>> {
     let mut model = built_in::setup().preset.model;
@@ -56,8 +56,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     for (name, overlays) in cases {
         let worker = Worker::start(|| {})?;
-        let mut times = Vec::with_capacity(MOVES);
-        for i in 0..MOVES {
+        let mut times = Vec::with_capacity(SLIDER_MOVES);
+        for i in 0..SLIDER_MOVES {
             let cs = 1e-21 * (1.0 + 0.05 * i as f64);
             let wish = wish(&overlays, cs)?;
             let started = Instant::now();
@@ -78,8 +78,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         times.sort();
         println!(
             "{name:32} median {:5.1} ms, worst {:5.1} ms",
-            times[MOVES / 2].as_secs_f64() * 1e3,
-            times[MOVES - 1].as_secs_f64() * 1e3
+            times[SLIDER_MOVES / 2].as_secs_f64() * 1e3,
+            times[SLIDER_MOVES - 1].as_secs_f64() * 1e3
         );
     }
     Ok(())

@@ -1,12 +1,12 @@
 //! Where something becomes true, by halving.
 
-/// Halvings at most: a step of any size is placed to rounding.
-const MOST: usize = 80;
+/// Most halvings: enough to place a step of any size to rounding.
+const MAX_HALVINGS: usize = 80;
 
 /// The place between `low`, where `holds` is not true, and `high`, where it is, at which it
 /// becomes so, to rounding; it is true there.
 pub fn halved(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..MOST {
+    for _ in 0..MAX_HALVINGS {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;

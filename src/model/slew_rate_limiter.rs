@@ -9,16 +9,16 @@ use super::drive::{Segment, Shape};
 /// Numbers that a follower keeps: where it was \[V\] when the piece began, and when \[s\].
 pub const MEMORY: usize = 2;
 
-/// Difference of the voltages that counts as none, as a share of them.
-const EQUAL: f64 = 1e-12;
+/// Voltages that differ by less than this share of them are equal.
+const EQUAL_VOLTAGE_SHARE: f64 = 1e-12;
 /// The same as a share of the slack: where the owner integrates, it comes to the end of its
 /// slack no more exactly.
-const NEAR: f64 = 1e-6;
+const SLACK_TOLERANCE: f64 = 1e-6;
 /// Parts of a piece by which the instants are bracketed at which a follower begins to lag
 /// behind or has caught up.
-const PARTS: usize = 256;
-/// Longest piece \[s\] that is looked through.
-const LONGEST: f64 = 1.0;
+const BRACKETING_PARTS: usize = 256;
+/// Longest piece that is searched \[s\].
+const MAX_PIECE: f64 = 1.0;
 
 /// A follower.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +56,8 @@ impl Slew {
     pub fn bound(&self, voltage: f64, t: f64, memory: &[f64]) -> Option<(f64, f64)> {
         let own = self.follow(voltage, t, memory);
         let behind = voltage - own;
-        (behind.abs() >= (1.0 - NEAR) * self.slack).then(|| (own, behind.signum() / self.pace))
+        (behind.abs() >= (1.0 - SLACK_TOLERANCE) * self.slack)
+            .then(|| (own, behind.signum() / self.pace))
     }
 
     /// Brings the memory up to date at the end of a piece, where the follower is at `level`.
@@ -70,9 +71,10 @@ impl Slew {
         let voltage = shape.voltage(t);
         let own = self.follow(voltage, t, memory);
         let behind = voltage - own;
-        let until = segment.end.min(t + LONGEST);
+        let until = segment.end.min(t + MAX_PIECE);
         let fastest = 1.0 / self.pace;
-        let equal = (EQUAL * voltage.abs().max(own.abs())).max(NEAR * self.slack);
+        let equal =
+            (EQUAL_VOLTAGE_SHARE * voltage.abs().max(own.abs())).max(SLACK_TOLERANCE * self.slack);
         let lags = behind.abs() > self.slack + equal;
         let slope = shape.slope(t);
         // At the end of its slack it is outrun by what goes away from it.
@@ -102,8 +104,8 @@ impl Slew {
 /// First instant after `start` at which `holds` becomes true, to within a small share of the
 /// time looked through; `None` if it does not by `end`.
 fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
-    let at = |k: usize| start + (end - start) * k as f64 / PARTS as f64;
-    let k = (1..=PARTS).find(|&k| holds(at(k)))?;
+    let at = |k: usize| start + (end - start) * k as f64 / BRACKETING_PARTS as f64;
+    let k = (1..=BRACKETING_PARTS).find(|&k| holds(at(k)))?;
     Some(halved(at(k - 1), at(k), holds))
 }
 

@@ -2,19 +2,18 @@
 
 use super::{Recording, extremes};
 
-/// A voltage that moves by less than this share of its range stands still.
-const STILL: f64 = 0.005;
-/// Shortest time that it must stand for the ring to die away \[s\].
-const LONG: f64 = 20e-3;
-/// The last of that time, in which the mass is looked at, as a share.
-const LAST: f64 = 0.5;
-/// What is left of the ring moves the mass less than this in it \[m\]: over many periods it
-/// averages out to a percent.
-const AT_REST: f64 = 60e-6;
-/// The two halves of that time are this near, noise aside \[m\].
-const STEADY: f64 = 1e-6;
-/// Lowest height that is not the ground \[m\].
-const CLEAR: f64 = 5e-6;
+/// A voltage that moves by less than this share of its range is steady.
+const STEADY_VOLTAGE_SHARE: f64 = 0.005;
+/// Shortest time that the voltage must be steady for the ring to decay \[s\].
+const MIN_STEADY_TIME: f64 = 20e-3;
+/// Share of that time, at its end, over which the position is averaged.
+const AVERAGED_SHARE: f64 = 0.5;
+/// Largest movement in it \[m\]: over many periods the rest of the ring averages out to a percent.
+const MAX_RING: f64 = 60e-6;
+/// Largest difference between the means of its two halves, noise aside \[m\].
+const MAX_HALF_DIFFERENCE: f64 = 1e-6;
+/// Smallest height that is not the ground \[m\].
+const MIN_HEIGHT: f64 = 5e-6;
 
 /// A rest in flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +37,7 @@ pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<R
     if low > high {
         return Vec::new();
     }
-    let still = STILL * (high - low);
+    let still = STEADY_VOLTAGE_SHARE * (high - low);
     let mut found = Vec::new();
     let mut begin = 0;
     for i in 1..=volts.len() {
@@ -46,15 +45,15 @@ pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<R
             continue;
         }
         let long = recording.time[i - 1] - recording.time[begin];
-        if long >= LONG {
-            let from = i - ((LAST * (i - begin) as f64) as usize).max(1);
+        if long >= MIN_STEADY_TIME {
+            let from = i - ((AVERAGED_SHARE * (i - begin) as f64) as usize).max(1);
             let middle = (from + i) / 2;
             let halves = [from..middle, middle..i].map(|half| mean(&xp[half]));
             if let [Some((a, x)), Some((b, y))] = halves {
                 let height = 0.5 * (a + b) - level;
                 let spread = x.1.max(y.1) - x.0.min(y.0);
-                let steady = (a - b).abs() < STEADY + noise;
-                if height > CLEAR && spread < AT_REST + 8.0 * noise && steady {
+                let steady = (a - b).abs() < MAX_HALF_DIFFERENCE + noise;
+                if height > MIN_HEIGHT && spread < MAX_RING + 8.0 * noise && steady {
                     found.push(Rest {
                         voltage: volts[begin],
                         height,

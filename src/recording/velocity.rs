@@ -2,11 +2,11 @@
 //! around each, as few as its noise allows.
 
 /// Half widths that are tried, in samples.
-const HALVES: [usize; 6] = [1, 2, 4, 8, 16, 32];
-/// Noise of the slopes, as a share of their range, that is good enough.
-const QUIET: f64 = 0.01;
-/// Samples looked at to tell the noise and the range.
-const GLANCE: usize = 20_000;
+const HALF_WIDTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+/// Largest noise of the slopes, as a share of their range.
+const MAX_NOISE_SHARE: f64 = 0.01;
+/// Most samples from which noise and range are estimated.
+const MAX_INSPECTED: usize = 20_000;
 
 /// Slope of `values` at each of `time` [s], in their unit per second; NaN where a value is
 /// missing or alone. `time` increases.
@@ -22,8 +22,8 @@ pub fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
 fn half_width(time: &[f64], values: &[f64]) -> usize {
     let n = time.len().min(values.len());
     let sigma = third_differences(&values[..n]);
-    let stride = n.div_ceil(GLANCE).max(1);
-    for half in HALVES {
+    let stride = n.div_ceil(MAX_INSPECTED).max(1);
+    for half in HALF_WIDTHS {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for i in (0..n).step_by(stride) {
             let slope = slope_at(time, values, i, half);
@@ -34,16 +34,16 @@ fn half_width(time: &[f64], values: &[f64]) -> usize {
         let interval = (time[n - 1] - time[0]) / (n - 1) as f64;
         let h = half as f64;
         let noise = sigma / (interval * (h * (h + 1.0) * (2.0 * h + 1.0) / 3.0).sqrt());
-        if noise <= QUIET * (high - low) || 8 * half > n {
+        if noise <= MAX_NOISE_SHARE * (high - low) || 8 * half > n {
             return half;
         }
     }
-    HALVES[HALVES.len() - 1]
+    HALF_WIDTHS[HALF_WIDTHS.len() - 1]
 }
 
 /// Noise of single samples, from third differences: what is smooth cancels in them.
 fn third_differences(values: &[f64]) -> f64 {
-    let stride = values.len().div_ceil(GLANCE).max(1);
+    let stride = values.len().div_ceil(MAX_INSPECTED).max(1);
     let mut sizes: Vec<f64> = values
         .windows(4)
         .step_by(stride)

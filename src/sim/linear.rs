@@ -99,13 +99,14 @@ pub struct Swing {
 
 impl Swing {
     /// Below this many radians per step a polynomial is exact to rounding.
-    const SLOW: f64 = 0.5;
+    const MAX_POLYNOMIAL_PHASE: f64 = 0.5;
 
     /// From the state at the start of a step of `h` [s] and the forces at its points.
     pub fn new(oscillator: Oscillator, h: f64, x: f64, v: f64, force: &[f64; S]) -> Self {
         let mut swing = Self {
             oscillator,
-            fast: oscillator.omega2 * h * h > Self::SLOW * Self::SLOW,
+            fast: oscillator.omega2 * h * h
+                > Self::MAX_POLYNOMIAL_PHASE * Self::MAX_POLYNOMIAL_PHASE,
             particular: [0.0; S],
             start: (x, v),
         };

@@ -26,8 +26,8 @@ use crate::model::drive::Waveform;
 /// Most extra states that the effects can have together.
 const MAX_STATES: usize = 32;
 
-/// Device time between two questions whether to go on [s].
-const PIECE: f64 = 0.01;
+/// Device time between two reports of progress, at which a run can be cancelled [s].
+const PROGRESS_INTERVAL: f64 = 0.01;
 
 /// Most samples of one run: 10 GB of trace.
 const MAX_SAMPLES: f64 = 2e8;
@@ -75,7 +75,7 @@ pub fn simulate_while(
     let end = duration.max((samples - 1) as f64 / options.rate);
     // Whole steps are taken: the pieces give the same trace as one run.
     while runner.time() < end {
-        runner.advance(end.min(runner.time() + PIECE), &mut trace)?;
+        runner.advance(end.min(runner.time() + PROGRESS_INTERVAL), &mut trace)?;
         if !go_on() {
             return Ok(None);
         }

@@ -19,14 +19,14 @@ use self::error::MIN_CORRELATION;
 use super::grid::Grid;
 use super::{Channel, Recording};
 
-/// Longest grid that is correlated; longer ones are taken more coarsely.
-const LONGEST: usize = 1 << 20;
-/// Of peaks this close to the best agreement the smallest shift wins: a periodic
+/// Most points of the grid that is correlated; a longer one is made coarser.
+const MAX_GRID: usize = 1 << 20;
+/// Of peaks within this of the best agreement the smallest shift wins: a periodic
 /// motion fits at every period.
-const AS_GOOD: f64 = 0.005;
+const EQUAL_CORRELATION: f64 = 0.005;
 
-/// Most by which the amplitudes may differ, either way.
-const MOST_RATIO: f64 = 10.0;
+/// Largest ratio of the amplitudes, either way.
+const MAX_AMPLITUDE_RATIO: f64 = 10.0;
 /// Samples used to refine the shift.
 const REFINE_SAMPLES: usize = 100_000;
 
@@ -125,7 +125,7 @@ pub fn auto_align(
     }
     // The finer of the two intervals, unless that makes too many samples.
     let (rec_span, sim_span) = (recording.duration(), simulated.end() - simulated.t0);
-    let coarsest = rec_span.max(sim_span) / LONGEST as f64;
+    let coarsest = rec_span.max(sim_span) / MAX_GRID as f64;
     let dt = recording.interval().min(simulated.dt).max(coarsest);
     let (first, _) = recording.span();
     let count = |span: f64| (span / dt + 1e-6) as usize + 1;
@@ -154,7 +154,7 @@ pub fn auto_align(
     if !best.is_finite() {
         return Err(AlignError::NoOverlap);
     }
-    if !(1.0 / MOST_RATIO..=MOST_RATIO).contains(&ratio) {
+    if !(1.0 / MAX_AMPLITUDE_RATIO..=MAX_AMPLITUDE_RATIO).contains(&ratio) {
         return Err(AlignError::Amplitude { ratio });
     }
     let is_peak = |i: usize| {
@@ -166,7 +166,7 @@ pub fn auto_align(
         c >= neighbour(i.checked_sub(1)) && c >= neighbour(Some(i + 1))
     };
     let (lag, _) = (0..lags.len())
-        .filter(|&i| allowed(lags[i].0) && lags[i].1 >= best - AS_GOOD && is_peak(i))
+        .filter(|&i| allowed(lags[i].0) && lags[i].1 >= best - EQUAL_CORRELATION && is_peak(i))
         .map(|i| lags[i])
         .min_by(|a, b| shift_of(a.0).abs().total_cmp(&shift_of(b.0).abs()))
         .or_else(|| lags.iter().copied().find(|l| allowed(l.0) && l.1 == best))

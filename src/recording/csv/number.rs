@@ -235,14 +235,14 @@ pub(super) fn cell(text: &[u8], comma: bool, shift: i32) -> f64 {
 /// Whether a cell is a number (`Some(true)`), one of the ways to say that there is
 /// none (`Some(false)`), or other text (`None`). `comma` as in [`prefix`].
 pub(super) fn looks_numeric(text: &[u8], comma: bool) -> Option<bool> {
-    const MISSING: [&[u8]; 10] = [
+    const MISSING_VALUES: [&[u8]; 10] = [
         b"", b"\"\"", b"nan", b"n/a", b"na", b"null", b"none", b"-", b"inf", b"-inf",
     ];
     if cell(text, comma, 0).is_finite() {
         return Some(true);
     }
     let word = text.trim_ascii();
-    MISSING
+    MISSING_VALUES
         .iter()
         .any(|m| word.eq_ignore_ascii_case(m))
         .then_some(false)

@@ -12,7 +12,7 @@ use super::text::{Progress, READ_SHARE, Text};
 use crate::recording::error::ImportError;
 
 /// Size of one piece of text \[bytes\]: large against a line, small against a file.
-const PIECE: usize = 2 << 20;
+const PIECE_BYTES: usize = 2 << 20;
 
 /// Which columns to read, and as what.
 #[derive(Debug, Clone)]
@@ -212,12 +212,12 @@ impl Table {
     }
 }
 
-/// Pieces of about [`PIECE`] bytes that end with lines.
+/// Pieces of about [`PIECE_BYTES`] bytes that end with lines.
 fn split(text: &Text, range: Range<usize>) -> Vec<Range<usize>> {
-    let mut pieces = Vec::with_capacity(range.len() / PIECE + 1);
+    let mut pieces = Vec::with_capacity(range.len() / PIECE_BYTES + 1);
     let mut start = range.start;
     while start < range.end {
-        let near = (start + PIECE).min(range.end);
+        let near = (start + PIECE_BYTES).min(range.end);
         let end = text.bytes[near..range.end]
             .iter()
             .position(|b| *b == text.newline)

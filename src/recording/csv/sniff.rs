@@ -11,15 +11,15 @@ use super::{header, number, text};
 use crate::recording::error::{ImportError, ImportWarning};
 
 /// Bytes looked at from the beginning of a file.
-const HEAD: usize = 256 << 10;
+const HEAD_BYTES: usize = 256 << 10;
 /// Bytes looked at in the middle and at the end, where the first comma of a decimal
 /// number may be.
-const PROBE: usize = 16 << 10;
+const PROBE_BYTES: usize = 16 << 10;
 /// Rows shown.
-const ROWS: usize = 20;
+const SHOWN_ROWS: usize = 20;
 
 /// Lines looked at, so that a file of empty lines costs nothing.
-const LINES: usize = 2000;
+const MAX_LINES: usize = 2000;
 
 /// What was understood of a file, for a dialog or at once for the import.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,9 +83,12 @@ pub fn preview(path: &Path) -> Result<Preview, ImportError> {
                 reason: error.to_string(),
             })
     };
-    let head = part(0, HEAD)?;
-    let probes = if size > (HEAD + 2 * PROBE) as u64 {
-        vec![part(size / 2, PROBE)?, part(size - PROBE as u64, PROBE)?]
+    let head = part(0, HEAD_BYTES)?;
+    let probes = if size > (HEAD_BYTES + 2 * PROBE_BYTES) as u64 {
+        vec![
+            part(size / 2, PROBE_BYTES)?,
+            part(size - PROBE_BYTES as u64, PROBE_BYTES)?,
+        ]
     } else {
         Vec::new()
     };
@@ -101,10 +104,13 @@ pub fn preview(path: &Path) -> Result<Preview, ImportError> {
 /// # Errors
 /// As [`preview`].
 pub fn preview_bytes(name: &str, bytes: &[u8]) -> Result<Preview, ImportError> {
-    let head = &bytes[..bytes.len().min(HEAD)];
+    let head = &bytes[..bytes.len().min(HEAD_BYTES)];
     let n = bytes.len();
-    let probes: &[&[u8]] = if n > HEAD + 2 * PROBE {
-        &[&bytes[n / 2..n / 2 + PROBE], &bytes[n - PROBE..]]
+    let probes: &[&[u8]] = if n > HEAD_BYTES + 2 * PROBE_BYTES {
+        &[
+            &bytes[n / 2..n / 2 + PROBE_BYTES],
+            &bytes[n - PROBE_BYTES..],
+        ]
     } else {
         &[]
     };
@@ -114,7 +120,7 @@ pub fn preview_bytes(name: &str, bytes: &[u8]) -> Result<Preview, ImportError> {
 }
 
 /// The ways to read a row, the plainest first: a later one must be better to win.
-const WAYS: [(Delimiter, Decimal); 5] = [
+const READING_WAYS: [(Delimiter, Decimal); 5] = [
     (Delimiter::Comma, Decimal::Point),
     (Delimiter::Semicolon, Decimal::Point),
     (Delimiter::Tab, Decimal::Point),
@@ -162,7 +168,7 @@ fn score(lines: &[&[u8]], way: (Delimiter, Decimal), remarks: bool) -> (usize, u
 /// there are none.
 fn best_way(lines: &[&[u8]], remarks: bool) -> Option<((Delimiter, Decimal), usize)> {
     let mut best: Option<((Delimiter, Decimal), (usize, usize))> = None;
-    for way in WAYS {
+    for way in READING_WAYS {
         let (found, cells) = score(lines, way, remarks);
         // Two columns beat one: "0,5" is a row of two before it is a number.
         let rank = (cells.min(2), found);
@@ -184,7 +190,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         text.bytes
     };
     text.check(file, 0..whole.len(), 1)?;
-    let lines: Vec<&[u8]> = text.split(whole).take(LINES).collect();
+    let lines: Vec<&[u8]> = text.split(whole).take(MAX_LINES).collect();
 
     // The first and last line of a probe are parts of lines.
     let mut sample = lines.clone();
@@ -250,7 +256,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
     let shown = lines[settings.skip_lines..]
         .iter()
         .filter(|line| !is_skipped(line, delimiter))
-        .take(ROWS)
+        .take(SHOWN_ROWS)
         .map(|line| show_row(line, delimiter))
         .collect();
     Ok(Preview {
@@ -280,7 +286,7 @@ fn assumed_displacement(
             .map(|cell| number::cell(cell, comma, 0))
             .collect()
     };
-    let table: Vec<Vec<f64>> = lines.iter().take(LINES).map(numbers).collect();
+    let table: Vec<Vec<f64>> = lines.iter().take(MAX_LINES).map(numbers).collect();
     let time: Vec<f64> = table
         .iter()
         .filter_map(|r| r.first().copied())

@@ -6,14 +6,14 @@ pub(crate) mod step;
 pub use self::drift::{LevelDrift, find_level_drift};
 pub use self::step::{LevelStep, find_level_step};
 
-/// A rest shows in a block of this length \[s\].
-const BLOCK: f64 = 4e-4;
-/// And of at least so many samples.
-const LEAST: usize = 16;
+/// Length of the blocks in which rests are looked for \[s\].
+const BLOCK_LENGTH: f64 = 4e-4;
+/// Fewest samples of a block.
+const MIN_BLOCK_SAMPLES: usize = 16;
 
 /// Samples of a block, one every `interval` \[s\].
 fn block_size(interval: f64) -> usize {
-    ((BLOCK / interval) as usize).max(LEAST)
+    ((BLOCK_LENGTH / interval) as usize).max(MIN_BLOCK_SAMPLES)
 }
 
 /// Whether `n` samples that scatter so about a course scatter as their noise `sigma` does:

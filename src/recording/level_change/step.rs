@@ -9,27 +9,27 @@ use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Recording, extremes, quantile_in_place};
 
 /// Rests are looked for within this height of the lowest samples \[m\].
-const NEAR: f64 = 15e-6;
-/// Fewest blocks of rest on either side.
-const SIDE: usize = 3;
-/// Least change of the level \[m\].
-const LEAST_RISE: f64 = 0.05e-6;
-/// And in units of the noise of a sample, of which a rest has many: less than that moves no
+const SEARCH_HEIGHT: f64 = 15e-6;
+/// Fewest blocks of rest on either side of the step.
+const MIN_BLOCKS_PER_SIDE: usize = 3;
+/// Smallest step of the level \[m\].
+const MIN_RISE: f64 = 0.05e-6;
+/// The same in units of the noise of a sample. A rest has many samples; a smaller step moves no
 /// sample out of a stay.
-const VISIBLE: f64 = 3.0;
-/// Share of the change within which all rests of a side must agree.
-const AGREE: f64 = 0.1;
-/// Or within so many times the noise of a sample.
-const SCATTER: f64 = 1.5;
-/// Share of the blocks that may be farther off.
-const STRAY: f64 = 0.05;
-/// Within so many times the noise of a sample of the two levels a mass that goes along with the
-/// ground stays.
-const ALONG: f64 = 6.0;
-/// Share of its range by which the voltage may move meanwhile.
-const AT_ONE_VOLTAGE: f64 = 0.02;
-/// Samples by which a mass may be late in following the voltage.
-const LATE: usize = 20;
+const MIN_RISE_NOISE: f64 = 3.0;
+/// All rests of a side must agree within this share of the step ...
+const MAX_DISAGREEMENT_SHARE: f64 = 0.1;
+/// ... or within so many times the noise of a sample.
+const MAX_DISAGREEMENT_NOISE: f64 = 1.5;
+/// Largest share of the blocks that may be farther off.
+const MAX_STRAY_SHARE: f64 = 0.05;
+/// A mass that moves with the ground stays within so many times the noise of a sample of the two
+/// levels.
+const FOLLOWING_NOISE: f64 = 6.0;
+/// Largest change of the voltage meanwhile, as a share of its range.
+const STEADY_VOLTAGE_SHARE: f64 = 0.02;
+/// Most samples by which the mass may follow the voltage later.
+const MAX_RESPONSE_SAMPLES: usize = 20;
 /// Share of what a straight line leaves of the levels' variance that two levels may leave.
 const NO_LINE: f64 = 0.5;
 
@@ -62,7 +62,7 @@ pub fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
         let spread = (block.iter().map(|x| (x - level).powi(2)).sum::<f64>() / n).sqrt();
         let (a, b) = block.split_at(block.len() / 2);
         let steady = (mean(a) - mean(b)).abs() < 4.0 * sigma * (4.0 / n).sqrt();
-        (level < bottom + NEAR && quiet(spread, sigma, n) && steady).then_some(level)
+        (level < bottom + SEARCH_HEIGHT && quiet(spread, sigma, n) && steady).then_some(level)
     };
     let blocks = (0..xp.len().saturating_sub(size)).step_by(size / 2);
     blocks
@@ -93,7 +93,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     let sigma = noise.filter(|n| n.sigma > 0.0)?.sigma;
     let (time, xp) = (&recording.time, &recording.proof_mass);
     let rests = rests(xp, recording.interval(), sigma);
-    if rests.len() < 2 * SIDE {
+    if rests.len() < 2 * MIN_BLOCKS_PER_SIDE {
         return None;
     }
     // The split that leaves least of the variance.
@@ -105,7 +105,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     for k in 1..n {
         sum += levels[k - 1];
         let between = sum * sum / k as f64 + (whole - sum).powi(2) / (n - k) as f64;
-        if k >= SIDE && n - k >= SIDE && between > best.0 {
+        if k >= MIN_BLOCKS_PER_SIDE && n - k >= MIN_BLOCKS_PER_SIDE && between > best.0 {
             best = (between, k);
         }
     }
@@ -113,7 +113,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     let middle = |side: &[f64]| quantile_in_place(&mut side.to_vec(), 0.5);
     let (before, after) = (middle(&levels[..k]), middle(&levels[k..]));
     let rise = after - before;
-    if rise.is_nan() || rise.abs() <= (VISIBLE * sigma).max(LEAST_RISE) {
+    if rise.is_nan() || rise.abs() <= (MIN_RISE_NOISE * sigma).max(MIN_RISE) {
         return None;
     }
     // What goes on moving is no step.
@@ -125,10 +125,10 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     if about(&levels[..k]) + about(&levels[k..]) > NO_LINE * left_by_line(&when, &levels) {
         return None;
     }
-    let near = (AGREE * rise.abs()).max(SCATTER * sigma);
+    let near = (MAX_DISAGREEMENT_SHARE * rise.abs()).max(MAX_DISAGREEMENT_NOISE * sigma);
     let astray = |side: &[f64], level: f64| {
         let far = side.iter().filter(|x| (**x - level).abs() > near).count();
-        far as f64 > STRAY * side.len() as f64
+        far as f64 > MAX_STRAY_SHARE * side.len() as f64
     };
     if astray(&levels[..k], before) || astray(&levels[k..], after) {
         return None;
@@ -155,14 +155,14 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     let lies_on = || {
         let size = block_size(recording.interval());
         let (low, high) = (before.min(after), before.max(after));
-        let within = low - ALONG * sigma..=high + ALONG * sigma;
+        let within = low - FOLLOWING_NOISE * sigma..=high + FOLLOWING_NOISE * sigma;
         // Blocks on either side may hold a part of the change.
-        let about = from.saturating_sub(size + LATE)..(to + size).min(xp.len());
+        let about = from.saturating_sub(size + MAX_RESPONSE_SAMPLES)..(to + size).min(xp.len());
         to - from <= 2 * size
             && xp[from..=to].iter().all(|x| within.contains(x))
             && voltage.is_some_and(|v| {
                 let ((low, high), (least, most)) = (extremes(v), extremes(&v[about.clone()]));
-                most - least <= AT_ONE_VOLTAGE * (high - low)
+                most - least <= STEADY_VOLTAGE_SHARE * (high - low)
                     && v[about].iter().all(|v| v.is_finite())
             })
     };
@@ -230,7 +230,7 @@ mod tests {
     }
 
     /// When in [`lands_gently`] the mass begins to jump \[s\].
-    const JUMPS: f64 = 0.05;
+    const JUMP_TIME: f64 = 0.05;
 
     /// A mass that sinks so gently that its landing is no sign of the ground and lies there until
     /// it jumps as in [`jumps`]; at sample `at` the level changes by `rise` \[m\] and the voltage
@@ -239,7 +239,11 @@ mod tests {
         let time = |i: usize| 2e-5 * i as f64;
         let level = |t: f64| if t < time(at) - 1e-9 { 0.0 } else { rise };
         let mut recording = jumps(5e-7, level);
-        let begun = recording.time.iter().take_while(|t| **t < JUMPS).count();
+        let begun = recording
+            .time
+            .iter()
+            .take_while(|t| **t < JUMP_TIME)
+            .count();
         let voltage = recording.voltage.as_mut().unwrap();
         for (i, v) in voltage.iter_mut().enumerate().take(begun) {
             let t = time(i);

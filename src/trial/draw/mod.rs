@@ -14,7 +14,7 @@ use super::truth::{Class, Envelope, Truth};
 use crate::recording::Recording;
 
 /// Devices that are drawn before a seed is given up.
-const ATTEMPTS: u64 = 12;
+const MAX_ATTEMPTS: u64 = 12;
 
 /// Why there is no trial.
 #[derive(Debug, Error)]
@@ -148,7 +148,7 @@ impl Case {
             return Err(TrialError::UnknownEffect(id.clone()));
         }
         let mut last = String::from("the structure is singular");
-        for attempt in 0..ATTEMPTS {
+        for attempt in 0..MAX_ATTEMPTS {
             match Self::attempt(seed, attempt, settings) {
                 Ok(Some(parts)) => return parts.seal(),
                 Ok(None) => {}

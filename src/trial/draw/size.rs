@@ -10,8 +10,8 @@ use crate::trial::instrument::Instruments;
 use crate::trial::visibility::{CaseRun, JUST_VISIBLE, deviations};
 use crate::trial::voltage::{Piece, pieces};
 
-/// Standard deviation of what is known of the shift between voltage and readings \[s\].
-const CLOCKS: f64 = 5e-6;
+/// Standard deviation of the shift between voltage and readings, as known beforehand \[s\].
+const CLOCK_SKEW_SIGMA: f64 = 5e-6;
 
 /// A device with its laws and rig, as recordings are made of it.
 pub(crate) struct TrialSetup<'a> {
@@ -72,7 +72,7 @@ impl TrialSetup<'_> {
         // A pure delay is a shift of the clocks and nothing else: it shows by as much as it
         // exceeds what these may be apart. The linear bound would see it in every jump.
         if law.delay() > 0.0 {
-            return Ok(law.delay() / CLOCKS / JUST_VISIBLE);
+            return Ok(law.delay() / CLOCK_SKEW_SIGMA / JUST_VISIBLE);
         }
         let fitted = (0..self.excitations.len()).filter(|i| !self.excitations[*i].held_out);
         let motions = fitted

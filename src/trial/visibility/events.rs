@@ -7,8 +7,8 @@ use crate::trial::hybrid::{Event, Kind};
 use crate::trial::instrument::Instruments;
 use crate::trial::voltage::Piece;
 
-/// Samples after a jump of the drive in which it is what tears the mass off.
-const TORN: f64 = 4.0;
+/// A release within so many samples after a jump of the drive was caused by it.
+const TEAR_SAMPLES: f64 = 4.0;
 
 /// Rows of the events: restitution, level of the ground, pull-off force.
 pub(crate) fn add_events(
@@ -84,7 +84,7 @@ fn instant(made: &CaseRun<'_>, event: &Event, samples: f64, instruments: &Instru
 /// there is none: a sampled voltage says between which samples it is, the cantilever that it
 /// throws, if it is seen, where.
 fn step_instant(made: &CaseRun<'_>, event: &Event, instruments: &Instruments) -> f64 {
-    let since = event.time - TORN / instruments.rate;
+    let since = event.time - TEAR_SAMPLES / instruments.rate;
     let Some(&i) = jumps_within(made.pieces, since, event.time).last() else {
         return 0.0;
     };
@@ -97,7 +97,7 @@ fn step_instant(made: &CaseRun<'_>, event: &Event, instruments: &Instruments) ->
     let jump = (gc(&made.pieces[i]) - gc(&made.pieces[i - 1])).abs();
     let s = &plain.structure;
     let thrown = plain.eta * jump * dot(s.n, &s.read_c, &s.push_drive).abs();
-    begins(thrown, TORN, instruments).min(within_sample)
+    begins(thrown, TEAR_SAMPLES, instruments).min(within_sample)
 }
 
 #[cfg(test)]

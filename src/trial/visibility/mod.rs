@@ -27,8 +27,8 @@ use super::instrument::Instruments;
 
 /// Standard deviations at which an effect counts as just visible.
 pub const JUST_VISIBLE: f64 = 5.0;
-/// Time \[s\] that is followed; longer recordings are judged by a part of their stretches.
-const FOLLOWED: f64 = 0.2;
+/// Time that is followed \[s\]; of longer recordings only some of the stretches are used.
+const FOLLOWED_TIME: f64 = 0.2;
 
 /// Standard deviations by which the effect stands out of what re-tuning can absorb.
 ///
@@ -52,7 +52,7 @@ pub fn deviations(made: &[CaseRun<'_>], instruments: &Instruments) -> Result<f64
         normal.matrix[(column, column)] += 1.0 / (sigma * sigma);
     }
     let all: f64 = made.iter().flat_map(|m| &m.run.stretches).map(length).sum();
-    let every = (all / FOLLOWED).ceil().max(1.0) as usize;
+    let every = (all / FOLLOWED_TIME).ceil().max(1.0) as usize;
     for (number, recording) in made.iter().enumerate() {
         let zeros = base + 7 + 2 * number;
         for stretch in recording
