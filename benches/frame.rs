@@ -2,7 +2,7 @@
 //! one, and its shapes made into triangles, without drawing these. A recording fills the
 //! view and is dragged to and fro, so that every frame shows another part of it.
 //!
-//! `cargo bench --bench frame`. Beside criterion's figures: the slowest of 600 frames.
+//! `cargo bench --bench frame`. Besides criterion's figures: the slowest of 600 frames.
 
 use std::hint::black_box;
 use std::io::Write;

@@ -305,6 +305,17 @@ impl Model {
 }
 
 /// `model` with one more effect, in place of one of the same kind.
+///
+/// # Examples
+/// ```
+/// use impactscope::model::effects::{ActiveEffect, find};
+/// use impactscope::model::{preset::Preset, with_effect};
+///
+/// let mut creep = ActiveEffect::new(find("piezo_creep").unwrap());
+/// creep.set("tau", 0.05);
+/// let model = with_effect(&Preset::default().model, creep);
+/// assert_eq!(model.get("piezo_creep.tau"), Some(0.05));
+/// ```
 pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     let mut with = model.clone();
     with.effects.retain(|e| e.spec != effect.spec);

@@ -173,6 +173,15 @@ impl ParameterId {
     }
 
     /// Finds a parameter by what people type, in any case.
+    ///
+    /// # Examples
+    /// ```
+    /// use impactscope::model::parameter::ParameterId;
+    ///
+    /// let alpha = ParameterId::from_id("alpha").unwrap();
+    /// assert_eq!(alpha.spec().unit, "");
+    /// assert_eq!(ParameterId::from_id("no such parameter"), None);
+    /// ```
     pub fn from_id(id: &str) -> Option<Self> {
         Self::ALL
             .into_iter()

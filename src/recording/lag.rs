@@ -2,7 +2,7 @@
 //!
 //! Readings that lag by `tau` go as `tau y' = x - y` after a mass at `x`, which is never below
 //! the ground: above it, they fall no faster than by the share `exp(-t / tau)` in a time `t`,
-//! and as fast where the mass lies there already. The quickest falls tell `tau`.
+//! and as fast where the mass lies there already. The quickest falls determine `tau`.
 
 use super::level_change::step::rests;
 use super::{Recording, quantile_in_place};
@@ -66,11 +66,11 @@ fn lag_above(falls: &[Fall], clear: f64) -> Option<f64> {
     all.sort_by(f64::total_cmp);
     let quickest = all.get(MAX_SPIKES..MAX_SPIKES + MIN_AGREEING_FALLS)?;
     let (first, last) = (quickest[0], quickest[MIN_AGREEING_FALLS - 1]);
-    let told = first > MIN_LAG_SAMPLES * longest && last < MAX_FALL_RATIO * first;
-    told.then_some(quickest[MIN_AGREEING_FALLS / 2])
+    let is_determined = first > MIN_LAG_SAMPLES * longest && last < MAX_FALL_RATIO * first;
+    is_determined.then_some(quickest[MIN_AGREEING_FALLS / 2])
 }
 
-/// The falls in a recording that are high enough to tell.
+/// The falls in a recording that are high enough to be used.
 fn falls(recording: &Recording, xp: &[f64], sigma: f64) -> Vec<Fall> {
     let interval = recording.interval();
     let mut levels: Vec<f64> = rests(xp, interval, sigma).iter().map(|r| r.level).collect();
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_of_samples_is_told_by_the_quickest_falls() {
+    fn a_lag_of_samples_is_determined_by_the_quickest_falls() {
         for tau in [3e-5, 5e-5, 1e-4] {
             let lag = found(tau).expect("a lag");
             assert!((lag / tau - 1.0).abs() < 0.1, "{tau}: {lag}");
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn without_it_the_mass_stops_suddenly_again() {
+    fn after_removal_of_the_lag_the_mass_stops_suddenly() {
         let tau = 6e-5;
         let recording = taps(tau);
         let impacts = |xp: &[f64], noise: f64| {

@@ -1,7 +1,7 @@
 //! The contact level from data alone: the low height at which the mass rests.
 //!
 //! Resting low is not enough, for a driven mass also settles where it touches
-//! nothing, and a slow one lingers where it turns. The ground is told by four signs:
+//! nothing, and a slow one lingers where it turns. The ground is recognised by four signs:
 //! the mass spends time there standing still (the mode of the histogram of slow, low
 //! samples), nothing is found below it, the time spent near it does not grow as it
 //! does at a turning point, and it is met suddenly or held while the voltage moves.

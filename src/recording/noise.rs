@@ -80,6 +80,21 @@ pub fn recording_noise(
 ///
 /// # Errors
 /// [`NoiseError::TooShort`] below 15 consecutive samples.
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::TimeAxis;
+/// use impactscope::recording::noise::estimate_noise;
+///
+/// // A slow sine, and 10 nm of alternating error on it.
+/// let time = TimeAxis::Uniform { t0: 0.0, dt: 2e-5 };
+/// let values: Vec<f64> = (0..2000)
+///     .map(|i| 1e-6 * (0.001 * f64::from(i)).sin() + if i % 2 == 0 { 1e-8 } else { -1e-8 })
+///     .collect();
+/// let noise = estimate_noise(time, &values)?;
+/// assert!(noise.sigma > 1e-9 && noise.sigma < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn estimate_noise(time: TimeAxis, values: &[f64]) -> Result<NoiseEstimate, NoiseError> {
     let runs = consecutive_runs(time, values);
     let longest = runs.iter().map(|run| run.len()).max().unwrap_or(0);

@@ -1,4 +1,5 @@
-//! Where the mass comes to rest in flight while the voltage stands still, from data alone.
+//! Positions at which the mass rests above the ground while the voltage is steady, from the
+//! data alone. The ring has decayed there: only the static deflection is left.
 
 use super::{Recording, extremes};
 
@@ -15,21 +16,25 @@ const MAX_HALF_DIFFERENCE: f64 = 1e-6;
 /// Smallest height that is not the ground \[m\].
 const MIN_HEIGHT: f64 = 5e-6;
 
-/// A rest in flight.
+/// A position at rest above the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest {
+pub struct RestPosition {
     /// Voltage meanwhile \[V\].
     pub voltage: f64,
     /// Height above the ground \[m\].
     pub height: f64,
 }
 
-/// The rests in a recording, `xp` its proof mass with a lag and changes of
-/// the ground's level taken out,
-/// whose ground is at `level` and whose noise is `noise` \[m\], in order of time. Empty without a
-/// voltage.
+/// The rest positions of a recording, in order of time; empty without a voltage. `xp` is its
+/// proof mass after a lag and changes of the ground's level were removed, `level` the ground's
+/// level, `noise` the standard deviation of a sample, all in \[m\].
 #[must_use]
-pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<Rest> {
+pub fn rest_positions(
+    recording: &Recording,
+    xp: &[f64],
+    level: f64,
+    noise: f64,
+) -> Vec<RestPosition> {
     let Some(volts) = recording.voltage.as_deref() else {
         return Vec::new();
     };
@@ -54,7 +59,7 @@ pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<R
                 let spread = x.1.max(y.1) - x.0.min(y.0);
                 let steady = (a - b).abs() < MAX_HALF_DIFFERENCE + noise;
                 if height > MIN_HEIGHT && spread < MAX_RING + 8.0 * noise && steady {
-                    found.push(Rest {
+                    found.push(RestPosition {
                         voltage: volts[begin],
                         height,
                     });
@@ -66,7 +71,7 @@ pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<R
     found
 }
 
-/// Mean of the values that are there, and the lowest and highest; `None` of too few.
+/// Mean, lowest and highest of the finite values; `None` if fewer than 20 are finite.
 fn mean(values: &[f64]) -> Option<(f64, (f64, f64))> {
     let finite = || values.iter().copied().filter(|x| x.is_finite());
     let count = finite().count();
@@ -95,24 +100,24 @@ mod tests {
     }
 
     #[test]
-    fn it_is_above_the_ground_where_the_ring_has_died_away() {
-        let found = rests(&tapping(), &tapping().proof_mass, -58e-6, 20e-9);
+    fn rest_positions_are_above_the_ground_after_the_ring_has_decayed() {
+        let found = rest_positions(&tapping(), &tapping().proof_mass, -58e-6, 20e-9);
         assert_eq!(found.len(), 2, "{found:?}");
-        for rest in found {
-            assert!((rest.height - 98e-6).abs() < 0.1e-6, "{rest:?}");
-            assert_eq!(rest.voltage, 8.0);
+        for position in found {
+            assert!((position.height - 98e-6).abs() < 0.1e-6, "{position:?}");
+            assert_eq!(position.voltage, 8.0);
         }
     }
 
     #[test]
-    fn there_is_none_while_the_mass_moves_or_without_a_voltage() {
+    fn no_rest_position_while_the_mass_moves_or_without_a_voltage() {
         let mut moving = tapping();
         for (x, t) in moving.proof_mass.iter_mut().zip(&moving.time) {
             *x += 40e-6 * (3e3 * t).sin();
         }
-        assert!(rests(&moving, &moving.proof_mass, -58e-6, 20e-9).is_empty());
+        assert!(rest_positions(&moving, &moving.proof_mass, -58e-6, 20e-9).is_empty());
         let mut blind = tapping();
         blind.voltage = None;
-        assert!(rests(&blind, &blind.proof_mass, -58e-6, 20e-9).is_empty());
+        assert!(rest_positions(&blind, &blind.proof_mass, -58e-6, 20e-9).is_empty());
     }
 }

@@ -2,7 +2,7 @@
 //! recordings of one device have in common whatever drove them.
 //!
 //! A flight is cut where the voltage jumps. In each piece a ring that dies away is fitted
-//! beside what follows the voltage slowly (a polynomial in time and voltage), and the
+//! together with what follows the voltage slowly (a polynomial in time and voltage), and the
 //! pieces that show a ring clearly are put together. The film slows and damps the ring
 //! near the ground, so that the frequency is good to some percent.
 
@@ -169,7 +169,7 @@ impl Piece {
         let tried = |f: f64| -> Option<f64> {
             let each = TRIED_DAMPING_RATIOS
                 .iter()
-                .filter_map(|z| left(&self.beside(&slow, f, *z), &self.xp));
+                .filter_map(|z| left(&self.design_with_ring(&slow, f, *z), &self.xp));
             each.min_by(f64::total_cmp)
         };
         let costs: Vec<f64> = (0..=count as usize)
@@ -218,7 +218,7 @@ impl Piece {
         })
     }
 
-    fn beside(&self, slow: &DMatrix<f64>, frequency: f64, damping: f64) -> DMatrix<f64> {
+    fn design_with_ring(&self, slow: &DMatrix<f64>, frequency: f64, damping: f64) -> DMatrix<f64> {
         let omega = std::f64::consts::TAU * frequency;
         let n = slow.ncols();
         let mut all = slow.clone().resize_horizontally(n + 2, 0.0);
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frequency_is_that_of_the_ring_whatever_the_voltage_does() {
+    fn the_frequency_of_the_ring_does_not_depend_on_the_voltage() {
         for (f, zeta) in [(623.0, 0.026), (500.0, 0.005), (900.0, 0.1)] {
             let omega = std::f64::consts::TAU * f;
             let r = flying(|t| 8e-6 * (-zeta * omega * t).exp() * (omega * t + 0.4).cos());
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_ring_within_the_band_is_no_ring() {
+    fn motion_without_a_ring_in_the_band_gives_no_ring() {
         assert_eq!(found(&flying(|_| 0.0)), None);
         let slow = std::f64::consts::TAU * 100.0;
         assert_eq!(found(&flying(|t| 8e-6 * (slow * t).cos())), None);

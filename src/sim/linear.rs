@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_of_free_motion_goes_over_to_its_answer() {
+    fn the_lag_of_free_motion_tends_to_its_closed_form() {
         let oscillator = Oscillator {
             omega2: 9.0,
             damping: 0.4,

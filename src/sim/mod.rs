@@ -36,6 +36,19 @@ const MAX_SAMPLES: f64 = 2e8;
 ///
 /// # Errors
 /// [`SimError`], naming the parameter at fault and the time.
+///
+/// # Examples
+/// ```
+/// use impactscope::model::{drive::Waveform, preset::Preset};
+/// use impactscope::sim::{Options, simulate};
+///
+/// let model = Preset::default().model;
+/// let drive = Waveform::parse("square:50Hz:7V", 0.02)?;
+/// let trace = simulate(&model, &drive, 0.02, &Options::default())?;
+/// assert_eq!(trace.len(), 1001); // 50 kHz, first and last sample included
+/// assert!(trace.proof_mass.iter().all(|x| x.is_finite()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn simulate(
     model: &Model,
     drive: &Waveform,
@@ -45,8 +58,8 @@ pub fn simulate(
     simulate_while(model, drive, duration, options, || true).map(Option::unwrap_or_default)
 }
 
-/// [`simulate`], given up with `None` as soon as `go_on`, asked every now and then, says
-/// so: for a window whose person has changed the parameters meanwhile.
+/// [`simulate`] that can be cancelled: `go_on` is asked every 10 ms of device time, and `None` is
+/// returned once it is false. The window uses it when parameters change during a run.
 ///
 /// # Errors
 /// As [`simulate`].
@@ -58,7 +71,7 @@ pub fn simulate_while(
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Trace>, SimError> {
     let mut runner = Runner::new(model, drive, options)?;
-    // A span that is a whole number of intervals but for rounding keeps its last sample.
+    // Rounding must not cost the last sample of a whole number of intervals.
     let intervals = duration * options.rate * (1.0 + 1e-12);
     if !(duration > 0.0 && intervals < MAX_SAMPLES) {
         return Err(SimError::Options {

@@ -1,5 +1,5 @@
-//! The rig that every trial has: a device that is not the preset, and instruments that
-//! are slightly off. None of it is physics that was left out.
+//! What every trial has: a device that is not the preset, and instruments that are slightly
+//! off. None of it is missing physics.
 
 use serde::{Deserialize, Serialize};
 

@@ -9,7 +9,7 @@ use crate::fit::options::Part;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
-use crate::recording::rest_positions::rests;
+use crate::recording::rest_positions::rest_positions;
 use crate::recording::ring::{Ring, ring_in};
 
 /// A ring is looked for up to this many times above and below the device's.
@@ -107,7 +107,7 @@ pub fn other_rest(parts: &[Part], findings: &[Findings]) -> Option<String> {
     for (part, found) in parts.iter().zip(findings) {
         let r = &part.recording;
         if let Ok(level) = found.level {
-            let own = rests(r, &found.as_moved(r), level, found.noise.0);
+            let own = rest_positions(r, &found.as_moved(r), level, found.noise.0);
             all.extend(own.into_iter().map(|rest| (part, rest)));
         }
     }

@@ -18,7 +18,7 @@
 //! past begins with an extreme `v_past`.
 
 use super::{Action, EffectSpec, Kinematics, Need};
-use crate::model::bisection::halved;
+use crate::model::bisection::bisect;
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::{Branch, Piezo};
@@ -260,7 +260,7 @@ impl Action for HysteresisMemory {
         let Some(limit) = limits.into_iter().find(passed) else {
             return segment;
         };
-        let end = halved(t, segment.end, |t| {
+        let end = bisect(t, segment.end, |t| {
             (segment.shape.voltage(t) - limit) * (to - from) >= 0.0
         });
         Segment { end, ..segment }

@@ -66,6 +66,17 @@ impl Preset {
     ///
     /// # Errors
     /// [`PresetError`] with file, line, key and reason.
+    ///
+    /// # Examples
+    /// ```
+    /// use impactscope::model::preset::Preset;
+    ///
+    /// let mut model = Preset::load("paper")?.model;
+    /// model.set("alpha", 0.4)?;
+    /// assert_eq!(model.get("alpha"), Some(0.4));
+    /// assert!(model.set("alfa", 0.4).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn load(name_or_path: &str) -> Result<Self, PresetError> {
         if let Some(preset) = Self::embedded(name_or_path) {
             return Ok(preset);

@@ -106,6 +106,23 @@ pub struct Aligned {
 ///
 /// # Errors
 /// [`AlignError`] if there is nothing to correlate, or no clear match.
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::align::auto_align;
+/// use impactscope::recording::{Channel, Grid, Recording};
+///
+/// // A chirp; the recording started 3 ms later than the simulation.
+/// let chirp = |t: f64| 1e-6 * (2e3 * t + 1e5 * t * t).sin();
+/// let time: Vec<f64> = (0..2000).map(|i| 2e-5 * f64::from(i)).collect();
+/// let simulated: Vec<f64> = time.iter().map(|t| chirp(*t)).collect();
+/// let xp = time.iter().map(|t| chirp(t + 3e-3)).collect();
+/// let recording = Recording::new("chirp", time, None, xp, None)?;
+/// let grid = Grid { t0: 0.0, dt: 2e-5, values: &simulated, slopes: None };
+/// let aligned = auto_align(&recording, Channel::ProofMass, 1.0, grid, None)?;
+/// assert!((aligned.time_shift - 3e-3).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn auto_align(
     recording: &Recording,
     channel: Channel,

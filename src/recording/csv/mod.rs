@@ -67,7 +67,7 @@ pub fn import_bytes(
 /// Reads a file as its header says; guesses are among the recording's warnings.
 ///
 /// # Errors
-/// As [`import`], and if the time or position column cannot be told.
+/// As [`import`], and if the time or position column cannot be recognised.
 pub fn import_auto(path: &Path, progress: Option<&Progress>) -> Result<Recording, ImportError> {
     let file = path.display().to_string();
     let bytes = text::read_file(path, progress)?;
@@ -81,6 +81,18 @@ pub fn import_auto(path: &Path, progress: Option<&Progress>) -> Result<Recording
 ///
 /// # Errors
 /// As [`import_auto`].
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::csv::import_bytes_auto;
+///
+/// let text = b"t [ms],V [V],xp [um]\n0.0,7,1.5\n0.1,7,1.25\n0.2,-7,1.0\n";
+/// let recording = import_bytes_auto("example.csv", text)?;
+/// assert_eq!(recording.len(), 3);
+/// assert_eq!(recording.proof_mass[0], 1.5e-6); // metres
+/// assert!(recording.cantilever.is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportError> {
     read_auto(name, bytes, None)
 }

@@ -149,7 +149,7 @@ fn written_exponent(bytes: &[u8], at: usize) -> (i32, usize) {
     }
 }
 
-/// `mantissa / power`, correctly rounded, or `None` where that cannot be told.
+/// `mantissa / power`, correctly rounded, or `None` where the rounding is in doubt.
 ///
 /// The quotient is had to twice the precision from its remainder, which a fused
 /// multiply-add gives exactly (T. J. Dekker, Numer. Math. 18, 1971). Its rounding is

@@ -152,7 +152,7 @@ impl Table {
                     first_row: rows,
                 });
                 if rows == 0 && parsed.rows > 0 {
-                    // The first piece tells how many rows there will be.
+                    // The first piece says how many rows there will be.
                     let expected = parsed.rows as f64 * total as f64 / piece.len().max(1) as f64;
                     for column in table.columns.iter_mut().flatten() {
                         // A wrong guess or a lack of memory only costs copies later.

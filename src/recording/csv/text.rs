@@ -7,14 +7,14 @@ use std::path::Path;
 
 use crate::recording::error::ImportError;
 
-/// Told the share done (0 to 1); returns whether to go on.
+/// Called with the share done (0 to 1); returns whether to go on.
 pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;
 
 /// Share of the progress bar that reading takes; the rest is parsing.
 pub(super) const READ_SHARE: f32 = 0.25;
 /// How much is read between two reports of progress.
 const BLOCK_BYTES: usize = 16 << 20;
-/// How much of the file is looked at to tell text from something else.
+/// How much of the file is inspected to distinguish text from something else.
 const HEAD_BYTES: usize = 64 << 10;
 
 /// The last part of a path, as a name for the screen.

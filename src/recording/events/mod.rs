@@ -48,6 +48,23 @@ pub struct Events {
 /// Finds contacts and impacts in `xp` \[m\] sampled at `time`. Missing samples and
 /// gaps end a contact and mark it as cut. Empty results are no error: the mass may
 /// never touch.
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::TimeAxis;
+/// use impactscope::recording::events::{EventOptions, HOP_HEIGHT, find_events};
+///
+/// // It falls from 20 um, bounces at 5 ms with half the speed, and never comes back.
+/// let xp: Vec<f64> = (0..500)
+///     .map(|i| 2e-5 * f64::from(i))
+///     .map(|t| if t < 5e-3 { 4e-3 * (5e-3 - t) } else { 2e-3 * (t - 5e-3) })
+///     .collect();
+/// let time = TimeAxis::Uniform { t0: 0.0, dt: 2e-5 };
+/// let options = EventOptions { contact_level: 0.0, noise: 1e-9, hop: HOP_HEIGHT };
+/// let events = find_events(time, &xp, &options);
+/// assert_eq!(events.impacts.len(), 1);
+/// assert!((events.impacts[0].v_after - 2e-3).abs() < 1e-6);
+/// ```
 #[must_use]
 pub fn find_events(time: TimeAxis, xp: &[f64], options: &EventOptions) -> Events {
     let mut events = Events::default();

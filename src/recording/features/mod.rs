@@ -1,8 +1,8 @@
 //! The features of Table A.1: peak oscillation amplitude, contact duration, bounces,
 //! per period and in the periodic steady state.
 //!
-//! J. H. Ryou, K. R. Oldham, J. Micromech. Microeng. 22 (2012) 115002, Table A.1, as
-//! MODEL.md reads it:
+//! J. H. Ryou, K. R. Oldham, J. Micromech. Microeng. 22 (2012) 115002, Table A.1. The
+//! paper names the three features; they are read here as:
 //! - peak oscillation amplitude: highest `xp` reached after break-off while the
 //!   voltage falls or is held, minus the lowest `xp`;
 //! - contact duration: total time in contact, hops under 5 um merged;

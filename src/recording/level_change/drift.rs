@@ -188,7 +188,7 @@ fn spread_out(blocks: &[Block], rests: &[usize], length: f64) -> bool {
 }
 
 /// The drift of the ground's level in `recording`, if there is one: with it taken out the
-/// ground must be told by all its signs.
+/// ground must show all its signs.
 #[must_use]
 pub fn find_level_drift(recording: &Recording, noise: Option<NoiseEstimate>) -> Option<LevelDrift> {
     let sigma = noise.filter(|n| n.sigma > 0.0)?.sigma;
@@ -210,8 +210,8 @@ pub fn find_level_drift(recording: &Recording, noise: Option<NoiseEstimate>) -> 
         (seen > MIN_DRIFT_NOISE * sigma && plain).then_some(drift)
     })?;
     let xp = LevelChange::Drift(drift).taken_out(&recording.time, &recording.proof_mass);
-    let told = estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise);
-    told.is_ok().then_some(drift)
+    let level = estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise);
+    level.is_ok().then_some(drift)
 }
 
 /// The course through `rests`, and those near it, found from each other, without the terms

@@ -16,8 +16,8 @@ fn block_size(interval: f64) -> usize {
     ((BLOCK_LENGTH / interval) as usize).max(MIN_BLOCK_SAMPLES)
 }
 
-/// Whether `n` samples that scatter so about a course scatter as their noise `sigma` does:
-/// twice the excess that chance gives the variance of so few.
+/// Whether the scatter of `n` samples about a course agrees with their noise `sigma`: the variance
+/// may exceed it by twice its standard error at so few samples.
 fn quiet(spread: f64, sigma: f64, n: f64) -> bool {
     spread < sigma * (1.0 + 4.0 / (2.0 * n).sqrt())
 }

@@ -87,7 +87,7 @@ fn left_by_line(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// The change of the ground's level in `recording`, if there is one: on either side of it the
-/// ground must be told by all its signs, on one if the mass lies on through it.
+/// ground must show all its signs, on one if the mass lies on through it.
 #[must_use]
 pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> Option<LevelStep> {
     let sigma = noise.filter(|n| n.sigma > 0.0)?.sigma;
@@ -141,9 +141,9 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
         .max_by(|&i, &j| xp[i].total_cmp(&xp[j]))
         .unwrap_or(to);
     let voltage = recording.voltage.as_deref();
-    // Whether a side tells its level by all signs of a ground, or another one; `None` where it
+    // Whether a side shows its level with all signs of a ground, or another one; `None` where it
     // shows no sign.
-    let told = |range: std::ops::Range<usize>, level: f64| {
+    let has_ground_at = |range: std::ops::Range<usize>, level: f64| {
         let v = voltage.map(|v| &v[range.clone()]);
         let axis = TimeAxis::Samples(&time[range.clone()]);
         match estimate_contact_level(axis, v, &xp[range], noise) {
@@ -166,7 +166,10 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
                     && v[about].iter().all(|v| v.is_finite())
             })
     };
-    let is_step = match (told(0..cut, before), told(cut..xp.len(), after)) {
+    let is_step = match (
+        has_ground_at(0..cut, before),
+        has_ground_at(cut..xp.len(), after),
+    ) {
         (Some(first), Some(second)) => first && second,
         // A single stay may show no sign of its own, but where the mass lies on through the
         // step, what it lies on is one and the same.
@@ -265,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_under_a_mass_that_lies_on_is_found_though_its_landing_is_no_sign() {
+    fn a_step_under_a_resting_mass_is_found_even_after_a_gentle_landing() {
         for rise in [-0.9e-6, 0.9e-6] {
             let recording = lands_gently(rise, 1500, (0.0, 0));
             let begun = 0..1400;
@@ -282,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_as_the_voltage_does_or_flies_or_is_not_read_is_no_step_under_a_mass() {
+    fn motion_with_the_voltage_or_in_flight_or_unread_is_no_step_of_the_ground() {
         // It may as well have hung over the ground until the voltage changed, be that wherever it
         // is in a block of samples, and as long before as a mass is late.
         for rise in [-0.6e-6, -0.9e-6] {
@@ -305,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_side_that_shows_another_ground_is_none_without_a_sign() {
+    fn a_side_with_another_ground_level_contradicts_the_step() {
         // It bounces at the level that it lies at later, and hangs over it in between.
         let mut recording = jumps(5e-7, |_| 0.0);
         for (i, x) in recording.proof_mass.iter_mut().enumerate().take(1500) {

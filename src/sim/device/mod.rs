@@ -18,7 +18,7 @@ use crate::model::sensor::Sensor;
 use crate::model::structure::{Held, Mode, Structure};
 use crate::model::{MAX_MODES, Model, ModelError};
 
-/// Modes of a structure, its first ones, that steps follow through forces.
+/// Number of first modes whose motion limits the step length.
 const OWN_MODES: usize = 2;
 
 /// An effect's action and which of the extra states are its own.
@@ -28,7 +28,7 @@ struct Attached {
     action: Arc<dyn Action>,
     first: usize,
     count: usize,
-    /// Whether its states go slower than their rates somewhere.
+    /// Whether its states decay more slowly than their rates somewhere.
     lasts: bool,
 }
 
@@ -57,19 +57,19 @@ pub(super) struct Device {
     piezo: Option<Piezo>,
     eta: f64,
     effects: Vec<Attached>,
-    /// Extra states by which the drive's force goes.
+    /// Extra states on which the drive's force depends.
     drive_states: Vec<Range<usize>>,
     /// Coulomb friction of the mass [N].
     pub friction: f64,
     /// See [`Self::is_moved_by_effects`].
     moved: bool,
-    /// Whether effects change nothing of the motion but by the drive.
+    /// Whether effects change the motion through the drive alone.
     pub only_drive: bool,
     /// Whether effects change the readings.
     pub alters_readings: bool,
     /// Whether the film's force is that of eq (10), at the same instant.
     pub film_is_plain: bool,
-    /// Which effect's law of contact stands in place of the rigid stop.
+    /// The effect whose contact law replaces the rigid stop.
     compliant: Option<usize>,
     /// Force on each mode, in flight and held, per acceleration of the base.
     pub flight_base: Vec<f64>,
@@ -197,9 +197,9 @@ impl Device {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The same in flight and held where nothing but readings is looked for on the way: that of
-    /// the structure's own first two modes. The free motion of others is exact however long the
-    /// step, and for what it does to forces of flight a step's error allows.
+    /// Longest steps in flight and held where only readings are needed: those of the first two
+    /// modes. The free motion of the others is exact for any step, and its effect on the forces
+    /// of flight is part of a step's error estimate.
     pub fn longest_steps_to_read(&self) -> [f64; 2] {
         let own = self.flight.iter().take(OWN_MODES);
         let others = self.flight.iter().skip(OWN_MODES);
@@ -211,7 +211,7 @@ impl Device {
         [flight, held.fold(flight, f64::min)]
     }
 
-    /// Whether a mode that moves the mass swings through more than a period in a step of flight
+    /// Whether a mode that moves the mass vibrates through more than a period in a step of flight
     /// of `h` \[s\].
     pub fn outswings(&self, h: f64) -> bool {
         let mut all = self.flight.iter().zip(&self.phi_p);

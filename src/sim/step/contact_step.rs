@@ -1,4 +1,4 @@
-//! A step with the proof mass held: what its structure does while the mass stays where it is.
+//! A step with the proof mass held at a level: the motion of the rest of the structure.
 
 use super::tables::{Table, Tables};
 use super::{RESOLVED_FORCE_ERROR, Reject, Step};
@@ -50,7 +50,7 @@ impl Step {
         }
     }
 
-    /// Where no effect acts but by the drive, which is known: the modes are linear.
+    /// The step where effects act through the drive alone, which is known: the modes are linear.
     fn held_plain(&mut self, device: &Device, table: &Table, ground: f64) {
         let (m, held) = (self.modes, &device.held);
         let drive = self.drive;
@@ -99,8 +99,8 @@ impl Step {
         self.v_before = v_before;
     }
 
-    /// Where effects feel the motion that they make: forces and motion settle together, to within
-    /// `force_tolerance` \[N\] of the pull-off force, which is told.
+    /// The step where effects depend on the motion that they cause. Forces and motion are iterated
+    /// until the pull-off force, which is returned, changes by less than `force_tolerance` \[N\].
     fn held_with_effects(
         &mut self,
         device: &Device,

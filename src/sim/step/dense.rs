@@ -1,4 +1,4 @@
-//! What a step says between its points.
+//! Dense output: the motion and the extra states between the points of a step.
 
 use super::Step;
 use crate::model::MAX_MODES;
@@ -15,7 +15,7 @@ pub struct StateValues {
     count: usize,
 }
 
-/// How an extra state goes over a step.
+/// The course of an extra state over a step.
 #[derive(Debug, Clone, Copy)]
 pub enum Course {
     /// It stays what it is.

@@ -80,7 +80,7 @@ impl Step {
                 base_v[k] += dot(wv, &self.drive);
             }
         }
-        // A mass that rubs slides the same way all along.
+        // A mass with friction slides the same way all along.
         let friction = device.friction * self.sliding;
         let on_mass = |xp: f64, vp: f64| device.film_force(xp, vp) - friction;
         self.force = [on_mass(self.xp[0], self.vp[0]); S];

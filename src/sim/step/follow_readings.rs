@@ -1,4 +1,4 @@
-//! Brings lagging readings along with a step, and says how far off they may be.
+//! Integrates lagging readings over a step, and estimates their error.
 
 use super::Step;
 use super::tables::Table;
@@ -6,7 +6,7 @@ use crate::sim::device::{Device, dot};
 use crate::sim::nodes::{NODES, S, top_coefficient};
 
 impl Step {
-    /// Brings readings that lag along once the motion has settled; `shapes` are those of the
+    /// Integrates the lagging readings once the motion has converged; `shapes` are those of the
     /// structure at proof mass and cantilever, `levels` \[m\] where they are without its motion.
     pub(super) fn follow_readings(
         &mut self,
@@ -58,7 +58,7 @@ impl Step {
         }
     }
 
-    /// What of the readings' motion is not followed \[m\].
+    /// Error of a reading over the step \[m\]; `None` if extra state `i` is no reading.
     pub(super) fn reading_error(&self, i: usize, input: &[f64; S]) -> Option<f64> {
         self.readings.smooth(i)?;
         let within = self.h.min(1.0 / self.rates[i]);

@@ -1,8 +1,8 @@
 //! Readings that lag, over a step.
 //!
-//! A lag `y' = r (x - y)` of a motion that goes to and fro within a step needs no shorter steps:
-//! what it makes of the free motion of a fast mode is known exactly, and what is left of the
-//! motion is as smooth as the forces.
+//! A lag `y' = r (x - y)` of a motion that vibrates within a step needs no shorter steps. Its
+//! response to the free motion of a fast mode is known in closed form, and the remaining motion
+//! is as smooth as the forces.
 
 use crate::sim::nodes::S;
 

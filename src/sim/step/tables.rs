@@ -15,8 +15,8 @@ use crate::sim::nodes::S;
 /// Finest step is the longest over 2 to this power.
 pub(in crate::sim) const LEVELS: usize = 48;
 
-/// Steps are not chosen shorter than this \[s\] because a piece of the drive is: with the
-/// differences of displacements over a shorter one, their slope is lost to rounding.
+/// A short piece of the drive does not make a step shorter than this \[s\]: over a shorter step
+/// the velocity is lost to rounding in the differences of displacements.
 const MIN_STEP: f64 = 1e-9;
 
 /// Propagators of all oscillators and decays for one step length.
@@ -28,8 +28,8 @@ pub(in crate::sim) struct Table {
     /// Proof mass per force on it and per drive force: `[displacement, velocity]`.
     pub(super) p_from_p: [[[f64; S]; S - 1]; 2],
     pub(super) p_from_d: [[[f64; S]; S - 1]; 2],
-    /// From what the velocities at the points but the first would be without damping between
-    /// modes to what they are, row-major by `[point][mode]`; empty if there is none.
+    /// Maps the velocities that the points after the first would have without damping between
+    /// modes to those with it, row-major by `[point][mode]`; empty if there is no such damping.
     pub(super) damped: Vec<f64>,
 }
 

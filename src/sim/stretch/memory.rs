@@ -81,7 +81,7 @@ impl StretchSimulator {
             let step = (MAX_STEP_SHARE / d.fastest_rate(of_all).max(1.0)).clamp(MIN_STEP, most);
             step.log2().floor().exp2()
         };
-        let (calm, felt) = (
+        let (without_motion, with_motion) = (
             longest(false, MAX_STEP),
             longest(true, MAX_STEP_WITH_MOTION),
         );
@@ -94,9 +94,12 @@ impl StretchSimulator {
             }
         };
         let feeling = d.feeling_rate();
-        let all = memory(d.slowest_rate(), feeling.map_or(calm, |_| felt));
+        let all = memory(
+            d.slowest_rate(),
+            feeling.map_or(without_motion, |_| with_motion),
+        );
         // The motion matters no longer ago than what feels it remembers.
-        let recent = feeling.map_or(f64::NEG_INFINITY, |rate| memory(rate, felt));
+        let recent = feeling.map_or(f64::NEG_INFINITY, |rate| memory(rate, with_motion));
         let mut before = None;
         for &target in times {
             if target - t > all {
@@ -107,7 +110,7 @@ impl StretchSimulator {
             while t < target {
                 let segment = d.piece(segment_at(drive, t), t, &z);
                 let feels = t >= near;
-                let step = if feels { felt } else { calm };
+                let step = if feels { with_motion } else { without_motion };
                 let turn = if feels { target } else { target.min(near) };
                 let end = turn.min(segment.end).min(t + step).max(t + 1e-12);
                 let h = end - t;

@@ -54,7 +54,7 @@ pub struct StretchSimulator {
     device: Device,
     flight: Tables,
     held: Tables,
-    /// Level of the longest step in which a mass that rubs is seen to stop.
+    /// Level of the longest step in which a mass with friction is seen to stop.
     coarsest: usize,
     tolerance: f64,
 }

@@ -13,18 +13,19 @@ use crate::sim::output::FastModes;
 use crate::sim::step::Step;
 use crate::sim::step::tables::LEVELS;
 
-/// Steps after which a stretch is given up, to begin with: where the film is thought to be
-/// all but singular, a fit must not crawl through it.
+/// Steps after which a stretch is given up: a fit must not crawl through a film that its
+/// parameters make nearly singular.
 const MAX_STEPS: u64 = 20_000;
-/// And so many more for each reading.
+/// Further steps that are allowed for each reading.
 const STEPS_PER_READING: u64 = 200;
 
 /// A replayed step is accepted up to this error, over the tolerance.
 const MAX_REPLAYED_ERROR: f64 = 100.0;
 
-/// The lengths of the steps that were taken, stretch by stretch. What differs by little is to be
-/// compared in the same steps: each choice of steps has a discretisation error of its own,
-/// which a difference would divide by its step (Bock 1981, internal differentiation).
+/// The lengths of the steps that were taken, stretch by stretch. Runs that
+/// are differenced must use the same steps: each choice of steps has its own discretisation
+/// error, which a finite difference would divide by its step (internal differentiation, Bock
+/// 1981).
 #[derive(Debug, Clone, Default)]
 pub struct StepSequence(pub(super) Vec<Vec<usize>>);
 
@@ -106,8 +107,8 @@ impl<'a> Stretcher<'a> {
             if device.has_effects() {
                 segment = device.piece(segment, t, &state.z);
             }
-            let rubs = device.friction > 0.0 && !on_ground;
-            if rubs {
+            let has_friction = device.friction > 0.0 && !on_ground;
+            if has_friction {
                 self.apply_friction(&segment, t, &mut held, state);
             }
             let end = to.min(if segment.end > t { segment.end } else { to });
@@ -118,7 +119,9 @@ impl<'a> Stretcher<'a> {
             let mut share = ((end - t) / h).min(1.0);
             let mut reached = if share < 1.0 { end } else { t + h };
             let (mut turned, mut smooth) = (false, None);
-            if rubs && let Some(s) = self.friction_event(&segment, held, t, share, &mut smooth) {
+            if has_friction
+                && let Some(s) = self.friction_event(&segment, held, t, share, &mut smooth)
+            {
                 (share, reached, turned) = (s, t + s * h, true);
             }
             let step = if held.is_some() {

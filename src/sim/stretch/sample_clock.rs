@@ -1,9 +1,9 @@
-//! Readings that come at even intervals.
+//! The clock of evenly spaced readings: free motion over its interval is computed once.
 
 use crate::sim::device::Device;
 use crate::sim::output::FastModes;
 
-/// The interval at which readings come, and what modes do over it.
+/// The interval between readings, and the free motion of the modes over it.
 pub(super) struct SampleClock {
     interval: f64,
     flight: Vec<[f64; 4]>,
@@ -11,7 +11,7 @@ pub(super) struct SampleClock {
 }
 
 impl SampleClock {
-    /// Share of the interval that is rounding.
+    /// Intervals that differ by less than this share are equal.
     const ROUNDING: f64 = 1e-9;
 
     /// Of readings at the increasing `times` \[s\].

@@ -270,7 +270,7 @@ pub(super) fn zero_drift(_: &Device, _: bool, rng: &mut TrialRng) -> Drawn {
     Some((name, room, Law::Drift { amplitude, course }))
 }
 
-/// A sensor that lags or is late.
+/// A sensor with a lag or a pure delay.
 pub(super) fn sensor_lag(_: &Device, other: bool, rng: &mut TrialRng) -> Drawn {
     let (tau, room) = strength(rng, 1.2e-5, 1e-4);
     Some(if other {

@@ -60,7 +60,7 @@ pub enum Law {
     },
     /// The zero of both readings wanders by `amplitude` \[m\].
     Drift { amplitude: f64, course: Drift },
-    /// Both readings are late \[s\].
+    /// Both readings are delayed \[s\].
     Delay(f64),
     /// The gain walks at random with this rms per second^(1/2).
     Wander { rate: f64, seed: u64 },
@@ -219,7 +219,7 @@ impl Law {
         }
     }
 
-    /// How late the readings are \[s\].
+    /// Delay of the readings \[s\].
     #[must_use]
     pub fn delay(&self) -> f64 {
         match self {

@@ -160,7 +160,7 @@ impl Case {
             excitations: &excitations,
         };
         let (class, ids) = conceal(&settings.mix, &mut rng);
-        // A ground that gives way rebounds by its own law: no other shows beside it.
+        // A ground that gives way rebounds by its own law: no other shows together with it.
         if ["compliant_ground", "velocity_restitution"]
             .iter()
             .all(|id| ids.iter().any(|i| i == id))

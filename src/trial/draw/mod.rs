@@ -1,4 +1,4 @@
-//! Drawing a trial: device, rig, what is concealed and at which size, recordings.
+//! Drawing a trial: device, instruments, what is concealed and at which size, recordings.
 
 pub(crate) mod attempt;
 pub(crate) mod size;
@@ -27,7 +27,7 @@ pub enum TrialError {
         /// What stopped the last one.
         last: String,
     },
-    /// An effect was asked for that is not on the menu.
+    /// An effect was asked for that cannot be concealed.
     #[error(
         "\"{0}\" cannot be concealed; name an effect of the catalogue or one that begins with outside_"
     )]
@@ -80,7 +80,7 @@ pub enum Mix {
 pub struct Settings {
     /// The kind of device; drawn if `None`.
     pub structure: Option<StructureKind>,
-    /// Whether the cantilever is read beside the proof mass.
+    /// Whether the cantilever is read together with the proof mass.
     pub cantilever: bool,
     /// Rms of the noise \[m\].
     pub noise: f64,
@@ -111,7 +111,7 @@ impl Default for Settings {
 pub struct Recordings {
     /// To fit.
     pub train: Vec<Arc<Recording>>,
-    /// Kept out.
+    /// Held out.
     pub held_out: Vec<Arc<Recording>>,
 }
 

@@ -1,4 +1,4 @@
-//! Motions of a device with laws and rig, and how large a law is over the smallest
+//! Motions of a device with laws and instruments, and how large a law is over the smallest
 //! visible.
 
 use crate::trial::concealed::concealed_effects::Choice;
@@ -13,7 +13,7 @@ use crate::trial::voltage::{Piece, pieces};
 /// Standard deviation of the shift between voltage and readings, as known beforehand \[s\].
 const CLOCK_SKEW_SIGMA: f64 = 5e-6;
 
-/// A device with its laws and rig, as recordings are made of it.
+/// A device with its laws and instruments, as recordings are made of it.
 pub(crate) struct TrialSetup<'a> {
     pub(crate) plain: &'a Device,
     pub(crate) instruments: &'a Instruments,
@@ -37,11 +37,11 @@ impl TrialSetup<'_> {
         let rate = self.instruments.rate;
         let count = (e.duration * rate).round() as usize + 1;
         let clock = |i: usize| i as f64 / rate;
-        let late: f64 = laws.iter().map(|law| law.delay()).sum();
+        let delay: f64 = laws.iter().map(|law| law.delay()).sum();
         let times: Vec<f64> = (0..count)
             .map(|i| clock(i) - self.instruments.skew)
             .collect();
-        let read_at: Vec<f64> = times.iter().map(|t| t - late).collect();
+        let read_at: Vec<f64> = times.iter().map(|t| t - delay).collect();
         let plain_pieces = pieces(&e.waveform, e.duration);
         let mut driven = plain_pieces.clone();
         let mut device = self.plain.clone();
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_of_a_beams_modes_are_not_known_beforehand() {
+    fn shapes_of_the_beams_modes_are_free_parameters() {
         let none = shows(|_| {});
         assert!(none < 0.1, "{none}");
         for mode in 0..4 {

@@ -35,7 +35,7 @@ pub struct Named {
     pub id: String,
     /// Stated probability.
     pub probability: f64,
-    /// Ids it says it cannot be told apart from.
+    /// Ids from which it cannot be distinguished.
     pub confusion_group: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
@@ -59,7 +59,7 @@ pub struct BeforeAfter {
     pub after: Misfit,
 }
 
-/// A stretch where simulation and recording differ, as told by a diagnosis.
+/// A stretch where simulation and recording differ, as a diagnosis reports it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     /// Name of the recording.

@@ -2,7 +2,7 @@
 //!
 //! Each stretch between events is followed once more by the device without the effect,
 //! from the true state at its start. What differs, in units of the noise, is the
-//! effect's trace; what the baseline's parameters, the rig and the state at the start
+//! effect's trace; what the baseline's parameters, the instruments and the state at the start
 //! of every stretch could absorb is projected out with the generator's own
 //! sensitivities. Restitution, contact level and pull-off force at the events are rows
 //! of their own. The readings' noise has the colour that it is made with; events are
@@ -34,26 +34,30 @@ const FOLLOWED_TIME: f64 = 0.2;
 ///
 /// # Errors
 /// [`RunError`] if the device without the effect cannot be followed.
-pub fn deviations(made: &[CaseRun<'_>], instruments: &Instruments) -> Result<f64, RunError> {
-    let Some(n) = made.first().map(|m| m.plain.structure.n) else {
+pub fn deviations(cases: &[CaseRun<'_>], instruments: &Instruments) -> Result<f64, RunError> {
+    let Some(n) = cases.first().map(|m| m.plain.structure.n) else {
         return Ok(0.0);
     };
     let tunings = tunings(n);
     // After the tunings: dp, alpha, Ca, Ca0, skew, two scales, zeros.
     let base = tunings.len();
-    let size = base + 7 + 2 * made.len();
+    let size = base + 7 + 2 * cases.len();
     let mut normal = NormalEquations {
         matrix: DMatrix::zeros(size, size),
         right: DVector::zeros(size),
         energy: 0.0,
     };
-    // What is known of the rig beforehand, in the columns' units.
+    // What is known of the instruments beforehand, in the columns' units.
     for (column, sigma) in [(base + 4, 5e-6), (base + 5, 0.01), (base + 6, 0.01)] {
         normal.matrix[(column, column)] += 1.0 / (sigma * sigma);
     }
-    let all: f64 = made.iter().flat_map(|m| &m.run.stretches).map(length).sum();
+    let all: f64 = cases
+        .iter()
+        .flat_map(|m| &m.run.stretches)
+        .map(length)
+        .sum();
     let every = (all / FOLLOWED_TIME).ceil().max(1.0) as usize;
-    for (number, recording) in made.iter().enumerate() {
+    for (number, recording) in cases.iter().enumerate() {
         let zeros = base + 7 + 2 * number;
         for stretch in recording
             .run

@@ -20,20 +20,20 @@ const MIN_JUMP: f64 = 0.5;
 
 /// The stretch as the device without the effect can have it: its own coordinates, the
 /// mass on its own ground.
-fn plain_stretch(made: &CaseRun<'_>, stretch: &Stretch) -> Stretch {
-    let n = made.plain.structure.n;
+fn plain_stretch(case: &CaseRun<'_>, stretch: &Stretch) -> Stretch {
+    let n = case.plain.structure.n;
     let mut plain = *stretch;
     // The run may have more coordinates behind the device's own.
-    let more = made.run.coordinates;
+    let more = case.run.coordinates;
     for i in 0..n {
         plain.state[i] = stretch.state[i];
         plain.state[n + i] = stretch.state[more + i];
     }
     plain.state[2 * n..].fill(0.0);
     plain.phase = if stretch.phase.in_contact() {
-        let [xp, vp, ..] = made.plain.points(&plain.state);
-        made.plain.shift(&mut plain.state, -made.plain.dp - xp);
-        made.plain.kick(&mut plain.state, -vp);
+        let [xp, vp, ..] = case.plain.points(&plain.state);
+        case.plain.shift(&mut plain.state, -case.plain.dp - xp);
+        case.plain.kick(&mut plain.state, -vp);
         Phase::Held {
             since: stretch.start,
         }
