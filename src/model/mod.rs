@@ -308,13 +308,15 @@ impl Model {
 ///
 /// # Examples
 /// ```
-/// use impactscope::model::effects::{ActiveEffect, find};
+/// use impactscope::model::effects::{ActiveEffect, CATALOGUE};
 /// use impactscope::model::{preset::Preset, with_effect};
 ///
-/// let mut creep = ActiveEffect::new(find("piezo_creep").unwrap());
-/// creep.set("tau", 0.05);
-/// let model = with_effect(&Preset::default().model, creep);
-/// assert_eq!(model.get("piezo_creep.tau"), Some(0.05));
+/// let spec = CATALOGUE[0];
+/// let mut effect = ActiveEffect::new(spec);
+/// assert!(effect.set(spec.parameters[0].id, spec.parameters[0].range.1));
+/// let model = with_effect(&Preset::default().model, effect);
+/// let id = format!("{}.{}", spec.id, spec.parameters[0].id);
+/// assert_eq!(model.get(&id), Some(spec.parameters[0].range.1));
 /// ```
 pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     let mut with = model.clone();

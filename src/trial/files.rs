@@ -14,7 +14,7 @@ use crate::recording::csv::write_recording;
 pub struct CaseFiles {
     /// Recordings to fit.
     pub train: Vec<PathBuf>,
-    /// Recordings kept out.
+    /// Held-out recordings.
     pub held_out: Vec<PathBuf>,
 }
 

@@ -76,7 +76,7 @@ fn digit(bytes: &[u8], at: usize) -> Option<u8> {
 
 /// The digits of a number before its written exponent.
 struct Mantissa {
-    /// All digits as one integer, the decimal mark left out.
+    /// All digits as one integer, without the decimal mark.
     digits: u64,
     /// Whether the integer does not fit into a `u64`.
     overflow: bool,

@@ -22,7 +22,7 @@ pub struct Contact {
     pub start: f64,
     /// Last touch \[s\]; equal to `start` for a touch shorter than a sample.
     pub end: f64,
-    /// Time of it on the ground, hops left out \[s\].
+    /// Time of it on the ground, without the hops \[s\].
     pub touching: f64,
     /// Whether the recording (or a gap) cuts the contact, so that it may be longer.
     pub cut: bool,

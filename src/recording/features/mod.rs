@@ -71,7 +71,7 @@ pub struct PeriodFeatures {
     pub contact_duration: Option<f64>,
     /// Bounces before the sustained contact; `None` if the contact level is unknown.
     pub bounces: Option<u32>,
-    /// Whether samples are missing inside (the period is left out of the mean).
+    /// Whether samples are missing inside (the period does not count in the mean).
     pub gap: bool,
 }
 

@@ -141,15 +141,7 @@ impl StretchSimulator {
                     rates[i] *= pace;
                     u[i] *= pace;
                 });
-                for ((z, u), rate) in z.iter_mut().zip(&u).zip(&rates) {
-                    let decay = (-rate * h).exp();
-                    let gain = if *rate > 0.0 {
-                        -(-rate * h).exp_m1() / rate
-                    } else {
-                        h
-                    };
-                    *z = *z * decay + u * gain;
-                }
+                decay(&mut z, &u, &rates, h);
                 t = end;
                 if t >= segment.end {
                     d.end_piece(&segment, t, &mut z);
@@ -158,5 +150,18 @@ impl StretchSimulator {
             out.extend_from_slice(&z);
         }
         out
+    }
+}
+
+/// Advances states by `h` \[s\] under `z' = -rate z + u` with constant inputs: exact.
+fn decay(z: &mut [f64], inputs: &[f64], rates: &[f64], h: f64) {
+    for ((z, u), rate) in z.iter_mut().zip(inputs).zip(rates) {
+        let decay = (-rate * h).exp();
+        let gain = if *rate > 0.0 {
+            -(-rate * h).exp_m1() / rate
+        } else {
+            h
+        };
+        *z = *z * decay + u * gain;
     }
 }

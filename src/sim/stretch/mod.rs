@@ -11,6 +11,7 @@ mod memory;
 mod motion;
 pub(crate) mod propagate;
 mod sample_clock;
+mod sampled_step;
 #[cfg(test)]
 mod tests;
 

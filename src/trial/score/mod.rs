@@ -36,7 +36,7 @@ pub enum Mark {
     Abstained,
     /// It named what is not there.
     Wrong,
-    /// It named an effect, or called something unexplained, where nothing was left out.
+    /// It named an effect, or called something unexplained, where nothing is concealed.
     FalseAlarm,
 }
 
