@@ -9,7 +9,7 @@ use crate::model::piezo::Piezo;
 /// Version of the preset format that is written.
 pub(super) const FORMAT: u32 = 1;
 
-/// The file as written; checked and turned into a [`Preset`] afterwards.
+/// The file as written; checked and turned into a [`super::Preset`] afterwards.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {

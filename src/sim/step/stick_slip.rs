@@ -71,7 +71,8 @@ impl<W: Fn(&Swing) -> bool> Sliding<'_, W> {
             bend += most * h * (damping * rate + omega2);
         }
         let start = self.start();
-        // Where it cannot come to a stop before the first even look, the last of the early ones will do.
+        // Where it cannot come to a stop before the first even look, the last of the early ones
+        // will do.
         let plain = start > steepest * apart;
         let early = &early[if plain { early.len() - 1 } else { 0 }..];
         let seen = early.iter().map(|&s| (s, self.speed(s)));
@@ -107,8 +108,8 @@ impl Step {
             .sum()
     }
 
-    /// Whether a bound shows that the mass slides on over the whole step; `smooth` is its motion but
-    /// for the free motion of fast modes.
+    /// Whether a bound shows that the mass slides on over the whole step; `smooth` is its motion
+    /// without the free motion of fast modes.
     fn slides_on(&self, smooth: &Dense, shape: &[f64]) -> bool {
         smooth.least_slope(self.sliding, self.h) > self.most_speed(shape, |swing| swing.fast)
     }
