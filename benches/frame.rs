@@ -2,7 +2,7 @@
 //! one, and its shapes made into triangles, without drawing these. A recording fills the
 //! view and is dragged to and fro, so that every frame shows another part of it.
 //!
-//! `cargo bench --bench frame`. Beside criterion's figures: the slowest of 600 frames.
+//! `cargo bench --bench frame`. Besides criterion's figures: the slowest of 600 frames.
 
 use std::hint::black_box;
 use std::io::Write;
@@ -23,15 +23,15 @@ use impactscope::model::preset::Preset;
 type Failed = Box<dyn std::error::Error>;
 
 /// Size of the window [points].
-const SIZE: [f32; 2] = [1440.0, 900.0];
-/// Somewhere in the plot of the trajectories.
-const MIDDLE: Pos2 = pos2(640.0, 480.0);
+const WINDOW_SIZE: [f32; 2] = [1440.0, 900.0];
+/// A point in the plot of the trajectories.
+const PLOT_MIDDLE: Pos2 = pos2(640.0, 480.0);
 /// How far the pointer moves between two frames [points].
-const STEP: f32 = 3.0;
-/// Frames after which it turns.
-const TURN: usize = 50;
+const POINTER_STEP: f32 = 3.0;
+/// Frames after which the pointer turns back.
+const TURN_FRAMES: usize = 50;
 /// The time that the window shows at first [s].
-const SPAN: f64 = 0.4;
+const SHOWN_SPAN: f64 = 0.4;
 
 /// The window as its owner drives it, less the picture on a screen.
 struct Window {
@@ -57,7 +57,7 @@ impl Window {
             context,
             shell,
             frame: eframe::Frame::_new_kittest(),
-            pointer: MIDDLE,
+            pointer: PLOT_MIDDLE,
             frames: 0,
             pans: 0,
         })
@@ -66,7 +66,7 @@ impl Window {
     /// One frame, 1/60 s after the last.
     fn draw(&mut self, events: Vec<Event>) -> FullOutput {
         let input = RawInput {
-            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, SIZE.into())),
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, WINDOW_SIZE.into())),
             time: Some(self.frames as f64 / 60.0),
             events,
             ..RawInput::default()
@@ -122,9 +122,9 @@ impl Window {
 
     /// A frame in which the view is dragged on.
     fn pan(&mut self) -> FullOutput {
-        let back = (self.pans / TURN) % 2 == 1;
+        let back = (self.pans / TURN_FRAMES) % 2 == 1;
         self.pans += 1;
-        self.pointer += vec2(if back { -STEP } else { STEP }, 0.0);
+        self.pointer += vec2(if back { -POINTER_STEP } else { POINTER_STEP }, 0.0);
         let moved = Event::PointerMoved(self.pointer);
         self.draw(vec![moved])
     }
@@ -181,7 +181,7 @@ fn recording(folder: &Path, samples: usize) -> Result<PathBuf, Failed> {
     writeln!(file, "t [s],V [V],xp [um],xc [um]")?;
     let mut state = 1u64;
     for i in 0..samples {
-        let t = SPAN * i as f64 / samples as f64;
+        let t = SHOWN_SPAN * i as f64 / samples as f64;
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1);
         let noise = (state >> 40) as f64 / (1u64 << 24) as f64 - 0.5;
         let wave = (600.0 * t).sin();

@@ -1,4 +1,4 @@
-//! Import of a long CSV recording, beside the plain `csv` crate reading the same
+//! Import of a long CSV recording, compared with the plain `csv` crate reading the same
 //! text into `f64`. Rows: 1e6, or `IMPORT_ROWS`.
 
 use std::io::Write;

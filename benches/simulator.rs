@@ -1,4 +1,4 @@
-//! What a run costs, beside `diffsol` on the same problem at a similar error.
+//! What a run costs, compared with `diffsol` on the same problem at a similar error.
 //!
 //! `cargo bench --bench simulator`. After criterion's own figures a table gives, for each
 //! case, the error of both against the reference integration, their times and the ratio.

@@ -305,6 +305,19 @@ impl Model {
 }
 
 /// `model` with one more effect, in place of one of the same kind.
+///
+/// # Examples
+/// ```
+/// use impactscope::model::effects::{ActiveEffect, CATALOGUE};
+/// use impactscope::model::{preset::Preset, with_effect};
+///
+/// let spec = CATALOGUE[0];
+/// let mut effect = ActiveEffect::new(spec);
+/// assert!(effect.set(spec.parameters[0].id, spec.parameters[0].range.1));
+/// let model = with_effect(&Preset::default().model, effect);
+/// let id = format!("{}.{}", spec.id, spec.parameters[0].id);
+/// assert_eq!(model.get(&id), Some(spec.parameters[0].range.1));
+/// ```
 pub fn with_effect(model: &Model, effect: ActiveEffect) -> Model {
     let mut with = model.clone();
     with.effects.retain(|e| e.spec != effect.spec);

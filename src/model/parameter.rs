@@ -120,7 +120,7 @@ macro_rules! parameter_table {
     };
 }
 
-const ANY: (f64, f64) = (-1e9, 1e9);
+const UNBOUNDED_RANGE: (f64, f64) = (-1e9, 1e9);
 const NOT_NEGATIVE: (f64, f64) = (0.0, 1e9);
 
 parameter_table! {
@@ -154,13 +154,13 @@ parameter_table! {
         "factor on the second mode's shape at the proof mass: how much it moves there, and how hard an impact rings it", "xp = phi_p1 q1 + shape_p2 phi_p2 q2   (eq. 1)";
     DriveP: "drive_p", "drive_p", "share of the drive on the proof mass", "", 0.0, (-0.2, 0.2), (-1e3, 1e3), Linear, Advanced,
         "force of the drive on the proof mass over that on the cantilever: how unevenly it drives the modes", "F_drive on p = drive_p eta gc(V, V')   (eq. 6)";
-    X0: "x0", "x0", "initial displacement", "m", 0.0, (-100e-6, 100e-6), ANY, Linear, Advanced,
+    X0: "x0", "x0", "initial displacement", "m", 0.0, (-100e-6, 100e-6), UNBOUNDED_RANGE, Linear, Advanced,
         "displacement of the proof mass at t = 0, the structure bent as by a force on it", "xp(0) = x0";
-    V0: "v0", "v0", "initial velocity", "m/s", 0.0, (-1.0, 1.0), ANY, Linear, Advanced,
+    V0: "v0", "v0", "initial velocity", "m/s", 0.0, (-1.0, 1.0), UNBOUNDED_RANGE, Linear, Advanced,
         "velocity of the proof mass at t = 0, given as by an impulse on it", "xp'(0) = v0";
-    OffsetP: "offset_p", "offset_p", "sensor offset, proof mass", "m", 0.0, (-100e-6, 100e-6), ANY, Linear, Advanced,
+    OffsetP: "offset_p", "offset_p", "sensor offset, proof mass", "m", 0.0, (-100e-6, 100e-6), UNBOUNDED_RANGE, Linear, Advanced,
         "constant added to the reading of xp", "reading = xp + offset_p + noise";
-    OffsetC: "offset_c", "offset_c", "sensor offset, cantilever", "m", 0.0, (-100e-6, 100e-6), ANY, Linear, Advanced,
+    OffsetC: "offset_c", "offset_c", "sensor offset, cantilever", "m", 0.0, (-100e-6, 100e-6), UNBOUNDED_RANGE, Linear, Advanced,
         "constant added to the reading of xc", "reading = xc + offset_c + noise";
     Noise: "noise", "noise", "sensor noise", "m", 0.0, (0.0, 1e-6), (0.0, 1e9), Linear, Advanced,
         "standard deviation of the white noise added when a recording is made up", "reading = x + offset + noise";
@@ -173,6 +173,15 @@ impl ParameterId {
     }
 
     /// Finds a parameter by what people type, in any case.
+    ///
+    /// # Examples
+    /// ```
+    /// use impactscope::model::parameter::ParameterId;
+    ///
+    /// let alpha = ParameterId::from_id("alpha").unwrap();
+    /// assert_eq!(alpha.spec().unit, "");
+    /// assert_eq!(ParameterId::from_id("no such parameter"), None);
+    /// ```
     pub fn from_id(id: &str) -> Option<Self> {
         Self::ALL
             .into_iter()

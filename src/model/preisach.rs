@@ -19,15 +19,15 @@ pub const MEMORY: usize = 12;
 /// Voltages that differ by less than this count as equal [V].
 pub const EQUAL: f64 = 1e-9;
 /// Moments of the density that `G`, of the fifth power, calls for.
-const MOMENTS: usize = 6;
+const MOMENT_COUNT: usize = 6;
 /// Half widths at which they are known, as a share of the reference amplitude.
-const STEP: f64 = 1.0 / 160.0;
+const MOMENT_STEP: f64 = 1.0 / 160.0;
 /// The same as a share of `1/q`, which may be shorter.
-const NARROW_STEP: f64 = 0.125;
+const NARROW_MOMENT_STEP: f64 = 0.125;
 /// How many of those there are: sweeps of 7.5 times the reference. Later ones are summed.
-const CELLS: usize = 600;
+const MOMENT_CELLS: usize = 600;
 /// Parts in which widths beyond those are summed.
-const BEYOND: usize = 64;
+const TAIL_PARTS: usize = 64;
 /// Nodes and weights of Gauss and Legendre's rule of 4 points on -1 to 1.
 static NODES: [(f64, f64); 4] = [
     (-0.8611363115940526, 0.34785484513745374),
@@ -37,7 +37,7 @@ static NODES: [(f64, f64); 4] = [
 ];
 
 /// An end of a sweep \[V\], and `G` around it as a polynomial; zeros where all widths count alike.
-type End = (f64, [f64; MOMENTS]);
+type End = (f64, [f64; MOMENT_COUNT]);
 
 /// The relays, with what their cycle between plus and minus the reference comes to.
 #[derive(Debug, Clone)]
@@ -53,7 +53,7 @@ pub struct Relays {
     /// Distance of the half widths at which the moments are known \[V\].
     step: f64,
     /// `int_0^h f(h') h'^n dh'` at every `step` of `h`; empty where all widths count alike.
-    moments: Vec<[f64; MOMENTS]>,
+    moments: Vec<[f64; MOMENT_COUNT]>,
     /// `f` there, times `step`.
     densities: Vec<f64>,
 }
@@ -67,15 +67,15 @@ impl Relays {
             wider: wider / reference,
             uneven: [slant, b2 / reference.powi(2), b4 / reference.powi(4)],
             half_height: 1.0,
-            ends: [(0.0, [0.0; MOMENTS]); 2],
-            step: (STEP * reference).min(NARROW_STEP / narrow),
+            ends: [(0.0, [0.0; MOMENT_COUNT]); 2],
+            step: (MOMENT_STEP * reference).min(NARROW_MOMENT_STEP / narrow),
             moments: Vec::new(),
             densities: Vec::new(),
         };
         if narrow != 0.0 || wider != 0.0 || b2 != 0.0 || b4 != 0.0 {
             relays.moments = relays.integrate();
             let at = |cell: usize| relays.step * relays.density(relays.step * cell as f64);
-            relays.densities = (0..=CELLS).map(at).collect();
+            relays.densities = (0..=MOMENT_CELLS).map(at).collect();
         }
         relays.ends = [-reference, reference].map(|v| relays.end(v));
         let e = |a: f64, b: f64| relays.everett(a, b);
@@ -95,10 +95,10 @@ impl Relays {
     }
 
     /// The moments over half widths that a sweep may reach.
-    fn integrate(&self) -> Vec<[f64; MOMENTS]> {
-        let mut sum = [0.0; MOMENTS];
+    fn integrate(&self) -> Vec<[f64; MOMENT_COUNT]> {
+        let mut sum = [0.0; MOMENT_COUNT];
         let mut all = vec![sum];
-        for cell in 0..CELLS {
+        for cell in 0..MOMENT_CELLS {
             self.add(&mut sum, self.step * cell as f64, self.step);
             all.push(sum);
         }
@@ -106,7 +106,7 @@ impl Relays {
     }
 
     /// Adds to the moments what half widths from `h` on bring over `step`.
-    fn add(&self, sum: &mut [f64; MOMENTS], h: f64, step: f64) {
+    fn add(&self, sum: &mut [f64; MOMENT_COUNT], h: f64, step: f64) {
         for (x, weight) in NODES {
             let h = h + step * (0.5 + 0.5 * x);
             let mut term = 0.5 * step * weight * self.density(h);
@@ -118,25 +118,25 @@ impl Relays {
     }
 
     /// The moments up to `h` \[V\]: between the points by value and slope.
-    fn moments(&self, h: f64) -> [f64; MOMENTS] {
+    fn moments(&self, h: f64) -> [f64; MOMENT_COUNT] {
         let place = h / self.step;
-        if place > CELLS as f64 {
-            let mut sum = self.moments[CELLS];
-            let (last, part) = (self.step * CELLS as f64, 1.0 / BEYOND as f64);
-            for i in 0..BEYOND {
+        if place > MOMENT_CELLS as f64 {
+            let mut sum = self.moments[MOMENT_CELLS];
+            let (last, part) = (self.step * MOMENT_CELLS as f64, 1.0 / TAIL_PARTS as f64);
+            for i in 0..TAIL_PARTS {
                 let from = last + (h - last) * part * i as f64;
                 self.add(&mut sum, from, (h - last) * part);
             }
             return sum;
         }
-        let cell = (place as usize).min(CELLS - 1);
+        let cell = (place as usize).min(MOMENT_CELLS - 1);
         let (low, high) = (&self.moments[cell], &self.moments[cell + 1]);
         let at = [cell, cell + 1].map(|i| self.step * i as f64);
         let mut slope = [self.densities[cell], self.densities[cell + 1]];
         let t = place - cell as f64;
         let r = 1.0 - t;
-        let mut out = [0.0; MOMENTS];
-        for n in 0..MOMENTS {
+        let mut out = [0.0; MOMENT_COUNT];
+        for n in 0..MOMENT_COUNT {
             out[n] = r * r * ((1.0 + 2.0 * t) * low[n] + t * slope[0])
                 + t * t * ((1.0 + 2.0 * r) * high[n] - r * slope[1]);
             slope = [slope[0] * at[0], slope[1] * at[1]];
@@ -145,12 +145,12 @@ impl Relays {
     }
 
     /// `G(c + h)` as a polynomial in `h`.
-    fn around(&self, c: f64) -> [f64; MOMENTS] {
+    fn around(&self, c: f64) -> [f64; MOMENT_COUNT] {
         let [slant, square, fourth] = self.uneven;
         let mut g = [0.0, 1.0, 0.5 * slant, square / 3.0, 0.0, 0.2 * fourth];
         // Horner's scheme, once for each power.
-        for first in 0..MOMENTS {
-            for n in (first..MOMENTS - 1).rev() {
+        for first in 0..MOMENT_COUNT {
+            for n in (first..MOMENT_COUNT - 1).rev() {
                 g[n] += c * g[n + 1];
             }
         }
@@ -165,7 +165,7 @@ impl Relays {
     /// An end of a sweep at `c` \[V\].
     fn end(&self, c: f64) -> End {
         let around = if self.moments.is_empty() {
-            [0.0; MOMENTS]
+            [0.0; MOMENT_COUNT]
         } else {
             self.around(c)
         };

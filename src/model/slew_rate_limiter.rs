@@ -1,28 +1,28 @@
-//! A follower of bounded pace: it goes where the voltage goes, but no faster than one volt
-//! per `pace` seconds. What drives is exact over each piece: a line while it lags behind by
-//! more than `slack`; once it has come as near, the voltage itself if there is no slack, and
-//! what the slack allows otherwise, which is its owner's to know.
+//! A slew rate limiter: its output follows the voltage, but no faster than one volt per `pace`
+//! seconds. The output is exact over each piece of the drive. While it is more than `slack`
+//! behind, it is a straight line. Once it is nearer, it is the voltage itself if there is no
+//! slack; otherwise the owner integrates what happens within the slack.
 
-use super::bisection::halved;
+use super::bisection::bisect;
 use super::drive::{Segment, Shape};
 
-/// Numbers that a follower keeps: where it was \[V\] when the piece began, and when \[s\].
+/// Numbers that the limiter remembers: where it was \[V\] when the piece began, and when \[s\].
 pub const MEMORY: usize = 2;
 
-/// Difference of the voltages that counts as none, as a share of them.
-const EQUAL: f64 = 1e-12;
+/// Voltages that differ by less than this share of them are equal.
+const EQUAL_VOLTAGE_SHARE: f64 = 1e-12;
 /// The same as a share of the slack: where the owner integrates, it comes to the end of its
 /// slack no more exactly.
-const NEAR: f64 = 1e-6;
-/// Parts of a piece by which the instants are bracketed at which a follower begins to lag
+const SLACK_TOLERANCE: f64 = 1e-6;
+/// Parts of a piece by which the instants are bracketed at which the output begins to lag
 /// behind or has caught up.
-const PARTS: usize = 256;
-/// Longest piece \[s\] that is looked through.
-const LONGEST: f64 = 1.0;
+const BRACKETING_PARTS: usize = 256;
+/// Longest piece that is searched \[s\].
+const MAX_PIECE: f64 = 1.0;
 
 /// A follower.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slew {
+pub struct SlewRateLimiter {
     /// Time that it takes for a volt \[s/V\], above 0.
     pub pace: f64,
     /// How far behind the pace no longer binds it \[V\], 0 or more.
@@ -38,7 +38,7 @@ pub struct Course {
     pub end: f64,
 }
 
-impl Slew {
+impl SlewRateLimiter {
     /// Where the follower is \[V\] at full pace while the voltage is `voltage` at `t`, in the
     /// piece whose start `memory` tells. Without slack that is where it is.
     pub fn follow(&self, voltage: f64, t: f64, memory: &[f64]) -> f64 {
@@ -56,7 +56,8 @@ impl Slew {
     pub fn bound(&self, voltage: f64, t: f64, memory: &[f64]) -> Option<(f64, f64)> {
         let own = self.follow(voltage, t, memory);
         let behind = voltage - own;
-        (behind.abs() >= (1.0 - NEAR) * self.slack).then(|| (own, behind.signum() / self.pace))
+        (behind.abs() >= (1.0 - SLACK_TOLERANCE) * self.slack)
+            .then(|| (own, behind.signum() / self.pace))
     }
 
     /// Brings the memory up to date at the end of a piece, where the follower is at `level`.
@@ -70,9 +71,10 @@ impl Slew {
         let voltage = shape.voltage(t);
         let own = self.follow(voltage, t, memory);
         let behind = voltage - own;
-        let until = segment.end.min(t + LONGEST);
+        let until = segment.end.min(t + MAX_PIECE);
         let fastest = 1.0 / self.pace;
-        let equal = (EQUAL * voltage.abs().max(own.abs())).max(NEAR * self.slack);
+        let equal =
+            (EQUAL_VOLTAGE_SHARE * voltage.abs().max(own.abs())).max(SLACK_TOLERANCE * self.slack);
         let lags = behind.abs() > self.slack + equal;
         let slope = shape.slope(t);
         // At the end of its slack it is outrun by what goes away from it.
@@ -102,9 +104,9 @@ impl Slew {
 /// First instant after `start` at which `holds` becomes true, to within a small share of the
 /// time looked through; `None` if it does not by `end`.
 fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
-    let at = |k: usize| start + (end - start) * k as f64 / PARTS as f64;
-    let k = (1..=PARTS).find(|&k| holds(at(k)))?;
-    Some(halved(at(k - 1), at(k), holds))
+    let at = |k: usize| start + (end - start) * k as f64 / BRACKETING_PARTS as f64;
+    let k = (1..=BRACKETING_PARTS).find(|&k| holds(at(k)))?;
+    Some(bisect(at(k - 1), at(k), holds))
 }
 
 #[cfg(test)]
@@ -113,7 +115,7 @@ mod tests {
     use super::super::slew_rate_limiter::*;
 
     /// The follower of a waveform at `times`, piece by piece.
-    fn followed(slew: &Slew, waveform: &Waveform, times: &[f64]) -> Vec<f64> {
+    fn followed(slew: &SlewRateLimiter, waveform: &Waveform, times: &[f64]) -> Vec<f64> {
         let (mut t, mut memory) = (0.0, [0.0; MEMORY]);
         let mut next = times.iter().peekable();
         let mut out = Vec::new();
@@ -132,7 +134,7 @@ mod tests {
     }
 
     /// The same by small steps, each no longer than the pace lets it be.
-    fn stepped(slew: &Slew, waveform: &Waveform, times: &[f64]) -> Vec<f64> {
+    fn stepped(slew: &SlewRateLimiter, waveform: &Waveform, times: &[f64]) -> Vec<f64> {
         const STEP: f64 = 1e-7;
         let (mut steps, mut u) = (0u32, 0.0f64);
         let mut out = Vec::new();
@@ -149,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_follower_is_no_faster_than_its_pace() {
+    fn the_output_is_no_faster_than_the_pace() {
         // A square wave that it never reaches, one that it does, a sine faster than it in
         // places, a chirp and a triangle.
         for (text, pace) in [
@@ -161,7 +163,7 @@ mod tests {
             ("chirp:10Hz:300Hz:6V", 3e-4),
         ] {
             let waveform = Waveform::parse(text, 0.05).unwrap();
-            let slew = Slew { pace, slack: 0.0 };
+            let slew = SlewRateLimiter { pace, slack: 0.0 };
             let times: Vec<f64> = (1..1000).map(|i| 5e-5 * f64::from(i)).collect();
             let pieces = followed(&slew, &waveform, &times);
             let steps = stepped(&slew, &waveform, &times);
@@ -179,7 +181,7 @@ mod tests {
     fn a_slow_voltage_is_followed_exactly() {
         let waveform = Waveform::parse("sine:15Hz:8V", 0.1).unwrap();
         let times: Vec<f64> = (0..900).map(|i| 1e-4 * f64::from(i)).collect();
-        let slew = Slew {
+        let slew = SlewRateLimiter {
             pace: 5e-5,
             slack: 0.0,
         };

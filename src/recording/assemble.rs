@@ -34,131 +34,33 @@ pub(super) struct Place<'a> {
 pub(super) fn assemble(
     mut columns: Columns,
     place: &Place,
-    mut warnings: Vec<ImportWarning>,
+    warnings: Vec<ImportWarning>,
 ) -> Result<Recording, ImportError> {
+    let mut report = Report { place, warnings };
     let rows = columns.time.len();
-    let mut warn = |kind, count, row: Option<usize>, message: String| {
-        warnings.push(ImportWarning {
-            kind,
-            count,
-            first_line: row.map(place.line_of),
-            message,
-        });
-    };
-    let time_column = (place.column_of)(None);
     if rows < 2 {
-        return Err(ImportError::TooFewRows {
-            file: place.file.to_owned(),
-            line: (place.line_of)(0),
-            column: time_column,
-            rows,
-        });
+        return Err(place.too_few_rows(rows));
     }
-    let empty = |channel: Option<Channel>| ImportError::EmptyColumn {
-        file: place.file.to_owned(),
-        line: (place.line_of)(0),
-        column: (place.column_of)(channel),
-        symbol: channel.map_or("t", Channel::symbol).to_owned(),
-        cell: (place.cell_of)(0, channel),
-    };
-
-    // Cells that are no numbers.
     let (missing_times, first_missing_time) = missing(&columns.time);
     if missing_times == rows {
-        return Err(empty(None));
+        return Err(place.empty_column(None));
     }
-    for channel in Channel::ALL {
-        let column = match channel {
-            Channel::Voltage => columns.voltage.as_ref(),
-            Channel::ProofMass => Some(&columns.proof_mass),
-            Channel::Cantilever => columns.cantilever.as_ref(),
-        };
-        let Some(column) = column else { continue };
-        let (count, first) = missing(column);
-        if count == column.len() {
-            match channel {
-                Channel::ProofMass => return Err(empty(Some(channel))),
-                Channel::Voltage => columns.voltage = None,
-                Channel::Cantilever => columns.cantilever = None,
-            }
-            let message = format!("{} holds no numbers and is left out", channel.symbol());
-            warn(WarningKind::IgnoredColumn, count, first, message);
-        } else if count > 0 {
-            let line = first.map_or(0, place.line_of);
-            let message = format!(
-                "{} of {} {} not {} (first in line {line}); {} left out of comparisons",
-                counted(count, "cell"),
-                channel.symbol(),
-                if count == 1 { "is" } else { "are" },
-                if count == 1 { "a number" } else { "numbers" },
-                if count == 1 { "it is" } else { "they are" },
-            );
-            warn(WarningKind::NotANumber, count, first, message);
-        }
-    }
+    count_missing_cells(&mut columns, &mut report)?;
     if missing_times > 0 {
-        let line = first_missing_time.map_or(0, place.line_of);
-        let (have, are) = if missing_times == 1 {
-            ("has", "is")
-        } else {
-            ("have", "are")
-        };
-        let message = format!(
-            "{} {have} no time that is a number (first in line {line}) and {are} left out",
-            counted(missing_times, "row"),
-        );
-        warn(
-            WarningKind::TimeNotANumber,
-            missing_times,
-            first_missing_time,
-            message,
-        );
+        report.missing_times(missing_times, first_missing_time);
     }
 
-    // Rows that go back in time.
     let increasing = missing_times == 0 && columns.time.windows(2).all(|w| w[1] > w[0]);
     if !increasing {
-        let (keep, backwards, first) = forward_rows(&columns.time);
-        if backwards * 2 > rows - missing_times {
-            return Err(ImportError::TimeBackwards {
-                file: place.file.to_owned(),
-                line: first.map_or(0, place.line_of),
-                column: time_column,
-                count: backwards,
-                rows,
-            });
-        }
-        if backwards > 0 {
-            let line = first.map_or(0, place.line_of);
-            let message = format!(
-                "in {} time does not increase (first in line {line}); {} left out",
-                counted(backwards, "row"),
-                if backwards == 1 { "it is" } else { "they are" },
-            );
-            warn(WarningKind::TimeNotIncreasing, backwards, first, message);
-        }
-        let pick = |column: &mut Vec<f64>| {
-            let mut kept = keep.iter();
-            column.retain(|_| kept.next().copied().unwrap_or(false));
-        };
-        pick(&mut columns.time);
-        pick(&mut columns.proof_mass);
-        columns.voltage.iter_mut().for_each(pick);
-        columns.cantilever.iter_mut().for_each(pick);
-        if columns.time.len() < 2 {
-            return Err(ImportError::TooFewRows {
-                file: place.file.to_owned(),
-                line: (place.line_of)(0),
-                column: time_column,
-                rows: columns.time.len(),
-            });
-        }
+        drop_backward_rows(&mut columns, missing_times, &mut report)?;
         // What is counted below has no line any more: rows have moved.
         judge_time(&columns, |kind, count, _, message| {
-            warn(kind, count, None, message)
+            report.warn(kind, count, None, message)
         });
     } else {
-        judge_time(&columns, warn);
+        judge_time(&columns, |kind, count, row, message| {
+            report.warn(kind, count, row, message)
+        });
     }
 
     let mut recording = Recording::new(
@@ -172,8 +74,139 @@ pub(super) fn assemble(
         file: place.file.to_owned(),
         reason: error.to_string(),
     })?;
-    recording.warnings = warnings;
+    recording.warnings = report.warnings;
     Ok(recording)
+}
+
+impl Place<'_> {
+    fn too_few_rows(&self, rows: usize) -> ImportError {
+        ImportError::TooFewRows {
+            file: self.file.to_owned(),
+            line: (self.line_of)(0),
+            column: (self.column_of)(None),
+            rows,
+        }
+    }
+
+    fn empty_column(&self, channel: Option<Channel>) -> ImportError {
+        ImportError::EmptyColumn {
+            file: self.file.to_owned(),
+            line: (self.line_of)(0),
+            column: (self.column_of)(channel),
+            symbol: channel.map_or("t", Channel::symbol).to_owned(),
+            cell: (self.cell_of)(0, channel),
+        }
+    }
+}
+
+/// The warnings of an import, with the lines that they are about.
+struct Report<'a> {
+    place: &'a Place<'a>,
+    warnings: Vec<ImportWarning>,
+}
+
+impl Report<'_> {
+    fn warn(&mut self, kind: WarningKind, count: usize, row: Option<usize>, message: String) {
+        self.warnings.push(ImportWarning {
+            kind,
+            count,
+            first_line: row.map(self.place.line_of),
+            message,
+        });
+    }
+
+    fn missing_times(&mut self, count: usize, first: Option<usize>) {
+        let line = first.map_or(0, self.place.line_of);
+        let (have, are) = if count == 1 {
+            ("has", "is")
+        } else {
+            ("have", "are")
+        };
+        let message = format!(
+            "{} {have} no time that is a number (first in line {line}) and {are} left out",
+            counted(count, "row"),
+        );
+        self.warn(WarningKind::TimeNotANumber, count, first, message);
+    }
+}
+
+/// Counts the cells of each channel that are no numbers. A voltage or cantilever without any
+/// number is dropped; a proof mass without any is an error.
+fn count_missing_cells(columns: &mut Columns, report: &mut Report<'_>) -> Result<(), ImportError> {
+    for channel in Channel::ALL {
+        let column = match channel {
+            Channel::Voltage => columns.voltage.as_ref(),
+            Channel::ProofMass => Some(&columns.proof_mass),
+            Channel::Cantilever => columns.cantilever.as_ref(),
+        };
+        let Some(column) = column else { continue };
+        let (count, first) = missing(column);
+        if count == column.len() {
+            match channel {
+                Channel::ProofMass => return Err(report.place.empty_column(Some(channel))),
+                Channel::Voltage => columns.voltage = None,
+                Channel::Cantilever => columns.cantilever = None,
+            }
+            let message = format!("{} holds no numbers and is left out", channel.symbol());
+            report.warn(WarningKind::IgnoredColumn, count, first, message);
+        } else if count > 0 {
+            let line = first.map_or(0, report.place.line_of);
+            let message = format!(
+                "{} of {} {} not {} (first in line {line}); {} left out of comparisons",
+                counted(count, "cell"),
+                channel.symbol(),
+                if count == 1 { "is" } else { "are" },
+                if count == 1 { "a number" } else { "numbers" },
+                if count == 1 { "it is" } else { "they are" },
+            );
+            report.warn(WarningKind::NotANumber, count, first, message);
+        }
+    }
+    Ok(())
+}
+
+/// Drops the rows without a time and those that go back in time.
+///
+/// # Errors
+/// [`ImportError`] if most rows go back, or fewer than two are left.
+fn drop_backward_rows(
+    columns: &mut Columns,
+    missing_times: usize,
+    report: &mut Report<'_>,
+) -> Result<(), ImportError> {
+    let place = report.place;
+    let rows = columns.time.len();
+    let (keep, backwards, first) = forward_rows(&columns.time);
+    if backwards * 2 > rows - missing_times {
+        return Err(ImportError::TimeBackwards {
+            file: place.file.to_owned(),
+            line: first.map_or(0, place.line_of),
+            column: (place.column_of)(None),
+            count: backwards,
+            rows,
+        });
+    }
+    if backwards > 0 {
+        let line = first.map_or(0, place.line_of);
+        let message = format!(
+            "in {} time does not increase (first in line {line}); {} left out",
+            counted(backwards, "row"),
+            if backwards == 1 { "it is" } else { "they are" },
+        );
+        report.warn(WarningKind::TimeNotIncreasing, backwards, first, message);
+    }
+    let pick = |column: &mut Vec<f64>| {
+        let mut kept = keep.iter();
+        column.retain(|_| kept.next().copied().unwrap_or(false));
+    };
+    pick(&mut columns.time);
+    pick(&mut columns.proof_mass);
+    columns.voltage.iter_mut().for_each(pick);
+    columns.cantilever.iter_mut().for_each(pick);
+    if columns.time.len() < 2 {
+        return Err(place.too_few_rows(columns.time.len()));
+    }
+    Ok(())
 }
 
 /// Number of missing samples, and the first.

@@ -49,9 +49,9 @@ pub struct Comparison {
     pub mean: f64,
     /// Number of samples compared.
     pub count: usize,
-    /// Samples left out because the recording or the simulation has no number there.
+    /// Samples not compared because the recording or the simulation has no number there.
     pub missing: usize,
-    /// Samples left out because they lie before or after the simulation.
+    /// Samples not compared because they lie before or after the simulation.
     pub outside: usize,
 }
 

@@ -2,33 +2,37 @@
 //!
 //! Readings that lag by `tau` go as `tau y' = x - y` after a mass at `x`, which is never below
 //! the ground: above it, they fall no faster than by the share `exp(-t / tau)` in a time `t`,
-//! and as fast where the mass lies there already. The quickest falls tell `tau`.
+//! and as fast where the mass lies there already. The quickest falls determine `tau`.
 
 use super::level_change::step::rests;
 use super::{Recording, quantile_in_place};
 
-/// Heights above the ground that tell, in units of the noise: a few percent of noise in a share.
-const CLEAR: f64 = 30.0;
-/// Times as high a lag falls by the same share, and a slow mass by less.
-const HIGHER: f64 = 2.0;
-/// Times in which the two agree.
-const BOTH: f64 = 1.25;
-/// Highest one \[m\].
-const NEAR: f64 = 20e-6;
-/// Rests are on the ground within this height of the lowest, and in units of the noise \[m\].
-const SAME: (f64, f64) = (0.3e-6, 8.0);
-/// Fewest rests on it.
-const LEAST: usize = 5;
-/// Share of the samples that may lie farther below it: spikes of a sensor.
-const BELOW: f64 = 2e-3;
+/// Smallest height above the ground that is used, in units of the noise: at this height the
+/// noise is a few percent of a share.
+const MIN_HEIGHT_NOISE: f64 = 30.0;
+/// Ratio of the two heights that are compared: a lag falls by the same share from both, a slow
+/// mass by less from the higher one.
+const HEIGHT_RATIO: f64 = 2.0;
+/// Largest ratio of the lags from the two heights.
+const MAX_HEIGHT_DISAGREEMENT: f64 = 1.25;
+/// Largest height that is used \[m\].
+const MAX_HEIGHT: f64 = 20e-6;
+/// Rests are on the ground within this height of the lowest \[m\], and within so many times the
+/// noise.
+const GROUND_TOLERANCE: (f64, f64) = (0.3e-6, 8.0);
+/// Fewest rests on the ground.
+const MIN_RESTS: usize = 5;
+/// Largest share of the samples farther below the ground: spikes of a sensor.
+const MAX_SHARE_BELOW: f64 = 2e-3;
 /// So many of the quickest falls may be spikes of a sensor.
-const SPIKES: usize = 2;
-/// And so many after them agree about the lag.
-const AGREE: usize = 10;
-/// Times in which they do.
-const ALIKE: f64 = 1.5;
-/// Shortest lag that shows, in samples: a mass that stops between two of them falls as fast.
-const SHORTEST: f64 = 0.8;
+const MAX_SPIKES: usize = 2;
+/// So many falls after them must agree about the lag.
+const MIN_AGREEING_FALLS: usize = 10;
+/// Largest ratio of the lags of falls that agree.
+const MAX_FALL_RATIO: f64 = 1.5;
+/// Shortest lag that is determined, in samples: a mass that stops between two of them falls as
+/// fast.
+const MIN_LAG_SAMPLES: f64 = 0.8;
 
 /// The lag of all of `recordings` \[s\], each with its reading of the proof mass, changes of the
 /// ground's level taken out, and its noise \[m\]; `None` where the mass stops within a sample.
@@ -38,9 +42,9 @@ pub fn find_lag(recordings: &[(&Recording, &[f64], f64)]) -> Option<f64> {
     for (recording, xp, sigma) in recordings {
         all.extend(falls(recording, xp, *sigma));
     }
-    let low = lag_above(&all, CLEAR)?;
-    let high = lag_above(&all, HIGHER * CLEAR)?;
-    (high.max(low) < BOTH * high.min(low)).then_some(low)
+    let low = lag_above(&all, MIN_HEIGHT_NOISE)?;
+    let high = lag_above(&all, HEIGHT_RATIO * MIN_HEIGHT_NOISE)?;
+    (high.max(low) < MAX_HEIGHT_DISAGREEMENT * high.min(low)).then_some(low)
 }
 
 /// A fall near the ground from one sample to the next.
@@ -60,32 +64,35 @@ fn lag_above(falls: &[Fall], clear: f64) -> Option<f64> {
     let longest = high().fold(0.0f64, |longest, fall| longest.max(fall.interval));
     let mut all: Vec<f64> = high().map(|fall| fall.lag).collect();
     all.sort_by(f64::total_cmp);
-    let quickest = all.get(SPIKES..SPIKES + AGREE)?;
-    let (first, last) = (quickest[0], quickest[AGREE - 1]);
-    let told = first > SHORTEST * longest && last < ALIKE * first;
-    told.then_some(quickest[AGREE / 2])
+    let quickest = all.get(MAX_SPIKES..MAX_SPIKES + MIN_AGREEING_FALLS)?;
+    let (first, last) = (quickest[0], quickest[MIN_AGREEING_FALLS - 1]);
+    let is_determined = first > MIN_LAG_SAMPLES * longest && last < MAX_FALL_RATIO * first;
+    is_determined.then_some(quickest[MIN_AGREEING_FALLS / 2])
 }
 
-/// The falls in a recording that are high enough to tell.
+/// The falls in a recording that are high enough to be used.
 fn falls(recording: &Recording, xp: &[f64], sigma: f64) -> Vec<Fall> {
     let interval = recording.interval();
     let mut levels: Vec<f64> = rests(xp, interval, sigma).iter().map(|r| r.level).collect();
     let lowest = quantile_in_place(&mut levels, 0.02);
-    levels.retain(|level| *level < lowest + SAME.0 + SAME.1 * sigma);
-    if levels.len() < LEAST {
+    levels.retain(|level| *level < lowest + GROUND_TOLERANCE.0 + GROUND_TOLERANCE.1 * sigma);
+    if levels.len() < MIN_RESTS {
         return Vec::new();
     }
     let level = quantile_in_place(&mut levels, 0.5);
     // A mass that moves below it has rested elsewhere.
-    let below = xp.iter().filter(|x| **x < level - SAME.1 * sigma).count();
-    if below as f64 > BELOW * xp.len() as f64 {
+    let below = xp
+        .iter()
+        .filter(|x| **x < level - GROUND_TOLERANCE.1 * sigma)
+        .count();
+    if below as f64 > MAX_SHARE_BELOW * xp.len() as f64 {
         return Vec::new();
     }
     let one = |i: usize| {
         let (from, to) = (xp[i] - level, xp[i + 1] - level);
         let share = to.max(f64::MIN_POSITIVE) / from;
         let there = to.is_finite() && !recording.is_gap(i);
-        let falls = there && from > CLEAR * sigma && from < NEAR && share < 1.0;
+        let falls = there && from > MIN_HEIGHT_NOISE * sigma && from < MAX_HEIGHT && share < 1.0;
         falls.then(|| Fall {
             from: from / sigma,
             lag: -(recording.time[i + 1] - recording.time[i]) / share.ln(),
@@ -166,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_of_samples_is_told_by_the_quickest_falls() {
+    fn a_lag_of_samples_is_determined_by_the_quickest_falls() {
         for tau in [3e-5, 5e-5, 1e-4] {
             let lag = found(tau).expect("a lag");
             assert!((lag / tau - 1.0).abs() < 0.1, "{tau}: {lag}");
@@ -190,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn without_it_the_mass_stops_suddenly_again() {
+    fn after_removal_of_the_lag_the_mass_stops_suddenly() {
         let tau = 6e-5;
         let recording = taps(tau);
         let impacts = |xp: &[f64], noise: f64| {

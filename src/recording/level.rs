@@ -1,27 +1,27 @@
 //! The contact level from data alone: the low height at which the mass rests.
 //!
 //! Resting low is not enough, for a driven mass also settles where it touches
-//! nothing, and a slow one lingers where it turns. The ground is told by four signs:
+//! nothing, and a slow one lingers where it turns. The ground is recognised by four signs:
 //! the mass spends time there standing still (the mode of the histogram of slow, low
 //! samples), nothing is found below it, the time spent near it does not grow as it
 //! does at a turning point, and it is met suddenly or held while the voltage moves.
 
-use super::events::{EventOptions, HOP, find_events};
+use super::events::{EventOptions, HOP_HEIGHT, find_events};
 use super::features::missing::Missing;
 use super::grid::TimeAxis;
 use super::noise::NoiseEstimate;
 use super::{extremes, median_in_place, quantile_in_place};
 
-/// A stay shorter than this shows no rest \[s\] (the sustained contact of Table A.1).
-const REST: f64 = 2e-4;
+/// Shortest stay that shows a rest \[s\] (the sustained contact of Table A.1).
+const MIN_STAY: f64 = 2e-4;
 /// Only this lower share of the travel is searched.
-const LOW_SHARE: f64 = 0.3;
-/// Samples at each end of a contact in which the voltage is not looked at.
-const CLEAR: usize = 20;
-/// A voltage that moves by this share of its range from one sample to the next jumps.
-const JUMP: f64 = 0.02;
-/// Share of all samples that may lie below the ground: spikes of a sensor.
-const BELOW: f64 = 2e-3;
+const SEARCHED_SHARE: f64 = 0.3;
+/// Samples at each end of a contact in which the voltage is not used.
+const GUARD_SAMPLES: usize = 20;
+/// A voltage that changes by this share of its range from one sample to the next jumps.
+const JUMP_SHARE: f64 = 0.02;
+/// Largest share of the samples below the ground: spikes of a sensor.
+const MAX_SHARE_BELOW: f64 = 2e-3;
 
 /// The level \[m\] at which the mass rests on the ground.
 ///
@@ -52,9 +52,9 @@ pub fn estimate_contact_level(
 
     // Slow and low samples.
     let interval = time.interval(xp.len());
-    let rest = ((REST / interval).ceil() as usize).max(3);
+    let rest = ((MIN_STAY / interval).ceil() as usize).max(3);
     let still = (6.0 * sigma).max(1.5 * step).max(1e-3 * range);
-    let low = bottom + LOW_SHARE * range;
+    let low = bottom + SEARCHED_SHARE * range;
     let slow: Vec<f64> = (0..xp.len().saturating_sub(rest))
         .filter(|&i| {
             let same = |j: usize| (xp[j] - xp[i]).abs() <= still;
@@ -89,7 +89,7 @@ pub fn estimate_contact_level(
     // Nothing below it.
     let margin = (5.0 * sigma).max(2.0 * bin);
     let below = finite.iter().filter(|x| **x < level - margin).count();
-    if below as f64 > BELOW * finite.len() as f64 {
+    if below as f64 > MAX_SHARE_BELOW * finite.len() as f64 {
         return Err(Missing::NotAFloor { level });
     }
     // At a turning point the time below a height grows with its square root: twice
@@ -102,7 +102,7 @@ pub fn estimate_contact_level(
     let options = EventOptions {
         contact_level: level,
         noise: sigma,
-        hop: HOP.min(0.1 * range),
+        hop: HOP_HEIGHT.min(0.1 * range),
     };
     let events = find_events(time, xp, &options);
     let sudden = !events.impacts.is_empty();
@@ -119,7 +119,7 @@ pub fn estimate_contact_level(
 fn held_against(time: TimeAxis, voltage: &[f64], contacts: &[super::events::Contact]) -> bool {
     let (low, high) = extremes(voltage);
     let all = (high - low).max(0.0);
-    let clear = CLEAR as f64 * time.interval(voltage.len());
+    let clear = GUARD_SAMPLES as f64 * time.interval(voltage.len());
     let mut i = 0;
     let mut moved = 0;
     for contact in contacts {
@@ -135,7 +135,7 @@ fn held_against(time: TimeAxis, voltage: &[f64], contacts: &[super::events::Cont
         let (mut place, mut least, mut most) = (0.0, 0.0f64, 0.0f64);
         let steps = voltage[from..i].windows(2).map(|w| w[1] - w[0]);
         // A missing voltage makes a step that is none of either.
-        for step in steps.filter(|step| step.abs() <= JUMP * all) {
+        for step in steps.filter(|step| step.abs() <= JUMP_SHARE * all) {
             place += step;
             least = least.min(place);
             most = most.max(place);

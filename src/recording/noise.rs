@@ -14,12 +14,12 @@ use thiserror::Error;
 use super::grid::TimeAxis;
 use super::{Channel, Recording, median_in_place, quantile_in_place};
 
-/// Orders tried, highest first; a short record cannot afford a high one.
-const ORDERS: [usize; 5] = [12, 8, 6, 4, 3];
-/// Differences per window.
-const WINDOW: usize = 64;
-/// Windows rougher than this times the quiet ones hold an impact and are left out.
-const ROUGH: f64 = 2.0;
+/// Orders of differences that are tried, highest first; a short record cannot afford a high one.
+const DIFFERENCE_ORDERS: [usize; 5] = [12, 8, 6, 4, 3];
+/// Differences in a window.
+const WINDOW_DIFFERENCES: usize = 64;
+/// Windows rougher than this times the quiet ones contain an impact and are not used.
+const MAX_ROUGHNESS: f64 = 2.0;
 /// Median of the absolute value of a unit normal variable.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 /// Windows looked at in a very long record, evenly picked.
@@ -80,13 +80,28 @@ pub fn recording_noise(
 ///
 /// # Errors
 /// [`NoiseError::TooShort`] below 15 consecutive samples.
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::TimeAxis;
+/// use impactscope::recording::noise::estimate_noise;
+///
+/// // A slow sine, and 10 nm of alternating error on it.
+/// let time = TimeAxis::Uniform { t0: 0.0, dt: 2e-5 };
+/// let values: Vec<f64> = (0..2000)
+///     .map(|i| 1e-6 * (0.001 * f64::from(i)).sin() + if i % 2 == 0 { 1e-8 } else { -1e-8 })
+///     .collect();
+/// let noise = estimate_noise(time, &values)?;
+/// assert!(noise.sigma > 1e-9 && noise.sigma < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn estimate_noise(time: TimeAxis, values: &[f64]) -> Result<NoiseEstimate, NoiseError> {
     let runs = consecutive_runs(time, values);
     let longest = runs.iter().map(|run| run.len()).max().unwrap_or(0);
-    let Some(order) = ORDERS.into_iter().find(|p| longest >= 5 * p) else {
+    let Some(order) = DIFFERENCE_ORDERS.into_iter().find(|p| longest >= 5 * p) else {
         return Err(NoiseError::TooShort {
             found: longest,
-            needed: 5 * ORDERS[ORDERS.len() - 1],
+            needed: 5 * DIFFERENCE_ORDERS[DIFFERENCE_ORDERS.len() - 1],
         });
     };
     let of_order = |p: usize| sigma_of_order(values, &runs, p);
@@ -133,7 +148,7 @@ fn sigma_of_order(values: &[f64], runs: &[std::ops::Range<usize>], p: usize) -> 
     for run in runs {
         let mut start = run.start;
         while start + 2 * p < run.end {
-            let end = (start + WINDOW + p).min(run.end);
+            let end = (start + WINDOW_DIFFERENCES + p).min(run.end);
             windows.push(start..end);
             start = end - p;
         }
@@ -159,7 +174,7 @@ fn sigma_of_order(values: &[f64], runs: &[std::ops::Range<usize>], p: usize) -> 
     let mut pool: Vec<f64> = differences
         .iter()
         .zip(&levels)
-        .filter(|(_, level)| **level <= ROUGH * quiet)
+        .filter(|(_, level)| **level <= MAX_ROUGHNESS * quiet)
         .flat_map(|(d, _)| d.iter().copied())
         .collect();
     if pool.is_empty() {

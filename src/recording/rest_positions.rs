@@ -1,36 +1,40 @@
-//! Where the mass comes to rest in flight while the voltage stands still, from data alone.
+//! Positions at which the mass rests above the ground while the voltage is steady, from the
+//! data alone. The ring has decayed there: only the static deflection is left.
 
 use super::{Recording, extremes};
 
-/// A voltage that moves by less than this share of its range stands still.
-const STILL: f64 = 0.005;
-/// Shortest time that it must stand for the ring to die away \[s\].
-const LONG: f64 = 20e-3;
-/// The last of that time, in which the mass is looked at, as a share.
-const LAST: f64 = 0.5;
-/// What is left of the ring moves the mass less than this in it \[m\]: over many periods it
-/// averages out to a percent.
-const AT_REST: f64 = 60e-6;
-/// The two halves of that time are this near, noise aside \[m\].
-const STEADY: f64 = 1e-6;
-/// Lowest height that is not the ground \[m\].
-const CLEAR: f64 = 5e-6;
+/// A voltage that moves by less than this share of its range is steady.
+const STEADY_VOLTAGE_SHARE: f64 = 0.005;
+/// Shortest time that the voltage must be steady for the ring to decay \[s\].
+const MIN_STEADY_TIME: f64 = 20e-3;
+/// Share of that time, at its end, over which the position is averaged.
+const AVERAGED_SHARE: f64 = 0.5;
+/// Largest movement in it \[m\]: over many periods the rest of the ring averages out to a percent.
+const MAX_RING: f64 = 60e-6;
+/// Largest difference between the means of its two halves, noise aside \[m\].
+const MAX_HALF_DIFFERENCE: f64 = 1e-6;
+/// Smallest height that is not the ground \[m\].
+const MIN_HEIGHT: f64 = 5e-6;
 
-/// A rest in flight.
+/// A position at rest above the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest {
+pub struct RestPosition {
     /// Voltage meanwhile \[V\].
     pub voltage: f64,
     /// Height above the ground \[m\].
     pub height: f64,
 }
 
-/// The rests in a recording, `xp` its proof mass with a lag and changes of
-/// the ground's level taken out,
-/// whose ground is at `level` and whose noise is `noise` \[m\], in order of time. Empty without a
-/// voltage.
+/// The rest positions of a recording, in order of time; empty without a voltage. `xp` is its
+/// proof mass after a lag and changes of the ground's level were removed, `level` the ground's
+/// level, `noise` the standard deviation of a sample, all in \[m\].
 #[must_use]
-pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<Rest> {
+pub fn rest_positions(
+    recording: &Recording,
+    xp: &[f64],
+    level: f64,
+    noise: f64,
+) -> Vec<RestPosition> {
     let Some(volts) = recording.voltage.as_deref() else {
         return Vec::new();
     };
@@ -38,7 +42,7 @@ pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<R
     if low > high {
         return Vec::new();
     }
-    let still = STILL * (high - low);
+    let still = STEADY_VOLTAGE_SHARE * (high - low);
     let mut found = Vec::new();
     let mut begin = 0;
     for i in 1..=volts.len() {
@@ -46,16 +50,16 @@ pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<R
             continue;
         }
         let long = recording.time[i - 1] - recording.time[begin];
-        if long >= LONG {
-            let from = i - ((LAST * (i - begin) as f64) as usize).max(1);
+        if long >= MIN_STEADY_TIME {
+            let from = i - ((AVERAGED_SHARE * (i - begin) as f64) as usize).max(1);
             let middle = (from + i) / 2;
             let halves = [from..middle, middle..i].map(|half| mean(&xp[half]));
             if let [Some((a, x)), Some((b, y))] = halves {
                 let height = 0.5 * (a + b) - level;
                 let spread = x.1.max(y.1) - x.0.min(y.0);
-                let steady = (a - b).abs() < STEADY + noise;
-                if height > CLEAR && spread < AT_REST + 8.0 * noise && steady {
-                    found.push(Rest {
+                let steady = (a - b).abs() < MAX_HALF_DIFFERENCE + noise;
+                if height > MIN_HEIGHT && spread < MAX_RING + 8.0 * noise && steady {
+                    found.push(RestPosition {
                         voltage: volts[begin],
                         height,
                     });
@@ -67,7 +71,7 @@ pub fn rests(recording: &Recording, xp: &[f64], level: f64, noise: f64) -> Vec<R
     found
 }
 
-/// Mean of the values that are there, and the lowest and highest; `None` of too few.
+/// Mean, lowest and highest of the finite values; `None` if fewer than 20 are finite.
 fn mean(values: &[f64]) -> Option<(f64, (f64, f64))> {
     let finite = || values.iter().copied().filter(|x| x.is_finite());
     let count = finite().count();
@@ -96,24 +100,24 @@ mod tests {
     }
 
     #[test]
-    fn it_is_above_the_ground_where_the_ring_has_died_away() {
-        let found = rests(&tapping(), &tapping().proof_mass, -58e-6, 20e-9);
+    fn rest_positions_are_above_the_ground_after_the_ring_has_decayed() {
+        let found = rest_positions(&tapping(), &tapping().proof_mass, -58e-6, 20e-9);
         assert_eq!(found.len(), 2, "{found:?}");
-        for rest in found {
-            assert!((rest.height - 98e-6).abs() < 0.1e-6, "{rest:?}");
-            assert_eq!(rest.voltage, 8.0);
+        for position in found {
+            assert!((position.height - 98e-6).abs() < 0.1e-6, "{position:?}");
+            assert_eq!(position.voltage, 8.0);
         }
     }
 
     #[test]
-    fn there_is_none_while_the_mass_moves_or_without_a_voltage() {
+    fn no_rest_position_while_the_mass_moves_or_without_a_voltage() {
         let mut moving = tapping();
         for (x, t) in moving.proof_mass.iter_mut().zip(&moving.time) {
             *x += 40e-6 * (3e3 * t).sin();
         }
-        assert!(rests(&moving, &moving.proof_mass, -58e-6, 20e-9).is_empty());
+        assert!(rest_positions(&moving, &moving.proof_mass, -58e-6, 20e-9).is_empty());
         let mut blind = tapping();
         blind.voltage = None;
-        assert!(rests(&blind, &blind.proof_mass, -58e-6, 20e-9).is_empty());
+        assert!(rest_positions(&blind, &blind.proof_mass, -58e-6, 20e-9).is_empty());
     }
 }

@@ -2,7 +2,7 @@
 //! recordings of one device have in common whatever drove them.
 //!
 //! A flight is cut where the voltage jumps. In each piece a ring that dies away is fitted
-//! beside what follows the voltage slowly (a polynomial in time and voltage), and the
+//! together with what follows the voltage slowly (a polynomial in time and voltage), and the
 //! pieces that show a ring clearly are put together. The film slows and damps the ring
 //! near the ground, so that the frequency is good to some percent.
 
@@ -10,28 +10,28 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Recording, extremes, median_in_place};
 
-/// Decays that are tried, as damping ratios.
-const DAMPINGS: [f64; 6] = [0.0, 0.01, 0.02, 0.04, 0.08, 0.16];
+/// Damping ratios that are tried.
+const TRIED_DAMPING_RATIOS: [f64; 6] = [0.0, 0.01, 0.02, 0.04, 0.08, 0.16];
 /// Fewest periods of a piece.
-const PERIODS: f64 = 2.5;
-/// Longest piece in periods: later on there is little left of the ring.
-const LONGEST: f64 = 20.0;
+const MIN_PERIODS: f64 = 2.5;
+/// Most periods of a piece: later the ring has decayed.
+const MAX_PERIODS: f64 = 20.0;
 /// Fewest samples of a piece, and most that are used of it.
-const SAMPLES: (usize, usize) = (24, 300);
+const SAMPLE_LIMITS: (usize, usize) = (24, 300);
 /// Fewest samples to a period.
-const RESOLVED: f64 = 6.0;
-/// A voltage that moves by this share of its range from one sample to the next jumps.
-const JUMP: f64 = 0.02;
-/// Samples left out after a jump or a release, and before a touch.
-const CLEAR: usize = 3;
-/// A ring is clear if it leaves less than this share of the motion's power unexplained ...
-const LEFT: f64 = 0.15;
+const MIN_SAMPLES_PER_PERIOD: f64 = 6.0;
+/// A voltage that changes by this share of its range from one sample to the next jumps.
+const JUMP_SHARE: f64 = 0.02;
+/// Samples that are not used after a jump or a release, and before a touch.
+const GUARD_SAMPLES: usize = 3;
+/// A ring is clear if at most this share of the motion's power is unexplained ...
+const MAX_UNEXPLAINED_POWER: f64 = 0.15;
 /// ... and its deviation is this many times the noise.
 const ABOVE_NOISE: f64 = 8.0;
-/// Most pieces that are looked at, the ones with the largest motion.
-const MOST: usize = 5;
-/// Step of the search, as a share of what a piece can resolve.
-const FINE: f64 = 0.1;
+/// Most pieces that are analysed: those with the largest motion.
+const MAX_PIECES: usize = 5;
+/// Step of the search, as a share of the frequency resolution of a piece.
+const SEARCH_STEP_SHARE: f64 = 0.1;
 
 /// A ring in flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,17 +51,21 @@ pub fn ring_in(
     noise: f64,
     band: (f64, f64),
 ) -> Option<Ring> {
-    let (low, high) = (band.0, band.1.min(recording.sampling_rate() / RESOLVED));
+    let (low, high) = (
+        band.0,
+        band.1
+            .min(recording.sampling_rate() / MIN_SAMPLES_PER_PERIOD),
+    );
     if !(low > 0.0 && low < high) {
         return None;
     }
     let mut pieces: Vec<Piece> = flights
         .iter()
         .flat_map(|flight| cut(recording, *flight, low))
-        .filter(|piece| piece.duration() * high >= PERIODS)
+        .filter(|piece| piece.duration() * high >= MIN_PERIODS)
         .collect();
     pieces.sort_by(|a, b| b.power.total_cmp(&a.power));
-    pieces.truncate(MOST);
+    pieces.truncate(MAX_PIECES);
     let rings: Vec<(f64, f64)> = pieces
         .iter()
         .filter_map(|piece| piece.ring((low, high), noise))
@@ -97,9 +101,11 @@ fn cut(recording: &Recording, (from, to): (f64, f64), low: f64) -> Vec<Piece> {
     let time = &recording.time;
     let volts = recording.voltage.as_deref();
     let (least, most) = extremes(volts.unwrap_or_default());
-    let jump = JUMP * (most - least);
-    let first = time.partition_point(|t| *t < from) + CLEAR;
-    let end = time.partition_point(|t| *t <= to).saturating_sub(CLEAR);
+    let jump = JUMP_SHARE * (most - least);
+    let first = time.partition_point(|t| *t < from) + GUARD_SAMPLES;
+    let end = time
+        .partition_point(|t| *t <= to)
+        .saturating_sub(GUARD_SAMPLES);
     let breaks = (first + 1..end).filter(|&i| {
         let jumps = volts.is_some_and(|v| jump > 0.0 && (v[i] - v[i - 1]).abs() > jump);
         jumps || recording.is_gap(i - 1)
@@ -107,10 +113,10 @@ fn cut(recording: &Recording, (from, to): (f64, f64), low: f64) -> Vec<Piece> {
     let mut pieces = Vec::new();
     let mut begin = first;
     for stop in breaks.chain([end]) {
-        if begin + SAMPLES.0 <= stop {
+        if begin + SAMPLE_LIMITS.0 <= stop {
             pieces.extend(Piece::new(recording, begin..stop, low));
         }
-        begin = stop + CLEAR;
+        begin = stop + GUARD_SAMPLES;
     }
     pieces
 }
@@ -118,15 +124,15 @@ fn cut(recording: &Recording, (from, to): (f64, f64), low: f64) -> Vec<Piece> {
 impl Piece {
     fn new(recording: &Recording, range: std::ops::Range<usize>, low: f64) -> Option<Self> {
         let begin = recording.time[range.start];
-        let long = |i: &usize| recording.time[*i] - begin <= LONGEST / low;
+        let long = |i: &usize| recording.time[*i] - begin <= MAX_PERIODS / low;
         let whole: Vec<usize> = range.take_while(long).collect();
-        let step = whole.len().div_ceil(SAMPLES.1);
+        let step = whole.len().div_ceil(SAMPLE_LIMITS.1);
         let seen = |i: &usize| {
             let volts = recording.voltage.as_deref();
             recording.proof_mass[*i].is_finite() && volts.is_none_or(|v| v[*i].is_finite())
         };
         let used: Vec<usize> = whole.into_iter().step_by(step).filter(seen).collect();
-        if used.len() < SAMPLES.0 {
+        if used.len() < SAMPLE_LIMITS.0 {
             return None;
         }
         let of = |values: &[f64]| -> Vec<f64> { used.iter().map(|i| values[*i]).collect() };
@@ -150,20 +156,20 @@ impl Piece {
         let long = self.duration();
         let spacing = long / self.time.len() as f64;
         let (low, high) = (
-            low.max(PERIODS / long),
-            high.min(1.0 / (RESOLVED * spacing)),
+            low.max(MIN_PERIODS / long),
+            high.min(1.0 / (MIN_SAMPLES_PER_PERIOD * spacing)),
         );
         let slow = self.slow();
         let without = left(&slow, &self.xp)?;
-        let step = FINE / long;
+        let step = SEARCH_STEP_SHARE / long;
         let count = ((high - low) / step).floor();
         if count.is_nan() || count < 2.0 {
             return None;
         }
         let tried = |f: f64| -> Option<f64> {
-            let each = DAMPINGS
+            let each = TRIED_DAMPING_RATIOS
                 .iter()
-                .filter_map(|z| left(&self.beside(&slow, f, *z), &self.xp));
+                .filter_map(|z| left(&self.design_with_ring(&slow, f, *z), &self.xp));
             each.min_by(f64::total_cmp)
         };
         let costs: Vec<f64> = (0..=count as usize)
@@ -176,7 +182,8 @@ impl Piece {
         }
         let n = self.xp.len() as f64;
         let explained = without - costs[best];
-        let clear = costs[best] < LEFT * without && explained > n * (ABOVE_NOISE * noise).powi(2);
+        let clear = costs[best] < MAX_UNEXPLAINED_POWER * without
+            && explained > n * (ABOVE_NOISE * noise).powi(2);
         if !clear {
             return None;
         }
@@ -211,7 +218,7 @@ impl Piece {
         })
     }
 
-    fn beside(&self, slow: &DMatrix<f64>, frequency: f64, damping: f64) -> DMatrix<f64> {
+    fn design_with_ring(&self, slow: &DMatrix<f64>, frequency: f64, damping: f64) -> DMatrix<f64> {
         let omega = std::f64::consts::TAU * frequency;
         let n = slow.ncols();
         let mut all = slow.clone().resize_horizontally(n + 2, 0.0);
@@ -285,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frequency_is_that_of_the_ring_whatever_the_voltage_does() {
+    fn the_frequency_of_the_ring_does_not_depend_on_the_voltage() {
         for (f, zeta) in [(623.0, 0.026), (500.0, 0.005), (900.0, 0.1)] {
             let omega = std::f64::consts::TAU * f;
             let r = flying(|t| 8e-6 * (-zeta * omega * t).exp() * (omega * t + 0.4).cos());
@@ -297,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_ring_within_the_band_is_no_ring() {
+    fn motion_without_a_ring_in_the_band_gives_no_ring() {
         assert_eq!(found(&flying(|_| 0.0)), None);
         let slow = std::f64::consts::TAU * 100.0;
         assert_eq!(found(&flying(|t| 8e-6 * (slow * t).cos())), None);

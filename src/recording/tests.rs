@@ -103,7 +103,7 @@ fn the_sample_before_an_instant_is_found_however_uneven_the_samples_are() {
 }
 
 #[test]
-fn drive_table_leaves_missing_samples_out() {
+fn drive_table_skips_missing_samples() {
     let (t, v) = recording().drive_table().unwrap();
     assert_eq!(
         (t, v),
@@ -117,7 +117,7 @@ fn drive_table_leaves_missing_samples_out() {
 }
 
 #[test]
-fn columns_that_are_no_recording() {
+fn invalid_columns_are_refused() {
     let new = |t: &[f64], x: &[f64]| Recording::new("r", t.to_vec(), None, x.to_vec(), None);
     assert_eq!(
         new(&[0.0], &[0.0]).unwrap_err(),

@@ -1,32 +1,32 @@
-//! Velocity of what was recorded as displacement: slopes of lines through a few samples
-//! around each, as few as its noise allows.
+//! Velocity of a recorded displacement: at each sample the slope of the line of least squares
+//! through its neighbours, as few as the noise allows (Savitzky-Golay, first order).
 
 /// Half widths that are tried, in samples.
-const HALVES: [usize; 6] = [1, 2, 4, 8, 16, 32];
-/// Noise of the slopes, as a share of their range, that is good enough.
-const QUIET: f64 = 0.01;
-/// Samples looked at to tell the noise and the range.
-const GLANCE: usize = 20_000;
+const HALF_WIDTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+/// Largest noise of the slopes, as a share of their range.
+const MAX_NOISE_SHARE: f64 = 0.01;
+/// Most samples from which noise and range are estimated.
+const MAX_INSPECTED: usize = 20_000;
 
-/// Slope of `values` at each of `time` [s], in their unit per second; NaN where a value is
-/// missing or alone. `time` increases.
+/// Rate of change of `values` at each of the increasing `time` \[s\], in their unit per second.
+/// As many as samples; NaN where a value is missing or has no neighbour.
 #[must_use]
-pub fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
+pub fn differentiate(time: &[f64], values: &[f64]) -> Vec<f64> {
     let half = half_width(time, values);
     (0..time.len().min(values.len()))
-        .map(|i| slope_at(time, values, i, half))
+        .map(|i| velocity_at(time, values, i, half))
         .collect()
 }
 
-/// The narrowest window whose slopes are quiet.
+/// Half width of the narrowest window whose slopes are quiet enough, in samples.
 fn half_width(time: &[f64], values: &[f64]) -> usize {
     let n = time.len().min(values.len());
     let sigma = third_differences(&values[..n]);
-    let stride = n.div_ceil(GLANCE).max(1);
-    for half in HALVES {
+    let stride = n.div_ceil(MAX_INSPECTED).max(1);
+    for half in HALF_WIDTHS {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for i in (0..n).step_by(stride) {
-            let slope = slope_at(time, values, i, half);
+            let slope = velocity_at(time, values, i, half);
             if slope.is_finite() {
                 (low, high) = (low.min(slope), high.max(slope));
             }
@@ -34,16 +34,16 @@ fn half_width(time: &[f64], values: &[f64]) -> usize {
         let interval = (time[n - 1] - time[0]) / (n - 1) as f64;
         let h = half as f64;
         let noise = sigma / (interval * (h * (h + 1.0) * (2.0 * h + 1.0) / 3.0).sqrt());
-        if noise <= QUIET * (high - low) || 8 * half > n {
+        if noise <= MAX_NOISE_SHARE * (high - low) || 8 * half > n {
             return half;
         }
     }
-    HALVES[HALVES.len() - 1]
+    HALF_WIDTHS[HALF_WIDTHS.len() - 1]
 }
 
 /// Noise of single samples, from third differences: what is smooth cancels in them.
 fn third_differences(values: &[f64]) -> f64 {
-    let stride = values.len().div_ceil(GLANCE).max(1);
+    let stride = values.len().div_ceil(MAX_INSPECTED).max(1);
     let mut sizes: Vec<f64> = values
         .windows(4)
         .step_by(stride)
@@ -59,7 +59,7 @@ fn third_differences(values: &[f64]) -> f64 {
 }
 
 /// Slope of the line of least squares through the samples `half` around `i`.
-fn slope_at(time: &[f64], values: &[f64], i: usize, half: usize) -> f64 {
+fn velocity_at(time: &[f64], values: &[f64], i: usize, half: usize) -> f64 {
     let last = time.len().min(values.len()).saturating_sub(1);
     let window = i.saturating_sub(half)..=(i + half).min(last);
     if !values[i].is_finite() {
@@ -91,7 +91,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     #[test]
-    fn a_sine_is_differentiated_with_noise_and_holes() {
+    fn a_sine_is_differentiated_with_noise_and_missing_samples() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let rate = std::f64::consts::TAU * 5.0;
         let time: Vec<f64> = (0..4000).map(|i| 1e3 + i as f64 * 5e-4).collect();
@@ -100,7 +100,7 @@ mod tests {
             .map(|t| (rate * t).sin() + 2e-3 * (rng.random::<f64>() - 0.5))
             .collect();
         values[100] = f64::NAN;
-        let found = slopes(&time, &values);
+        let found = differentiate(&time, &values);
         assert!(found[100].is_nan());
         let worst = (10..3990)
             .filter(|i| *i != 100)
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn two_samples_have_a_slope() {
-        assert_eq!(slopes(&[0.0, 2.0], &[1.0, 5.0]), [2.0, 2.0]);
+    fn two_samples_give_a_velocity() {
+        assert_eq!(differentiate(&[0.0, 2.0], &[1.0, 5.0]), [2.0, 2.0]);
     }
 }

@@ -2,8 +2,8 @@
 
 /// Fractions of a step that are looked at: dense at its start, where the mass has just
 /// left the ground, then even.
-const EVEN: usize = 32;
-const EARLY: [f64; 5] = [
+const EVEN_LOOKS: usize = 32;
+const EARLY_LOOKS: [f64; 5] = [
     1.0 / 8192.0,
     1.0 / 2048.0,
     1.0 / 512.0,
@@ -12,9 +12,9 @@ const EARLY: [f64; 5] = [
 ];
 
 /// The fractions up to `end` that are looked at: those at the start, and the even ones.
-pub(super) fn looks(end: f64) -> ([f64; EARLY.len()], [f64; EVEN]) {
-    let even = std::array::from_fn(|i| (i + 1) as f64 / EVEN as f64 * end);
-    (EARLY.map(|s| s * end), even)
+pub(super) fn looks(end: f64) -> ([f64; EARLY_LOOKS.len()], [f64; EVEN_LOOKS]) {
+    let even = std::array::from_fn(|i| (i + 1) as f64 / EVEN_LOOKS as f64 * end);
+    (EARLY_LOOKS.map(|s| s * end), even)
 }
 
 /// First fraction in `(0, end]` at which `gap` has fallen from at least `-slack` to
@@ -68,10 +68,10 @@ fn fallen(
     slack: f64,
 ) -> f64 {
     /// Steps at most: each third halves what is left.
-    const MOST: usize = 200;
+    const MAX_ITERATIONS: usize = 200;
     let least = f64::EPSILON * high;
     let mut fell = None;
-    for i in 0..MOST {
+    for i in 0..MAX_ITERATIONS {
         let width = high - low;
         let middle = low + 0.5 * width;
         // A gap that is no number ends it, too.
@@ -102,17 +102,20 @@ fn fallen(
 
 /// Place of the minimum of `gap` between `low` and `high` (golden section).
 fn minimum(gap: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    const RATIO: f64 = 0.618_033_988_749_894_9;
-    let (mut a, mut b) = (high - RATIO * (high - low), low + RATIO * (high - low));
+    const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
+    let (mut a, mut b) = (
+        high - GOLDEN_RATIO * (high - low),
+        low + GOLDEN_RATIO * (high - low),
+    );
     let (mut ga, mut gb) = (gap(a), gap(b));
     for _ in 0..40 {
         if ga < gb {
             (high, b, gb) = (b, a, ga);
-            a = high - RATIO * (high - low);
+            a = high - GOLDEN_RATIO * (high - low);
             ga = gap(a);
         } else {
             (low, a, ga) = (a, b, gb);
-            b = low + RATIO * (high - low);
+            b = low + GOLDEN_RATIO * (high - low);
             gb = gap(b);
         }
     }

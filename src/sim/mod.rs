@@ -16,7 +16,7 @@ pub(crate) mod trace;
 
 pub use self::error::{Options, SimError};
 pub use self::runner::Runner;
-pub use self::stretch::propagate::{Pace, Stretcher};
+pub use self::stretch::propagate::{StepSequence, Stretcher};
 pub use self::stretch::{Points, StretchSimulator, StretchState};
 pub use self::trace::{Event, EventKind, ForceTraces, Trace};
 
@@ -26,8 +26,8 @@ use crate::model::drive::Waveform;
 /// Most extra states that the effects can have together.
 const MAX_STATES: usize = 32;
 
-/// Device time between two questions whether to go on [s].
-const PIECE: f64 = 0.01;
+/// Device time between two reports of progress, at which a run can be cancelled [s].
+const PROGRESS_INTERVAL: f64 = 0.01;
 
 /// Most samples of one run: 10 GB of trace.
 const MAX_SAMPLES: f64 = 2e8;
@@ -36,6 +36,19 @@ const MAX_SAMPLES: f64 = 2e8;
 ///
 /// # Errors
 /// [`SimError`], naming the parameter at fault and the time.
+///
+/// # Examples
+/// ```
+/// use impactscope::model::{drive::Waveform, preset::Preset};
+/// use impactscope::sim::{Options, simulate};
+///
+/// let model = Preset::default().model;
+/// let drive = Waveform::parse("square:50Hz:7V", 0.02)?;
+/// let trace = simulate(&model, &drive, 0.02, &Options::default())?;
+/// assert_eq!(trace.len(), 1001); // 50 kHz, first and last sample included
+/// assert!(trace.proof_mass.iter().all(|x| x.is_finite()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn simulate(
     model: &Model,
     drive: &Waveform,
@@ -45,8 +58,8 @@ pub fn simulate(
     simulate_while(model, drive, duration, options, || true).map(Option::unwrap_or_default)
 }
 
-/// [`simulate`], given up with `None` as soon as `go_on`, asked every now and then, says
-/// so: for a window whose person has changed the parameters meanwhile.
+/// [`simulate`] that can be cancelled: `go_on` is asked every 10 ms of device time, and `None` is
+/// returned once it is false. The window uses it when parameters change during a run.
 ///
 /// # Errors
 /// As [`simulate`].
@@ -58,7 +71,7 @@ pub fn simulate_while(
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Trace>, SimError> {
     let mut runner = Runner::new(model, drive, options)?;
-    // A span that is a whole number of intervals but for rounding keeps its last sample.
+    // Rounding must not cost the last sample of a whole number of intervals.
     let intervals = duration * options.rate * (1.0 + 1e-12);
     if !(duration > 0.0 && intervals < MAX_SAMPLES) {
         return Err(SimError::Options {
@@ -75,7 +88,7 @@ pub fn simulate_while(
     let end = duration.max((samples - 1) as f64 / options.rate);
     // Whole steps are taken: the pieces give the same trace as one run.
     while runner.time() < end {
-        runner.advance(end.min(runner.time() + PIECE), &mut trace)?;
+        runner.advance(end.min(runner.time() + PROGRESS_INTERVAL), &mut trace)?;
         if !go_on() {
             return Ok(None);
         }

@@ -119,6 +119,23 @@ impl Trace {
     }
 
     /// Whether the mass is in contact at `t` [s].
+    ///
+    /// # Examples
+    /// ```
+    /// use impactscope::model::{drive::Waveform, preset::Preset};
+    /// use impactscope::sim::{EventKind, Options, simulate};
+    ///
+    /// let model = Preset::default().model;
+    /// let drive = Waveform::parse("square:50Hz:7V", 0.04)?;
+    /// let trace = simulate(&model, &drive, 0.04, &Options::default())?;
+    /// for event in trace.events.iter().filter(|e| e.kind == EventKind::Impact) {
+    ///     assert!(event.velocity_before < 0.0); // it came from above
+    /// }
+    /// assert!(!trace.in_contact(0.0)); // it starts above the ground
+    /// let held: f64 = trace.contacts.iter().map(|(start, end)| end - start).sum();
+    /// assert!((0.0..0.04).contains(&held));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn in_contact(&self, t: f64) -> bool {
         let after = self.contacts.partition_point(|&(start, _)| start <= t);
         after > 0 && t < self.contacts[after - 1].1

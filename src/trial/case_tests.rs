@@ -7,7 +7,7 @@ use super::device::reference_device::{excitations, table_beam, table_device, tab
 use super::device::structure::Structure;
 use super::device::{Device, TOLERANCE};
 use super::hybrid::run;
-use super::rng::Dice;
+use super::rng::TrialRng;
 use super::voltage::pieces;
 use crate::recording::Channel;
 use crate::recording::csv::import_auto;
@@ -92,7 +92,7 @@ fn strength_zero_is_the_baseline() {
     for device in [lumped, beam] {
         for id in CATALOGUE.iter().chain(&OUTSIDE) {
             for seed in 0..3 {
-                let choice = choose(id, &device, &mut Dice::new(seed, 0)).unwrap();
+                let choice = choose(id, &device, &mut TrialRng::new(seed, 0)).unwrap();
                 // Short enough that impacts do not magnify rounding.
                 let worst = |strength: f64, which: usize| {
                     let plain = motion(&device, None, which);
@@ -150,9 +150,14 @@ fn a_weight_is_invisible_to_first_order() {
     for structure in [StructureKind::Lumped, StructureKind::Beam] {
         let size = |force: f64| {
             let (device, _) =
-                crate::trial::instrument::device(structure, &mut Dice::new(5, 0)).unwrap();
-            let instruments =
-                crate::trial::instrument::instruments(50e3, 20e-9, true, 9, &mut Dice::new(5, 1));
+                crate::trial::instrument::device(structure, &mut TrialRng::new(5, 0)).unwrap();
+            let instruments = crate::trial::instrument::instruments(
+                50e3,
+                20e-9,
+                true,
+                9,
+                &mut TrialRng::new(5, 1),
+            );
             let law = Law::Term(crate::trial::concealed::hidden_forces::Term::Weight { force });
             crate::trial::draw::size::visibility(&device, &instruments, &law).unwrap()
         };

@@ -1,4 +1,4 @@
-//! A trial as files: recordings as CSV, the truth beside them under its own name.
+//! A trial as files: recordings as CSV, and the truth in a file of its own.
 
 use std::fs;
 use std::io::{BufWriter, Write};
@@ -14,7 +14,7 @@ use crate::recording::csv::write_recording;
 pub struct CaseFiles {
     /// Recordings to fit.
     pub train: Vec<PathBuf>,
-    /// Recordings kept out.
+    /// Held-out recordings.
     pub held_out: Vec<PathBuf>,
 }
 

@@ -5,9 +5,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// A stream of random numbers that a seed determines.
 #[derive(Debug, Clone)]
-pub struct Dice(ChaCha8Rng);
+pub struct TrialRng(ChaCha8Rng);
 
-impl Dice {
+impl TrialRng {
     /// The stream number `stream` of `seed`.
     #[must_use]
     pub fn new(seed: u64, stream: u64) -> Self {
@@ -33,13 +33,13 @@ impl Dice {
     }
 
     /// True with probability `p`.
-    pub fn chance(&mut self, p: f64) -> bool {
+    pub fn happens(&mut self, p: f64) -> bool {
         self.between(0.0, 1.0) < p
     }
 
     /// Plus or minus one.
     pub fn sign(&mut self) -> f64 {
-        if self.chance(0.5) { 1.0 } else { -1.0 }
+        if self.happens(0.5) { 1.0 } else { -1.0 }
     }
 
     /// Standard normal.

@@ -9,7 +9,7 @@ use super::instrument::{DeviceParameters, Instruments, StructureKind};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
-    /// Nothing was left out, decoys apart that cannot be seen.
+    /// Nothing is concealed but decoys, which cannot be seen.
     Nothing,
     /// One effect of the catalogue.
     One,
@@ -43,7 +43,7 @@ pub struct RecordingNote {
     pub drive: String,
     /// How long \[s\].
     pub duration: f64,
-    /// Whether it is kept out.
+    /// Whether it is held out.
     pub held_out: bool,
 }
 
@@ -60,9 +60,9 @@ pub struct Truth {
     pub structure: StructureKind,
     /// The device.
     pub device: DeviceParameters,
-    /// The rig.
+    /// The instruments.
     pub instruments: Instruments,
-    /// What was left out.
+    /// The concealed effects.
     pub effects: Vec<ConcealedEffect>,
     /// What is there and cannot be seen; naming it is a false alarm.
     pub decoys: Vec<ConcealedEffect>,
@@ -70,7 +70,7 @@ pub struct Truth {
     pub recordings: Vec<RecordingNote>,
 }
 
-/// The truth, closed. It tells its seal to anyone, itself only when opened.
+/// The sealed truth: its seal can be read by anyone, the truth only when it is opened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Envelope {
     text: String,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 /// Distance of the points of a delayed voltage \[s\].
-const GRID: f64 = 1e-6;
+const DELAY_GRID_STEP: f64 = 1e-6;
 
 /// A periodic drive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -200,7 +200,7 @@ impl Amplifier {
         let (mut a, mut b, mut rising) = (0.0f64, 0.0f64, true);
         for piece in drive {
             let length = piece.end - piece.start;
-            let n = ((length / GRID).ceil() as usize).max(1);
+            let n = ((length / DELAY_GRID_STEP).ceil() as usize).max(1);
             let step = length / n as f64;
             let mut values = Vec::with_capacity(n + 1);
             let mut slopes = Vec::with_capacity(n + 1);

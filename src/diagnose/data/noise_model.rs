@@ -216,15 +216,15 @@ fn project(direction: &[f64], values: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::super::noise_model::*;
-    use crate::trial::rng::Dice;
+    use crate::trial::rng::TrialRng;
 
     const SIGMA: f64 = 20e-9;
 
     /// A mass that is held for 20 ms and away for 20 ms in turn, read with noise of which
     /// `share` has a memory of so many samples.
     fn held(share: f64, memory: f64, seed: u64) -> Recording {
-        let mut dice = Dice::new(seed, 0);
-        let mut fresh = || dice.normal();
+        let mut rng = TrialRng::new(seed, 0);
+        let mut fresh = || rng.normal();
         let keep = (-1.0 / memory).exp();
         let mut slow = fresh();
         let time: Vec<f64> = (0..20_000).map(|i| 2e-5 * f64::from(i)).collect();

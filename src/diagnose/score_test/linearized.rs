@@ -117,7 +117,7 @@ impl<'a> Linearized<'a> {
             let mut r = Vec::with_capacity(m);
             for (k, (simulator, states)) in probes.iter().enumerate() {
                 let mut stretcher = Stretcher::new(simulator);
-                stretcher.follow(&jacobian.pace);
+                stretcher.replay_steps(&jacobian.pace);
                 let z = &states[i];
                 let locals = &segment.locals;
                 if problem.evaluate(segment, z, &mut stretcher, &nuisances, locals, &mut r) {

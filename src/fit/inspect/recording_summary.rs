@@ -10,7 +10,7 @@ use crate::fit::thresholds::{
     MIN_NOISE_SHARE, MIN_SHOWN_DRIFT_SHARE, MIN_STAYS, SAME_LEVEL_DISTANCE,
 };
 use crate::model::Model;
-use crate::recording::events::{EventOptions, Events, HOP, Impact, find_events};
+use crate::recording::events::{EventOptions, Events, HOP_HEIGHT, Impact, find_events};
 use crate::recording::features::Missing;
 use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
 use crate::recording::level::estimate_contact_level;
@@ -53,7 +53,7 @@ impl RecordingSummary {
         let options = EventOptions {
             contact_level,
             noise: self.noise_of(self.noise.0, recording),
-            hop: HOP,
+            hop: HOP_HEIGHT,
         };
         find_events(recording.axis(), &self.as_moved(recording), &options)
     }
@@ -232,7 +232,7 @@ fn level_of_impacts(
     let at = |contact_level: f64| EventOptions {
         contact_level,
         noise,
-        hop: HOP,
+        hop: HOP_HEIGHT,
     };
     let turns = |level: f64| -> usize {
         let impacts = find_events(recording.axis(), xp, &at(level)).impacts;

@@ -13,7 +13,7 @@ use crate::fit::thresholds::{
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
-use crate::recording::rest_positions::rests;
+use crate::recording::rest_positions::rest_positions;
 use crate::recording::ring::{Ring, ring_in};
 
 /// The ring of the mass in the flights of a part's recording, searched for around `f1` \[Hz\].
@@ -103,7 +103,7 @@ pub fn rest_height_doubt(parts: &[Part], findings: &[RecordingSummary]) -> Optio
     for (part, found) in parts.iter().zip(findings) {
         let r = &part.recording;
         if let Ok(level) = found.level {
-            let own = rests(r, &found.as_moved(r), level, found.noise.0);
+            let own = rest_positions(r, &found.as_moved(r), level, found.noise.0);
             all.extend(own.into_iter().map(|rest| (part, rest)));
         }
     }

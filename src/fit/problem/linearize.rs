@@ -11,7 +11,7 @@ use crate::fit::residual::simulate_segment::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
-use crate::sim::{Pace, SimError, StretchSimulator, Stretcher};
+use crate::sim::{SimError, StepSequence, StretchSimulator, Stretcher};
 
 /// Step of a parameter's coordinate for differences.
 pub const COORDINATE_STEP: f64 = 1e-4;
@@ -77,7 +77,7 @@ pub struct Jacobian {
     /// Number of its own unknowns.
     pub locals: usize,
     /// Steps in which the segment was simulated, for what is to be compared with it.
-    pub pace: Pace,
+    pub pace: StepSequence,
 }
 
 /// A simulator that is a step away in one parameter.
@@ -244,11 +244,11 @@ impl Problem {
         let mut stretcher = Stretcher::new(base);
         let mut r0 = Vec::new();
         let locals = &segment.locals;
-        stretcher.note_pace();
+        stretcher.record_steps();
         if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r0) {
             return None;
         }
-        let pace = stretcher.noted_pace();
+        let pace = stretcher.recorded_steps();
         let parameters = self.space.len();
         let own: Vec<usize> = (0..self.nuisances.len())
             .filter(|&i| self.nuisances[i].recording == segment.recording)
@@ -269,7 +269,7 @@ impl Problem {
         for j in 0..l {
             let step = segment.step(locals, j);
             there[j] = locals[j] + step;
-            stretcher.follow(&pace);
+            stretcher.replay_steps(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, &there, &mut r) {
                 return None;
             }
@@ -279,7 +279,7 @@ impl Problem {
         for (k, moved) in around.moved.iter().enumerate() {
             let states = &moved.states[around.index];
             let mut stretcher = Stretcher::new(&moved.simulator);
-            stretcher.follow(&pace);
+            stretcher.replay_steps(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
                 return None;
             }
@@ -301,7 +301,7 @@ impl Problem {
             let mut there = x.to_vec();
             there[parameters + i] += step;
             let nuisances = self.nuisances_of(&there, segment.recording);
-            stretcher.follow(&pace);
+            stretcher.replay_steps(&pace);
             if !self.evaluate(segment, states, &mut stretcher, &nuisances, locals, &mut r) {
                 return None;
             }

@@ -45,7 +45,7 @@ fn columns_of_offsets_and_scales_match_changed_readings() {
         let residuals = |x: &[f64]| {
             let near = problem.nuisances_of(x, segment.recording);
             let mut stretcher = Stretcher::new(&simulator);
-            stretcher.follow(&jacobian.pace);
+            stretcher.replay_steps(&jacobian.pace);
             let mut r = Vec::new();
             assert!(problem.evaluate(segment, &[], &mut stretcher, &near, &segment.locals, &mut r));
             r

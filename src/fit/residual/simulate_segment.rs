@@ -41,7 +41,7 @@ fn lagged_points(
     let sim = stretcher.simulator();
     let moment = ACCELERATION_LAG_SHARE * tau;
     let mut later = state.clone();
-    stretcher.carry(
+    stretcher.propagate(
         pieces,
         held,
         start,
@@ -332,7 +332,7 @@ impl Passage<'_> {
             xp[next + i] = p;
             xc[next + i] = c;
         };
-        stretcher.carry(
+        stretcher.propagate(
             &self.pieces,
             self.held,
             self.t,

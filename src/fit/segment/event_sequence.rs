@@ -3,7 +3,7 @@
 
 use crate::fit::thresholds::{LONG_STAY_SAMPLES, MIN_BOUNCE_RATIO, MIN_STAY_SAMPLES};
 use crate::recording::TimeAxis;
-use crate::recording::events::{EventOptions, HOP, find_events};
+use crate::recording::events::{EventOptions, HOP_HEIGHT, find_events};
 
 /// What happens at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +50,7 @@ impl Timeline {
         let options = EventOptions {
             contact_level: level,
             noise,
-            hop: HOP,
+            hop: HOP_HEIGHT,
         };
         let impacts = find_events(TimeAxis::Samples(time), xp, &options).impacts;
         let mut marks = Vec::new();

@@ -11,11 +11,11 @@ use super::{
     Action, EdgeLag, EffectSpec, EvidenceFigure, Facts, FormError, FormTolerance, FoundBy,
     Kinematics, LagKind, Motion, Need, Quantity, RefinedBounds, Refinement, Search, Start,
 };
-use crate::model::bisection::halved;
+use crate::model::bisection::bisect;
 use crate::model::drive::{Segment, Shape};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::Branch;
-use crate::model::slew_rate_limiter::{MEMORY, Slew};
+use crate::model::slew_rate_limiter::{MEMORY, SlewRateLimiter};
 
 /// Step of the search for instants of the lagged voltage [time constants].
 const SEARCH_STEP: f64 = 0.25;
@@ -76,7 +76,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         }
         Box::new(AmplifierLag {
             tau,
-            slew: (pace > 0.0).then(|| Slew {
+            slew: (pace > 0.0).then(|| SlewRateLimiter {
                 pace,
                 slack: tau / pace,
             }),
@@ -166,7 +166,7 @@ fn form_errors(values: &[f64], tolerance: &FormTolerance) -> Vec<FormError> {
 #[derive(Debug)]
 struct AmplifierLag {
     tau: f64,
-    slew: Option<Slew>,
+    slew: Option<SlewRateLimiter>,
     rates: Vec<f64>,
 }
 
@@ -216,7 +216,7 @@ impl AmplifierLag {
             let h = (SEARCH_STEP * self.tau).min(end - t);
             let next = self.later(shape, lagged, t, h);
             if holds(shape.voltage(t + h) - next) {
-                let after = halved(0.0, h, |h| {
+                let after = bisect(0.0, h, |h| {
                     holds(shape.voltage(t + h) - self.later(shape, lagged, t, h))
                 });
                 return Some(t + after);

@@ -26,7 +26,7 @@ use super::{
     Action, ColdStart, EffectSpec, EvidenceFigure, Facts, FormError, FormTolerance, FoundBy,
     Kinematics, Motion, Need, Quantity, Search, Start,
 };
-use crate::model::bisection::halved;
+use crate::model::bisection::bisect;
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::piezo::{Branch, LARGEST_GAIN, Piezo};
@@ -317,7 +317,7 @@ impl Action for HysteresisMemory {
         let Some(limit) = limits.into_iter().find(passed) else {
             return segment;
         };
-        let end = halved(t, segment.end, |t| {
+        let end = bisect(t, segment.end, |t| {
             (segment.shape.voltage(t) - limit) * (to - from) >= 0.0
         });
         Segment { end, ..segment }

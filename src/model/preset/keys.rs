@@ -1,6 +1,6 @@
 //! The keys that a preset may have, to find one that is misspelt.
 
-const TOP: &[&str] = &[
+const TOP_KEYS: &[&str] = &[
     "format",
     "name",
     "about",
@@ -12,9 +12,9 @@ const TOP: &[&str] = &[
     "effects",
     "mode",
 ];
-const START: &[&str] = &["drive", "duration"];
-const DEVICE: &[&str] = &["proof_mass", "ground", "cantilever"];
-const MODE: &[&str] = &[
+const START_KEYS: &[&str] = &["drive", "duration"];
+const DEVICE_KEYS: &[&str] = &["proof_mass", "ground", "cantilever"];
+const MODE_KEYS: &[&str] = &[
     "frequency",
     "zeta",
     "phi_c",
@@ -34,7 +34,7 @@ pub(super) fn unknown(text: &str) -> Option<Unknown> {
         let found = table.keys().find(|key| !known.contains(&key.as_str()));
         found.cloned()
     };
-    for (section, known) in [("start", START), ("device", DEVICE)] {
+    for (section, known) in [("start", START_KEYS), ("device", DEVICE_KEYS)] {
         let inner = table.get(section).and_then(toml::Value::as_table);
         if let Some(key) = inner.and_then(|inner| stray(inner, known)) {
             return Some((section.to_owned(), 0, key, known));
@@ -42,16 +42,16 @@ pub(super) fn unknown(text: &str) -> Option<Unknown> {
     }
     let modes = table.get("mode").and_then(toml::Value::as_array);
     for (nth, mode) in modes.into_iter().flatten().enumerate() {
-        if let Some(key) = mode.as_table().and_then(|mode| stray(mode, MODE)) {
-            return Some(("mode".to_owned(), nth, key, MODE));
+        if let Some(key) = mode.as_table().and_then(|mode| stray(mode, MODE_KEYS)) {
+            return Some(("mode".to_owned(), nth, key, MODE_KEYS));
         }
     }
-    let key = stray(&table, TOP)?;
+    let key = stray(&table, TOP_KEYS)?;
     // A stray section stands where its name does.
     let section = if table[&key].is_table() {
         key.clone()
     } else {
         String::new()
     };
-    Some((section, 0, key, TOP))
+    Some((section, 0, key, TOP_KEYS))
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{File, PresetError, Source};
+use super::error::{PresetError, Source};
+use super::file::File;
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::{ParameterId, Parameters};

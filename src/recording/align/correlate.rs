@@ -3,13 +3,14 @@
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::AlignError;
+use super::error::AlignError;
 
-/// Least overlap, as a share of the shorter of the two: over a short stretch anything
+/// Smallest overlap, as a share of the shorter of the two: over a short stretch anything
 /// periodic can be made to agree with anything of about the same frequency.
-const LEAST_OVERLAP: f64 = 0.7;
-/// Up to this ratio amplitudes say nothing about the shift: they are still to be tuned.
-const TWICE: f64 = 2.0;
+const MIN_OVERLAP: f64 = 0.7;
+/// Up to this ratio the amplitudes do not count against a shift: the model may still have to be
+/// tuned.
+const FREE_AMPLITUDE_RATIO: f64 = 2.0;
 
 /// A signal with its mean taken out, zero where it is missing, and where it is not.
 pub(super) struct Masked {
@@ -98,7 +99,7 @@ pub(super) fn correlate(a: &Masked, b: &Masked, ratio: f64) -> Vec<(i64, f64)> {
     let (squares_a, squares_b) = (product(&a2, &b0), product(&a0, &b2));
     let cross = product(&a1, &b1);
 
-    let least = (LEAST_OVERLAP * a.count.min(b.count) as f64).max(3.0);
+    let least = (MIN_OVERLAP * a.count.min(b.count) as f64).max(3.0);
     (-(nb as i64 - 1)..na as i64)
         .filter_map(|lag| {
             let i = if lag < 0 {
@@ -117,7 +118,7 @@ pub(super) fn correlate(a: &Masked, b: &Masked, ratio: f64) -> Vec<(i64, f64)> {
             let flat = variance_a <= 1e-6 * m || variance_b <= 1e-6 * m;
             (!flat).then(|| {
                 let size = ratio.abs() * (variance_b / variance_a).sqrt();
-                let alike = (TWICE / size.max(1.0 / size)).min(1.0);
+                let alike = (FREE_AMPLITUDE_RATIO / size.max(1.0 / size)).min(1.0);
                 let correlation = covariance / (variance_a * variance_b).sqrt();
                 (lag, ratio.signum() * correlation * alike)
             })

@@ -8,23 +8,25 @@
 //! between samples on the recording's own times.
 
 mod correlate;
+mod error;
+
+pub use self::error::AlignError;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
+use self::correlate::{Masked, correlate};
+use self::error::MIN_CORRELATION;
 use super::grid::Grid;
 use super::{Channel, Recording};
-use correlate::{Masked, correlate};
 
-/// Longest grid that is correlated; longer ones are taken more coarsely.
-const LONGEST: usize = 1 << 20;
-/// Of peaks this close to the best agreement the smallest shift wins: a periodic
+/// Most points of the grid that is correlated; a longer one is made coarser.
+const MAX_GRID: usize = 1 << 20;
+/// Of peaks within this of the best agreement the smallest shift wins: a periodic
 /// motion fits at every period.
-const AS_GOOD: f64 = 0.005;
-/// Least correlation of a clear match: half of what moves is then explained.
-const CLEAR: f64 = 0.7;
-/// Most by which the amplitudes may differ, either way.
-const MOST_RATIO: f64 = 10.0;
+const EQUAL_CORRELATION: f64 = 0.005;
+
+/// Largest ratio of the amplitudes, either way.
+const MAX_AMPLITUDE_RATIO: f64 = 10.0;
 /// Samples used to refine the shift.
 const REFINE_SAMPLES: usize = 100_000;
 
@@ -79,46 +81,6 @@ impl Alignment {
     }
 }
 
-/// Why no shift could be found.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum AlignError {
-    /// The channel was not recorded.
-    #[error("channel {0} was not recorded; align another channel")]
-    NotRecorded(&'static str),
-    /// One of the two does not move.
-    #[error("the {which} is constant; there is nothing to align")]
-    Constant {
-        /// `recording` or `simulation`.
-        which: &'static str,
-    },
-    /// Too few samples at every shift.
-    #[error(
-        "recording and simulation have too few samples in common at any shift; simulate as long as the recording, or record longer"
-    )]
-    NoOverlap,
-    /// Nowhere do the two move alike.
-    #[error(
-        "no clear match: the best correlation at any shift is {correlation:.2} (at {shift:.4} s), {CLEAR} is needed; the motions differ too much, often in frequency. Tune the model first, or shift by hand"
-    )]
-    NoMatch {
-        /// Best correlation found.
-        correlation: f64,
-        /// Where it is \[s\].
-        shift: f64,
-    },
-    /// The amplitudes have nothing to do with each other.
-    #[error(
-        "no clear match: the recording moves {ratio:.3} times as much as the simulation; set its scale or its unit first, then align again"
-    )]
-    Amplitude {
-        /// Spread of the recording over that of the simulation.
-        ratio: f64,
-    },
-    /// The grid is empty or its interval is not positive.
-    #[error("the simulated trace is empty or has no positive interval; simulate first")]
-    BadGrid,
-}
-
 /// A shift found by correlation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aligned {
@@ -144,6 +106,23 @@ pub struct Aligned {
 ///
 /// # Errors
 /// [`AlignError`] if there is nothing to correlate, or no clear match.
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::align::auto_align;
+/// use impactscope::recording::{Channel, Grid, Recording};
+///
+/// // A chirp; the recording started 3 ms later than the simulation.
+/// let chirp = |t: f64| 1e-6 * (2e3 * t + 1e5 * t * t).sin();
+/// let time: Vec<f64> = (0..2000).map(|i| 2e-5 * f64::from(i)).collect();
+/// let simulated: Vec<f64> = time.iter().map(|t| chirp(*t)).collect();
+/// let xp = time.iter().map(|t| chirp(t + 3e-3)).collect();
+/// let recording = Recording::new("chirp", time, None, xp, None)?;
+/// let grid = Grid { t0: 0.0, dt: 2e-5, values: &simulated, slopes: None };
+/// let aligned = auto_align(&recording, Channel::ProofMass, 1.0, grid, None)?;
+/// assert!((aligned.time_shift - 3e-3).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn auto_align(
     recording: &Recording,
     channel: Channel,
@@ -163,7 +142,7 @@ pub fn auto_align(
     }
     // The finer of the two intervals, unless that makes too many samples.
     let (rec_span, sim_span) = (recording.duration(), simulated.end() - simulated.t0);
-    let coarsest = rec_span.max(sim_span) / LONGEST as f64;
+    let coarsest = rec_span.max(sim_span) / MAX_GRID as f64;
     let dt = recording.interval().min(simulated.dt).max(coarsest);
     let (first, _) = recording.span();
     let count = |span: f64| (span / dt + 1e-6) as usize + 1;
@@ -192,7 +171,7 @@ pub fn auto_align(
     if !best.is_finite() {
         return Err(AlignError::NoOverlap);
     }
-    if !(1.0 / MOST_RATIO..=MOST_RATIO).contains(&ratio) {
+    if !(1.0 / MAX_AMPLITUDE_RATIO..=MAX_AMPLITUDE_RATIO).contains(&ratio) {
         return Err(AlignError::Amplitude { ratio });
     }
     let is_peak = |i: usize| {
@@ -204,7 +183,7 @@ pub fn auto_align(
         c >= neighbour(i.checked_sub(1)) && c >= neighbour(Some(i + 1))
     };
     let (lag, _) = (0..lags.len())
-        .filter(|&i| allowed(lags[i].0) && lags[i].1 >= best - AS_GOOD && is_peak(i))
+        .filter(|&i| allowed(lags[i].0) && lags[i].1 >= best - EQUAL_CORRELATION && is_peak(i))
         .map(|i| lags[i])
         .min_by(|a, b| shift_of(a.0).abs().total_cmp(&shift_of(b.0).abs()))
         .or_else(|| lags.iter().copied().find(|l| allowed(l.0) && l.1 == best))
@@ -213,7 +192,7 @@ pub fn auto_align(
     let found = refine(&recording.time, values, scale.signum(), simulated, start)?;
     // A recording that is drawn turned over must match so.
     let correlation = found.correlation * scale.signum();
-    if correlation < CLEAR {
+    if correlation < MIN_CORRELATION {
         return Err(AlignError::NoMatch {
             correlation,
             shift: found.time_shift,

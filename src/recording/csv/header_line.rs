@@ -1,10 +1,11 @@
 //! Where the header stands among comments, free text and units.
 
-use super::sniff::{show_row, uncomment};
-use super::{Delimiter, names};
+use super::line::{show_row, uncomment};
+use super::names;
+use super::settings::Delimiter;
 
 /// A header and where the rows after it start (indices of lines).
-pub(super) struct Heading {
+pub(super) struct HeaderLine {
     pub line: usize,
     pub next_line: usize,
     pub cells: Vec<String>,
@@ -13,7 +14,11 @@ pub(super) struct Heading {
 /// The header among the lines before the first row of numbers: the nearest line that
 /// names known columns, commented or not; else the nearest line with as many cells
 /// as the rows have.
-pub(super) fn find_heading(before: &[&[u8]], delimiter: u8, columns: usize) -> Option<Heading> {
+pub(super) fn find_header_line(
+    before: &[&[u8]],
+    delimiter: u8,
+    columns: usize,
+) -> Option<HeaderLine> {
     let candidates: Vec<(usize, Vec<String>)> = before
         .iter()
         .enumerate()
@@ -68,7 +73,7 @@ pub(super) fn find_heading(before: &[&[u8]], delimiter: u8, columns: usize) -> O
     while cells.len() > columns && cells.last().is_some_and(String::is_empty) {
         cells.pop();
     }
-    Some(Heading {
+    Some(HeaderLine {
         line,
         next_line,
         cells,

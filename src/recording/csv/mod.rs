@@ -8,9 +8,11 @@
 
 mod header;
 mod header_line;
+mod line;
 mod names;
 mod number;
 mod rows;
+mod settings;
 pub(crate) mod sniff;
 #[cfg(test)]
 mod tests;
@@ -18,12 +20,13 @@ mod text;
 mod truncated_line;
 pub(crate) mod write;
 
+pub use self::settings::{ColumnChoice, Decimal, Delimiter, ImportSettings};
 pub use self::sniff::{Preview, preview, preview_bytes};
+pub use self::text::Progress;
 pub use self::write::{WriteError, write_csv, write_recording};
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use self::rows::{Layout, Table};
@@ -31,158 +34,6 @@ use self::text::Text;
 use super::assemble::{Columns, Place, assemble};
 use super::error::{ImportError, ImportWarning, WarningKind};
 use super::{Channel, Recording};
-use crate::model::unit::unit_factor;
-
-/// Told the share done (0 to 1); returns whether to go on.
-pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;
-
-/// What separates the cells of a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Delimiter {
-    /// `,`
-    #[default]
-    Comma,
-    /// `;`
-    Semicolon,
-    /// A tabulator.
-    Tab,
-}
-
-impl Delimiter {
-    /// All delimiters, for a chooser.
-    pub const ALL: [Delimiter; 3] = [Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab];
-
-    /// The byte that separates cells.
-    #[must_use]
-    pub fn byte(self) -> u8 {
-        match self {
-            Delimiter::Comma => b',',
-            Delimiter::Semicolon => b';',
-            Delimiter::Tab => b'\t',
-        }
-    }
-}
-
-/// The decimal mark.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Decimal {
-    /// `1.5`
-    #[default]
-    Point,
-    /// `1,5` (a point is still understood). With comma-separated cells the numbers
-    /// must be quoted.
-    Comma,
-}
-
-/// Which column holds a quantity, and in what unit.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ColumnChoice {
-    /// Index of the column, from 0.
-    pub index: usize,
-    /// Unit of its numbers, such as `ms` or `um`.
-    pub unit: String,
-}
-
-/// How a file is to be read; what the import dialog edits and remembers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ImportSettings {
-    /// What separates the cells.
-    pub delimiter: Delimiter,
-    /// The decimal mark.
-    pub decimal: Decimal,
-    /// Lines before the first row of numbers, header and comments included.
-    pub skip_lines: usize,
-    /// The time column; required.
-    pub time: Option<ColumnChoice>,
-    /// The voltage column.
-    pub voltage: Option<ColumnChoice>,
-    /// The proof mass column; required.
-    pub proof_mass: Option<ColumnChoice>,
-    /// The cantilever column.
-    pub cantilever: Option<ColumnChoice>,
-    /// Added to the times \[s\].
-    pub time_offset: f64,
-    /// The voltage is multiplied by this; negative turns it over.
-    pub voltage_scale: f64,
-    /// The proof mass is multiplied by this, before the offset.
-    pub xp_scale: f64,
-    /// Added to the scaled proof mass \[m\].
-    pub xp_offset: f64,
-    /// The cantilever is multiplied by this, before the offset.
-    pub xc_scale: f64,
-    /// Added to the scaled cantilever \[m\].
-    pub xc_offset: f64,
-}
-
-impl Default for ImportSettings {
-    fn default() -> Self {
-        Self {
-            delimiter: Delimiter::Comma,
-            decimal: Decimal::Point,
-            skip_lines: 0,
-            time: None,
-            voltage: None,
-            proof_mass: None,
-            cantilever: None,
-            time_offset: 0.0,
-            voltage_scale: 1.0,
-            xp_scale: 1.0,
-            xp_offset: 0.0,
-            xc_scale: 1.0,
-            xc_offset: 0.0,
-        }
-    }
-}
-
-impl ImportSettings {
-    /// The column chosen for a channel.
-    #[must_use]
-    pub fn choice(&self, channel: Channel) -> Option<&ColumnChoice> {
-        match channel {
-            Channel::Voltage => self.voltage.as_ref(),
-            Channel::ProofMass => self.proof_mass.as_ref(),
-            Channel::Cantilever => self.cantilever.as_ref(),
-        }
-    }
-
-    /// Scale and offset of a channel.
-    fn scaling(&self, channel: Channel) -> (f64, f64) {
-        match channel {
-            Channel::Voltage => (self.voltage_scale, 0.0),
-            Channel::ProofMass => (self.xp_scale, self.xp_offset),
-            Channel::Cantilever => (self.xc_scale, self.xc_offset),
-        }
-    }
-
-    fn check(&self, file: &str) -> Result<(), ImportError> {
-        let numbers = [
-            ("time_offset", self.time_offset),
-            ("voltage_scale", self.voltage_scale),
-            ("xp_scale", self.xp_scale),
-            ("xp_offset", self.xp_offset),
-            ("xc_scale", self.xc_scale),
-            ("xc_offset", self.xc_offset),
-        ];
-        match numbers.iter().find(|(_, value)| !value.is_finite()) {
-            Some((setting, value)) => Err(ImportError::BadSetting {
-                file: file.to_owned(),
-                setting,
-                value: value.to_string(),
-            }),
-            None => Ok(()),
-        }
-    }
-}
-
-/// The power of ten of `unit` over the SI unit `base`; `None` if it is not a unit
-/// of that quantity.
-fn unit_shift(unit: &str, base: &str) -> Option<i32> {
-    let unit = names::plain_unit(unit, base);
-    unit_factor(&unit, base).map(|factor| factor.log10().round() as i32)
-}
 
 /// Reads a file as `settings` say.
 ///
@@ -216,7 +67,7 @@ pub fn import_bytes(
 /// Reads a file as its header says; guesses are among the recording's warnings.
 ///
 /// # Errors
-/// As [`import`], and if the time or position column cannot be told.
+/// As [`import`], and if the time or position column cannot be recognised.
 pub fn import_auto(path: &Path, progress: Option<&Progress>) -> Result<Recording, ImportError> {
     let file = path.display().to_string();
     let bytes = text::read_file(path, progress)?;
@@ -230,6 +81,18 @@ pub fn import_auto(path: &Path, progress: Option<&Progress>) -> Result<Recording
 ///
 /// # Errors
 /// As [`import_auto`].
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::csv::import_bytes_auto;
+///
+/// let text = b"t [ms],V [V],xp [um]\n0.0,7,1.5\n0.1,7,1.25\n0.2,-7,1.0\n";
+/// let recording = import_bytes_auto("example.csv", text)?;
+/// assert_eq!(recording.len(), 3);
+/// assert_eq!(recording.proof_mass[0], 1.5e-6); // metres
+/// assert!(recording.cantilever.is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportError> {
     read_auto(name, bytes, None)
 }

@@ -1,6 +1,7 @@
 //! Names and units of columns, as people write them.
 
-use super::{ColumnChoice, ImportSettings, unit_shift};
+use super::settings::{ColumnChoice, ImportSettings};
+use crate::model::unit::unit_factor;
 
 /// A quantity that a column can hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +126,13 @@ pub(super) fn plain_unit(unit: &str, base: &str) -> String {
         _ => unit,
     };
     word.to_owned()
+}
+
+/// The power of ten of `unit` over the SI unit `base`; `None` if it is not a unit
+/// of that quantity.
+pub(super) fn unit_shift(unit: &str, base: &str) -> Option<i32> {
+    let unit = plain_unit(unit, base);
+    unit_factor(&unit, base).map(|factor| factor.log10().round() as i32)
 }
 
 /// Whether `unit` belongs to any quantity of a recording.

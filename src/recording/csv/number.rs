@@ -3,13 +3,13 @@
 //! written file comes back bit for bit.
 
 /// Powers of ten that are exact in an `f64`.
-const EXACT: [f64; 23] = [
+const EXACT_POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
 /// Largest mantissa that takes another digit without leaving a `u64`.
-const LARGEST: u64 = (u64::MAX - 9) / 10;
+const MAX_EXTENDABLE_MANTISSA: u64 = (u64::MAX - 9) / 10;
 
 /// Reads the number at the start of `bytes`, times `10^shift`; returns it with the
 /// number of bytes it took. `None` if there is no number. With `comma` the decimal
@@ -20,115 +20,136 @@ const LARGEST: u64 = (u64::MAX - 9) / 10;
 /// library.
 #[inline]
 pub(super) fn prefix(bytes: &[u8], comma: bool, shift: i32) -> Option<(f64, usize)> {
-    let mut p = 0;
-    let negative = match bytes.first() {
-        Some(b'-') => {
-            p = 1;
-            true
-        }
-        Some(b'+') => {
-            p = 1;
-            false
-        }
-        _ => false,
-    };
-    let mantissa_start = p;
-    let mut mantissa: u64 = 0;
-    let mut overflow = false;
-    let mut digits = 0usize;
-    let mut exponent: i32 = 0;
-    while let Some(d) = bytes
-        .get(p)
-        .map(|b| b.wrapping_sub(b'0'))
-        .filter(|d| *d < 10)
-    {
-        overflow |= mantissa > LARGEST;
-        mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(d));
-        digits += 1;
-        p += 1;
-    }
-    let mut mark = None;
-    if let Some(&b) = bytes.get(p)
-        && (b == b'.' || (comma && b == b','))
-    {
-        mark = Some(p);
-        p += 1;
-        let fraction = p;
-        while let Some(d) = bytes
-            .get(p)
-            .map(|b| b.wrapping_sub(b'0'))
-            .filter(|d| *d < 10)
-        {
-            overflow |= mantissa > LARGEST;
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(d));
-            p += 1;
-        }
-        digits += p - fraction;
-        exponent = -i32::try_from(p - fraction).ok()?;
-    }
-    if digits == 0 {
-        return None;
-    }
-    let mantissa_end = p;
-    let mut written: i32 = 0;
-    if let Some(b'e' | b'E') = bytes.get(p) {
-        let mut q = p + 1;
-        let down = match bytes.get(q) {
-            Some(b'-') => {
-                q += 1;
-                true
-            }
-            Some(b'+') => {
-                q += 1;
-                false
-            }
-            _ => false,
-        };
-        let first = q;
-        while let Some(d) = bytes
-            .get(q)
-            .map(|b| b.wrapping_sub(b'0'))
-            .filter(|d| *d < 10)
-        {
-            // Beyond this everything is zero or infinite anyway.
-            written = (written * 10 + i32::from(d)).min(100_000);
-            q += 1;
-        }
-        if q > first {
-            p = q;
-            if down {
-                written = -written;
-            }
-        } else {
-            written = 0;
-        }
-    }
+    let (negative, start) = sign(bytes, 0);
+    let mantissa = Mantissa::read(bytes, start, comma)?;
+    let (written, end) = written_exponent(bytes, mantissa.end);
+    let Mantissa {
+        digits,
+        overflow,
+        mark,
+        exponent,
+        ..
+    } = mantissa;
     let total = exponent.saturating_add(written).saturating_add(shift);
     let quick = match total {
         _ if overflow => None,
-        -22..=22 if mantissa <= 1 << 53 => {
-            let power = EXACT[total.unsigned_abs() as usize];
+        -22..=22 if digits <= 1 << 53 => {
+            let power = EXACT_POWERS_OF_TEN[total.unsigned_abs() as usize];
             Some(if total < 0 {
-                mantissa as f64 / power
+                digits as f64 / power
             } else {
-                mantissa as f64 * power
+                digits as f64 * power
             })
         }
-        -22..=-1 => long_quotient(mantissa, EXACT[total.unsigned_abs() as usize]),
+        -22..=-1 => long_quotient(digits, EXACT_POWERS_OF_TEN[total.unsigned_abs() as usize]),
         _ => None,
     };
     let magnitude = match quick {
         Some(value) => value,
         None => by_library(
-            &bytes[mantissa_start..mantissa_end],
-            mark.map(|m| m - mantissa_start),
+            &bytes[start..mantissa.end],
+            mark.map(|m| m - start),
             written.saturating_add(shift),
         )?,
     };
-    Some((if negative { -magnitude } else { magnitude }, p))
+    Some((if negative { -magnitude } else { magnitude }, end))
 }
 
-/// `mantissa / power`, correctly rounded, or `None` where that cannot be told.
+/// Whether there is a minus at `at`, and where the number goes on after a sign.
+#[inline]
+fn sign(bytes: &[u8], at: usize) -> (bool, usize) {
+    match bytes.get(at) {
+        Some(b'-') => (true, at + 1),
+        Some(b'+') => (false, at + 1),
+        _ => (false, at),
+    }
+}
+
+/// The value of the decimal digit at `at`, if there is one.
+#[inline]
+fn digit(bytes: &[u8], at: usize) -> Option<u8> {
+    bytes
+        .get(at)
+        .map(|b| b.wrapping_sub(b'0'))
+        .filter(|d| *d < 10)
+}
+
+/// The digits of a number before its written exponent.
+struct Mantissa {
+    /// All digits as one integer, without the decimal mark.
+    digits: u64,
+    /// Whether the integer does not fit into a `u64`.
+    overflow: bool,
+    /// Index of the decimal mark.
+    mark: Option<usize>,
+    /// Minus the number of digits after the mark.
+    exponent: i32,
+    /// Index after the last digit.
+    end: usize,
+}
+
+impl Mantissa {
+    /// Reads the digits from `start` on; `None` if there are none.
+    #[inline]
+    fn read(bytes: &[u8], start: usize, comma: bool) -> Option<Self> {
+        let mut p = start;
+        let mut value: u64 = 0;
+        let mut overflow = false;
+        let mut count = 0usize;
+        let mut exponent: i32 = 0;
+        while let Some(d) = digit(bytes, p) {
+            overflow |= value > MAX_EXTENDABLE_MANTISSA;
+            value = value.wrapping_mul(10).wrapping_add(u64::from(d));
+            count += 1;
+            p += 1;
+        }
+        let mut mark = None;
+        if let Some(&b) = bytes.get(p)
+            && (b == b'.' || (comma && b == b','))
+        {
+            mark = Some(p);
+            p += 1;
+            let fraction = p;
+            while let Some(d) = digit(bytes, p) {
+                overflow |= value > MAX_EXTENDABLE_MANTISSA;
+                value = value.wrapping_mul(10).wrapping_add(u64::from(d));
+                p += 1;
+            }
+            count += p - fraction;
+            exponent = -i32::try_from(p - fraction).ok()?;
+        }
+        (count > 0).then_some(Self {
+            digits: value,
+            overflow,
+            mark,
+            exponent,
+            end: p,
+        })
+    }
+}
+
+/// The exponent written as `e-3` at `at` (0 if there is none), and where the number ends.
+#[inline]
+fn written_exponent(bytes: &[u8], at: usize) -> (i32, usize) {
+    let Some(b'e' | b'E') = bytes.get(at) else {
+        return (0, at);
+    };
+    let (down, first) = sign(bytes, at + 1);
+    let mut written: i32 = 0;
+    let mut q = first;
+    while let Some(d) = digit(bytes, q) {
+        // Beyond this everything is zero or infinite anyway.
+        written = (written * 10 + i32::from(d)).min(100_000);
+        q += 1;
+    }
+    if q > first {
+        (if down { -written } else { written }, q)
+    } else {
+        (0, at)
+    }
+}
+
+/// `mantissa / power`, correctly rounded, or `None` where the rounding is in doubt.
 ///
 /// The quotient is had to twice the precision from its remainder, which a fused
 /// multiply-add gives exactly (T. J. Dekker, Numer. Math. 18, 1971). Its rounding is
@@ -173,12 +194,12 @@ fn by_library(mantissa: &[u8], mark: Option<usize>, exponent: i32) -> Option<f64
             end += 1;
         }
         // At most six digits: `exponent` is bounded by its reader.
-        let mut rest = exponent.unsigned_abs().min(999_999);
+        let mut remaining = exponent.unsigned_abs().min(999_999);
         let mut reversed = [0u8; 6];
         let mut k = 0;
-        while rest > 0 {
-            reversed[k] = b'0' + (rest % 10) as u8;
-            rest /= 10;
+        while remaining > 0 {
+            reversed[k] = b'0' + (remaining % 10) as u8;
+            remaining /= 10;
             k += 1;
         }
         while k > 0 {
@@ -214,14 +235,14 @@ pub(super) fn cell(text: &[u8], comma: bool, shift: i32) -> f64 {
 /// Whether a cell is a number (`Some(true)`), one of the ways to say that there is
 /// none (`Some(false)`), or other text (`None`). `comma` as in [`prefix`].
 pub(super) fn looks_numeric(text: &[u8], comma: bool) -> Option<bool> {
-    const MISSING: [&[u8]; 10] = [
+    const MISSING_VALUES: [&[u8]; 10] = [
         b"", b"\"\"", b"nan", b"n/a", b"na", b"null", b"none", b"-", b"inf", b"-inf",
     ];
     if cell(text, comma, 0).is_finite() {
         return Some(true);
     }
     let word = text.trim_ascii();
-    MISSING
+    MISSING_VALUES
         .iter()
         .any(|m| word.eq_ignore_ascii_case(m))
         .then_some(false)

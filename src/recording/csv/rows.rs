@@ -4,61 +4,15 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::text::{READ_SHARE, Text};
-use super::{Decimal, ImportSettings, Progress, number, sniff, unit_shift};
+use super::line::{cell_end, cells, is_skipped, show};
+use super::names::unit_shift;
+use super::number;
+use super::settings::{Decimal, ImportSettings};
+use super::text::{Progress, READ_SHARE, Text};
 use crate::recording::error::ImportError;
 
 /// Size of one piece of text \[bytes\]: large against a line, small against a file.
-const PIECE: usize = 2 << 20;
-
-/// The cells of a line. Quotes keep a delimiter inside a cell.
-pub(super) fn cells(line: &[u8], delimiter: u8) -> impl Iterator<Item = &[u8]> {
-    let mut rest = Some(line);
-    std::iter::from_fn(move || {
-        let line = rest?;
-        let end = cell_end(line, delimiter, None);
-        rest = line.get(end + 1..).filter(|_| end < line.len());
-        Some(&line[..end])
-    })
-}
-
-/// Where the cell at the start of `text` ends: at the delimiter or line end outside
-/// quotes, or at the end.
-fn cell_end(text: &[u8], delimiter: u8, newline: Option<u8>) -> usize {
-    let stops = |b: u8| b == delimiter || Some(b) == newline;
-    let blank = text.iter().take_while(|b| **b == b' ').count();
-    if text.get(blank) == Some(&b'"') {
-        let mut p = blank + 1;
-        while let Some(&b) = text.get(p) {
-            if Some(b) == newline {
-                break;
-            }
-            if b == b'"' {
-                if text.get(p + 1) == Some(&b'"') {
-                    p += 1;
-                } else {
-                    let after = &text[p + 1..];
-                    return p + 1 + after.iter().position(|b| stops(*b)).unwrap_or(after.len());
-                }
-            }
-            p += 1;
-        }
-        // The quote is never closed: it is an ordinary character.
-    }
-    text.iter().position(|b| stops(*b)).unwrap_or(text.len())
-}
-
-/// Lines that are no rows: comments, empty lines, lines of delimiters only.
-pub(super) fn is_skipped(line: &[u8], delimiter: u8) -> bool {
-    let line = line.trim_ascii_start();
-    line.starts_with(b"#")
-        || line.starts_with(b"%")
-        || line.starts_with(b"//")
-        // 0x1a: the end mark that DOS programs left.
-        || line
-            .iter()
-            .all(|b| *b == delimiter || b.is_ascii_whitespace() || *b == 0x1a)
-}
+const PIECE_BYTES: usize = 2 << 20;
 
 /// Which columns to read, and as what.
 #[derive(Debug, Clone)]
@@ -198,7 +152,7 @@ impl Table {
                     first_row: rows,
                 });
                 if rows == 0 && parsed.rows > 0 {
-                    // The first piece tells how many rows there will be.
+                    // The first piece says how many rows there will be.
                     let expected = parsed.rows as f64 * total as f64 / piece.len().max(1) as f64;
                     for column in table.columns.iter_mut().flatten() {
                         // A wrong guess or a lack of memory only costs copies later.
@@ -253,17 +207,17 @@ impl Table {
         column: usize,
     ) -> String {
         self.find(text, layout, row)
-            .and_then(|(_, line)| cells(line, layout.delimiter).nth(column).map(sniff::show))
+            .and_then(|(_, line)| cells(line, layout.delimiter).nth(column).map(show))
             .unwrap_or_default()
     }
 }
 
-/// Pieces of about [`PIECE`] bytes that end with lines.
+/// Pieces of about [`PIECE_BYTES`] bytes that end with lines.
 fn split(text: &Text, range: Range<usize>) -> Vec<Range<usize>> {
-    let mut pieces = Vec::with_capacity(range.len() / PIECE + 1);
+    let mut pieces = Vec::with_capacity(range.len() / PIECE_BYTES + 1);
     let mut start = range.start;
     while start < range.end {
-        let near = (start + PIECE).min(range.end);
+        let near = (start + PIECE_BYTES).min(range.end);
         let end = text.bytes[near..range.end]
             .iter()
             .position(|b| *b == text.newline)

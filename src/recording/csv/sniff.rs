@@ -3,22 +3,23 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::header_line::find_heading;
+use super::header_line::find_header_line;
+use super::line::{cells, is_skipped, show, show_row, uncomment};
+use super::settings::{Decimal, Delimiter, ImportSettings};
 use super::text::Text;
-use super::{Decimal, Delimiter, ImportSettings, header, number, rows, text};
+use super::{header, number, text};
 use crate::recording::error::{ImportError, ImportWarning};
 
 /// Bytes looked at from the beginning of a file.
-const HEAD: usize = 256 << 10;
+const HEAD_BYTES: usize = 256 << 10;
 /// Bytes looked at in the middle and at the end, where the first comma of a decimal
 /// number may be.
-const PROBE: usize = 16 << 10;
+const PROBE_BYTES: usize = 16 << 10;
 /// Rows shown.
-const ROWS: usize = 20;
-/// Longest cell shown [characters].
-const CELL: usize = 60;
+const SHOWN_ROWS: usize = 20;
+
 /// Lines looked at, so that a file of empty lines costs nothing.
-const LINES: usize = 2000;
+const MAX_LINES: usize = 2000;
 
 /// What was understood of a file, for a dialog or at once for the import.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,9 +83,12 @@ pub fn preview(path: &Path) -> Result<Preview, ImportError> {
                 reason: error.to_string(),
             })
     };
-    let head = part(0, HEAD)?;
-    let probes = if size > (HEAD + 2 * PROBE) as u64 {
-        vec![part(size / 2, PROBE)?, part(size - PROBE as u64, PROBE)?]
+    let head = part(0, HEAD_BYTES)?;
+    let probes = if size > (HEAD_BYTES + 2 * PROBE_BYTES) as u64 {
+        vec![
+            part(size / 2, PROBE_BYTES)?,
+            part(size - PROBE_BYTES as u64, PROBE_BYTES)?,
+        ]
     } else {
         Vec::new()
     };
@@ -100,10 +104,13 @@ pub fn preview(path: &Path) -> Result<Preview, ImportError> {
 /// # Errors
 /// As [`preview`].
 pub fn preview_bytes(name: &str, bytes: &[u8]) -> Result<Preview, ImportError> {
-    let head = &bytes[..bytes.len().min(HEAD)];
+    let head = &bytes[..bytes.len().min(HEAD_BYTES)];
     let n = bytes.len();
-    let probes: &[&[u8]] = if n > HEAD + 2 * PROBE {
-        &[&bytes[n / 2..n / 2 + PROBE], &bytes[n - PROBE..]]
+    let probes: &[&[u8]] = if n > HEAD_BYTES + 2 * PROBE_BYTES {
+        &[
+            &bytes[n / 2..n / 2 + PROBE_BYTES],
+            &bytes[n - PROBE_BYTES..],
+        ]
     } else {
         &[]
     };
@@ -113,7 +120,7 @@ pub fn preview_bytes(name: &str, bytes: &[u8]) -> Result<Preview, ImportError> {
 }
 
 /// The ways to read a row, the plainest first: a later one must be better to win.
-const WAYS: [(Delimiter, Decimal); 5] = [
+const READING_WAYS: [(Delimiter, Decimal); 5] = [
     (Delimiter::Comma, Decimal::Point),
     (Delimiter::Semicolon, Decimal::Point),
     (Delimiter::Tab, Decimal::Point),
@@ -126,7 +133,7 @@ const WAYS: [(Delimiter, Decimal); 5] = [
 /// are more numbers, two at least.
 fn data_cells(line: &[u8], way: (Delimiter, Decimal), remarks: bool) -> Option<usize> {
     let (mut numbers, mut texts, mut count) = (0, 0, 0);
-    for cell in rows::cells(line, way.0.byte()) {
+    for cell in cells(line, way.0.byte()) {
         match number::looks_numeric(cell, way.1 == Decimal::Comma) {
             Some(true) => numbers += 1,
             Some(false) => {}
@@ -161,7 +168,7 @@ fn score(lines: &[&[u8]], way: (Delimiter, Decimal), remarks: bool) -> (usize, u
 /// there are none.
 fn best_way(lines: &[&[u8]], remarks: bool) -> Option<((Delimiter, Decimal), usize)> {
     let mut best: Option<((Delimiter, Decimal), (usize, usize))> = None;
-    for way in WAYS {
+    for way in READING_WAYS {
         let (found, cells) = score(lines, way, remarks);
         // Two columns beat one: "0,5" is a row of two before it is a number.
         let rank = (cells.min(2), found);
@@ -170,29 +177,6 @@ fn best_way(lines: &[&[u8]], remarks: bool) -> Option<((Delimiter, Decimal), usi
         }
     }
     best.map(|(way, _)| (way, score(lines, way, remarks).1))
-}
-
-/// A cell as text for the screen and for names: trimmed, unquoted.
-pub(super) fn show(cell: &[u8]) -> String {
-    let text = String::from_utf8_lossy(cell.trim_ascii());
-    let text = match text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
-        Some(inner) => inner.replace("\"\"", "\""),
-        None => text.into_owned(),
-    };
-    text.trim().chars().take(CELL).collect()
-}
-
-pub(super) fn show_row(line: &[u8], delimiter: u8) -> Vec<String> {
-    rows::cells(line, delimiter).map(show).collect()
-}
-
-/// The mark of a comment line, stripped.
-pub(super) fn uncomment(line: &[u8]) -> Option<&[u8]> {
-    let line = line.trim_ascii_start();
-    [&b"#"[..], b"%", b"//"]
-        .iter()
-        .find_map(|mark| line.strip_prefix(*mark))
-        .map(|rest| rest.trim_ascii())
 }
 
 fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview, ImportError> {
@@ -206,7 +190,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         text.bytes
     };
     text.check(file, 0..whole.len(), 1)?;
-    let lines: Vec<&[u8]> = text.split(whole).take(LINES).collect();
+    let lines: Vec<&[u8]> = text.split(whole).take(MAX_LINES).collect();
 
     // The first and last line of a probe are parts of lines.
     let mut sample = lines.clone();
@@ -236,7 +220,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         .iter()
         .position(|line| is_data(line))
         .ok_or_else(no_numbers)?;
-    let heading = find_heading(&lines[..first_data], delimiter, columns);
+    let heading = find_header_line(&lines[..first_data], delimiter, columns);
 
     let mut settings = ImportSettings {
         delimiter: way.0,
@@ -271,8 +255,8 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         .collect();
     let shown = lines[settings.skip_lines..]
         .iter()
-        .filter(|line| !rows::is_skipped(line, delimiter))
-        .take(ROWS)
+        .filter(|line| !is_skipped(line, delimiter))
+        .take(SHOWN_ROWS)
         .map(|line| show_row(line, delimiter))
         .collect();
     Ok(Preview {
@@ -298,11 +282,11 @@ fn assumed_displacement(
 ) -> &'static str {
     let comma = way.1 == Decimal::Comma;
     let numbers = |line: &&[u8]| -> Vec<f64> {
-        rows::cells(line, way.0.byte())
+        cells(line, way.0.byte())
             .map(|cell| number::cell(cell, comma, 0))
             .collect()
     };
-    let table: Vec<Vec<f64>> = lines.iter().take(LINES).map(numbers).collect();
+    let table: Vec<Vec<f64>> = lines.iter().take(MAX_LINES).map(numbers).collect();
     let time: Vec<f64> = table
         .iter()
         .filter_map(|r| r.first().copied())

@@ -5,15 +5,17 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use super::Progress;
 use crate::recording::error::ImportError;
+
+/// Called with the share done (0 to 1); returns whether to go on.
+pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;
 
 /// Share of the progress bar that reading takes; the rest is parsing.
 pub(super) const READ_SHARE: f32 = 0.25;
 /// How much is read between two reports of progress.
-const BLOCK: usize = 16 << 20;
-/// How much of the file is looked at to tell text from something else.
-const HEAD: usize = 64 << 10;
+const BLOCK_BYTES: usize = 16 << 20;
+/// How much of the file is inspected to distinguish text from something else.
+const HEAD_BYTES: usize = 64 << 10;
 
 /// The last part of a path, as a name for the screen.
 pub(super) fn short_name(path: &Path) -> String {
@@ -59,7 +61,7 @@ pub(super) fn read_file(path: &Path, progress: Option<&Progress>) -> Result<Vec<
         .map_err(|_| too_large())?;
     loop {
         let read = Read::by_ref(&mut input)
-            .take(BLOCK as u64)
+            .take(BLOCK_BYTES as u64)
             .read_to_end(&mut bytes)
             .map_err(|error| ImportError::Unreadable {
                 file: file(),
@@ -103,7 +105,7 @@ impl<'a> Text<'a> {
         if text.iter().all(u8::is_ascii_whitespace) {
             return Err(ImportError::Empty { file: file() });
         }
-        let head = &text[..text.len().min(HEAD)];
+        let head = &text[..text.len().min(HEAD_BYTES)];
         // Western text in UTF-16 without a mark: every other byte is zero.
         let zeros = |parity: usize| {
             head.iter()

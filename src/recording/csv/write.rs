@@ -9,7 +9,7 @@ use crate::recording::grid::TimeAxis;
 use crate::recording::{Channel, Recording};
 
 /// Rows formatted by one thread at a time.
-const BLOCK: usize = 8192;
+const BLOCK_ROWS: usize = 8192;
 
 /// Why nothing, or not all, was written.
 #[derive(Debug, Error)]
@@ -74,13 +74,13 @@ pub fn write_csv(
     out.write_all(header.as_bytes())?;
 
     // In batches, so that a long file does not stand in memory as text.
-    let starts: Vec<usize> = (0..rows).step_by(BLOCK).collect();
+    let starts: Vec<usize> = (0..rows).step_by(BLOCK_ROWS).collect();
     for batch in starts.chunks(4 * rayon::current_num_threads().max(1)) {
         let texts: Vec<Vec<u8>> = batch
             .par_iter()
             .map(|&start| {
-                let mut text = Vec::with_capacity(BLOCK * 64);
-                for i in start..(start + BLOCK).min(rows) {
+                let mut text = Vec::with_capacity(BLOCK_ROWS * 64);
+                for i in start..(start + BLOCK_ROWS).min(rows) {
                     put(&mut text, time.at(i), 0);
                     if let Some(voltage) = voltage {
                         text.push(b',');

@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{EventOptions, Impact};
+use super::options::EventOptions;
 use crate::recording::grid::TimeAxis;
 
 /// Time on each side of an impact from which the speeds are fitted \[s\].
@@ -17,13 +17,28 @@ const FIT_SPAN: f64 = 1e-4;
 /// Fewest and most samples on each side.
 const FIT_SAMPLES: (usize, usize) = (3, 50);
 /// Highest degree of a side's polynomial.
-const MOST_DEGREE: usize = 4;
-/// Degrees above one must leave the speed certain to this share.
-const CERTAIN: f64 = 0.03;
+const MAX_DEGREE: usize = 4;
+/// Degrees above one must leave the velocity certain to this share.
+const MAX_SLOPE_ERROR: f64 = 0.03;
 /// A change of speed below this share of the arriving speed is no impact.
-const LEAST_CHANGE: f64 = 0.3;
-/// Faster departures than this share of the arrival are thrown, not bounced.
-const MOST_RESTITUTION: f64 = 1.2;
+const MIN_CHANGE_SHARE: f64 = 0.3;
+/// Departures faster than this share of the arrival are thrown, not bounced.
+const MAX_RESTITUTION: f64 = 1.2;
+
+/// A sudden change of speed at the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impact {
+    /// When \[s\], between samples.
+    pub time: f64,
+    /// Speed just before \[m/s\], negative (downwards).
+    pub v_before: f64,
+    /// Speed just after \[m/s\]; near zero if the mass stays.
+    pub v_after: f64,
+    /// By how much the speeds are uncertain \[m/s\]: from the noise, and from what one
+    /// degree less of the fits would change. Ringing faster than the samples resolve
+    /// is not in it.
+    pub v_error: f64,
+}
 
 /// Impacts among samples `first..=last`, which are near the ground. `limits`: the
 /// last sample of the stay before and the first of the next, which no fit may cross.
@@ -107,9 +122,9 @@ fn judge(
     let (v_before, v_after) = (before.slope(at), after.slope(at));
     let change = v_after - v_before;
     let blur = before.slope_error.max(after.slope_error);
-    let sudden = change > (LEAST_CHANGE * v_before.abs()).max(3.0 * blur);
+    let sudden = change > (MIN_CHANGE_SHARE * v_before.abs()).max(3.0 * blur);
     // Nothing leaves the ground faster than it came: that would be a push.
-    let thrown = v_after > MOST_RESTITUTION * v_before.abs() + 2.0 * blur;
+    let thrown = v_after > MAX_RESTITUTION * v_before.abs() + 2.0 * blur;
     // The height where the curves meet is uncertain by a share of the way of a
     // sample; a ring above the ground turns as sharply, but higher.
     let slack = options.tolerance() + 0.2 * change.abs() * interval;
@@ -198,9 +213,9 @@ impl Curve {
         };
         // Degrees above the line need one sample more than coefficients, or a bad
         // sample would be followed exactly.
-        let highest = MOST_DEGREE.min(n.saturating_sub(1)).max(1);
+        let highest = MAX_DEGREE.min(n.saturating_sub(1)).max(1);
         let certain = |d: &usize| {
-            of_degree(*d).is_some_and(|c| c.slope_error <= CERTAIN * c.slope(0.0).abs())
+            of_degree(*d).is_some_and(|c| c.slope_error <= MAX_SLOPE_ERROR * c.slope(0.0).abs())
         };
         let fallback = if n >= 4 { 2 } else { 1 };
         let degree = (2..=highest).rev().find(certain).unwrap_or(fallback);

@@ -7,15 +7,14 @@
 
 pub mod events_csv;
 pub(super) mod impact;
+mod options;
+
+pub use self::impact::Impact;
+pub use self::options::{EventOptions, HOP_HEIGHT};
 
 use self::impact::find_impacts;
 use super::grid::TimeAxis;
-use super::noise::estimate_noise;
 
-/// Departures up to this height do not end a contact \[m\] (Table A.1's features).
-pub const HOP: f64 = 5e-6;
-/// Flattest thing that counts as touching, where there is no noise \[m\].
-const LEAST_TOLERANCE: f64 = 5e-8;
 /// A stay on the ground, small hops included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
@@ -23,7 +22,7 @@ pub struct Contact {
     pub start: f64,
     /// Last touch \[s\]; equal to `start` for a touch shorter than a sample.
     pub end: f64,
-    /// Time of it on the ground, hops left out \[s\].
+    /// Time of it on the ground, without the hops \[s\].
     pub touching: f64,
     /// Whether the recording (or a gap) cuts the contact, so that it may be longer.
     pub cut: bool,
@@ -37,21 +36,6 @@ impl Contact {
     }
 }
 
-/// A sudden change of speed at the ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Impact {
-    /// When \[s\], between samples.
-    pub time: f64,
-    /// Speed just before \[m/s\], negative (downwards).
-    pub v_before: f64,
-    /// Speed just after \[m/s\]; near zero if the mass stays.
-    pub v_after: f64,
-    /// By how much the speeds are uncertain \[m/s\]: from the noise, and from what one
-    /// degree less of the fits would change. Ringing faster than the samples resolve
-    /// is not in it.
-    pub v_error: f64,
-}
-
 /// What happens at the ground.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Events {
@@ -61,43 +45,26 @@ pub struct Events {
     pub impacts: Vec<Impact>,
 }
 
-/// How events are looked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EventOptions {
-    /// Height of the mass at contact \[m\], `-dp` in the model.
-    pub contact_level: f64,
-    /// Standard deviation of the noise \[m\].
-    pub noise: f64,
-    /// Departures up to this height do not end a contact \[m\].
-    pub hop: f64,
-}
-
-impl EventOptions {
-    /// Options for a level; the noise is estimated from the data.
-    #[must_use]
-    pub fn for_data(contact_level: f64, time: TimeAxis, xp: &[f64]) -> Self {
-        Self {
-            contact_level,
-            noise: estimate_noise(time, xp).map_or(0.0, |n| n.sigma),
-            hop: HOP,
-        }
-    }
-
-    /// How far from the level still counts as touching \[m\].
-    #[must_use]
-    pub fn tolerance(&self) -> f64 {
-        (4.0 * self.noise).max(LEAST_TOLERANCE)
-    }
-
-    /// The hop height, kept clear of the noise \[m\].
-    pub(super) fn clear_hop(&self) -> f64 {
-        self.hop.max(2.0 * self.tolerance())
-    }
-}
-
 /// Finds contacts and impacts in `xp` \[m\] sampled at `time`. Missing samples and
 /// gaps end a contact and mark it as cut. Empty results are no error: the mass may
 /// never touch.
+///
+/// # Examples
+/// ```
+/// use impactscope::recording::TimeAxis;
+/// use impactscope::recording::events::{EventOptions, HOP_HEIGHT, find_events};
+///
+/// // It falls from 20 um, bounces at 5 ms with half the speed, and never comes back.
+/// let xp: Vec<f64> = (0..500)
+///     .map(|i| 2e-5 * f64::from(i))
+///     .map(|t| if t < 5e-3 { 4e-3 * (5e-3 - t) } else { 2e-3 * (t - 5e-3) })
+///     .collect();
+/// let time = TimeAxis::Uniform { t0: 0.0, dt: 2e-5 };
+/// let options = EventOptions { contact_level: 0.0, noise: 1e-9, hop: HOP_HEIGHT };
+/// let events = find_events(time, &xp, &options);
+/// assert_eq!(events.impacts.len(), 1);
+/// assert!((events.impacts[0].v_after - 2e-3).abs() < 1e-6);
+/// ```
 #[must_use]
 pub fn find_events(time: TimeAxis, xp: &[f64], options: &EventOptions) -> Events {
     let mut events = Events::default();

@@ -98,7 +98,7 @@ fn gaps_and_ends_cut_a_contact() {
         &EventOptions {
             contact_level: LEVEL,
             noise: 0.0,
-            hop: HOP,
+            hop: HOP_HEIGHT,
         },
     );
     assert_eq!(events.contacts.len(), 2);
@@ -109,7 +109,7 @@ fn gaps_and_ends_cut_a_contact() {
         &EventOptions {
             contact_level: LEVEL,
             noise: 0.0,
-            hop: HOP,
+            hop: HOP_HEIGHT,
         },
     );
     assert_eq!(none, Events::default());

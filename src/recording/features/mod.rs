@@ -1,8 +1,8 @@
 //! The features of Table A.1: peak oscillation amplitude, contact duration, bounces,
 //! per period and in the periodic steady state.
 //!
-//! J. H. Ryou, K. R. Oldham, J. Micromech. Microeng. 22 (2012) 115002, Table A.1, as
-//! MODEL.md reads it:
+//! J. H. Ryou, K. R. Oldham, J. Micromech. Microeng. 22 (2012) 115002, Table A.1. The
+//! paper names the three features; they are read here as:
 //! - peak oscillation amplitude: highest `xp` reached after break-off while the
 //!   voltage falls or is held, minus the lowest `xp`;
 //! - contact duration: total time in contact, hops under 5 um merged;
@@ -12,7 +12,7 @@
 //! The same function serves recordings and simulated traces.
 
 use self::period::{Cycle, find_cycles};
-use super::events::{Contact, EventOptions, Events, HOP, find_events};
+use super::events::{Contact, EventOptions, Events, HOP_HEIGHT, find_events};
 use super::grid::TimeAxis;
 use super::level::estimate_contact_level;
 use super::noise::estimate_noise;
@@ -51,7 +51,7 @@ impl Default for FeatureOptions {
             contact_level: None,
             period: None,
             noise: None,
-            hop: HOP,
+            hop: HOP_HEIGHT,
             sustained: SUSTAINED,
         }
     }
@@ -71,7 +71,7 @@ pub struct PeriodFeatures {
     pub contact_duration: Option<f64>,
     /// Bounces before the sustained contact; `None` if the contact level is unknown.
     pub bounces: Option<u32>,
-    /// Whether samples are missing inside (the period is left out of the mean).
+    /// Whether samples are missing inside (the period does not count in the mean).
     pub gap: bool,
 }
 

@@ -7,9 +7,9 @@ use crate::recording::noise::estimate_noise;
 use crate::recording::{median_in_place, quantile_in_place};
 
 /// Cycles whose lengths differ by more than this share are not periodic.
-const REGULAR: f64 = 0.03;
+const MAX_LENGTH_DEVIATION: f64 = 0.03;
 /// Share of the swing that counts as being at the top or at the bottom.
-const EDGE: f64 = 0.02;
+const EDGE_SHARE: f64 = 0.02;
 
 /// One cycle of the drive. All times in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,68 +105,17 @@ fn leaving(time: TimeAxis, voltage: &[f64], (first, last): Stay, edge: f64) -> f
     }
 }
 
+/// The regular cycles of a recorded voltage, from one upward crossing of its middle to the
+/// next.
 fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> {
-    let mut sorted: Vec<f64> = voltage.iter().copied().filter(|v| v.is_finite()).collect();
-    if sorted.len() < 4 {
-        return Err(Missing::TooShort {
-            samples: sorted.len(),
-        });
-    }
-    let low = quantile_in_place(&mut sorted, 0.005);
-    let high = quantile_in_place(&mut sorted, 0.995);
-    let swing = high - low;
-    let noise = estimate_noise(time, voltage).map_or(0.0, |n| n.sigma);
-    if swing.is_nan() || swing <= 10.0 * noise || swing <= 1e-9 * high.abs().max(low.abs()) {
-        return Err(Missing::ConstantVoltage);
-    }
-    let edge = (EDGE * swing).max(3.0 * noise);
-    let (top, middle, bottom) = (high - edge, 0.5 * (high + low), low + edge);
-    let band = 0.1 * swing;
-    // Upward crossings of the middle, armed by having been clearly below it.
-    let mut crossings: Vec<f64> = Vec::new();
-    let mut tops: Vec<f64> = Vec::new();
-    let mut bottoms: Vec<f64> = Vec::new();
-    let mut armed = false;
-    let (mut was_top, mut was_bottom): (Option<Stay>, Option<Stay>) = (None, None);
-    let mut previous: Option<(f64, f64)> = None;
-    let mut pending: Option<f64> = None;
-    for (i, &v) in voltage.iter().enumerate() {
-        if !v.is_finite() {
-            continue;
-        }
-        let t = time.at(i);
-        if let Some((t_before, v_before)) = previous {
-            if v_before < middle && v >= middle {
-                pending = Some(t_before + (t - t_before) * (middle - v_before) / (v - v_before));
-            } else if v < middle {
-                pending = None;
-            }
-        }
-        if v < middle - band {
-            armed = true;
-            if let Some(stay) = was_top.take() {
-                tops.push(leaving(time, voltage, stay, edge));
-            }
-        }
-        if v > middle + band {
-            if let (true, Some(crossing)) = (armed, pending) {
-                crossings.push(crossing);
-                armed = false;
-            }
-            if let Some(stay) = was_bottom.take() {
-                bottoms.push(leaving(time, voltage, stay, edge));
-            }
-        }
-        if v >= top {
-            was_top = Some((was_top.map_or(i, |(first, _)| first), i));
-        }
-        if v <= bottom {
-            was_bottom = Some((was_bottom.map_or(i, |(first, _)| first), i));
-        }
-        previous = Some((t, v));
-    }
+    let levels = Levels::of(time, voltage)?;
+    let Passages {
+        mut crossings,
+        tops,
+        bottoms,
+    } = Passages::of(time, voltage, &levels);
     let first = (0..voltage.len()).find(|i| voltage[*i].is_finite());
-    let begins_at_top = first.is_some_and(|i| voltage[i] >= top);
+    let begins_at_top = first.is_some_and(|i| voltage[i] >= levels.top);
     if crossings.len() < 2 {
         return Err(if crossings.is_empty() && tops.is_empty() {
             Missing::ConstantVoltage
@@ -180,14 +129,14 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
     let usual = median_in_place(&mut lengths.clone());
     // A square that starts at its top has just risen: its first period counts too.
     if let Some(i) = first.filter(|_| begins_at_top)
-        && ((crossings[0] - time.at(i)) / usual - 1.0).abs() <= REGULAR
+        && ((crossings[0] - time.at(i)) / usual - 1.0).abs() <= MAX_LENGTH_DEVIATION
     {
         crossings.insert(0, time.at(i));
     }
     let mut deviations: Vec<f64> = lengths.iter().map(|l| (l / usual - 1.0).abs()).collect();
     // The upper quartile: a gap or two may lengthen a few cycles, a sweep changes most.
     let spread = quantile_in_place(&mut deviations, 0.75);
-    if spread > REGULAR {
+    if spread > MAX_LENGTH_DEVIATION {
         return Err(Missing::NotPeriodic {
             spread_percent: 100.0 * spread,
         });
@@ -198,7 +147,7 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
     };
     Ok(crossings
         .windows(2)
-        .filter(|w| ((w[1] - w[0]) / usual - 1.0).abs() <= 2.0 * REGULAR)
+        .filter(|w| ((w[1] - w[0]) / usual - 1.0).abs() <= 2.0 * MAX_LENGTH_DEVIATION)
         .map(|w| {
             let (start, end) = (w[0], w[1]);
             Cycle {
@@ -209,4 +158,107 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
             }
         })
         .collect())
+}
+
+/// The levels of a voltage against which its passages are counted \[V\].
+struct Levels {
+    /// Above this it is at its top.
+    top: f64,
+    /// Half way between lowest and highest.
+    middle: f64,
+    /// Below this it is at its bottom.
+    bottom: f64,
+    /// Depth of the zones at top and bottom.
+    edge: f64,
+    /// Half width of the band around the middle in which nothing is decided.
+    band: f64,
+}
+
+impl Levels {
+    fn of(time: TimeAxis, voltage: &[f64]) -> Result<Self, Missing> {
+        let mut sorted: Vec<f64> = voltage.iter().copied().filter(|v| v.is_finite()).collect();
+        if sorted.len() < 4 {
+            return Err(Missing::TooShort {
+                samples: sorted.len(),
+            });
+        }
+        let low = quantile_in_place(&mut sorted, 0.005);
+        let high = quantile_in_place(&mut sorted, 0.995);
+        let range = high - low;
+        let noise = estimate_noise(time, voltage).map_or(0.0, |n| n.sigma);
+        if range.is_nan() || range <= 10.0 * noise || range <= 1e-9 * high.abs().max(low.abs()) {
+            return Err(Missing::ConstantVoltage);
+        }
+        let edge = (EDGE_SHARE * range).max(3.0 * noise);
+        Ok(Self {
+            top: high - edge,
+            middle: 0.5 * (high + low),
+            bottom: low + edge,
+            edge,
+            band: 0.1 * range,
+        })
+    }
+}
+
+/// When a voltage passes its middle upwards, leaves its top and leaves its bottom \[s\].
+#[derive(Default)]
+struct Passages {
+    crossings: Vec<f64>,
+    tops: Vec<f64>,
+    bottoms: Vec<f64>,
+}
+
+impl Passages {
+    fn of(time: TimeAxis, voltage: &[f64], levels: &Levels) -> Self {
+        let Levels {
+            top,
+            middle,
+            bottom,
+            edge,
+            band,
+        } = *levels;
+        let mut passages = Self::default();
+        // Upward crossings of the middle, armed by having been clearly below it.
+        let mut armed = false;
+        let (mut was_top, mut was_bottom): (Option<Stay>, Option<Stay>) = (None, None);
+        let mut previous: Option<(f64, f64)> = None;
+        let mut pending: Option<f64> = None;
+        for (i, &v) in voltage.iter().enumerate() {
+            if !v.is_finite() {
+                continue;
+            }
+            let t = time.at(i);
+            if let Some((t_before, v_before)) = previous {
+                if v_before < middle && v >= middle {
+                    pending =
+                        Some(t_before + (t - t_before) * (middle - v_before) / (v - v_before));
+                } else if v < middle {
+                    pending = None;
+                }
+            }
+            if v < middle - band {
+                armed = true;
+                if let Some(stay) = was_top.take() {
+                    passages.tops.push(leaving(time, voltage, stay, edge));
+                }
+            }
+            if v > middle + band {
+                if let (true, Some(crossing)) = (armed, pending) {
+                    passages.crossings.push(crossing);
+                    armed = false;
+                }
+                if let Some(stay) = was_bottom.take() {
+                    passages.bottoms.push(leaving(time, voltage, stay, edge));
+                }
+            }
+            if v >= top {
+                was_top = Some((was_top.map_or(i, |(first, _)| first), i));
+            }
+            if v <= bottom {
+                was_bottom = Some((was_bottom.map_or(i, |(first, _)| first), i));
+            }
+            previous = Some((t, v));
+        }
+        passages
+    }
 }

@@ -157,7 +157,7 @@ fn impacts_are_listed_with_their_speeds() {
 }
 
 #[test]
-fn a_start_up_is_left_out_of_the_mean() {
+fn the_start_up_does_not_count_in_the_mean() {
     let mut d = device(8, 0.5);
     // The first two periods swing less.
     d.x[..2000]

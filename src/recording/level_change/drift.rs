@@ -8,40 +8,40 @@ use crate::recording::Recording;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::NoiseEstimate;
 
-/// Least drift that shows, in units of the noise of a sample.
-const VISIBLE: f64 = 7.0;
-/// Most blocks that are looked at.
-const MOST: usize = 5000;
+/// Smallest drift that is reported, in units of the noise of a sample.
+const MIN_DRIFT_NOISE: f64 = 7.0;
+/// Most blocks that are analysed.
+const MAX_BLOCKS: usize = 5000;
 /// The course begins from two rests, each the lowest of one of so many equal spans.
-const SPANS: usize = 48;
+const START_SPANS: usize = 48;
 /// Time constants that are tried, as shares of the recording; the last is as good as a line.
-const COURSES: [f64; 7] = [0.02, 0.05, 0.12, 0.3, 0.7, 1.5, 10.0];
+const TRIED_TIME_CONSTANTS: [f64; 7] = [0.02, 0.05, 0.12, 0.3, 0.7, 1.5, 10.0];
 /// Once the rests are known, the course is made of terms that settle in these shares of the
 /// recording, and a line.
-const TERMS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
-/// How near the rests lie to the course \[m\]: at first, for it need not be of a shape that
-/// is tried ...
-const ROUGH: f64 = 0.4e-6;
+const TERM_TIME_CONSTANTS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
+/// How near the rests lie to the course \[m\]: at first, when its shape may not be among those
+/// tried ...
+const START_TOLERANCE: f64 = 0.4e-6;
 /// ... and in the end in units of their spread.
-const NEAR: f64 = 3.0;
-/// Scatter of the rests about the course in the end, at most, in units of the noise of a
-/// sample: a level that goes by the load or in steps scatters more.
-const GOOD: f64 = 1.5;
-/// Fewest blocks of rest, and spans of [`SPANS`] in which they must lie.
-const ENOUGH: (usize, usize) = (12, 5);
-/// Share of the blocks that may lie below the course.
-const BELOW: f64 = 4e-3;
+const FINAL_TOLERANCE: f64 = 3.0;
+/// Largest scatter of the rests about the final course, in units of the noise of a sample. A
+/// level that depends on the load, or moves in steps, scatters more.
+const MAX_SCATTER: f64 = 1.5;
+/// Fewest blocks of rest, and fewest of the [`START_SPANS`] in which they must lie.
+const MIN_RESTS_AND_SPANS: (usize, usize) = (12, 5);
+/// Largest share of the blocks below the course.
+const MAX_SHARE_BELOW: f64 = 4e-3;
 /// Rounds in which the course and the rests on it are found from each other.
-const ROUNDS: usize = 4;
+const REFINEMENT_ROUNDS: usize = 4;
 /// Singular values below this share of the largest are noise.
-const SINGULAR: f64 = 1e-3;
-/// A term is over after so many times its time constant.
-const OVER: f64 = 3.0;
-/// Over the whole recording it drifts at most so many times as far as between the rests.
-const BEYOND: f64 = 2.0;
-/// The terms together move at most so many times as far as the drift: more is needed only for
-/// what jumps between rests, as where the mass hovers over the ground at times.
-const CANCELLED: f64 = 5.0;
+const MIN_SINGULAR_SHARE: f64 = 1e-3;
+/// A term has settled after so many of its time constants.
+const SETTLING_TIMES: f64 = 3.0;
+/// Over the whole recording the course drifts at most so many times as far as between the rests.
+const MAX_EXTRAPOLATION: f64 = 2.0;
+/// The terms together move at most so many times as far as the drift. More is needed only for
+/// jumps between rests, such as where the mass hovers over the ground at times.
+const MAX_CANCELLATION: f64 = 5.0;
 
 /// A drift of the ground's level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +53,7 @@ pub struct LevelDrift {
     /// Steady part \[m/s\].
     rate: f64,
     /// Parts that settle: how far \[m\] with what time constant \[s\].
-    settling: [(f64, f64); TERMS.len()],
+    settling: [(f64, f64); TERM_TIME_CONSTANTS.len()],
 }
 
 impl LevelDrift {
@@ -97,9 +97,9 @@ struct Block {
 }
 
 impl Block {
-    /// Which of [`SPANS`] it is in.
+    /// Which of [`START_SPANS`] it is in.
     fn span(&self, length: f64) -> usize {
-        ((self.time / length * SPANS as f64) as usize).min(SPANS - 1)
+        ((self.time / length * START_SPANS as f64) as usize).min(START_SPANS - 1)
     }
 }
 
@@ -110,7 +110,7 @@ fn blocks(recording: &Recording, sigma: f64) -> Vec<Block> {
     let n = size as f64;
     let middle = 0.5 * (n - 1.0);
     let about = (0..size).map(|k| (k as f64 - middle).powi(2)).sum::<f64>();
-    let step = (size / 2).max(xp.len() / MOST);
+    let step = (size / 2).max(xp.len() / MAX_BLOCKS);
     let starts = (0..xp.len().saturating_sub(size)).step_by(step);
     let one = |first: usize| {
         let values = &xp[first..first + size];
@@ -131,7 +131,7 @@ fn blocks(recording: &Recording, sigma: f64) -> Vec<Block> {
 /// Rests within `width` of a course \[m\], which is given for each block, if hardly anything
 /// lies below it.
 fn near(blocks: &[Block], course: impl Fn(usize) -> f64, width: f64) -> Vec<usize> {
-    let mut room = ((BELOW * blocks.len() as f64) as usize).max(2);
+    let mut room = ((MAX_SHARE_BELOW * blocks.len() as f64) as usize).max(2);
     let mut rests = Vec::new();
     for (i, block) in blocks.iter().enumerate() {
         let off = block.level - course(i);
@@ -149,7 +149,7 @@ fn near(blocks: &[Block], course: impl Fn(usize) -> f64, width: f64) -> Vec<usiz
 
 /// The rests on the course through two of the lowest rests on which there are most.
 fn rough(blocks: &[Block], length: f64, sigma: f64) -> Option<Vec<usize>> {
-    let mut lowest: Vec<Option<usize>> = vec![None; SPANS];
+    let mut lowest: Vec<Option<usize>> = vec![None; START_SPANS];
     for (i, block) in blocks.iter().enumerate().filter(|(_, b)| b.even) {
         let own = &mut lowest[block.span(length)];
         if own.is_none_or(|k| block.level < blocks[k].level) {
@@ -157,11 +157,11 @@ fn rough(blocks: &[Block], length: f64, sigma: f64) -> Option<Vec<usize>> {
         }
     }
     let lowest: Vec<usize> = lowest.into_iter().flatten().collect();
-    let width = ROUGH.max(NEAR * sigma);
+    let width = START_TOLERANCE.max(FINAL_TOLERANCE * sigma);
     let mut best = Vec::new();
     // What settles, and what slows down without end.
     let shapes: [fn(f64) -> f64; 2] = [|u| -(-u).exp_m1(), f64::ln_1p];
-    for (tau, shape) in COURSES
+    for (tau, shape) in TRIED_TIME_CONSTANTS
         .iter()
         .flat_map(|share| shapes.map(|shape| (share * length, shape)))
     {
@@ -184,11 +184,11 @@ fn rough(blocks: &[Block], length: f64, sigma: f64) -> Option<Vec<usize>> {
 fn spread_out(blocks: &[Block], rests: &[usize], length: f64) -> bool {
     let mut spans: Vec<usize> = rests.iter().map(|&i| blocks[i].span(length)).collect();
     spans.dedup();
-    rests.len() >= ENOUGH.0 && spans.len() >= ENOUGH.1
+    rests.len() >= MIN_RESTS_AND_SPANS.0 && spans.len() >= MIN_RESTS_AND_SPANS.1
 }
 
 /// The drift of the ground's level in `recording`, if there is one: with it taken out the
-/// ground must be told by all its signs.
+/// ground must show all its signs.
 #[must_use]
 pub fn find_level_drift(recording: &Recording, noise: Option<NoiseEstimate>) -> Option<LevelDrift> {
     let sigma = noise.filter(|n| n.sigma > 0.0)?.sigma;
@@ -196,7 +196,7 @@ pub fn find_level_drift(recording: &Recording, noise: Option<NoiseEstimate>) -> 
     let blocks = blocks(recording, sigma);
     let rests = rough(&blocks, end - begin, sigma)?;
     // Quick terms may go astray before the first rest.
-    let drift = (0..TERMS.len()).find_map(|quickest| {
+    let drift = (0..TERM_TIME_CONSTANTS.len()).find_map(|quickest| {
         let drift = near_rests(&blocks, rests.clone(), (begin, end), sigma, quickest)?;
         let range = |from: f64, to: f64| {
             let inside = blocks.iter().map(|b| begin + b.time);
@@ -206,12 +206,12 @@ pub fn find_level_drift(recording: &Recording, noise: Option<NoiseEstimate>) -> 
             high - low
         };
         let (seen, all) = (range(drift.shown.0, drift.shown.1), range(begin, end));
-        let plain = drift.moved() < CANCELLED * seen && all < BEYOND * seen;
-        (seen > VISIBLE * sigma && plain).then_some(drift)
+        let plain = drift.moved() < MAX_CANCELLATION * seen && all < MAX_EXTRAPOLATION * seen;
+        (seen > MIN_DRIFT_NOISE * sigma && plain).then_some(drift)
     })?;
     let xp = LevelChange::Drift(drift).taken_out(&recording.time, &recording.proof_mass);
-    let told = estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise);
-    told.is_ok().then_some(drift)
+    let level = estimate_contact_level(recording.axis(), recording.voltage.as_deref(), &xp, noise);
+    level.is_ok().then_some(drift)
 }
 
 /// The course through `rests`, and those near it, found from each other, without the terms
@@ -224,16 +224,16 @@ fn near_rests(
     quickest: usize,
 ) -> Option<LevelDrift> {
     let mut drift = None;
-    for _ in 0..ROUNDS {
+    for _ in 0..REFINEMENT_ROUNDS {
         let (course, level) = through(blocks, &rests, (begin, end), quickest)?;
         let course_at = |i: usize| level + course.rise_at(begin + blocks[i].time);
         let off = |&i: &usize| (blocks[i].level - course_at(i)).powi(2);
         let rms = (rests.iter().map(off).sum::<f64>() / rests.len() as f64).sqrt();
-        rests = near(blocks, course_at, NEAR * rms.max(sigma));
+        rests = near(blocks, course_at, FINAL_TOLERANCE * rms.max(sigma));
         if !spread_out(blocks, &rests, end - begin) {
             return None;
         }
-        drift = (rms < GOOD * sigma).then_some(course);
+        drift = (rms < MAX_SCATTER * sigma).then_some(course);
     }
     drift
 }
@@ -248,12 +248,12 @@ fn through(
 ) -> Option<(LevelDrift, f64)> {
     let rests: Vec<&Block> = rests.iter().map(|&i| &blocks[i]).collect();
     let (first, last) = (rests.first()?.time, rests.last()?.time);
-    let taus = TERMS.map(|share| share * (end - begin));
+    let taus = TERM_TIME_CONSTANTS.map(|share| share * (end - begin));
     let mut rows = Vec::with_capacity(rests.len() * (2 + taus.len()));
     for rest in &rests {
         rows.extend([1.0, rest.time / last]);
         // What is over before the first rest is not shown by any.
-        let shown = |k: usize| k >= quickest && first < OVER * taus[k];
+        let shown = |k: usize| k >= quickest && first < SETTLING_TIMES * taus[k];
         let settled = |k: usize| {
             if shown(k) {
                 -(-rest.time / taus[k]).exp_m1()
@@ -266,7 +266,7 @@ fn through(
     let matrix = DMatrix::from_row_slice(rests.len(), 2 + taus.len(), &rows);
     let levels = DVector::from_fn(rests.len(), |i, _| rests[i].level);
     let svd = matrix.svd(true, true);
-    let floor = SINGULAR * svd.singular_values.max();
+    let floor = MIN_SINGULAR_SHARE * svd.singular_values.max();
     let found = svd.solve(&levels, floor).ok()?;
     let drift = LevelDrift {
         begin,

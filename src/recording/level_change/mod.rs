@@ -6,18 +6,18 @@ pub(crate) mod step;
 pub use self::drift::{LevelDrift, find_level_drift};
 pub use self::step::{LevelStep, find_level_step};
 
-/// A rest shows in a block of this length \[s\].
-const BLOCK: f64 = 4e-4;
-/// And of at least so many samples.
-const LEAST: usize = 16;
+/// Length of the blocks in which rests are looked for \[s\].
+const BLOCK_LENGTH: f64 = 4e-4;
+/// Fewest samples of a block.
+const MIN_BLOCK_SAMPLES: usize = 16;
 
 /// Samples of a block, one every `interval` \[s\].
 fn block_size(interval: f64) -> usize {
-    ((BLOCK / interval) as usize).max(LEAST)
+    ((BLOCK_LENGTH / interval) as usize).max(MIN_BLOCK_SAMPLES)
 }
 
-/// Whether `n` samples that scatter so about a course scatter as their noise `sigma` does:
-/// twice the excess that chance gives the variance of so few.
+/// Whether the scatter of `n` samples about a course agrees with their noise `sigma`: the variance
+/// may exceed it by twice its standard error at so few samples.
 fn quiet(spread: f64, sigma: f64, n: f64) -> bool {
     spread < sigma * (1.0 + 4.0 / (2.0 * n).sqrt())
 }

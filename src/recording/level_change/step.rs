@@ -9,27 +9,27 @@ use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Recording, extremes, quantile_in_place};
 
 /// Rests are looked for within this height of the lowest samples \[m\].
-const NEAR: f64 = 15e-6;
-/// Fewest blocks of rest on either side.
-const SIDE: usize = 3;
-/// Least change of the level \[m\].
-const LEAST_RISE: f64 = 0.05e-6;
-/// And in units of the noise of a sample, of which a rest has many: less than that moves no
+const SEARCH_HEIGHT: f64 = 15e-6;
+/// Fewest blocks of rest on either side of the step.
+const MIN_BLOCKS_PER_SIDE: usize = 3;
+/// Smallest step of the level \[m\].
+const MIN_RISE: f64 = 0.05e-6;
+/// The same in units of the noise of a sample. A rest has many samples; a smaller step moves no
 /// sample out of a stay.
-const VISIBLE: f64 = 3.0;
-/// Share of the change within which all rests of a side must agree.
-const AGREE: f64 = 0.1;
-/// Or within so many times the noise of a sample.
-const SCATTER: f64 = 1.5;
-/// Share of the blocks that may be farther off.
-const STRAY: f64 = 0.05;
-/// Within so many times the noise of a sample of the two levels a mass that goes along with the
-/// ground stays.
-const ALONG: f64 = 6.0;
-/// Share of its range by which the voltage may move meanwhile.
-const AT_ONE_VOLTAGE: f64 = 0.02;
-/// Samples by which a mass may be late in following the voltage.
-const LATE: usize = 20;
+const MIN_RISE_NOISE: f64 = 3.0;
+/// All rests of a side must agree within this share of the step ...
+const MAX_DISAGREEMENT_SHARE: f64 = 0.1;
+/// ... or within so many times the noise of a sample.
+const MAX_DISAGREEMENT_NOISE: f64 = 1.5;
+/// Largest share of the blocks that may be farther off.
+const MAX_STRAY_SHARE: f64 = 0.05;
+/// A mass that moves with the ground stays within so many times the noise of a sample of the two
+/// levels.
+const FOLLOWING_NOISE: f64 = 6.0;
+/// Largest change of the voltage meanwhile, as a share of its range.
+const STEADY_VOLTAGE_SHARE: f64 = 0.02;
+/// Most samples by which the mass may follow the voltage later.
+const MAX_RESPONSE_SAMPLES: usize = 20;
 /// Share of what a straight line leaves of the levels' variance that two levels may leave.
 const NO_LINE: f64 = 0.5;
 
@@ -62,7 +62,7 @@ pub fn rests(xp: &[f64], interval: f64, sigma: f64) -> Vec<Rest> {
         let spread = (block.iter().map(|x| (x - level).powi(2)).sum::<f64>() / n).sqrt();
         let (a, b) = block.split_at(block.len() / 2);
         let steady = (mean(a) - mean(b)).abs() < 4.0 * sigma * (4.0 / n).sqrt();
-        (level < bottom + NEAR && quiet(spread, sigma, n) && steady).then_some(level)
+        (level < bottom + SEARCH_HEIGHT && quiet(spread, sigma, n) && steady).then_some(level)
     };
     let blocks = (0..xp.len().saturating_sub(size)).step_by(size / 2);
     blocks
@@ -87,13 +87,13 @@ fn left_by_line(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// The change of the ground's level in `recording`, if there is one: on either side of it the
-/// ground must be told by all its signs, on one if the mass lies on through it.
+/// ground must show all its signs, on one if the mass lies on through it.
 #[must_use]
 pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> Option<LevelStep> {
     let sigma = noise.filter(|n| n.sigma > 0.0)?.sigma;
     let (time, xp) = (&recording.time, &recording.proof_mass);
     let rests = rests(xp, recording.interval(), sigma);
-    if rests.len() < 2 * SIDE {
+    if rests.len() < 2 * MIN_BLOCKS_PER_SIDE {
         return None;
     }
     // The split that leaves least of the variance.
@@ -105,7 +105,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     for k in 1..n {
         sum += levels[k - 1];
         let between = sum * sum / k as f64 + (whole - sum).powi(2) / (n - k) as f64;
-        if k >= SIDE && n - k >= SIDE && between > best.0 {
+        if k >= MIN_BLOCKS_PER_SIDE && n - k >= MIN_BLOCKS_PER_SIDE && between > best.0 {
             best = (between, k);
         }
     }
@@ -113,7 +113,7 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     let middle = |side: &[f64]| quantile_in_place(&mut side.to_vec(), 0.5);
     let (before, after) = (middle(&levels[..k]), middle(&levels[k..]));
     let rise = after - before;
-    if rise.is_nan() || rise.abs() <= (VISIBLE * sigma).max(LEAST_RISE) {
+    if rise.is_nan() || rise.abs() <= (MIN_RISE_NOISE * sigma).max(MIN_RISE) {
         return None;
     }
     // What goes on moving is no step.
@@ -125,10 +125,10 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     if about(&levels[..k]) + about(&levels[k..]) > NO_LINE * left_by_line(&when, &levels) {
         return None;
     }
-    let near = (AGREE * rise.abs()).max(SCATTER * sigma);
+    let near = (MAX_DISAGREEMENT_SHARE * rise.abs()).max(MAX_DISAGREEMENT_NOISE * sigma);
     let astray = |side: &[f64], level: f64| {
         let far = side.iter().filter(|x| (**x - level).abs() > near).count();
-        far as f64 > STRAY * side.len() as f64
+        far as f64 > MAX_STRAY_SHARE * side.len() as f64
     };
     if astray(&levels[..k], before) || astray(&levels[k..], after) {
         return None;
@@ -141,9 +141,9 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
         .max_by(|&i, &j| xp[i].total_cmp(&xp[j]))
         .unwrap_or(to);
     let voltage = recording.voltage.as_deref();
-    // Whether a side tells its level by all signs of a ground, or another one; `None` where it
+    // Whether a side shows its level with all signs of a ground, or another one; `None` where it
     // shows no sign.
-    let told = |range: std::ops::Range<usize>, level: f64| {
+    let has_ground_at = |range: std::ops::Range<usize>, level: f64| {
         let v = voltage.map(|v| &v[range.clone()]);
         let axis = TimeAxis::Samples(&time[range.clone()]);
         match estimate_contact_level(axis, v, &xp[range], noise) {
@@ -155,18 +155,21 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
     let lies_on = || {
         let size = block_size(recording.interval());
         let (low, high) = (before.min(after), before.max(after));
-        let within = low - ALONG * sigma..=high + ALONG * sigma;
+        let within = low - FOLLOWING_NOISE * sigma..=high + FOLLOWING_NOISE * sigma;
         // Blocks on either side may hold a part of the change.
-        let about = from.saturating_sub(size + LATE)..(to + size).min(xp.len());
+        let about = from.saturating_sub(size + MAX_RESPONSE_SAMPLES)..(to + size).min(xp.len());
         to - from <= 2 * size
             && xp[from..=to].iter().all(|x| within.contains(x))
             && voltage.is_some_and(|v| {
                 let ((low, high), (least, most)) = (extremes(v), extremes(&v[about.clone()]));
-                most - least <= AT_ONE_VOLTAGE * (high - low)
+                most - least <= STEADY_VOLTAGE_SHARE * (high - low)
                     && v[about].iter().all(|v| v.is_finite())
             })
     };
-    let is_step = match (told(0..cut, before), told(cut..xp.len(), after)) {
+    let is_step = match (
+        has_ground_at(0..cut, before),
+        has_ground_at(cut..xp.len(), after),
+    ) {
         (Some(first), Some(second)) => first && second,
         // A single stay may show no sign of its own, but where the mass lies on through the
         // step, what it lies on is one and the same.
@@ -230,7 +233,7 @@ mod tests {
     }
 
     /// When in [`lands_gently`] the mass begins to jump \[s\].
-    const JUMPS: f64 = 0.05;
+    const JUMP_TIME: f64 = 0.05;
 
     /// A mass that sinks so gently that its landing is no sign of the ground and lies there until
     /// it jumps as in [`jumps`]; at sample `at` the level changes by `rise` \[m\] and the voltage
@@ -239,7 +242,11 @@ mod tests {
         let time = |i: usize| 2e-5 * i as f64;
         let level = |t: f64| if t < time(at) - 1e-9 { 0.0 } else { rise };
         let mut recording = jumps(5e-7, level);
-        let begun = recording.time.iter().take_while(|t| **t < JUMPS).count();
+        let begun = recording
+            .time
+            .iter()
+            .take_while(|t| **t < JUMP_TIME)
+            .count();
         let voltage = recording.voltage.as_mut().unwrap();
         for (i, v) in voltage.iter_mut().enumerate().take(begun) {
             let t = time(i);
@@ -261,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_under_a_mass_that_lies_on_is_found_though_its_landing_is_no_sign() {
+    fn a_step_under_a_resting_mass_is_found_even_after_a_gentle_landing() {
         for rise in [-0.9e-6, 0.9e-6] {
             let recording = lands_gently(rise, 1500, (0.0, 0));
             let begun = 0..1400;
@@ -278,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_as_the_voltage_does_or_flies_or_is_not_read_is_no_step_under_a_mass() {
+    fn motion_with_the_voltage_or_in_flight_or_unread_is_no_step_of_the_ground() {
         // It may as well have hung over the ground until the voltage changed, be that wherever it
         // is in a block of samples, and as long before as a mass is late.
         for rise in [-0.6e-6, -0.9e-6] {
@@ -301,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_side_that_shows_another_ground_is_none_without_a_sign() {
+    fn a_side_with_another_ground_level_contradicts_the_step() {
         // It bounces at the level that it lies at later, and hangs over it in between.
         let mut recording = jumps(5e-7, |_| 0.0);
         for (i, x) in recording.proof_mass.iter_mut().enumerate().take(1500) {

@@ -135,16 +135,16 @@ impl Device {
     /// Pull-off force, eq (13), of the held mass from held coordinates.
     #[inline]
     pub fn pull_held(&self, r: &[f64], dr: &[f64], level: f64, drive: f64, on_mass: f64) -> f64 {
-        let mut pull = on_mass + self.pull_level * level + self.pull_drive * drive;
+        let mut pull = on_mass + self.pull.per_level * level + self.pull.per_drive * drive;
         for k in 0..r.len() {
-            pull += self.pull_position[k] * r[k] + self.pull_velocity[k] * dr[k];
+            pull += self.pull.per_position[k] * r[k] + self.pull.per_velocity[k] * dr[k];
         }
         pull
     }
 
     /// Pull-off force per displacement \[N/(kg^1/2 m)\] and per velocity of a held coordinate.
     pub fn pull_per_motion(&self, mode: usize) -> (f64, f64) {
-        (self.pull_position[mode], self.pull_velocity[mode])
+        (self.pull.per_position[mode], self.pull.per_velocity[mode])
     }
 
     /// Pull-off force, eq (13), as if the mass were held, from modal coordinates in flight.
@@ -154,6 +154,6 @@ impl Device {
                 self.phi_p[i] * (self.flight[i].omega2 * q[i] + self.flight[i].damping * dq[i])
             })
             .sum();
-        on_mass + self.pull_drive * drive - structure / self.mobility
+        on_mass + self.pull.per_drive * drive - structure / self.mobility
     }
 }

@@ -15,10 +15,10 @@ use crate::model::ground::Ground;
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::Piezo;
 use crate::model::sensor::Sensor;
-use crate::model::structure::{Held, Mode};
+use crate::model::structure::{Held, Mode, Structure};
 use crate::model::{MAX_MODES, Model, ModelError};
 
-/// Modes of a structure, its first ones, that steps follow through forces.
+/// Number of first modes whose motion limits the step length.
 const OWN_MODES: usize = 2;
 
 /// An effect's action and which of the extra states are its own.
@@ -28,7 +28,7 @@ struct Attached {
     action: Arc<dyn Action>,
     first: usize,
     count: usize,
-    /// Whether its states go slower than their rates somewhere.
+    /// Whether its states decay more slowly than their rates somewhere.
     lasts: bool,
 }
 
@@ -57,28 +57,24 @@ pub(super) struct Device {
     piezo: Option<Piezo>,
     eta: f64,
     effects: Vec<Attached>,
-    /// Extra states by which the drive's force goes.
+    /// Extra states on which the drive's force depends.
     drive_states: Vec<Range<usize>>,
     /// Coulomb friction of the mass [N].
     pub friction: f64,
     /// See [`Self::is_moved_by_effects`].
     moved: bool,
-    /// Whether effects change nothing of the motion but by the drive.
+    /// Whether effects change the motion through the drive alone.
     pub only_drive: bool,
     /// Whether effects change the readings.
     pub alters_readings: bool,
     /// Whether the film's force is that of eq (10), at the same instant.
     pub film_is_plain: bool,
-    /// Which effect's law of contact stands in place of the rigid stop.
+    /// The effect whose contact law replaces the rigid stop.
     compliant: Option<usize>,
     /// Force on each mode, in flight and held, per acceleration of the base.
     pub flight_base: Vec<f64>,
     pub held_base: Vec<f64>,
-    /// Pull-off force per held coordinate, per its velocity, per level and per drive force.
-    pull_position: Vec<f64>,
-    pull_velocity: Vec<f64>,
-    pull_level: f64,
-    pull_drive: f64,
+    pull: Pull,
     /// Static displacement of the cantilever per level of the held mass.
     pub anchor_c: f64,
     pub sensor: Sensor,
@@ -98,57 +94,11 @@ impl Device {
         model.check()?;
         let parameters = &model.parameters;
         let mut structure = model.structure();
-        let mut effects = Vec::with_capacity(model.effects.len());
-        let (mut rates, mut force_states) = (Vec::new(), Vec::new());
-        // The effect that added the latest modes.
-        let mut adds_modes = "effects";
-        for effect in &model.effects {
-            let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
-                &effect.values,
-                &Surroundings {
-                    structure: &structure,
-                    parameters,
-                    piezo: model.piezo,
-                },
-            ));
-            if action.does_nothing() {
-                continue;
-            }
-            let known_modes = structure.modes.len();
-            action.alter_structure(&mut structure);
-            if structure.modes.len() > known_modes {
-                adds_modes = effect.spec.id;
-            }
-            let first = rates.len();
-            rates.extend_from_slice(action.state_rates());
-            force_states.resize(rates.len(), action.states_are_forces());
-            effects.push(Attached {
-                id: effect.spec.id,
-                lasts: action.lasting() > 1.0,
-                action,
-                first,
-                count: rates.len() - first,
-            });
-        }
-        if structure.modes.len() > MAX_MODES {
-            return Err(ModelError {
-                parameter: adds_modes.to_owned(),
-                reason: format!(
-                    "{} modes are more than {MAX_MODES}; switch it off",
-                    structure.modes.len()
-                ),
-            });
-        }
-        if rates.len() > MAX_STATES {
-            return Err(ModelError {
-                parameter: "effects".to_owned(),
-                reason: format!(
-                    "the effects have {} states together, more than {}; switch some off",
-                    rates.len(),
-                    MAX_STATES
-                ),
-            });
-        }
+        let AttachedEffects {
+            effects,
+            rates,
+            force_states,
+        } = AttachedEffects::attach(model, &mut structure)?;
         let friction = effects.iter().map(|e| e.action.friction().max(0.0)).sum();
         let film_is_plain = effects.iter().all(|e: &Attached| {
             let unmoved = [0.0; MAX_STATES];
@@ -178,21 +128,7 @@ impl Device {
             .zip(&held.damping)
             .map(|(&omega2, &damping)| Oscillator { omega2, damping })
             .collect();
-        let m = held_modes.len();
-        let onto_mass = |weight: &dyn Fn(usize) -> f64| -> f64 {
-            (0..flight.len()).map(|i| phi_p[i] * weight(i)).sum::<f64>() / mobility
-        };
-        let pull_position = (0..m)
-            .map(|k| -onto_mass(&|i| flight[i].omega2 * held.basis[i * m + k]))
-            .collect();
-        let pull_velocity = (0..m)
-            .map(|k| -onto_mass(&|i| flight[i].damping * held.basis[i * m + k]))
-            .collect();
-        let slowest = flight
-            .iter()
-            .map(|o| o.omega2.sqrt())
-            .filter(|&w| w > 0.0)
-            .fold(f64::INFINITY, f64::min);
+        let pull = Pull::new(&flight, &held, &phi_p, &phi_d, mobility);
         let drive_ratio = (0..flight.len())
             .map(|i| phi_d[i].abs() * phi_p[i].abs().max(phi_c[i].abs()))
             .sum::<f64>()
@@ -215,10 +151,8 @@ impl Device {
             held_base,
             drive_ratio,
             anchor_c: dot(&phi_c, &held.anchor),
-            pull_level: -onto_mass(&|i| flight[i].omega2 * held.anchor[i]),
-            pull_drive: onto_mass(&|i| phi_d[i]),
-            pull_position,
-            pull_velocity,
+            pull,
+            time_scale: longest_time_constant(&flight),
             flight,
             phi_p,
             phi_c,
@@ -236,11 +170,6 @@ impl Device {
             effects,
             sensor: Sensor::new(parameters),
             has_cantilever: model.has_cantilever,
-            time_scale: if slowest.is_finite() {
-                1.0 / slowest
-            } else {
-                1.0
-            },
             initial: (parameters[ParameterId::X0], parameters[ParameterId::V0]),
         };
         if device.is_compliant() {
@@ -268,9 +197,9 @@ impl Device {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The same in flight and held where nothing but readings is looked for on the way: that of
-    /// the structure's own first two modes. The free motion of others is exact however long the
-    /// step, and for what it does to forces of flight a step's error allows.
+    /// Longest steps in flight and held where only readings are needed: those of the first two
+    /// modes. The free motion of the others is exact for any step, and its effect on the forces
+    /// of flight is part of a step's error estimate.
     pub fn longest_steps_to_read(&self) -> [f64; 2] {
         let own = self.flight.iter().take(OWN_MODES);
         let others = self.flight.iter().skip(OWN_MODES);
@@ -282,7 +211,7 @@ impl Device {
         [flight, held.fold(flight, f64::min)]
     }
 
-    /// Whether a mode that moves the mass swings through more than a period in a step of flight
+    /// Whether a mode that moves the mass vibrates through more than a period in a step of flight
     /// of `h` \[s\].
     pub fn outswings(&self, h: f64) -> bool {
         let mut all = self.flight.iter().zip(&self.phi_p);
@@ -323,6 +252,126 @@ impl Device {
             gain: 0.0,
             film: 0.0,
         }
+    }
+}
+
+/// The effects that do something, with the extra states of all.
+struct AttachedEffects {
+    effects: Vec<Attached>,
+    /// Decay rate of each extra state [1/s].
+    rates: Vec<f64>,
+    /// Whether each extra state is a force on the proof mass [N].
+    force_states: Vec<bool>,
+}
+
+impl AttachedEffects {
+    /// Builds the model's effects; those that change the structure change it here.
+    fn attach(model: &Model, structure: &mut Structure) -> Result<Self, ModelError> {
+        let mut effects = Vec::with_capacity(model.effects.len());
+        let (mut rates, mut force_states) = (Vec::new(), Vec::new());
+        // The effect that added the latest modes.
+        let mut adds_modes = "effects";
+        for effect in &model.effects {
+            let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
+                &effect.values,
+                &Surroundings {
+                    structure,
+                    parameters: &model.parameters,
+                    piezo: model.piezo,
+                },
+            ));
+            if action.does_nothing() {
+                continue;
+            }
+            let known_modes = structure.modes.len();
+            action.alter_structure(structure);
+            if structure.modes.len() > known_modes {
+                adds_modes = effect.spec.id;
+            }
+            let first = rates.len();
+            rates.extend_from_slice(action.state_rates());
+            force_states.resize(rates.len(), action.states_are_forces());
+            effects.push(Attached {
+                id: effect.spec.id,
+                lasts: action.lasting() > 1.0,
+                action,
+                first,
+                count: rates.len() - first,
+            });
+        }
+        if structure.modes.len() > MAX_MODES {
+            return Err(ModelError {
+                parameter: adds_modes.to_owned(),
+                reason: format!(
+                    "{} modes are more than {MAX_MODES}; switch it off",
+                    structure.modes.len()
+                ),
+            });
+        }
+        if rates.len() > MAX_STATES {
+            return Err(ModelError {
+                parameter: "effects".to_owned(),
+                reason: format!(
+                    "the effects have {} states together, more than {}; switch some off",
+                    rates.len(),
+                    MAX_STATES
+                ),
+            });
+        }
+        Ok(Self {
+            effects,
+            rates,
+            force_states,
+        })
+    }
+}
+
+/// What the pull-off force, eq (13), is made of: its share per held coordinate, per velocity of
+/// one, per level of the mass and per drive force.
+#[derive(Debug, Clone)]
+struct Pull {
+    per_position: Vec<f64>,
+    per_velocity: Vec<f64>,
+    per_level: f64,
+    per_drive: f64,
+}
+
+impl Pull {
+    fn new(
+        flight: &[Oscillator],
+        held: &Held,
+        phi_p: &[f64],
+        phi_d: &[f64],
+        mobility: f64,
+    ) -> Self {
+        let m = held.omega2.len();
+        let onto_mass = |weight: &dyn Fn(usize) -> f64| -> f64 {
+            (0..flight.len()).map(|i| phi_p[i] * weight(i)).sum::<f64>() / mobility
+        };
+        Self {
+            per_position: (0..m)
+                .map(|k| -onto_mass(&|i| flight[i].omega2 * held.basis[i * m + k]))
+                .collect(),
+            per_velocity: (0..m)
+                .map(|k| -onto_mass(&|i| flight[i].damping * held.basis[i * m + k]))
+                .collect(),
+            per_level: -onto_mass(&|i| flight[i].omega2 * held.anchor[i]),
+            per_drive: onto_mass(&|i| phi_d[i]),
+        }
+    }
+}
+
+/// One over the lowest angular frequency of the modes [s]; 1 s if none is bound.
+fn longest_time_constant(flight: &[Oscillator]) -> f64 {
+    let slowest = flight
+        .iter()
+        .map(|o| o.omega2.sqrt())
+        .filter(|&w| w > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    if slowest.is_finite() {
+        1.0 / slowest
+    } else {
+        1.0
     }
 }
 

@@ -1,11 +1,12 @@
 //! Changes made on the way: of the model, of the drive, of the longest step.
 
-use super::{Phase, Runner, tables};
+use super::{Phase, Runner};
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::sim::device::Device;
 use crate::sim::error::SimError;
 use crate::sim::output::FastModes;
+use crate::sim::step::tables::phase_tables;
 use crate::sim::step::{Step, Touch};
 
 /// No limit of the steps is shorter than this [s]: a run must get on.
@@ -43,7 +44,7 @@ impl Runner {
         self.r.resize(m, 0.0);
         self.dr.resize(m, 0.0);
         [self.flight_tables, self.held_tables] =
-            tables(&device, &self.options, [device.longest_step(); 2]);
+            phase_tables(&device, &self.options, [device.longest_step(); 2]);
         let interval = 1.0 / self.options.rate;
         self.flight_sampling = FastModes::sampling(&device.flight, interval);
         self.held_sampling = FastModes::sampling(&device.held_modes, interval);
@@ -83,7 +84,7 @@ impl Runner {
     pub fn limit_step(&mut self, longest: f64) {
         self.options.longest_step = Some(longest.max(LEAST_LIMIT));
         [self.flight_tables, self.held_tables] =
-            tables(&self.device, &self.options, [self.device.longest_step(); 2]);
+            phase_tables(&self.device, &self.options, [self.device.longest_step(); 2]);
         self.level = 0;
     }
 

@@ -110,7 +110,7 @@ impl Runner {
         let end = contact.map_or(end, |(s, _)| s);
         let shape = &self.device.phi_p;
         self.flight
-            .first_turn(&self.flight.smooth(shape), shape, end)
+            .first_stop(&self.flight.smooth(shape), shape, end)
             .map(|s| (s, Stop::Turn))
             .or(contact)
     }

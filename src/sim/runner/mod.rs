@@ -10,7 +10,7 @@ mod motion;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
 use super::output::FastModes;
-use super::step::tables::Tables;
+use super::step::tables::{Tables, phase_tables};
 use super::step::{Step, Touch};
 use super::stretch::StretchState;
 use super::trace::{Event, EventKind, Trace};
@@ -84,7 +84,8 @@ impl Runner {
         let still = vec![0.0; v.len()];
         let z = device.settled_states(&device.flight_kinematics(0.0, 0.0, &q, &still));
         let m = device.held_modes.len();
-        let [flight_tables, held_tables] = tables(&device, options, [device.longest_step(); 2]);
+        let [flight_tables, held_tables] =
+            phase_tables(&device, options, [device.longest_step(); 2]);
         let mut runner = Self {
             options: *options,
             drive: drive.clone(),
@@ -272,29 +273,4 @@ fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
         shape.iter().map(|s| s * force).collect()
     };
     (q, v)
-}
-
-/// Tables of flight and of the held phase, whose steps the structure bounds like that \[s\].
-pub(super) fn tables(device: &Device, options: &Options, structure: [f64; 2]) -> [Tables; 2] {
-    let [flight, held] = structure.map(|structure| {
-        let by_itself = if structure.is_finite() {
-            structure
-        } else {
-            64.0 / options.rate
-        };
-        let limit = options.longest_step.unwrap_or(f64::INFINITY);
-        options.fixed_step.unwrap_or(by_itself.min(limit))
-    });
-    let none = vec![0.0; device.held_modes.len()];
-    [
-        Tables::new(
-            flight,
-            &device.flight,
-            &device.rates,
-            &device.phi_p,
-            &device.phi_d,
-        ),
-        Tables::new(held, &device.held_modes, &device.rates, &none, &none)
-            .damped_by(&device.held.cross_damping),
-    ]
 }

@@ -39,7 +39,7 @@ impl Runner {
         loop {
             self.count_step(trace)?;
             let taken = match held {
-                Some(ground) => self.held.held(
+                Some(ground) => self.held.held_step(
                     &self.device,
                     &self.held_tables,
                     level,
@@ -49,7 +49,7 @@ impl Runner {
                     ground,
                     self.options.tolerance,
                 ),
-                None => self.flight.flight(
+                None => self.flight.flight_step(
                     &self.device,
                     &self.flight_tables,
                     level,

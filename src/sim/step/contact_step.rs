@@ -1,7 +1,7 @@
-//! A step with the proof mass held: what its structure does while the mass stays where it is.
+//! A step with the proof mass held at a level: the motion of the rest of the structure.
 
 use super::tables::{Table, Tables};
-use super::{FOLLOWED, Reject, Step};
+use super::{RESOLVED_FORCE_ERROR, Reject, Step};
 use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::sim::device::{Device, dot};
@@ -10,7 +10,7 @@ use crate::sim::nodes::{S, top_coefficient};
 impl Step {
     /// A step with the proof mass held at `level` [m]. `q`, `v` are held coordinates.
     #[allow(clippy::too_many_arguments)]
-    pub fn held(
+    pub fn held_step(
         &mut self,
         device: &Device,
         tables: &Tables,
@@ -40,8 +40,9 @@ impl Step {
         self.follow_readings(device, table, [&none[..m], &held.cantilever], levels);
         self.force = pull;
         let drive_top = dot(top_coefficient(), &self.drive).abs();
-        self.error = FOLLOWED * growth * drive_top * device.drive_ratio;
-        self.error += self.state_error(device, growth, FOLLOWED) + self.base_error(device, growth);
+        self.error = RESOLVED_FORCE_ERROR * growth * drive_top * device.drive_ratio;
+        self.error += self.state_error(device, growth, RESOLVED_FORCE_ERROR)
+            + self.base_error(device, growth);
         if self.error.is_finite() && self.q.iter().all(|q| q.is_finite()) {
             Ok(())
         } else {
@@ -49,7 +50,7 @@ impl Step {
         }
     }
 
-    /// Where no effect acts but by the drive, which is known: the modes are linear.
+    /// The step where effects act through the drive alone, which is known: the modes are linear.
     fn held_plain(&mut self, device: &Device, table: &Table, ground: f64) {
         let (m, held) = (self.modes, &device.held);
         let drive = self.drive;
@@ -98,8 +99,8 @@ impl Step {
         self.v_before = v_before;
     }
 
-    /// Where effects feel the motion that they make: forces and motion settle together, to within
-    /// `force_tolerance` \[N\] of the pull-off force, which is told.
+    /// The step where effects depend on the motion that they cause. Forces and motion are iterated
+    /// until the pull-off force, which is returned, changes by less than `force_tolerance` \[N\].
     fn held_with_effects(
         &mut self,
         device: &Device,

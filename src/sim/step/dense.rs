@@ -1,4 +1,4 @@
-//! What a step says between its points.
+//! Dense output: the motion and the extra states between the points of a step.
 
 use super::Step;
 use crate::model::MAX_MODES;
@@ -15,7 +15,7 @@ pub struct StateValues {
     count: usize,
 }
 
-/// How an extra state goes over a step.
+/// The course of an extra state over a step.
 #[derive(Debug, Clone, Copy)]
 pub enum Course {
     /// It stays what it is.
@@ -85,7 +85,7 @@ impl Step {
 
     /// Those states at fraction `s`, where the free motion of fast modes there is known; zero for
     /// others.
-    pub fn states_beside(
+    pub fn states_with_readings(
         &self,
         courses: &[(usize, Course)],
         s: f64,

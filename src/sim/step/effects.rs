@@ -1,4 +1,5 @@
-//! Effects in a step: the drive that they make, what they see at the points, and what they do there.
+//! Effects in a step: the drive that they change, the kinematics that they see at the points,
+//! and the forces that they exert there.
 
 // The indices are those of the method's matrices; iterators would hide them.
 #![allow(clippy::needless_range_loop)]
@@ -13,7 +14,7 @@ use crate::sim::device::Device;
 use crate::sim::nodes::{NODES, S};
 
 impl Step {
-    /// The drive at the points of a step from `t`, which feels nothing of the motion, and the
+    /// The drive at the points of a step from `t`, which does not depend on the motion, and the
     /// base's acceleration; the extra states as they are at the beginning.
     fn begin_drive(&mut self, device: &Device, segment: &Segment, t: f64) {
         let states = self.z.len() / S;
@@ -53,7 +54,7 @@ impl Step {
         Ok(Some(false))
     }
 
-    /// The drive at the points, and the extra states that it and nothing else has a bearing on,
+    /// The drive at the points, and the extra states that depend on it alone,
     /// to within `force_tolerance` \[N\] on the mass.
     fn settle_drive(
         &mut self,
@@ -103,7 +104,7 @@ impl Step {
         });
     }
 
-    /// Tells the drive's force at a point, and its gain in what is seen there. That of a memory
+    /// Computes the drive's force at a point, and its gain in what is seen there. That of a memory
     /// takes long, and stays the same while the motion settles.
     fn tell_drive(&mut self, device: &Device, segment: &Segment, k: usize) {
         let states = self.z.len() / S;

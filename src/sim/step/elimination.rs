@@ -33,7 +33,7 @@ mod tests {
     use super::super::elimination::*;
 
     #[test]
-    fn it_answers_what_it_is_asked() {
+    fn elimination_solves_the_system() {
         let a = [[0.0, 2.0, -1.0], [4.0, 1e-3, 3.0], [-7.0, 5.0, 0.5]];
         let x = [1.5, -2.0, 0.25];
         let mut b: [f64; 3] = std::array::from_fn(|k| (0..3).map(|j| a[k][j] * x[j]).sum());

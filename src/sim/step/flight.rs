@@ -5,7 +5,7 @@
 
 use super::elimination::eliminate;
 use super::tables::{Table, Tables};
-use super::{FOLLOWED, OUTSWUNG, Reject, Step};
+use super::{RESOLVED_FORCE_ERROR, Reject, Step, UNRESOLVED_FORCE_ERROR};
 use crate::model::drive::Segment;
 use crate::sim::device::{Device, dot};
 use crate::sim::nodes::{S, top_coefficient};
@@ -16,7 +16,7 @@ impl Step {
     /// `tolerance` [m] bounds the iteration's remaining error; the discretisation's is
     /// left in `self.error` for the caller to judge.
     #[allow(clippy::too_many_arguments)]
-    pub fn flight(
+    pub fn flight_step(
         &mut self,
         device: &Device,
         tables: &Tables,
@@ -38,11 +38,11 @@ impl Step {
         let top = dot(top_coefficient(), &self.force).abs();
         let drive_top = dot(top_coefficient(), &self.drive).abs();
         let mean = if device.outswings(table.h) {
-            OUTSWUNG
+            UNRESOLVED_FORCE_ERROR
         } else {
-            FOLLOWED
+            RESOLVED_FORCE_ERROR
         };
-        self.error = growth * (mean * top + FOLLOWED * drive_top * device.drive_ratio);
+        self.error = growth * (mean * top + RESOLVED_FORCE_ERROR * drive_top * device.drive_ratio);
         self.error += self.state_error(device, growth, mean) + self.base_error(device, growth);
         if self.error.is_finite() && self.xp.iter().all(|x| device.is_inside_film(*x)) {
             Ok(())
@@ -80,7 +80,7 @@ impl Step {
                 base_v[k] += dot(wv, &self.drive);
             }
         }
-        // A mass that rubs slides the same way all along.
+        // A mass with friction slides the same way all along.
         let friction = device.friction * self.sliding;
         let on_mass = |xp: f64, vp: f64| device.film_force(xp, vp) - friction;
         self.force = [on_mass(self.xp[0], self.vp[0]); S];

@@ -11,6 +11,7 @@ mod dense;
 mod effects;
 mod elimination;
 mod flight;
+mod follow_readings;
 mod readings;
 mod stick_slip;
 pub(crate) mod tables;
@@ -24,20 +25,21 @@ use super::nodes::{NODES, S, top_coefficient};
 use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 
-/// The film is singular on the way or the iteration does not settle: a shorter step
-/// may do.
+/// The step cannot be taken: the film becomes singular within it, or the iteration does not
+/// converge. A shorter step may work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Reject;
 
-/// Share of a force's highest polynomial by which its mean over a step may be off, where the
-/// points follow it: its own mean is zero.
-const FOLLOWED: f64 = 0.02;
-/// The same where a mode swings through periods between them: five points of a vibration of any
-/// phase give a highest part of 0.63 and a mean of 0.37 times its amplitude, rms.
-const OUTSWUNG: f64 = 0.6;
-/// Share of the largest that it was below which an extra state is as good as gone: how it
-/// decays from there does not matter.
-const SMALL: f64 = 1e-3;
+/// Error of a force's mean over a step, as a share of its highest polynomial coefficient, where
+/// the five points resolve the force. The highest polynomial itself has a mean of zero.
+const RESOLVED_FORCE_ERROR: f64 = 0.02;
+/// The same where a mode vibrates through periods between the points. Averaged over the phase,
+/// five points of a vibration give a highest coefficient of 0.63 and a mean of 0.37 times its
+/// amplitude (rms), hence 0.37 / 0.63.
+const UNRESOLVED_FORCE_ERROR: f64 = 0.6;
+/// An extra state below this share of its largest value counts as decayed: its further decay
+/// does not matter.
+const NEGLIGIBLE_STATE_SHARE: f64 = 1e-3;
 
 /// The mass in a compliant ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,8 +71,8 @@ pub(super) struct Step {
     voltage: [f64; S],
     /// What effects see at the points.
     seen: [Kinematics; S],
-    /// Extra states with which the drive's force was told last, and its gain; `None` at points
-    /// where it is not told yet.
+    /// Extra states with which the drive's force was computed last, and its gain; `None` at points
+    /// where it is not computed yet.
     drive_states: Vec<f64>,
     drive_gain: [Option<f64>; S],
     /// Direction in which the mass slides, which friction opposes: 1, -1, or 0.
@@ -78,8 +80,8 @@ pub(super) struct Step {
     /// Whether the mass of a step of flight is in a compliant ground.
     pub touch: Option<Touch>,
     inputs: Vec<f64>,
-    /// What of each input is a state's own, in proportion to it [1/s]: a state that goes
-    /// slower than its rate is given back what that takes too much.
+    /// The part of each input that is proportional to its own state [1/s]. A state that decays
+    /// more slowly than its nominal rate gets the difference back through this input.
     back: Vec<f64>,
     /// Largest size of each extra state at the beginnings of steps, since [`Step::forget`].
     largest: Vec<f64>,
@@ -132,19 +134,20 @@ impl Step {
         &self.z[point * states..(point + 1) * states]
     }
 
-    /// What the inputs of the extra states leave beyond the polynomial: of a force on the proof
-    /// mass what it moves that by, while it lasts, where a force over the step moves it by that
-    /// over `growth`, by the share `mean`; of a reading that itself; of others, which have units
-    /// of their own, as a share of the state and of the displacement.
+    /// Error from the extra states, as displacement of the proof mass \[m\]: what their inputs
+    /// leave beyond the polynomial. For a force on the mass it is the displacement that this
+    /// causes while it lasts (`growth` \[m/N\] over a whole step), times the share `mean`. For a
+    /// reading it is that displacement itself. Other states have units of their own: there it
+    /// is a share of the state, applied to the displacement.
     fn state_error(&self, device: &Device, growth: f64, mean: f64) -> f64 {
         let states = self.z.len() / S;
         let size = self.xp.iter().fold(0.0f64, |a, x| a.max(x.abs()));
         (0..states).fold(0.0f64, |worst, i| {
             let input: [f64; S] = std::array::from_fn(|k| self.inputs[k * states + i]);
             if let Some(error) = self.reading_error(i, &input) {
-                return worst.max(FOLLOWED * error);
+                return worst.max(RESOLVED_FORCE_ERROR * error);
             }
-            // Where it goes slower than its rate, it lasts longer.
+            // A state that decays more slowly than its rate lasts longer.
             let back = (0..S).fold(0.0f64, |a, k| a.max(self.back[k * states + i]));
             let lasts = 1.0 / (self.rates[i] - back).max(1e-300);
             let within = self.h.min(lasts);
@@ -153,32 +156,36 @@ impl Step {
                 return worst;
             }
             if device.force_states[i] {
-                // A rate that changes leaves the error of a force a mean, too.
-                let mean = if back > 0.0 { OUTSWUNG } else { mean };
+                // With a rate that changes, the error of a force has a mean, too.
+                let mean = if back > 0.0 {
+                    UNRESOLVED_FORCE_ERROR
+                } else {
+                    mean
+                };
                 return worst.max(mean * growth * top * (lasts / self.h).max(1.0));
             }
-            let scale = (0..S).fold(SMALL * self.largest[i], |a, k| {
+            let scale = (0..S).fold(NEGLIGIBLE_STATE_SHARE * self.largest[i], |a, k| {
                 a.max(self.z[k * states + i].abs())
                     .max(input[k].abs() * within)
             });
-            worst.max(FOLLOWED * size * top / scale)
+            worst.max(RESOLVED_FORCE_ERROR * size * top / scale)
         })
     }
 
-    /// The same for the shaking of the base, whose acceleration acts like a force of that
-    /// over the mobility.
+    /// The same for the vibration of the base: its acceleration acts like a force of that
+    /// acceleration over the mobility.
     fn base_error(&self, device: &Device, growth: f64) -> f64 {
-        FOLLOWED * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
+        RESOLVED_FORCE_ERROR * growth / device.mobility * dot(top_coefficient(), &self.base).abs()
     }
 
-    /// Makes ready what dense output needs, once the forces have settled.
+    /// Prepares dense output once the forces have converged.
     fn settle(&mut self, table: &Table) {
         for i in 0..self.modes {
             self.swings[i] = table.modes[i].swing(self.q[i], self.v[i], &self.mode_force[i]);
         }
     }
 
-    /// Sets out from `(q, v, z)`; returns by how much a force over the step moves the mass
+    /// Starts from `(q, v, z)`; returns by how much a force over the step moves the mass
     /// \[m/N\].
     fn start(&mut self, device: &Device, table: &Table, state: (&[f64], &[f64], &[f64])) -> f64 {
         let (q, v, z) = state;
@@ -197,8 +204,8 @@ impl Step {
         self.largest.fill(0.0);
     }
 
-    /// Free motion of all modes plus the answer to the forces at the points that
-    /// `per_mode` gives for each.
+    /// Free motion of all modes plus the response to the forces at the points that `per_mode`
+    /// gives for each.
     fn propagate(&mut self, table: &Table, per_mode: impl Fn(usize) -> [f64; S]) {
         let m = self.modes;
         for i in 0..m {
@@ -215,7 +222,7 @@ impl Step {
         }
     }
 
-    /// Whether a state stays as it is over the step: a memory, which changes between pieces.
+    /// Whether a state is constant over the step: a memory changes only between pieces.
     fn keeps(&self, i: usize) -> bool {
         let states = self.rates.len();
         self.rates[i] == 0.0 && (0..S).all(|k| self.inputs[k * states + i] == 0.0)
@@ -239,7 +246,7 @@ impl Step {
             });
             let at = |k: usize| (k + 1) * states + i;
             if (0..S - 1).any(|k| self.back[at(k)] != 0.0) {
-                // The inputs change with the states that they make, as quickly as those go.
+                // The inputs depend on the states that they drive: solve for both together.
                 let back: [f64; S - 1] = std::array::from_fn(|k| self.back[at(k)]);
                 let mut own = [[0.0; S - 1]; S - 1];
                 for k in 0..S - 1 {

@@ -1,4 +1,4 @@
-//! Where within a step a mass that rubs stops sliding.
+//! Stick-slip: where within a step dry friction brings the sliding mass to a stop.
 
 use super::Step;
 use crate::sim::crossing::{first_below_seen, looks};
@@ -6,10 +6,11 @@ use crate::sim::device::Device;
 use crate::sim::linear::{Swing, apply};
 use crate::sim::nodes::{Dense, NODES, interpolant};
 
-/// Most that what goes smoothly over a step is beyond the sum of its polynomial's coefficients.
-const SMOOTH: f64 = 1.02;
+/// Largest value of a smooth course over a step, over the sum of the sizes of its polynomial's
+/// coefficients.
+const OVERSHOOT: f64 = 1.02;
 
-/// How fast the mass slides the way it did, over a step.
+/// Speed of the sliding mass over a step, positive in the direction in which it slides.
 struct Sliding<'a, W> {
     step: &'a Step,
     /// Its motion but for the free motion of fast modes.
@@ -18,7 +19,7 @@ struct Sliding<'a, W> {
     shape: &'a [f64],
     /// Those of the fast modes whose free motion counts.
     which: W,
-    /// What is taken off for others \[m/s\].
+    /// Bound on the speed of the other modes, which is subtracted \[m/s\].
     less: f64,
 }
 
@@ -70,7 +71,8 @@ impl<W: Fn(&Swing) -> bool> Sliding<'_, W> {
             bend += most * h * (damping * rate + omega2);
         }
         let start = self.start();
-        // Where it cannot come to a stop before the first even look, one beside that will do.
+        // Where it cannot come to a stop before the first even look, the last of the early ones
+        // will do.
         let plain = start > steepest * apart;
         let early = &early[if plain { early.len() - 1 } else { 0 }..];
         let seen = early.iter().map(|&s| (s, self.speed(s)));
@@ -81,10 +83,10 @@ impl<W: Fn(&Swing) -> bool> Sliding<'_, W> {
 }
 
 impl Step {
-    /// Fraction of the step, up to `end`, at which the mass no longer slides the way it did;
+    /// Fraction of the step, up to `end`, at which the mass stops sliding in its direction;
     /// `shape` is the structure's at the mass, whose motion is `smooth` but for the free motion of
     /// fast modes.
-    pub fn first_turn(&self, smooth: &Dense, shape: &[f64], end: f64) -> Option<f64> {
+    pub fn first_stop(&self, smooth: &Dense, shape: &[f64], end: f64) -> Option<f64> {
         if self.slides_on(smooth, shape) {
             return None;
         }
@@ -106,14 +108,14 @@ impl Step {
             .sum()
     }
 
-    /// Whether it is plain that the mass slides on all over the step; `smooth` is its motion but
-    /// for the free motion of fast modes.
+    /// Whether a bound shows that the mass slides on over the whole step; `smooth` is its motion
+    /// without the free motion of fast modes.
     fn slides_on(&self, smooth: &Dense, shape: &[f64]) -> bool {
         smooth.least_slope(self.sliding, self.h) > self.most_speed(shape, |swing| swing.fast)
     }
 
-    /// Whether it is plain that a held mass is nowhere in the step pulled by as much as `force`
-    /// \[N\].
+    /// Whether a bound shows that the pull on a held mass stays below `force` \[N\] over the whole
+    /// step.
     pub fn stays_below(&self, device: &Device, force: f64) -> bool {
         let m = self.modes;
         // The pull at the points, but for the free motion of fast modes, which is at most `reach`.
@@ -128,12 +130,12 @@ impl Step {
             reach += (per_x.abs() / omega + per_v.abs()) * swing.most_speed();
         }
         let most: f64 = interpolant(&smooth).iter().map(|c| c.abs()).sum();
-        SMOOTH * most + reach < force
+        OVERSHOOT * most + reach < force
     }
 
-    /// Whether the mass may stop sliding the way it does within the step, up to fraction `end`,
-    /// however the modes that swing through more than a period in it stand by then.
-    pub fn may_turn(&self, shape: &[f64], end: f64) -> bool {
+    /// Whether the mass may stop sliding within the step, up to fraction `end`, whatever the phase
+    /// of the modes that vibrate through more than a period in it.
+    pub fn may_stop(&self, shape: &[f64], end: f64) -> bool {
         let smooth = &self.smooth(shape);
         if self.slides_on(smooth, shape) {
             return false;
@@ -162,7 +164,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// What is foreseen of the looks changes nothing of where the mass stops.
+        /// The bounds that save looks do not change where the mass stops.
         #[test]
         fn the_stop_is_that_of_every_look(
             h in 1e-5..2e-4f64,
@@ -188,7 +190,7 @@ mod tests {
                 smooth.value_and_slope(s, h).1 + free
             };
             let looked = first_below(speed, end, 0.0);
-            let found = step.first_turn(&smooth, &shape, end);
+            let found = step.first_stop(&smooth, &shape, end);
             prop_assert_eq!(looked.is_some(), found.is_some());
             if let (Some(looked), Some(found)) = (looked, found) {
                 prop_assert!((looked - found).abs() < 1e-9, "{} {}", looked, found);

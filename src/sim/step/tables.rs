@@ -7,15 +7,17 @@ use std::sync::OnceLock;
 
 use nalgebra::DMatrix;
 
+use crate::sim::device::Device;
+use crate::sim::error::Options;
 use crate::sim::linear::{DecayPropagator, Oscillator, Propagator};
 use crate::sim::nodes::S;
 
 /// Finest step is the longest over 2 to this power.
 pub(in crate::sim) const LEVELS: usize = 48;
 
-/// Steps are not chosen shorter than this \[s\] because a piece of the drive is: with the
-/// differences of displacements over a shorter one, their slope is lost to rounding.
-const SHORTEST: f64 = 1e-9;
+/// A short piece of the drive does not make a step shorter than this \[s\]: over a shorter step
+/// the velocity is lost to rounding in the differences of displacements.
+const MIN_STEP: f64 = 1e-9;
 
 /// Propagators of all oscillators and decays for one step length.
 #[derive(Debug, Clone)]
@@ -26,8 +28,8 @@ pub(in crate::sim) struct Table {
     /// Proof mass per force on it and per drive force: `[displacement, velocity]`.
     pub(super) p_from_p: [[[f64; S]; S - 1]; 2],
     pub(super) p_from_d: [[[f64; S]; S - 1]; 2],
-    /// From what the velocities at the points but the first would be without damping between
-    /// modes to what they are, row-major by `[point][mode]`; empty if there is none.
+    /// Maps the velocities that the points after the first would have without damping between
+    /// modes to those with it, row-major by `[point][mode]`; empty if there is no such damping.
     pub(super) damped: Vec<f64>,
 }
 
@@ -84,7 +86,7 @@ impl Tables {
         if remaining >= longest {
             return 0;
         }
-        let halvings = (longest / remaining.max(SHORTEST)).log2().floor();
+        let halvings = (longest / remaining.max(MIN_STEP)).log2().floor();
         halvings.clamp(0.0, (LEVELS - 1) as f64) as usize
     }
 
@@ -124,6 +126,36 @@ impl Tables {
             })
         })
     }
+}
+
+/// Tables of flight and of the held phase; `structure` holds the longest steps that follow
+/// the structure's motion in each \[s\].
+pub(in crate::sim) fn phase_tables(
+    device: &Device,
+    options: &Options,
+    structure: [f64; 2],
+) -> [Tables; 2] {
+    let [flight, held] = structure.map(|structure| {
+        let by_itself = if structure.is_finite() {
+            structure
+        } else {
+            64.0 / options.rate
+        };
+        let limit = options.longest_step.unwrap_or(f64::INFINITY);
+        options.fixed_step.unwrap_or(by_itself.min(limit))
+    });
+    let none = vec![0.0; device.held_modes.len()];
+    [
+        Tables::new(
+            flight,
+            &device.flight,
+            &device.rates,
+            &device.phi_p,
+            &device.phi_d,
+        ),
+        Tables::new(held, &device.held_modes, &device.rates, &none, &none)
+            .damped_by(&device.held.cross_damping),
+    ]
 }
 
 /// See [`Table::damped`].

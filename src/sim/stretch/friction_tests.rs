@@ -22,7 +22,7 @@ fn rubbed((force, f, ring): (f64, f64, f64), tolerance: f64) -> (Vec<f64>, usize
     };
     let simulator = StretchSimulator::new(&model, &options).unwrap();
     let mut stretcher = Stretcher::new(&simulator);
-    stretcher.note_pace();
+    stretcher.record_steps();
     let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
     let times: Vec<f64> = (0..500).map(|i| SPAN.0 + f64::from(i) * 2e-5).collect();
     let mut state = StretchState {
@@ -33,16 +33,16 @@ fn rubbed((force, f, ring): (f64, f64, f64), tolerance: f64) -> (Vec<f64>, usize
     let mut xp = Vec::new();
     let read = |_, x: f64, _| xp.push(x);
     stretcher
-        .carry(&drive, None, SPAN.0, SPAN.1, &mut state, &times, read)
+        .propagate(&drive, None, SPAN.0, SPAN.1, &mut state, &times, read)
         .unwrap();
-    let steps = stretcher.noted_pace().0[0].len();
+    let steps = stretcher.recorded_steps().0[0].len();
     let short = (SPAN.1 - SPAN.0) / simulator.device.longest_step();
     (xp, steps, short)
 }
 
 #[test]
-fn a_mass_that_rubs_turns_and_stops_in_long_steps_where_it_does_in_short_ones() {
-    // Held again and again; sliding on; sliding on beside a quick mode; turned by one that rings.
+fn friction_stops_and_turns_the_mass_at_the_same_places_in_long_and_short_steps() {
+    // Held again and again; sliding on; sliding on with a quick mode; turned by one that rings.
     let cases = [
         (4e-8, 21e3, 1e-8),
         (1e-9, 21e3, 1e-8),
@@ -74,7 +74,7 @@ fn a_mass_that_rubs_turns_and_stops_in_long_steps_where_it_does_in_short_ones() 
 }
 
 #[test]
-fn what_is_said_to_hold_all_over_a_step_does() {
+fn bounds_that_hold_all_over_a_step_do() {
     let mut model = Preset::embedded("paper").unwrap().model;
     model.effects.push(mode(9e3));
     model.effects.push(mode(2.1e4));
@@ -85,7 +85,7 @@ fn what_is_said_to_hold_all_over_a_step_does() {
     let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
     let segment = segment_at(&drive, 0.0);
     let mut step = Step::new(m, &device.rates);
-    let (mut held, mut said) = (0, 0);
+    let (mut held, mut predicted) = (0, 0);
     for i in 0..400 {
         let level = i % 4 + simulator.coarsest.saturating_sub(2);
         let swing = 3e-11 * f64::from(i as u32 % 7);
@@ -95,7 +95,7 @@ fn what_is_said_to_hold_all_over_a_step_does() {
         let dr: Vec<f64> = (0..m).map(|k| swing * phase(k + 5)).collect();
         let t = 4e-5 * i as f64;
         let from = (&r[..], &dr[..], &[][..]);
-        step.held(
+        step.held_step(
             device,
             &simulator.held,
             level,
@@ -115,8 +115,8 @@ fn what_is_said_to_hold_all_over_a_step_does() {
             let plain = step.stays_below(device, share * 1e-7);
             assert!(holds || !plain, "{i}: {most} of {}", share * 1e-7);
             held += usize::from(holds);
-            said += usize::from(plain);
+            predicted += usize::from(plain);
         }
     }
-    assert!(held > 100 && said > held / 3, "{said} of {held}");
+    assert!(held > 100 && predicted > held / 3, "{predicted} of {held}");
 }

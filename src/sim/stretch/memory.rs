@@ -5,16 +5,17 @@ use super::{Points, StretchSimulator, StretchState, segment_at};
 use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 
-/// Time constants after which a decaying state is forgotten.
-const FORGOTTEN: f64 = 15.0;
-/// Step over the shortest time constant, at most.
-const SHARE: f64 = 0.2;
+/// A decaying state is forgotten after so many of its time constants.
+const FORGETTING_TIMES: f64 = 15.0;
+/// Largest step over the shortest time constant.
+const MAX_STEP_SHARE: f64 = 0.2;
 /// Longest step \[s\].
-const LONGEST: f64 = 2e-4;
-/// The same where the motion is felt, which turns within a tenth of a millisecond \[s\].
-const LONGEST_FELT: f64 = 1e-5;
+const MAX_STEP: f64 = 2e-4;
+/// Longest step of states that depend on the motion, which turns within a tenth of a
+/// millisecond \[s\].
+const MAX_STEP_WITH_MOTION: f64 = 1e-5;
 /// Shortest step \[s\].
-const SHORTEST: f64 = 2e-6;
+const MIN_STEP: f64 = 2e-6;
 
 impl StretchSimulator {
     /// The static state under the drive at `t`: where the modes come to rest, the extra
@@ -77,22 +78,28 @@ impl StretchSimulator {
         // Powers of two: two devices whose rates differ by a hair are followed in the same
         // steps, each choice of which has an error of its own.
         let longest = |of_all: bool, most: f64| {
-            let step = (SHARE / d.fastest_rate(of_all).max(1.0)).clamp(SHORTEST, most);
+            let step = (MAX_STEP_SHARE / d.fastest_rate(of_all).max(1.0)).clamp(MIN_STEP, most);
             step.log2().floor().exp2()
         };
-        let (calm, felt) = (longest(false, LONGEST), longest(true, LONGEST_FELT));
+        let (without_motion, with_motion) = (
+            longest(false, MAX_STEP),
+            longest(true, MAX_STEP_WITH_MOTION),
+        );
         // What decays is forgotten, unless an effect keeps a memory of its own.
         let memory = |slowest: f64, step: f64| {
             if slowest > 0.0 {
-                (FORGOTTEN / slowest / step).log2().ceil().exp2() * step
+                (FORGETTING_TIMES / slowest / step).log2().ceil().exp2() * step
             } else {
                 f64::INFINITY
             }
         };
         let feeling = d.feeling_rate();
-        let all = memory(d.slowest_rate(), feeling.map_or(calm, |_| felt));
+        let all = memory(
+            d.slowest_rate(),
+            feeling.map_or(without_motion, |_| with_motion),
+        );
         // The motion matters no longer ago than what feels it remembers.
-        let recent = feeling.map_or(f64::NEG_INFINITY, |rate| memory(rate, felt));
+        let recent = feeling.map_or(f64::NEG_INFINITY, |rate| memory(rate, with_motion));
         let mut before = None;
         for &target in times {
             if target - t > all {
@@ -103,7 +110,7 @@ impl StretchSimulator {
             while t < target {
                 let segment = d.piece(segment_at(drive, t), t, &z);
                 let feels = t >= near;
-                let step = if feels { felt } else { calm };
+                let step = if feels { with_motion } else { without_motion };
                 let turn = if feels { target } else { target.min(near) };
                 let end = turn.min(segment.end).min(t + step).max(t + 1e-12);
                 let h = end - t;
@@ -134,15 +141,7 @@ impl StretchSimulator {
                     rates[i] *= pace;
                     u[i] *= pace;
                 });
-                for ((z, u), rate) in z.iter_mut().zip(&u).zip(&rates) {
-                    let decay = (-rate * h).exp();
-                    let gain = if *rate > 0.0 {
-                        -(-rate * h).exp_m1() / rate
-                    } else {
-                        h
-                    };
-                    *z = *z * decay + u * gain;
-                }
+                decay(&mut z, &u, &rates, h);
                 t = end;
                 if t >= segment.end {
                     d.end_piece(&segment, t, &mut z);
@@ -151,5 +150,18 @@ impl StretchSimulator {
             out.extend_from_slice(&z);
         }
         out
+    }
+}
+
+/// Advances states by `h` \[s\] under `z' = -rate z + u` with constant inputs: exact.
+fn decay(z: &mut [f64], inputs: &[f64], rates: &[f64], h: f64) {
+    for ((z, u), rate) in z.iter_mut().zip(inputs).zip(rates) {
+        let decay = (-rate * h).exp();
+        let gain = if *rate > 0.0 {
+            -(-rate * h).exp_m1() / rate
+        } else {
+            h
+        };
+        *z = *z * decay + u * gain;
     }
 }

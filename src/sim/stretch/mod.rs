@@ -11,13 +11,13 @@ mod memory;
 mod motion;
 pub(crate) mod propagate;
 mod sample_clock;
+mod sampled_step;
 #[cfg(test)]
 mod tests;
 
 use super::device::Device;
 use super::error::{Options, SimError};
-use super::runner::tables;
-use super::step::tables::Tables;
+use super::step::tables::{Tables, phase_tables};
 use crate::model::Model;
 use crate::model::drive::{Segment, Shape};
 use crate::model::piezo::Branch;
@@ -55,7 +55,7 @@ pub struct StretchSimulator {
     device: Device,
     flight: Tables,
     held: Tables,
-    /// Level of the longest step in which a mass that rubs is seen to stop.
+    /// Level of the longest step in which a mass with friction is seen to stop.
     coarsest: usize,
     tolerance: f64,
 }
@@ -71,7 +71,7 @@ impl StretchSimulator {
         options.check()?;
         let mut device = Device::new(model)?;
         device.bound_film();
-        let [flight, held] = tables(&device, options, device.longest_steps_to_read());
+        let [flight, held] = phase_tables(&device, options, device.longest_steps_to_read());
         // Where friction lets the mass stop, that is looked for, too.
         let coarsest = if device.friction > 0.0 {
             flight.within(device.longest_step())

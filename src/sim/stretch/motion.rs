@@ -1,5 +1,5 @@
-//! States taken apart and put together: the points that they place, the change between
-//! flight and held, impulses, and the force that would pull the mass off.
+//! Conversions of states: displacements of the points, the change between flight and held
+//! coordinates, impulses, and the pull-off force.
 
 use super::{Points, StretchSimulator, StretchState, segment_at};
 use crate::model::MAX_MODES;

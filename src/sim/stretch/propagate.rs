@@ -1,31 +1,31 @@
-//! A state carried through a stretch, step by step, and read on the way.
+//! A state propagated through a stretch, step by step, and read on the way.
 
-use super::sample_clock::Beat;
+use super::sample_clock::SampleClock;
+use super::sampled_step::{SampledStep, end_state};
 use super::{StretchSimulator, StretchState, segment_at};
-use crate::model::MAX_MODES;
 use crate::model::drive::Segment;
 use crate::model::sensor::Point;
 use crate::sim::crossing::first_below;
 use crate::sim::error::{Burden, SimError};
-use crate::sim::nodes::S;
-use crate::sim::output::FastModes;
+use crate::sim::nodes::Dense;
 use crate::sim::step::Step;
 use crate::sim::step::tables::LEVELS;
 
-/// Steps after which a stretch is given up, to begin with: where the film is thought to be
-/// all but singular, a fit must not crawl through it.
-const MOST_STEPS: u64 = 20_000;
-/// And so many more for each reading.
+/// Steps after which a stretch is given up: a fit must not crawl through a film that its
+/// parameters make nearly singular.
+const MAX_STEPS: u64 = 20_000;
+/// Further steps that are allowed for each reading.
 const STEPS_PER_READING: u64 = 200;
 
-/// A step of another's length may err by so many times the tolerance.
-const LENIENT: f64 = 100.0;
+/// A replayed step is accepted up to this error, over the tolerance.
+const MAX_REPLAYED_ERROR: f64 = 100.0;
 
-/// The lengths of steps that were taken, carry by carry. What differs by little is to be
-/// compared in the same steps: each choice of steps has a discretisation error of its own,
-/// which a difference would divide by its step (Bock 1981, internal differentiation).
+/// The lengths of the steps that were taken, stretch by stretch. Runs that
+/// are differenced must use the same steps: each choice of steps has its own discretisation
+/// error, which a finite difference would divide by its step (internal differentiation, Bock
+/// 1981).
 #[derive(Debug, Clone, Default)]
-pub struct Pace(pub(super) Vec<Vec<usize>>);
+pub struct StepSequence(pub(super) Vec<Vec<usize>>);
 
 /// Steps through stretches of one simulator with scratch of its own.
 #[derive(Debug)]
@@ -34,8 +34,8 @@ pub struct Stretcher<'a> {
     flight: Step,
     held: Step,
     level: usize,
-    noted: Option<Pace>,
-    followed: Option<(&'a Pace, usize)>,
+    recorded: Option<StepSequence>,
+    replayed: Option<(&'a StepSequence, usize)>,
 }
 
 impl<'a> Stretcher<'a> {
@@ -46,25 +46,25 @@ impl<'a> Stretcher<'a> {
             flight: Step::new(simulator.modes(), &simulator.device.rates),
             held: Step::new(simulator.device.held_modes.len(), &simulator.device.rates),
             level: 0,
-            noted: None,
-            followed: None,
+            recorded: None,
+            replayed: None,
         }
     }
 
-    /// From now on notes the lengths of its steps.
-    pub fn note_pace(&mut self) {
-        self.noted = Some(Pace::default());
+    /// Records the lengths of the steps from now on.
+    pub fn record_steps(&mut self) {
+        self.recorded = Some(StepSequence::default());
     }
 
-    /// The lengths of the steps since [`Self::note_pace`]; none are noted any more.
-    pub fn noted_pace(&mut self) -> Pace {
-        self.noted.take().unwrap_or_default()
+    /// The lengths of the steps since [`Self::record_steps`]; ends the recording.
+    pub fn recorded_steps(&mut self) -> StepSequence {
+        self.recorded.take().unwrap_or_default()
     }
 
-    /// Takes the next carries in steps as long as those of `pace`, as far as they go and do
+    /// Propagates the next stretches in steps as long as those of `steps`, as far as they go and do
     /// not err by far more than allowed.
-    pub fn follow(&mut self, pace: &'a Pace) {
-        self.followed = Some((pace, 0));
+    pub fn replay_steps(&mut self, steps: &'a StepSequence) {
+        self.replayed = Some((steps, 0));
     }
 
     /// The simulator.
@@ -72,7 +72,7 @@ impl<'a> Stretcher<'a> {
         self.simulator
     }
 
-    /// Carries `state` from `from` to `to` \[s\], in flight (`held` is `None`) or with the
+    /// Propagates `state` from `from` to `to` \[s\], in flight (`held` is `None`) or with the
     /// mass held at a level \[m\]. At each of the increasing `times` within, `out` gets the
     /// number of the time, and the readings of `xp` and `xc` without the sensor's offsets
     /// \[m\].
@@ -82,7 +82,7 @@ impl<'a> Stretcher<'a> {
     /// # Errors
     /// [`SimError`] if the motion diverges or no step is small enough.
     #[allow(clippy::too_many_arguments)]
-    pub fn carry(
+    pub fn propagate(
         &mut self,
         drive: &[Segment],
         held: Option<f64>,
@@ -96,105 +96,49 @@ impl<'a> Stretcher<'a> {
         let mut t = from;
         let mut next = 0;
         let mut steps = 0;
-        let most = MOST_STEPS + STEPS_PER_READING * times.len() as u64;
-        // Each stretch starts afresh, so that its answer does not depend on the one before.
-        self.level = 0;
-        self.flight.sliding = 0.0;
-        self.flight.forget();
-        self.held.forget();
-        if let Some(pace) = &mut self.noted {
-            pace.0.push(Vec::new());
-        }
-        let mut before: &[usize] = &[];
-        if let Some((pace, carry)) = &mut self.followed {
-            before = pace.0.get(*carry).map_or(&[], Vec::as_slice);
-            *carry += 1;
-        }
+        let max_steps = MAX_STEPS + STEPS_PER_READING * times.len() as u64;
+        let mut recorded = self.restart();
         let (on_ground, mut held) = (held.is_some(), held);
-        let beat = Beat::new(device, times);
+        let clock = SampleClock::new(device, times);
         while t < to {
             let mut segment = segment_at(drive, t);
             if device.has_effects() {
                 segment = device.piece(segment, t, &state.z);
             }
-            if device.friction > 0.0 && !on_ground {
-                self.rub(&segment, t, &mut held, state);
+            let has_friction = device.friction > 0.0 && !on_ground;
+            if has_friction {
+                self.apply_friction(&segment, t, &mut held, state);
             }
             let end = to.min(if segment.end > t { segment.end } else { to });
-            let h = match self.step_as(&mut before, &segment, held, t, state) {
+            let h = match self.step_as(&mut recorded, &segment, held, t, state) {
                 Some(h) => h,
-                None => self.step(&segment, held, t, end, state, (&mut steps, most))?,
+                None => self.step(&segment, held, t, end, state, (&mut steps, max_steps))?,
             };
             let mut share = ((end - t) / h).min(1.0);
             let mut reached = if share < 1.0 { end } else { t + h };
+            let (mut turned, mut smooth) = (false, None);
+            if has_friction
+                && let Some(s) = self.friction_event(&segment, held, t, share, &mut smooth)
+            {
+                (share, reached, turned) = (s, t + s * h, true);
+            }
             let step = if held.is_some() {
                 &self.held
             } else {
                 &self.flight
             };
-            let (mut turned, mut smooth) = (false, None);
-            if device.friction > 0.0 && !on_ground {
-                let turn = match held {
-                    None => step.first_turn(
-                        smooth.insert(step.smooth(&device.phi_p)),
-                        &device.phi_p,
-                        share,
-                    ),
-                    Some(_) if step.stays_below(device, device.friction) => None,
-                    Some(x) => {
-                        let pull = |s: f64| step.held_pull(device, &segment, t, s, x);
-                        first_below(|s| device.friction - pull(s).abs(), share, 0.0)
-                    }
-                };
-                if let Some(s) = turn {
-                    (share, reached, turned) = (s, t + s * h, true);
-                }
-            }
             if times.get(next).is_some_and(|&s| s <= reached) {
-                let none = [0.0; MAX_MODES];
-                let (phi_p, phi_c, level_p, level_c) = match held {
-                    None => (&device.phi_p[..], &device.phi_c[..], 0.0, 0.0),
-                    Some(level) => (
-                        &none[..device.held_modes.len()],
-                        &device.held.cantilever[..],
-                        level,
-                        level * device.anchor_c,
-                    ),
+                let sampled = SampledStep {
+                    device,
+                    step,
+                    clock: &clock,
+                    held,
+                    start: t,
+                    h,
                 };
-                let p = smooth.unwrap_or_else(|| step.smooth(phi_p));
-                let c = step.smooth(phi_c);
-                let courses = step.courses(device);
-                let mut fast = FastModes::new(&step.swings, beat.motions(held.is_some()));
-                let mut before = t;
-                while let Some(&at) = times.get(next).filter(|&&s| s <= reached) {
-                    let s = ((at - t) / h).max(0.0);
-                    let (mut xp, mut xc) = (level_p + p.value(s), level_c + c.value(s));
-                    if !beat.is_one(at - before) {
-                        fast.restart();
-                    }
-                    fast.advance(s * h);
-                    before = at;
-                    for ((x, _), (p, c)) in fast.now().iter().zip(phi_p.iter().zip(phi_c)) {
-                        xp += p * x;
-                        xc += c * x;
-                    }
-                    if device.alters_readings {
-                        let z = step.states_beside(&courses, s, fast.now());
-                        xp = device.apparent(xp, Point::ProofMass, at, z.as_slice());
-                        xc = device.apparent(xc, Point::Cantilever, at, z.as_slice());
-                    }
-                    out(next, xp, xc);
-                    next += 1;
-                }
+                next = sampled.read(smooth, reached, times, next, &mut out);
             }
-            if share >= 1.0 {
-                state.q.copy_from_slice(step.q_at(S - 1));
-                state.v.copy_from_slice(step.v_at(S - 1));
-                state.z.copy_from_slice(step.z_at(S - 1));
-            } else {
-                step.modal_at(share, &mut state.q, &mut state.v);
-                state.z.copy_from_slice(step.states_at(share).as_slice());
-            }
+            end_state(step, share, state);
             t = reached;
             if turned && held.is_none() {
                 // At rest to the last bit, for what follows to be decided by the forces.
@@ -225,9 +169,58 @@ impl<'a> Stretcher<'a> {
         Ok(())
     }
 
+    /// Starts afresh, so that the answer of a stretch does not depend on the one before.
+    /// Returns the lengths of the steps that it is to take, as far as they were recorded.
+    fn restart(&mut self) -> &'a [usize] {
+        self.level = 0;
+        self.flight.sliding = 0.0;
+        self.flight.forget();
+        self.held.forget();
+        if let Some(sequence) = &mut self.recorded {
+            sequence.0.push(Vec::new());
+        }
+        let Some((sequence, stretch)) = &mut self.replayed else {
+            return &[];
+        };
+        let levels = sequence.0.get(*stretch).map_or(&[][..], Vec::as_slice);
+        *stretch += 1;
+        levels
+    }
+
+    /// Fraction of the step just taken, up to `share`, at which friction brings the mass to a
+    /// stop, or no longer holds it. `smooth` gets the mass's motion if that was needed.
+    fn friction_event(
+        &self,
+        segment: &Segment,
+        held: Option<f64>,
+        t: f64,
+        share: f64,
+        smooth: &mut Option<Dense>,
+    ) -> Option<f64> {
+        let device = &self.simulator.device;
+        match held {
+            None => self.flight.first_stop(
+                smooth.insert(self.flight.smooth(&device.phi_p)),
+                &device.phi_p,
+                share,
+            ),
+            Some(_) if self.held.stays_below(device, device.friction) => None,
+            Some(x) => {
+                let pull = |s: f64| self.held.held_pull(device, segment, t, s, x);
+                first_below(|s| device.friction - pull(s).abs(), share, 0.0)
+            }
+        }
+    }
+
     /// Friction away from the ground: a mass that does not slide yet sets out as it moves
     /// or as it is pulled, or is held at `held` until it is pulled hard enough.
-    fn rub(&mut self, segment: &Segment, t: f64, held: &mut Option<f64>, state: &mut StretchState) {
+    fn apply_friction(
+        &mut self,
+        segment: &Segment,
+        t: f64,
+        held: &mut Option<f64>,
+        state: &mut StretchState,
+    ) {
         let sim = self.simulator;
         let device = &sim.device;
         if let Some(level) = *held {
@@ -256,21 +249,21 @@ impl<'a> Stretcher<'a> {
         }
     }
 
-    /// One step into the scratch as long as the next one of those taken `before`; returns
+    /// One step into the scratch as long as the next one of those `recorded`; returns
     /// its length, or `None` if there is none or it will not do, and then forgets the rest.
     fn step_as(
         &mut self,
-        before: &mut &[usize],
+        recorded: &mut &[usize],
         segment: &Segment,
         held: Option<f64>,
         t: f64,
         state: &StretchState,
     ) -> Option<f64> {
-        let (&level, rest) = before.split_first()?;
-        *before = rest;
+        let (&level, remaining) = recorded.split_first()?;
+        *recorded = remaining;
         let taken = self.step_at(level, segment, held, t, state);
-        if taken.is_none_or(|(_, excess)| excess.is_nan() || excess > LENIENT) {
-            *before = &[];
+        if taken.is_none_or(|(_, excess)| excess.is_nan() || excess > MAX_REPLAYED_ERROR) {
+            *recorded = &[];
             return None;
         }
         taken.map(|(length, _)| length)
@@ -291,7 +284,7 @@ impl<'a> Stretcher<'a> {
         let from = (&state.q[..], &state.v[..], &state.z[..]);
         let (taken, step, length) = match held {
             Some(ground) => (
-                self.held.held(
+                self.held.held_step(
                     device, &sim.held, level, segment, t, from, ground, tolerance,
                 ),
                 &self.held,
@@ -299,7 +292,7 @@ impl<'a> Stretcher<'a> {
             ),
             None => (
                 self.flight
-                    .flight(device, &sim.flight, level, segment, t, from, tolerance),
+                    .flight_step(device, &sim.flight, level, segment, t, from, tolerance),
                 &self.flight,
                 sim.flight.length(level),
             ),
@@ -316,7 +309,7 @@ impl<'a> Stretcher<'a> {
         t: f64,
         end: f64,
         state: &StretchState,
-        (steps, most): (&mut u64, u64),
+        (steps, max_steps): (&mut u64, u64),
     ) -> Result<f64, SimError> {
         let sim = self.simulator;
         let tables = if held.is_some() {
@@ -331,17 +324,17 @@ impl<'a> Stretcher<'a> {
         let mut rejected = false;
         loop {
             *steps += 1;
-            if *steps > most {
+            if *steps > max_steps {
                 return Err(SimError::too_much(t, "steps", *steps, Burden::Film));
             }
             if let Some((length, excess)) = self.step_at(level, segment, held, t, state)
                 && excess <= 1.0
             {
-                let turns = || {
+                let may_stop = || {
                     let share = ((end - t) / length).min(1.0);
-                    self.flight.may_turn(&sim.device.phi_p, share)
+                    self.flight.may_stop(&sim.device.phi_p, share)
                 };
-                if held.is_none() && level < sim.coarsest && turns() {
+                if held.is_none() && level < sim.coarsest && may_stop() {
                     level = sim.coarsest;
                     continue;
                 }
@@ -350,8 +343,12 @@ impl<'a> Stretcher<'a> {
                 } else if excess < 1.0 / 64.0 && level == self.level && level > 0 {
                     self.level -= 1;
                 }
-                if let Some(carry) = self.noted.as_mut().and_then(|pace| pace.0.last_mut()) {
-                    carry.push(level);
+                if let Some(levels) = self
+                    .recorded
+                    .as_mut()
+                    .and_then(|sequence| sequence.0.last_mut())
+                {
+                    levels.push(level);
                 }
                 return Ok(length);
             }

@@ -1,18 +1,18 @@
-//! Readings that come at even intervals.
+//! The clock of evenly spaced readings: free motion over its interval is computed once.
 
 use crate::sim::device::Device;
 use crate::sim::output::FastModes;
 
-/// The interval at which readings come, and what modes do over it.
-pub(super) struct Beat {
+/// The interval between readings, and the free motion of the modes over it.
+pub(super) struct SampleClock {
     interval: f64,
     flight: Vec<[f64; 4]>,
     held: Vec<[f64; 4]>,
 }
 
-impl Beat {
-    /// Share of the interval that is rounding.
-    const EVEN: f64 = 1e-9;
+impl SampleClock {
+    /// Intervals that differ by less than this share are equal.
+    const ROUNDING: f64 = 1e-9;
 
     /// Of readings at the increasing `times` \[s\].
     pub fn new(device: &Device, times: &[f64]) -> Self {
@@ -35,6 +35,6 @@ impl Beat {
 
     /// Whether readings so far apart are one interval apart.
     pub fn is_one(&self, apart: f64) -> bool {
-        (apart - self.interval).abs() < Self::EVEN * self.interval
+        (apart - self.interval).abs() < Self::ROUNDING * self.interval
     }
 }

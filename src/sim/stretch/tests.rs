@@ -5,7 +5,7 @@ use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
 use crate::sim::stretch::*;
 use crate::sim::trace::EventKind;
-use crate::sim::{Pace, Stretcher, simulate};
+use crate::sim::{StepSequence, Stretcher, simulate};
 
 pub(super) fn segments(drive: &Waveform, until: f64) -> Vec<Segment> {
     (0..)
@@ -73,7 +73,7 @@ fn compare_within(model: &Model, drive: &str, duration: f64, within: f64) {
             worst = worst.max((xc - trace.cantilever[first + i]).abs());
         };
         stretcher
-            .carry(&drive, held, t, end, &mut state, &times, out)
+            .propagate(&drive, held, t, end, &mut state, &times, out)
             .unwrap();
         sample += times.len();
         t = end;
@@ -113,7 +113,7 @@ fn agrees_with_the_simulator_with_effects() {
         ("amplifier_lag", "tau", 1e-4),
         ("amplifier_lag", "r", 2e-5),
         ("piezo_creep", "c", 0.1),
-        // Beside its default share of the other time.
+        // Besides its default share of the other time.
         ("piezo_creep", "c2", 0.05),
         ("hysteresis_memory", "s", 1.0),
         ("dry_friction", "fc", 5e-9),
@@ -154,7 +154,7 @@ fn agrees_with_the_simulator_where_more_modes_ring_and_readings_lag() {
 }
 
 #[test]
-fn steps_err_by_little_more_than_they_may() {
+fn steps_hardly_exceed_their_tolerance() {
     let film = |p: f64| with_values("film_spring", &[5e-5, p]);
     for effects in [
         vec![],
@@ -188,7 +188,7 @@ fn steps_err_by_little_more_than_they_may() {
             let mut all = Vec::new();
             let (from, to) = (times[0], times[299]);
             Stretcher::new(&simulator)
-                .carry(&drive, None, from, to, &mut state, &times, |_, xp, xc| {
+                .propagate(&drive, None, from, to, &mut state, &times, |_, xp, xc| {
                     all.extend([xp, xc]);
                 })
                 .unwrap();
@@ -224,7 +224,7 @@ fn rest_states_stay_at_rest() {
         let before = state.clone();
         let mut stretcher = Stretcher::new(&simulator);
         stretcher
-            .carry(&drive, held, 0.1, 0.2, &mut state, &[], |_, _, _| {})
+            .propagate(&drive, held, 0.1, 0.2, &mut state, &[], |_, _, _| {})
             .unwrap();
         for (a, b) in state.q.iter().zip(&before.q) {
             assert!((a - b).abs() < 1e-12 * b.abs().max(1e-9), "{a} {b}");
@@ -242,7 +242,7 @@ fn a_piece_of_no_length_changes_nothing() {
         let times: Vec<f64> = (0..40).map(|i| 1e-5 * f64::from(i)).collect();
         let (mut state, mut out) = (simulator.rest_state(drive, 0.0, None), Vec::new());
         Stretcher::new(&simulator)
-            .carry(drive, None, 0.0, 4e-4, &mut state, &times, |_, x, _| {
+            .propagate(drive, None, 0.0, 4e-4, &mut state, &times, |_, x, _| {
                 out.push(x);
             })
             .unwrap();
@@ -270,7 +270,7 @@ fn a_piece_of_no_length_changes_nothing() {
 }
 
 /// Readings of 10 ms of flight, with so many small steps in how the drive is shared out.
-fn flown(steps: f64, lag: f64, follow: Option<&Pace>) -> (Vec<f64>, Pace) {
+fn flown(steps: f64, lag: f64, follow: Option<&StepSequence>) -> (Vec<f64>, StepSequence) {
     let mut model = Preset::embedded("paper").unwrap().model;
     model.set("drive_p", 4e-6 * steps).unwrap();
     if lag > 0.0 {
@@ -285,8 +285,8 @@ fn flown(steps: f64, lag: f64, follow: Option<&Pace>) -> (Vec<f64>, Pace) {
     let simulator = StretchSimulator::new(&model, &options).unwrap();
     let mut stretcher = Stretcher::new(&simulator);
     match follow {
-        Some(pace) => stretcher.follow(pace),
-        None => stretcher.note_pace(),
+        Some(pace) => stretcher.replay_steps(pace),
+        None => stretcher.record_steps(),
     }
     let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
     let mut state = StretchState {
@@ -298,13 +298,13 @@ fn flown(steps: f64, lag: f64, follow: Option<&Pace>) -> (Vec<f64>, Pace) {
     let mut xp = Vec::new();
     let read = |_, x: f64, _| xp.push(x);
     stretcher
-        .carry(&drive, None, 1e-3, 1.1e-2, &mut state, &times, read)
+        .propagate(&drive, None, 1e-3, 1.1e-2, &mut state, &times, read)
         .unwrap();
-    (xp, stretcher.noted_pace())
+    (xp, stretcher.recorded_steps())
 }
 
 #[test]
-fn what_is_compared_in_the_same_steps_differs_smoothly() {
+fn runs_in_the_same_steps_differ_smoothly() {
     // A third difference of what is smooth in the parameter is nothing; what is left is
     // that each choice of steps errs in its own way.
     const STEPS: u8 = 12;
@@ -335,7 +335,7 @@ fn what_is_compared_in_the_same_steps_differs_smoothly() {
 }
 
 #[test]
-fn steps_that_will_not_do_are_not_followed() {
+fn steps_with_too_large_an_error_are_not_replayed() {
     // Those of a slow drive are far too long for an edge's lag.
     let (_, pace) = flown(0.0, 0.0, None);
     let (own, _) = flown(0.0, 3e-6, None);
@@ -360,7 +360,7 @@ fn bounces(level: f64, t: f64) -> (f64, f64) {
 }
 
 #[test]
-fn a_film_that_lasts_follows_each_bounce() {
+fn a_slow_film_follows_each_bounce() {
     let mut model = Preset::embedded("paper").unwrap().model;
     let [cs, gp, dp] =
         [ParameterId::Cs, ParameterId::Gp, ParameterId::Dp].map(|id| model.parameters[id]);
@@ -382,24 +382,24 @@ fn a_film_that_lasts_follows_each_bounce() {
         ..Waveform::Rest.segment(0)
     }];
     let times: Vec<f64> = (1..40).map(|k| 0.31e-3 * f64::from(k)).collect();
-    let told = sim.states_from_drive(&drive, &times, &at);
+    let found = sim.states_from_drive(&drive, &times, &at);
     // The law in steps of 20 ns.
     let (mut force, mut t, h) = (0.0, 0.0, 2e-8);
     let (mut worst, mut largest) = (0.0f64, 0.0f64);
-    for (time, told) in times.iter().zip(&told) {
+    for (time, found) in times.iter().zip(&found) {
         while t < *time {
             let (xp, vp) = bounces(-dp, t + 0.5 * h);
             force += h / tau * (-cs * vp / (xp + gp).powi(3) - force);
             t += h;
         }
-        worst = worst.max((force - told).abs());
+        worst = worst.max((force - found).abs());
         largest = largest.max(force.abs());
     }
     assert!(worst < 0.01 * largest, "{worst} of {largest}");
 }
 
 #[test]
-fn a_film_is_followed_alike_beside_what_remembers_for_long() {
+fn a_film_is_followed_alike_together_with_a_long_memory() {
     let paper = Preset::embedded("paper").unwrap().model;
     let dp = paper.parameters[ParameterId::Dp];
     let effect = |id: &str, parameter: &str, value: f64| {
@@ -418,13 +418,13 @@ fn a_film_is_followed_alike_beside_what_remembers_for_long() {
     };
     let drive = segments(&Waveform::parse("square:50Hz:8V", 0.1).unwrap(), 0.1);
     let times: Vec<f64> = (1..24).map(|k| 4.1e-3 * f64::from(k)).collect();
-    let told = |effects: &[&ActiveEffect]| {
+    let followed = |effects: &[&ActiveEffect]| {
         let mut model = paper.clone();
         model.effects.extend(effects.iter().map(|e| (*e).clone()));
         let sim = StretchSimulator::new(&model, &Options::default()).unwrap();
         sim.states_from_drive(&drive, &times, &at)
     };
-    let alone = told(&[&film]);
+    let alone = followed(&[&film]);
     let largest = alone.iter().fold(0.0f64, |a, z| a.max(z.abs()));
     assert!(largest > 1e-9, "{largest}");
     // Behind an amplifier pieces end at instants of its own, and steps with them, each of which
@@ -433,12 +433,12 @@ fn a_film_is_followed_alike_beside_what_remembers_for_long() {
         (effect("amplifier_lag", "r", 2e-5), 1e-2),
         (effect("piezo_creep", "c", 0.1), 1e-4),
     ] {
-        let (own, both) = (told(&[&other]), told(&[&film, &other]));
+        let (own, both) = (followed(&[&other]), followed(&[&film, &other]));
         let count = own.len() / times.len();
-        for (k, beside) in both.chunks(1 + count).enumerate() {
-            let off = (beside[0] - alone[k]).abs();
-            assert!(off < film_off * largest, "{off} of {largest}: {beside:?}");
-            for (a, b) in beside[1..].iter().zip(&own[count * k..]) {
+        for (k, together) in both.chunks(1 + count).enumerate() {
+            let off = (together[0] - alone[k]).abs();
+            assert!(off < film_off * largest, "{off} of {largest}: {together:?}");
+            for (a, b) in together[1..].iter().zip(&own[count * k..]) {
                 assert!((a - b).abs() < 1e-4 * b.abs().max(1e-9), "{a} {b}");
             }
         }
@@ -456,7 +456,7 @@ fn a_film_that_is_quick_and_goes_slower_near_the_ground_takes_few_steps() {
         }
         let simulator = StretchSimulator::new(&model, &Options::default()).unwrap();
         let mut stretcher = Stretcher::new(&simulator);
-        stretcher.note_pace();
+        stretcher.record_steps();
         let drive = segments(&Waveform::parse("sine:50Hz:8V", 0.02).unwrap(), 0.02);
         let mut state = StretchState {
             q: vec![1e-10, 1e-12],
@@ -469,9 +469,9 @@ fn a_film_that_is_quick_and_goes_slower_near_the_ground_takes_few_steps() {
             simulator.land(level, &mut state);
         }
         stretcher
-            .carry(&drive, held, 1e-3, 1.1e-2, &mut state, &[], |_, _, _| ())
+            .propagate(&drive, held, 1e-3, 1.1e-2, &mut state, &[], |_, _, _| ())
             .unwrap();
-        stretcher.noted_pace().0[0].len()
+        stretcher.recorded_steps().0[0].len()
     };
     let level = -Preset::embedded("paper").unwrap().model.parameters[ParameterId::Dp];
     for held in [None, Some(level)] {

@@ -6,7 +6,7 @@ use super::hidden_forces::Term;
 use super::preisach::{Preisach, SATURATION};
 use crate::trial::device::structure::Mode;
 use crate::trial::device::{Adhesion, Device, Film, Gain, Ground, Restitution};
-use crate::trial::rng::Dice;
+use crate::trial::rng::TrialRng;
 use crate::trial::voltage::{Amplifier, Piece, remember};
 
 /// How the zero of a reading wanders, as a share of its amplitude against time.
@@ -60,7 +60,7 @@ pub enum Law {
     },
     /// The zero of both readings wanders by `amplitude` \[m\].
     Drift { amplitude: f64, course: Drift },
-    /// Both readings are late \[s\].
+    /// Both readings are delayed \[s\].
     Delay(f64),
     /// The gain walks at random with this rms per second^(1/2).
     Wander { rate: f64, seed: u64 },
@@ -171,12 +171,12 @@ impl Law {
             },
             Law::Wander { rate, seed } => {
                 let step = 2e-3;
-                let mut dice = Dice::new(*seed, recording as u64);
+                let mut rng = TrialRng::new(*seed, recording as u64);
                 let count = (duration / step).ceil() as usize + 3;
                 let mut level = 0.0;
                 let knots = (0..count)
                     .map(|_| {
-                        level += rate * step.sqrt() * dice.normal();
+                        level += rate * step.sqrt() * rng.normal();
                         level
                     })
                     .collect();
@@ -189,9 +189,9 @@ impl Law {
                 per_second,
                 seed,
             } => {
-                let mut dice = Dice::new(*seed, recording as u64);
+                let mut rng = TrialRng::new(*seed, recording as u64);
                 let count = (per_second * duration).ceil() as usize;
-                let times = (0..count).map(|_| dice.between(0.0, duration)).collect();
+                let times = (0..count).map(|_| rng.between(0.0, duration)).collect();
                 device.terms.push(Term::Bursts {
                     a: *a,
                     frequency: *frequency,
@@ -219,7 +219,7 @@ impl Law {
         }
     }
 
-    /// How late the readings are \[s\].
+    /// Delay of the readings \[s\].
     #[must_use]
     pub fn delay(&self) -> f64 {
         match self {

@@ -7,7 +7,7 @@ use crate::trial::voltage::{Piece, close};
 /// Relays switch between minus and plus this voltage \[V\].
 pub const SATURATION: f64 = 9.0;
 /// Cells along each axis of the half plane of relays.
-const CELLS: usize = 180;
+const CELLS_PER_AXIS: usize = 180;
 
 /// The sum of relays as its Everett function on a grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +24,7 @@ impl Preisach {
     /// `(a + b)/2` within `reach` \[V\].
     #[must_use]
     pub fn new(coercive: f64, spread: f64, reach: f64) -> Self {
-        let n = CELLS;
+        let n = CELLS_PER_AXIS;
         let cell = 2.0 * SATURATION / n as f64;
         let mid = |i: usize| -SATURATION + (i as f64 + 0.5) * cell;
         // Everett function: weights of all relays with b >= v_j and a <= v_i.
@@ -57,7 +57,7 @@ impl Preisach {
     }
 
     fn gained(&self, high: f64, low: f64) -> f64 {
-        let n = CELLS as f64;
+        let n = CELLS_PER_AXIS as f64;
         let place = |v: f64| ((v / SATURATION + 1.0) * 0.5 * n).clamp(0.0, n - 1e-9);
         let (x, y) = (place(high), place(low));
         if x <= y {
@@ -65,7 +65,7 @@ impl Preisach {
         }
         let (i, j) = (x as usize, y as usize);
         let (s, r) = (x - i as f64, y - j as f64);
-        let e = |i: usize, j: usize| self.everett[i * (CELLS + 1) + j];
+        let e = |i: usize, j: usize| self.everett[i * (CELLS_PER_AXIS + 1) + j];
         if i == j {
             return e(i + 1, i) * (s - r).max(0.0);
         }

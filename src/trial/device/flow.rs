@@ -9,7 +9,7 @@ use crate::trial::voltage::Piece;
 
 impl Device {
     /// Forces that do not depend on the phase, then accelerations without the hold.
-    /// Returns what pulls on the mass beside the structure \[N\].
+    /// Returns what pulls on the mass besides the structure \[N\].
     fn free(
         &self,
         t: f64,

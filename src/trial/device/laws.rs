@@ -58,7 +58,7 @@ pub enum Film {
     Elastic { tau: f64, gap: f64, power: i32 },
 }
 
-/// `gc` in place of, or beside, the two branches.
+/// `gc` in place of, or together with, the two branches.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Gain {
     /// The two branches.

@@ -68,11 +68,11 @@ pub struct Excitation {
     pub waveform: Waveform,
     /// How long \[s\].
     pub duration: f64,
-    /// Whether it is kept out of the fit.
+    /// Whether it is held out.
     pub held_out: bool,
 }
 
-/// The five recordings to fit and the four kept out.
+/// The five recordings to fit and the four held-out ones.
 #[must_use]
 pub fn excitations() -> Vec<Excitation> {
     let ramped = |frequency, amplitude, lambda| Waveform::Ramped {

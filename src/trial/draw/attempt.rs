@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::size::Bench;
+use super::size::TrialSetup;
 use super::{Case, Mix, Recordings, Settings, TrialError};
 use crate::recording::Recording;
 use crate::trial::concealed::concealed_effects::{CATALOGUE, Choice, OUTSIDE, choose};
@@ -11,13 +11,13 @@ use crate::trial::concealed::law::Law;
 use crate::trial::device::reference_device::excitations;
 use crate::trial::hybrid::RunError;
 use crate::trial::instrument::{StructureKind, device, instruments};
-use crate::trial::rng::Dice;
+use crate::trial::rng::TrialRng;
 use crate::trial::truth::{Class, ConcealedEffect, Envelope, RecordingNote, Truth};
 use crate::trial::voltage::voltage;
 
 /// Ids to conceal, their targets, and the class.
-fn conceal(mix: &Mix, dice: &mut Dice) -> (Class, Vec<String>) {
-    let lot = dice.between(0.0, 1.0);
+fn conceal(mix: &Mix, rng: &mut TrialRng) -> (Class, Vec<String>) {
+    let lot = rng.between(0.0, 1.0);
     let class = match mix {
         Mix::Only(class) => *class,
         Mix::Effect(id) if id.starts_with("outside_") => Class::Outside,
@@ -32,15 +32,102 @@ fn conceal(mix: &Mix, dice: &mut Dice) -> (Class, Vec<String>) {
     let ids = match (mix, class) {
         (Mix::Effect(id), _) => vec![id.clone()],
         (_, Class::Nothing) => Vec::new(),
-        (_, Class::One) => vec![CATALOGUE[dice.below(shown)].to_owned()],
+        (_, Class::One) => vec![CATALOGUE[rng.below(shown)].to_owned()],
         (_, Class::Two) => {
-            let first = dice.below(shown);
-            let second = (first + 1 + dice.below(shown - 1)) % shown;
+            let first = rng.below(shown);
+            let second = (first + 1 + rng.below(shown - 1)) % shown;
             vec![CATALOGUE[first].to_owned(), CATALOGUE[second].to_owned()]
         }
-        (_, Class::Outside) => vec![OUTSIDE[dice.below(OUTSIDE.len())].to_owned()],
+        (_, Class::Outside) => vec![OUTSIDE[rng.below(OUTSIDE.len())].to_owned()],
     };
     (class, ids)
+}
+
+/// Draws a law for each id and brings it to a size over the smallest visible; `None` if an id
+/// has no law for this device.
+fn draw_hidden(
+    setup: &TrialSetup<'_>,
+    ids: &[String],
+    class: Class,
+    settings: &Settings,
+    rng: &mut TrialRng,
+) -> Result<Option<Vec<(Choice, f64)>>, RunError> {
+    let mut hidden: Vec<(Choice, f64)> = Vec::new();
+    for id in ids {
+        let low = if class == Class::One { 0.5 } else { 3.0 };
+        let target = rng.log_between(low, 30.0);
+        let Some(choice) = choose(id, setup.plain, rng) else {
+            return Ok(None);
+        };
+        hidden.push(if settings.realistic {
+            let size = setup.visibility(&choice.law)?;
+            (choice, size)
+        } else {
+            setup.sized(choice, target)?
+        });
+    }
+    Ok(Some(hidden))
+}
+
+/// Draws what must not be named, in some of the trials that conceal nothing: an effect too
+/// small to be seen, or one that the baseline absorbs.
+fn draw_decoys(
+    setup: &TrialSetup<'_>,
+    class: Class,
+    rng: &mut TrialRng,
+) -> Result<Vec<(Choice, f64)>, RunError> {
+    if !(class == Class::Nothing && rng.happens(0.4)) {
+        return Ok(Vec::new());
+    }
+    let decoy = if rng.happens(0.5) {
+        choose("gravity", setup.plain, rng)
+    } else {
+        // As elastic as the gas of the room is at this gap.
+        choose("film_spring", setup.plain, rng).map(|mut film| {
+            film.law = Law::Film {
+                tau: rng.log_between(1.0e-6, 2e-6),
+                power: 0,
+            };
+            film.formulation = "gas of the room";
+            film
+        })
+    };
+    let Some(decoy) = decoy else {
+        return Ok(Vec::new());
+    };
+    let size = setup.visibility(&decoy.law)?;
+    // One that could be seen is no decoy. A weight is absorbed by zero, gap,
+    // ground and adhesion; only the linear bound sees it.
+    if size < 0.5 || decoy.id == "gravity" {
+        Ok(vec![(decoy, size)])
+    } else {
+        Ok(Vec::new())
+    }
+}
+
+/// The readings of every recording: time, voltage, proof mass, cantilever.
+fn read_motions(
+    setup: &TrialSetup<'_>,
+    laws: &[&Law],
+    settings: &Settings,
+    noise_seed: u64,
+) -> Result<Vec<Columns>, RunError> {
+    let instruments = setup.instruments;
+    let mut columns = Vec::with_capacity(setup.excitations.len());
+    for number in 0..setup.excitations.len() {
+        let motion = setup.motion(laws, number)?;
+        let [mut xp, mut xc] = [motion.run.proof_mass, motion.run.cantilever];
+        let [zero_p, zero_c] = instruments.zeros[number];
+        let mut noise_p = TrialRng::new(noise_seed, 2 * number as u64);
+        let mut noise_c = TrialRng::new(noise_seed, 2 * number as u64 + 1);
+        instruments.read(&mut xp, instruments.scale_p, zero_p, &mut noise_p);
+        instruments.read(&mut xc, instruments.scale_c, zero_c, &mut noise_c);
+        let time: Vec<f64> = (0..xp.len()).map(|i| i as f64 / settings.rate).collect();
+        // The recorder shows what the source gives, not what the piezo sees.
+        let v = time.iter().map(|t| voltage(&motion.pieces, *t)).collect();
+        columns.push((time, v, xp, settings.cantilever.then_some(xc)));
+    }
+    Ok(columns)
 }
 
 impl Case {
@@ -49,15 +136,15 @@ impl Case {
         attempt: u64,
         settings: &Settings,
     ) -> Result<Option<Parts>, RunError> {
-        let mut dice = Dice::new(seed, 16 * attempt);
-        let drawn = if dice.chance(0.5) {
+        let mut rng = TrialRng::new(seed, 16 * attempt);
+        let drawn = if rng.happens(0.5) {
             StructureKind::Beam
         } else {
             StructureKind::Lumped
         };
         let structure = settings.structure.unwrap_or(drawn);
         let excitations = excitations();
-        let Some((plain, parameters)) = device(structure, &mut dice) else {
+        let Some((plain, parameters)) = device(structure, &mut rng) else {
             return Ok(None);
         };
         let instruments = instruments(
@@ -65,75 +152,27 @@ impl Case {
             settings.noise,
             settings.cantilever,
             excitations.len(),
-            &mut dice,
+            &mut rng,
         );
-        let bench = Bench {
+        let setup = TrialSetup {
             plain: &plain,
             instruments: &instruments,
             excitations: &excitations,
         };
-        let (class, ids) = conceal(&settings.mix, &mut dice);
-        // A ground that gives way rebounds by its own law: no other shows beside it.
+        let (class, ids) = conceal(&settings.mix, &mut rng);
+        // A ground that gives way rebounds by its own law: no other shows together with it.
         if ["compliant_ground", "velocity_restitution"]
             .iter()
             .all(|id| ids.iter().any(|i| i == id))
         {
             return Ok(None);
         }
-        let mut hidden: Vec<(Choice, f64)> = Vec::new();
-        for id in &ids {
-            let low = if class == Class::One { 0.5 } else { 3.0 };
-            let target = dice.log_between(low, 30.0);
-            let Some(choice) = choose(id, &plain, &mut dice) else {
-                return Ok(None);
-            };
-            hidden.push(if settings.realistic {
-                let size = bench.visibility(&choice.law)?;
-                (choice, size)
-            } else {
-                bench.sized(choice, target)?
-            });
-        }
-        let mut decoys: Vec<(Choice, f64)> = Vec::new();
-        if class == Class::Nothing && dice.chance(0.4) {
-            let decoy = if dice.chance(0.5) {
-                choose("gravity", &plain, &mut dice)
-            } else {
-                // As elastic as the gas of the room is at this gap.
-                choose("film_spring", &plain, &mut dice).map(|mut film| {
-                    film.law = Law::Film {
-                        tau: dice.log_between(1.0e-6, 2e-6),
-                        power: 0,
-                    };
-                    film.formulation = "gas of the room";
-                    film
-                })
-            };
-            if let Some(decoy) = decoy {
-                let size = bench.visibility(&decoy.law)?;
-                // One that could be seen is no decoy. A weight is absorbed by zero, gap,
-                // ground and adhesion; only the linear bound sees it.
-                if size < 0.5 || decoy.id == "gravity" {
-                    decoys.push((decoy, size));
-                }
-            }
-        }
+        let Some(hidden) = draw_hidden(&setup, &ids, class, settings, &mut rng)? else {
+            return Ok(None);
+        };
+        let decoys = draw_decoys(&setup, class, &mut rng)?;
         let laws: Vec<&Law> = hidden.iter().chain(&decoys).map(|(c, _)| &c.law).collect();
-        let noise_seed = dice.seed();
-        let mut columns = Vec::with_capacity(excitations.len());
-        for number in 0..excitations.len() {
-            let motion = bench.motion(&laws, number)?;
-            let [mut xp, mut xc] = [motion.run.proof_mass, motion.run.cantilever];
-            let [zero_p, zero_c] = instruments.zeros[number];
-            let mut noise_p = Dice::new(noise_seed, 2 * number as u64);
-            let mut noise_c = Dice::new(noise_seed, 2 * number as u64 + 1);
-            instruments.read(&mut xp, instruments.scale_p, zero_p, &mut noise_p);
-            instruments.read(&mut xc, instruments.scale_c, zero_c, &mut noise_c);
-            let time: Vec<f64> = (0..xp.len()).map(|i| i as f64 / settings.rate).collect();
-            // The recorder shows what the source gives, not what the piezo sees.
-            let v = time.iter().map(|t| voltage(&motion.pieces, *t)).collect();
-            columns.push((time, v, xp, settings.cantilever.then_some(xc)));
-        }
+        let columns = read_motions(&setup, &laws, settings, rng.seed())?;
         let note = |(choice, size): &(Choice, f64)| ConcealedEffect {
             id: choice.id.clone(),
             formulation: choice.formulation.to_owned(),

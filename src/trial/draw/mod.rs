@@ -1,4 +1,4 @@
-//! Drawing a trial: device, rig, what is concealed and at which size, recordings.
+//! Drawing a trial: device, instruments, what is concealed and at which size, recordings.
 
 pub(crate) mod attempt;
 pub(crate) mod size;
@@ -14,7 +14,7 @@ use super::truth::{Class, Envelope, Truth};
 use crate::recording::Recording;
 
 /// Devices that are drawn before a seed is given up.
-const ATTEMPTS: u64 = 12;
+const MAX_ATTEMPTS: u64 = 12;
 
 /// Why there is no trial.
 #[derive(Debug, Error)]
@@ -27,7 +27,7 @@ pub enum TrialError {
         /// What stopped the last one.
         last: String,
     },
-    /// An effect was asked for that is not on the menu.
+    /// An effect was asked for that cannot be concealed.
     #[error(
         "\"{0}\" cannot be concealed; name an effect of the catalogue or one that begins with outside_"
     )]
@@ -80,7 +80,7 @@ pub enum Mix {
 pub struct Settings {
     /// The kind of device; drawn if `None`.
     pub structure: Option<StructureKind>,
-    /// Whether the cantilever is read beside the proof mass.
+    /// Whether the cantilever is read together with the proof mass.
     pub cantilever: bool,
     /// Rms of the noise \[m\].
     pub noise: f64,
@@ -111,7 +111,7 @@ impl Default for Settings {
 pub struct Recordings {
     /// To fit.
     pub train: Vec<Arc<Recording>>,
-    /// Kept out.
+    /// Held out.
     pub held_out: Vec<Arc<Recording>>,
 }
 
@@ -148,7 +148,7 @@ impl Case {
             return Err(TrialError::UnknownEffect(id.clone()));
         }
         let mut last = String::from("the structure is singular");
-        for attempt in 0..ATTEMPTS {
+        for attempt in 0..MAX_ATTEMPTS {
             match Self::attempt(seed, attempt, settings) {
                 Ok(Some(parts)) => return parts.seal(),
                 Ok(None) => {}

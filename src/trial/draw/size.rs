@@ -1,4 +1,4 @@
-//! Motions of a device with laws and rig, and how large a law is over the smallest
+//! Motions of a device with laws and instruments, and how large a law is over the smallest
 //! visible.
 
 use crate::trial::concealed::concealed_effects::Choice;
@@ -7,14 +7,14 @@ use crate::trial::device::reference_device::{Excitation, excitations};
 use crate::trial::device::{Device, TOLERANCE};
 use crate::trial::hybrid::{Run, RunError, run};
 use crate::trial::instrument::Instruments;
-use crate::trial::visibility::{JUST_VISIBLE, Made, deviations};
+use crate::trial::visibility::{CaseRun, JUST_VISIBLE, deviations};
 use crate::trial::voltage::{Piece, pieces};
 
-/// Standard deviation of what is known of the shift between voltage and readings \[s\].
-const CLOCKS: f64 = 5e-6;
+/// Standard deviation of the shift between voltage and readings, as known beforehand \[s\].
+const CLOCK_SKEW_SIGMA: f64 = 5e-6;
 
-/// A device with its laws and rig, as recordings are made of it.
-pub(crate) struct Bench<'a> {
+/// A device with its laws and instruments, as recordings are made of it.
+pub(crate) struct TrialSetup<'a> {
     pub(crate) plain: &'a Device,
     pub(crate) instruments: &'a Instruments,
     pub(crate) excitations: &'a [Excitation],
@@ -29,7 +29,7 @@ pub(crate) struct Motion {
     times: Vec<f64>,
 }
 
-impl Bench<'_> {
+impl TrialSetup<'_> {
     /// The motion of recording `number`, read by instruments without scale, zero and
     /// noise.
     pub(crate) fn motion(&self, laws: &[&Law], number: usize) -> Result<Motion, RunError> {
@@ -37,11 +37,11 @@ impl Bench<'_> {
         let rate = self.instruments.rate;
         let count = (e.duration * rate).round() as usize + 1;
         let clock = |i: usize| i as f64 / rate;
-        let late: f64 = laws.iter().map(|law| law.delay()).sum();
+        let delay: f64 = laws.iter().map(|law| law.delay()).sum();
         let times: Vec<f64> = (0..count)
             .map(|i| clock(i) - self.instruments.skew)
             .collect();
-        let read_at: Vec<f64> = times.iter().map(|t| t - late).collect();
+        let read_at: Vec<f64> = times.iter().map(|t| t - delay).collect();
         let plain_pieces = pieces(&e.waveform, e.duration);
         let mut driven = plain_pieces.clone();
         let mut device = self.plain.clone();
@@ -72,15 +72,15 @@ impl Bench<'_> {
         // A pure delay is a shift of the clocks and nothing else: it shows by as much as it
         // exceeds what these may be apart. The linear bound would see it in every jump.
         if law.delay() > 0.0 {
-            return Ok(law.delay() / CLOCKS / JUST_VISIBLE);
+            return Ok(law.delay() / CLOCK_SKEW_SIGMA / JUST_VISIBLE);
         }
         let fitted = (0..self.excitations.len()).filter(|i| !self.excitations[*i].held_out);
         let motions = fitted
             .map(|i| self.motion(&[law], i))
             .collect::<Result<Vec<_>, _>>()?;
-        let made: Vec<Made<'_>> = motions
+        let made: Vec<CaseRun<'_>> = motions
             .iter()
-            .map(|m| Made {
+            .map(|m| CaseRun {
                 run: &m.run,
                 plain: &m.plain,
                 pieces: &m.pieces,
@@ -124,12 +124,12 @@ impl Bench<'_> {
 /// # Errors
 /// [`RunError`] if the device cannot be followed.
 pub fn visibility(plain: &Device, instruments: &Instruments, law: &Law) -> Result<f64, RunError> {
-    let bench = Bench {
+    let setup = TrialSetup {
         plain,
         instruments,
         excitations: &excitations(),
     };
-    bench.visibility(law)
+    setup.visibility(law)
 }
 
 #[cfg(test)]
@@ -138,12 +138,12 @@ mod tests {
     use crate::trial::concealed::hidden_forces::Term;
     use crate::trial::instrument;
     use crate::trial::instrument::StructureKind;
-    use crate::trial::rng::Dice;
+    use crate::trial::rng::TrialRng;
 
     /// A beam and what it is read by.
     fn beam() -> (Device, Instruments) {
-        let (plain, _) = instrument::device(StructureKind::Beam, &mut Dice::new(5, 0)).unwrap();
-        let instruments = instrument::instruments(50e3, 20e-9, true, 9, &mut Dice::new(5, 1));
+        let (plain, _) = instrument::device(StructureKind::Beam, &mut TrialRng::new(5, 0)).unwrap();
+        let instruments = instrument::instruments(50e3, 20e-9, true, 9, &mut TrialRng::new(5, 1));
         (plain, instruments)
     }
 
@@ -152,13 +152,13 @@ mod tests {
         let (plain, instruments) = beam();
         let mut changed = plain.clone();
         change(&mut changed);
-        let bench = Bench {
+        let setup = TrialSetup {
             plain: &changed,
             instruments: &instruments,
             excitations: &excitations(),
         };
-        let motion = bench.motion(&[], 1).unwrap();
-        let made = Made {
+        let motion = setup.motion(&[], 1).unwrap();
+        let made = CaseRun {
             run: &motion.run,
             plain: &plain,
             pieces: &motion.pieces,
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_of_a_beams_modes_are_not_known_beforehand() {
+    fn shapes_of_the_beams_modes_are_free_parameters() {
         let none = shows(|_| {});
         assert!(none < 0.1, "{none}");
         for mode in 0..4 {

@@ -1,4 +1,4 @@
-//! A stretch followed by itself, whatever happens at the ground.
+//! Integration of one stretch with its phase kept, without looking for events.
 
 use super::integrator::{State, Stepper};
 use super::{LONGEST_STEP, RunError, SHORTEST_STEP, Stretch};

@@ -5,8 +5,8 @@ use super::{Event, Kind, Traveller};
 use crate::trial::device::{Ground, Phase};
 use crate::trial::voltage::Piece;
 
-/// Over which rates are taken \[s\].
-const MOMENT: f64 = 1e-9;
+/// Time over which rates are taken as differences \[s\].
+const RATE_INTERVAL: f64 = 1e-9;
 
 impl Traveller<'_> {
     /// Into the air: chooses the direction of dry friction, or jams.
@@ -102,13 +102,13 @@ impl Traveller<'_> {
         device.flow(self.t, &self.y, piece, self.phase, &mut rates);
         let mut soon = self.y;
         for (y, rate) in soon.iter_mut().zip(rates) {
-            *y += MOMENT * rate;
+            *y += RATE_INTERVAL * rate;
         }
         let pull = |t: f64, y: &State| {
             let (hold, load) = device.hold(t, y, piece, self.phase);
             -hold - load
         };
-        (pull(self.t + MOMENT, &soon) - pull(self.t, &self.y)) / MOMENT
+        (pull(self.t + RATE_INTERVAL, &soon) - pull(self.t, &self.y)) / RATE_INTERVAL
     }
 
     /// The mass has met the ground.

@@ -38,7 +38,7 @@ pub enum RunError {
     },
 }
 
-/// What happened.
+/// Kinds of events at the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A bounce.
@@ -54,7 +54,7 @@ pub enum Kind {
 pub struct Event {
     /// When \[s\].
     pub time: f64,
-    /// What.
+    /// Which kind.
     pub kind: Kind,
     /// Velocity of the mass before \[m/s\].
     pub before: f64,

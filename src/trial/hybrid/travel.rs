@@ -1,4 +1,4 @@
-//! The way through one piece of the drive, step by step from event to event.
+//! Integration through one piece of the drive, step by step from event to event.
 
 use super::integrator::{State, Stepper};
 use super::{LONGEST_STEP, RunError, SHORTEST_STEP, Traveller};

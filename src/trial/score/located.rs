@@ -25,8 +25,8 @@ fn regimes(effect: &str) -> Option<&'static [Regime]> {
     }
 }
 
-/// Share of the told mismatch that lies where the concealed effects act; `None` where one
-/// of them acts everywhere, nothing is concealed, or nothing is told.
+/// Share of the reported mismatch that lies where the concealed effects act; `None` where one
+/// of them acts everywhere, nothing is concealed, or nothing is reported.
 pub fn located(truth: &Truth, places: &[Place]) -> Option<f64> {
     let where_each: Vec<&[Regime]> = truth
         .effects

@@ -1,4 +1,4 @@
-//! Scoring: what a diagnosis said against what was concealed, over many trials.
+//! Scoring: what a diagnosis reported against what was concealed, over many trials.
 
 pub(crate) mod located;
 pub(crate) mod parameters;
@@ -35,7 +35,7 @@ pub enum Mark {
     /// The right answer: the effects and no other, or that nothing or something unknown
     /// is there.
     Right,
-    /// Each missing name is in the group that was told beside a name given.
+    /// Each missing name is in the group of indistinguishable effects of a name given.
     Group,
     /// Some, not all, of two effects named, nothing wrong.
     Part,
@@ -43,7 +43,7 @@ pub enum Mark {
     Abstained,
     /// It named what is not there.
     Wrong,
-    /// It named an effect, or called something unexplained, where nothing was left out.
+    /// It named an effect, or called something unexplained, where nothing is concealed.
     FalseAlarm,
 }
 
@@ -102,8 +102,8 @@ pub struct Outcome {
     pub grew: bool,
     /// Stated parameters against the truth, where the names are right.
     pub coverage: Coverage,
-    /// Share of the told mismatch that lies where the concealed effects act; `None`
-    /// where they act everywhere, or nothing is told.
+    /// Share of the reported mismatch that lies where the concealed effects act; `None`
+    /// where they act everywhere, or nothing is reported.
     pub located: Option<f64>,
 }
 
@@ -114,25 +114,25 @@ pub struct Coverage {
     pub compared: usize,
     /// How many lie within [`COVERED`] of their standard errors.
     pub within: usize,
-    /// The same where what the rig conceals counts as error too.
+    /// The same where what the instruments conceal counts as error too.
     pub within_with_rig: usize,
 }
 
-/// Scores a diagnosis. `may_add` lists effects that may stand beside the right ones
+/// Scores a diagnosis. `may_add` lists effects that may be named together with the right ones
 /// without harm (a further mode where the device is a beam).
 #[must_use]
-pub fn score(truth: &Truth, said: &Diagnosis, may_add: &[&str]) -> Outcome {
+pub fn score(truth: &Truth, reported: &Diagnosis, may_add: &[&str]) -> Outcome {
     let concealed: Vec<String> = truth.effects.iter().map(|e| e.id.clone()).collect();
-    let named: Vec<String> = said.named.iter().map(|n| n.id.clone()).collect();
-    let mark = mark(truth.class, &concealed, said, may_add);
+    let named: Vec<String> = reported.named.iter().map(|n| n.id.clone()).collect();
+    let mark = mark(truth.class, &concealed, reported, may_add);
     let coverage = if mark == Mark::Right {
-        coverage(truth, said)
+        coverage(truth, reported)
     } else {
         Coverage::default()
     };
     let noise = truth.instruments.noise;
     let concealed_ids = concealed.clone();
-    let held = &said.held_out;
+    let held = &reported.held_out;
     let smallest = truth
         .effects
         .iter()
@@ -144,30 +144,30 @@ pub fn score(truth: &Truth, said: &Diagnosis, may_add: &[&str]) -> Outcome {
         shuffled: false,
         concealed,
         named,
-        verdict: said.verdict,
+        verdict: reported.verdict,
         size: if smallest.is_finite() { smallest } else { 0.0 },
         mark,
-        criterion_mark: criterion_mark(truth.class, &concealed_ids, said, may_add),
+        criterion_mark: criterion_mark(truth.class, &concealed_ids, reported, may_add),
         rms_over_noise: [held.before.rms / noise, held.after.rms / noise],
         grew: held.after.rms > held.before.rms,
         coverage,
-        located: located(truth, &said.places),
+        located: located(truth, &reported.places),
     }
 }
 
 /// Scores a diagnosis of recordings with exchanged voltages: right if nothing is named.
 #[must_use]
-pub fn score_shuffled(truth: &Truth, said: &Diagnosis) -> Outcome {
+pub fn score_shuffled(truth: &Truth, reported: &Diagnosis) -> Outcome {
     Outcome {
         shuffled: true,
-        mark: if said.named.is_empty() {
+        mark: if reported.named.is_empty() {
             Mark::Right
         } else {
             Mark::Wrong
         },
         coverage: Coverage::default(),
         located: None,
-        ..score(truth, said, &[])
+        ..score(truth, reported, &[])
     }
 }
 
@@ -176,10 +176,10 @@ pub fn score_shuffled(truth: &Truth, said: &Diagnosis) -> Outcome {
 fn criterion_mark(
     class: Class,
     concealed: &[String],
-    said: &Diagnosis,
+    reported: &Diagnosis,
     may_add: &[&str],
 ) -> Option<Mark> {
-    let name = said
+    let name = reported
         .by_criterion
         .as_ref()
         .filter(|id| concealed.contains(id) || !may_add.contains(&id.as_str()));
@@ -194,9 +194,9 @@ fn criterion_mark(
     }
 }
 
-fn coverage(truth: &Truth, said: &Diagnosis) -> Coverage {
+fn coverage(truth: &Truth, reported: &Diagnosis) -> Coverage {
     let mut coverage = Coverage::default();
-    for effect in &said.named {
+    for effect in &reported.named {
         for estimate in &effect.parameters {
             let Some(real) = true_value(truth, effect, &estimate.id) else {
                 continue;
@@ -209,27 +209,27 @@ fn coverage(truth: &Truth, said: &Diagnosis) -> Coverage {
             let room = COVERED * estimate.std_error;
             coverage.compared += 1;
             coverage.within += usize::from(off <= room);
-            coverage.within_with_rig += usize::from(off <= room + real.rig);
+            coverage.within_with_rig += usize::from(off <= room + real.instrument_bias);
         }
     }
     coverage
 }
 
-fn mark(class: Class, concealed: &[String], said: &Diagnosis, may_add: &[&str]) -> Mark {
-    let names: Vec<&Named> = said
+fn mark(class: Class, concealed: &[String], reported: &Diagnosis, may_add: &[&str]) -> Mark {
+    let names: Vec<&Named> = reported
         .named
         .iter()
         .filter(|n| concealed.contains(&n.id) || !may_add.contains(&n.id.as_str()))
         .collect();
     match class {
-        Class::Nothing if names.is_empty() && said.verdict == Verdict::Adequate => Mark::Right,
-        Class::Nothing if names.is_empty() && said.verdict == Verdict::MissingPhysics => {
+        Class::Nothing if names.is_empty() && reported.verdict == Verdict::Adequate => Mark::Right,
+        Class::Nothing if names.is_empty() && reported.verdict == Verdict::MissingPhysics => {
             // Only what may be added was named.
             Mark::Right
         }
         Class::Nothing => Mark::FalseAlarm,
         Class::Outside if !names.is_empty() => Mark::Wrong,
-        Class::Outside if said.verdict == Verdict::Unexplained => Mark::Right,
+        Class::Outside if reported.verdict == Verdict::Unexplained => Mark::Right,
         Class::Outside => Mark::Abstained,
         Class::One | Class::Two => {
             if names.is_empty() {
@@ -263,7 +263,7 @@ fn mark(class: Class, concealed: &[String], said: &Diagnosis, may_add: &[&str]) 
 mod tests {
     use super::super::score::*;
 
-    fn said(verdict: Verdict, names: &[(&str, &[&str])]) -> Diagnosis {
+    fn reported(verdict: Verdict, names: &[(&str, &[&str])]) -> Diagnosis {
         let misfit = |rms| Misfit { rms, chi2: 1.0 };
         let both = BeforeAfter {
             before: misfit(4e-8),
@@ -294,46 +294,55 @@ mod tests {
         let two = ["sensor_lag".to_owned(), "gap_step".to_owned()];
         let of =
             |class, concealed: &[String], d: Diagnosis| mark(class, concealed, &d, &["extra_mode"]);
-        assert_eq!(of(Class::Nothing, &[], said(Adequate, &[])), Mark::Right);
         assert_eq!(
-            of(Class::Nothing, &[], said(Unexplained, &[])),
+            of(Class::Nothing, &[], reported(Adequate, &[])),
+            Mark::Right
+        );
+        assert_eq!(
+            of(Class::Nothing, &[], reported(Unexplained, &[])),
             Mark::FalseAlarm
         );
         let lag = ("sensor_lag", &[] as &[&str]);
         assert_eq!(
-            of(Class::Nothing, &[], said(Missing, &[lag])),
+            of(Class::Nothing, &[], reported(Missing, &[lag])),
             Mark::FalseAlarm
         );
-        assert_eq!(of(Class::One, &one, said(Missing, &[lag])), Mark::Right);
+        assert_eq!(of(Class::One, &one, reported(Missing, &[lag])), Mark::Right);
         let mode = ("extra_mode", &[] as &[&str]);
         assert_eq!(
-            of(Class::One, &one, said(Missing, &[lag, mode])),
+            of(Class::One, &one, reported(Missing, &[lag, mode])),
             Mark::Right
         );
         let amplifier = ("amplifier_lag", &["sensor_lag"] as &[&str]);
         assert_eq!(
-            of(Class::One, &one, said(Missing, &[amplifier])),
+            of(Class::One, &one, reported(Missing, &[amplifier])),
             Mark::Group
         );
         assert_eq!(
-            of(Class::One, &one, said(Missing, &[lag, amplifier])),
+            of(Class::One, &one, reported(Missing, &[lag, amplifier])),
             Mark::Wrong
         );
-        assert_eq!(of(Class::One, &one, said(Adequate, &[])), Mark::Abstained);
-        assert_eq!(of(Class::Two, &two, said(Missing, &[lag])), Mark::Part);
         assert_eq!(
-            of(Class::Outside, &one, said(Unexplained, &[])),
+            of(Class::One, &one, reported(Adequate, &[])),
+            Mark::Abstained
+        );
+        assert_eq!(of(Class::Two, &two, reported(Missing, &[lag])), Mark::Part);
+        assert_eq!(
+            of(Class::Outside, &one, reported(Unexplained, &[])),
             Mark::Right
         );
-        assert_eq!(of(Class::Outside, &one, said(Missing, &[lag])), Mark::Wrong);
+        assert_eq!(
+            of(Class::Outside, &one, reported(Missing, &[lag])),
+            Mark::Wrong
+        );
         let alone = |class, concealed: &[String], d: &Diagnosis| {
             criterion_mark(class, concealed, d, &["extra_mode"])
         };
-        let named = said(Missing, &[lag]);
+        let named = reported(Missing, &[lag]);
         assert_eq!(alone(Class::One, &one, &named), Some(Mark::Right));
         assert_eq!(alone(Class::Nothing, &[], &named), Some(Mark::FalseAlarm));
         assert_eq!(alone(Class::Two, &two, &named), None);
-        let mode = said(Missing, &[mode]);
+        let mode = reported(Missing, &[mode]);
         assert_eq!(alone(Class::One, &one, &mode), Some(Mark::Abstained));
     }
 }

@@ -4,7 +4,7 @@
 use super::reported::Named;
 use crate::trial::truth::Truth;
 
-/// The rig's masses are up to this much off those of the model, and no recording tells a
+/// The masses of a trial are up to this much off those of the model, and no recording tells a
 /// mass and a force apart: shapes within 3 % at the mass, squared, and the readings'
 /// scale.
 const OF_FORCE: f64 = 0.08;
@@ -20,8 +20,8 @@ const OF_DELAY: f64 = 8e-6;
 pub struct TrueValue {
     /// The value.
     pub value: f64,
-    /// How far off the rig can make it look, in ways that no recording tells.
-    pub rig: f64,
+    /// By how much the instruments can bias it, in ways that no recording determines.
+    pub instrument_bias: f64,
 }
 
 /// The true value of `parameter` of an effect that was named and is there; `None` where
@@ -30,10 +30,13 @@ pub struct TrueValue {
 pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueValue> {
     let law = &truth.effects.iter().find(|e| e.id == named.id)?.law;
     let number = |path: &str| law.pointer(path).and_then(serde_json::Value::as_f64);
-    let exact = |value: f64| TrueValue { value, rig: 0.0 };
+    let exact = |value: f64| TrueValue {
+        value,
+        instrument_bias: 0.0,
+    };
     let within = |value: f64, share: f64| TrueValue {
         value,
-        rig: share * value.abs(),
+        instrument_bias: share * value.abs(),
     };
     let stated = |id: &str| named.parameters.iter().find(|p| p.id == id);
     match (named.id.as_str(), parameter) {
@@ -106,7 +109,7 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
         ("sensor_lag", "tau") => Some(exact(number("/term/sensor_lag/tau")?)),
         ("sensor_lag", "delay") => Some(TrueValue {
             value: number("/delay")?,
-            rig: OF_DELAY,
+            instrument_bias: OF_DELAY,
         }),
         ("extra_mode", "f") => Some(exact(number("/mode/frequency")?)),
         ("extra_mode", "zeta") => Some(exact(number("/mode/zeta")?)),
@@ -171,7 +174,10 @@ mod tests {
             for parameter in parameters {
                 let found = true_value(&truth, &named(id, &[]), parameter);
                 let found = found.unwrap_or_else(|| panic!("{id} {parameter}"));
-                assert!(found.value != 0.0 && found.rig >= 0.0, "{id} {parameter}");
+                assert!(
+                    found.value != 0.0 && found.instrument_bias >= 0.0,
+                    "{id} {parameter}"
+                );
             }
         }
     }

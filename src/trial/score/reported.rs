@@ -1,4 +1,4 @@
-//! What a diagnosis says of a trial, as far as it is scored.
+//! The parts of a diagnosis that are scored.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,9 +9,9 @@ use crate::model::effects::{ActiveEffect, find};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Nothing was left out.
+    /// The baseline explains the recordings.
     Adequate,
-    /// The named effects were left out.
+    /// The named effects are missing from the baseline.
     MissingPhysics,
     /// Something is there that the catalogue does not carry.
     Unexplained,
@@ -35,7 +35,7 @@ pub struct Named {
     pub id: String,
     /// Stated probability.
     pub probability: f64,
-    /// Ids it says it cannot be told apart from.
+    /// Ids from which it cannot be distinguished.
     pub confusion_group: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
@@ -59,7 +59,7 @@ pub struct BeforeAfter {
     pub after: Misfit,
 }
 
-/// A stretch where simulation and recording differ, as told by a diagnosis.
+/// A stretch where simulation and recording differ, as a diagnosis reports it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     /// Name of the recording.
@@ -81,7 +81,7 @@ pub struct Diagnosis {
     pub places: Vec<Place>,
     /// On the recordings that were fitted.
     pub train: BeforeAfter,
-    /// On those kept out.
+    /// On held-out recordings.
     pub held_out: BeforeAfter,
     /// What would have been named by an information criterion alone.
     pub by_criterion: Option<String>,
@@ -89,7 +89,7 @@ pub struct Diagnosis {
 
 /// The effect whose fit to the fitted recordings Akaike's information criterion prefers to
 /// the baseline's, and to those with the others: its parameters cost 2 of chi2 each. No
-/// recording kept out is asked, nor how many were tried.
+/// held-out recording counts, nor how many candidates were tried.
 fn by_criterion(candidates: &[diagnosis::Candidate]) -> Option<String> {
     let worth = |c: &diagnosis::Candidate| {
         let own = find(&c.id).map_or(1, |spec| {

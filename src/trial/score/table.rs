@@ -55,9 +55,9 @@ pub struct Table {
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Stated parameters within [`COVERED`] standard errors.
     pub coverage: Share,
-    /// The same where what the rig conceals from any diagnosis counts as error too.
+    /// The same where what the instruments conceal from any diagnosis counts as error too.
     pub coverage_with_rig: Share,
-    /// Median share of the told mismatch that lies where the effect acts, over trials
+    /// Median share of the reported mismatch that lies where the effect acts, over trials
     /// of effects that act at some places only.
     pub median_located: Option<f64>,
     /// Trials whose held-out rms grew.

@@ -1,25 +1,25 @@
 //! What the events at the ground add.
 
+use super::normal_equations::{CaseRun, NormalEquations};
 use super::stretch::jumps_within;
-use super::{Made, Normal};
 use crate::trial::device::structure::dot;
 use crate::trial::hybrid::{Event, Kind};
 use crate::trial::instrument::Instruments;
 use crate::trial::voltage::Piece;
 
-/// Samples after a jump of the drive in which it is what tears the mass off.
-const TORN: f64 = 4.0;
+/// A release within so many samples after a jump of the drive was caused by it.
+const TEAR_SAMPLES: f64 = 4.0;
 
 /// Rows of the events: restitution, level of the ground, pull-off force.
 pub(crate) fn add_events(
-    normal: &mut Normal,
-    made: &Made<'_>,
+    normal: &mut NormalEquations,
+    case: &CaseRun<'_>,
     base: usize,
     zeros: usize,
     instruments: &Instruments,
 ) {
     let sigma = instruments.noise;
-    let events = &made.run.events;
+    let events = &case.run.events;
     for (i, event) in events.iter().enumerate() {
         let before = i.checked_sub(1).map_or(0.0, |j| events[j].time);
         let after = events.get(i + 1).map_or(f64::INFINITY, |e| e.time);
@@ -31,15 +31,15 @@ pub(crate) fn add_events(
         let level_sigma = 2.0 * sigma / samples.sqrt();
         normal.add(
             &[(base, -1.0), (zeros, 1.0)],
-            event.level + made.plain.dp,
+            event.level + case.plain.dp,
             1.0 / level_sigma.powi(2),
         );
         match event.kind {
             Kind::Impact if event.before < -5e-3 => {
                 // Slope at the end of a parabola through the samples.
                 let slope = 4.0 * sigma * instruments.rate * (12.0 / samples.powi(3)).sqrt();
-                let expected = -made.plain.alpha * event.before;
-                let variance = slope * slope * (1.0 + made.plain.alpha.powi(2));
+                let expected = -case.plain.alpha * event.before;
+                let variance = slope * slope * (1.0 + case.plain.alpha.powi(2));
                 let row = [(base + 1, -event.before)];
                 normal.add(&row, event.after - expected, 1.0 / variance);
             }
@@ -47,13 +47,10 @@ pub(crate) fn add_events(
             Kind::Release if !event.torn => {
                 // The held cantilever's stiffness against the mass is about 0.07 N/m.
                 let held = (0.07 * sigma / samples.sqrt()).max(3e-10);
-                let instants = instant(made, event, samples, instruments).hypot(step_instant(
-                    made,
-                    event,
-                    instruments,
-                ));
+                let instants = release_time_error(case, event, samples, instruments)
+                    .hypot(step_time_error(case, event, instruments));
                 let force = held.hypot(event.pull_rate * instants);
-                let line = made.plain.ca * event.contact + made.plain.ca0;
+                let line = case.plain.ca * event.contact + case.plain.ca0;
                 let row = [(base + 2, event.contact), (base + 3, 1.0)];
                 normal.add(&row, event.pull - line, 1.0 / (force * force));
             }
@@ -65,16 +62,21 @@ pub(crate) fn add_events(
 /// Standard error of an instant \[s\] from which a point moves off with `acceleration` \[m/s^2\],
 /// seen for so many samples. What it would have done had it begun later is known: only the
 /// velocity that it lacks for that shows.
-fn begins(acceleration: f64, samples: f64, instruments: &Instruments) -> f64 {
+fn onset_error(acceleration: f64, samples: f64, instruments: &Instruments) -> f64 {
     let speed = |i: usize| acceleration * i as f64 / instruments.rate;
-    let told: f64 = (1..=samples as usize).map(|i| speed(i).powi(2)).sum();
-    instruments.noise / told.sqrt().max(f64::MIN_POSITIVE)
+    let information: f64 = (1..=samples as usize).map(|i| speed(i).powi(2)).sum();
+    instruments.noise / information.sqrt().max(f64::MIN_POSITIVE)
 }
 
 /// Standard error of the instant of a release \[s\], as the mass shows it that flies off.
-fn instant(made: &Made<'_>, event: &Event, samples: f64, instruments: &Instruments) -> f64 {
-    begins(
-        event.pull * made.plain.structure.mobility,
+fn release_time_error(
+    case: &CaseRun<'_>,
+    event: &Event,
+    samples: f64,
+    instruments: &Instruments,
+) -> f64 {
+    onset_error(
+        event.pull * case.plain.structure.mobility,
         samples,
         instruments,
     )
@@ -83,21 +85,21 @@ fn instant(made: &Made<'_>, event: &Event, samples: f64, instruments: &Instrumen
 /// Standard error of the instant \[s\] of the step of the drive that tears the mass off, zero if
 /// there is none: a sampled voltage says between which samples it is, the cantilever that it
 /// throws, if it is seen, where.
-fn step_instant(made: &Made<'_>, event: &Event, instruments: &Instruments) -> f64 {
-    let since = event.time - TORN / instruments.rate;
-    let Some(&i) = jumps_within(made.pieces, since, event.time).last() else {
+fn step_time_error(case: &CaseRun<'_>, event: &Event, instruments: &Instruments) -> f64 {
+    let since = event.time - TEAR_SAMPLES / instruments.rate;
+    let Some(&i) = jumps_within(case.pieces, since, event.time).last() else {
         return 0.0;
     };
     let within_sample = 1.0 / instruments.rate / 12f64.sqrt();
     if !instruments.cantilever {
         return within_sample;
     }
-    let (plain, at) = (made.plain, made.pieces[i].start);
+    let (plain, at) = (case.plain, case.pieces[i].start);
     let gc = |piece: &Piece| plain.gc(piece, piece.shape.at(at));
-    let jump = (gc(&made.pieces[i]) - gc(&made.pieces[i - 1])).abs();
+    let jump = (gc(&case.pieces[i]) - gc(&case.pieces[i - 1])).abs();
     let s = &plain.structure;
     let thrown = plain.eta * jump * dot(s.n, &s.read_c, &s.push_drive).abs();
-    begins(thrown, TORN, instruments).min(within_sample)
+    onset_error(thrown, TEAR_SAMPLES, instruments).min(within_sample)
 }
 
 #[cfg(test)]
@@ -106,7 +108,7 @@ mod tests {
     use crate::trial::hybrid::Run;
     use crate::trial::instrument;
     use crate::trial::instrument::StructureKind;
-    use crate::trial::rng::Dice;
+    use crate::trial::rng::TrialRng;
     use crate::trial::voltage::{Waveform, pieces};
 
     const RATE: f64 = 50e3;
@@ -132,9 +134,11 @@ mod tests {
 
     /// Information on adhesion at touch \[1/N^2\] in a release under a square wave of 50 Hz, after
     /// which the mass touches again `flight` \[s\] later.
-    fn told(event: Event, flight: f64, cantilever: bool) -> f64 {
-        let (plain, _) = instrument::device(StructureKind::Lumped, &mut Dice::new(5, 0)).unwrap();
-        let instruments = instrument::instruments(RATE, 20e-9, cantilever, 9, &mut Dice::new(5, 1));
+    fn adhesion_information(event: Event, flight: f64, cantilever: bool) -> f64 {
+        let (plain, _) =
+            instrument::device(StructureKind::Lumped, &mut TrialRng::new(5, 0)).unwrap();
+        let instruments =
+            instrument::instruments(RATE, 20e-9, cantilever, 9, &mut TrialRng::new(5, 1));
         let run = Run {
             events: vec![
                 event,
@@ -146,30 +150,30 @@ mod tests {
             ],
             ..Run::default()
         };
-        let made = Made {
+        let case = CaseRun {
             run: &run,
             plain: &plain,
             pieces: &pieces(&SQUARE, 0.1),
             times: &[],
         };
-        let mut normal = Normal {
+        let mut normal = NormalEquations {
             matrix: nalgebra::DMatrix::zeros(6, 6),
             right: nalgebra::DVector::zeros(6),
             energy: 0.0,
         };
-        add_events(&mut normal, &made, 0, 4, &instruments);
+        add_events(&mut normal, &case, 0, 4, &instruments);
         normal.matrix[(3, 3)]
     }
 
     #[test]
-    fn a_release_tells_the_less_of_adhesion_the_faster_the_pull_grows() {
+    fn adhesion_is_less_certain_the_faster_the_pull_grows_at_release() {
         for (flight, held) in [(1e-3, 3.13e-10), (85e-6, 6.79e-10)] {
-            let quiet = told(release(0.035, 0.0), flight, true).sqrt();
+            let quiet = adhesion_information(release(0.035, 0.0), flight, true).sqrt();
             assert!((quiet * held - 1.0).abs() < 0.02, "{quiet}");
             // Nothing but the instant: sigma / (a dt sqrt(1 + 4 + ...)) at 80 nN.
-            let steep = 1.0 / told(release(0.035, 1.0), flight, true).sqrt();
+            let steep = 1.0 / adhesion_information(release(0.035, 1.0), flight, true).sqrt();
             let (plain, _) =
-                instrument::device(StructureKind::Lumped, &mut Dice::new(5, 0)).unwrap();
+                instrument::device(StructureKind::Lumped, &mut TrialRng::new(5, 0)).unwrap();
             let n = (f64::min(flight, 4e-4) * RATE).floor();
             let squares = n * (n + 1.0) * (2.0 * n + 1.0) / 6.0;
             let instant = 20e-9 * RATE / (80e-9 * plain.structure.mobility * squares.sqrt());
@@ -178,18 +182,21 @@ mod tests {
     }
 
     #[test]
-    fn a_step_of_the_drive_that_tears_the_mass_off_tells_less_of_adhesion() {
+    fn adhesion_is_less_certain_when_a_step_of_the_drive_causes_the_release() {
         let step = 0.03;
         // It grows by 10 nN in each microsecond: where in its sample the step was matters, unless
         // the cantilever that it throws is seen.
         for (cantilever, share) in [(true, 1.0), (false, 0.01)] {
-            let told = |after: f64| told(release(step + after, 1e-2), 1e-3, cantilever);
-            let torn = told(30e-6) / told(200e-6);
+            let adhesion_information =
+                |after: f64| adhesion_information(release(step + after, 1e-2), 1e-3, cantilever);
+            let torn = adhesion_information(30e-6) / adhesion_information(200e-6);
             assert!(torn > 0.0 && torn < share, "{torn}");
-            assert!((told(-30e-6) / told(200e-6) - 1.0).abs() < 1e-9);
+            assert!(
+                (adhesion_information(-30e-6) / adhesion_information(200e-6) - 1.0).abs() < 1e-9
+            );
         }
         let mut at_once = release(step + 200e-6, 1e-2);
         at_once.torn = true;
-        assert_eq!(told(at_once, 1e-3, true), 0.0);
+        assert_eq!(adhesion_information(at_once, 1e-3, true), 0.0);
     }
 }

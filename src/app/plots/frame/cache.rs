@@ -7,7 +7,7 @@ use eframe::egui::{Id, Ui};
 
 use crate::app::setup::overlay::Overlay;
 use crate::app::simulation::min_max_pyramid::Pyramid;
-use crate::recording::velocity::slopes;
+use crate::recording::velocity::differentiate;
 use crate::recording::{Channel, Recording};
 use crate::sim::Trace;
 
@@ -70,7 +70,7 @@ pub fn velocity(ui: &Ui, overlay: &Overlay) -> Arc<(Vec<f64>, Pyramid)> {
     let recording: &Arc<Recording> = &overlay.recording;
     let id = Id::unique(("plot velocity", overlay.id));
     cached(ui, id, Source::of(recording), || {
-        let velocity = slopes(&recording.time, &recording.proof_mass);
+        let velocity = differentiate(&recording.time, &recording.proof_mass);
         let pyramid = Pyramid::xy(&recording.time, &velocity);
         (velocity, pyramid)
     })

@@ -42,7 +42,7 @@ fn reads_the_plain_form() {
 }
 
 #[test]
-fn forms_that_say_the_same_read_the_same() {
+fn equivalent_forms_give_the_same_recording() {
     let plain = auto(PLAIN);
     for text in [
         // byte-order mark, CRLF, comments, blank lines
@@ -159,7 +159,7 @@ fn a_cut_last_line_is_dropped() {
 }
 
 #[test]
-fn gaps_and_unlikely_units_are_said() {
+fn gaps_and_unlikely_units_give_warnings() {
     let mut text = String::from("t [s],xp [um]\n");
     for i in 0..50 {
         let t = i + if i > 20 { 30 } else { 0 };

@@ -1,5 +1,7 @@
 //! Presets: a device with values, in a commented TOML file. Four are built in.
 
+mod error;
+mod file;
 mod keys;
 mod read;
 #[cfg(test)]
@@ -8,46 +10,28 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
+pub use self::error::PresetError;
 
+use self::error::Source;
+use self::file::{Device, FORMAT, File, ModeEntry, Start};
 use self::read::{read_effects, read_modes, read_parameters, read_ranges};
 use super::Model;
 use super::drive::Waveform;
 use super::parameter::ParameterId;
-use super::piezo::Piezo;
-
-/// Version of the preset format that is written.
-const FORMAT: u32 = 1;
 
 /// The built-in presets: name and text.
 pub const EMBEDDED: [(&str, &str); 4] = [
-    ("paper", include_str!("../../presets/paper.toml")),
+    ("paper", include_str!("../../../presets/paper.toml")),
     (
         "paper-as-printed",
-        include_str!("../../presets/paper-as-printed.toml"),
+        include_str!("../../../presets/paper-as-printed.toml"),
     ),
-    ("oscillator", include_str!("../../presets/oscillator.toml")),
-    ("faller", include_str!("../../presets/faller.toml")),
+    (
+        "oscillator",
+        include_str!("../../../presets/oscillator.toml"),
+    ),
+    ("faller", include_str!("../../../presets/faller.toml")),
 ];
-
-/// A preset that cannot be used: file, line, key and reason.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum PresetError {
-    /// The file cannot be read.
-    #[error(
-        "{file}: {reason}; give one of the presets paper, paper-as-printed, oscillator, faller, or a preset file"
-    )]
-    Unreadable { file: String, reason: String },
-    /// The text is no preset, or a value in it makes no sense.
-    #[error("{file}, line {line}: {key}: {reason}")]
-    Invalid {
-        file: String,
-        line: usize,
-        key: String,
-        reason: String,
-    },
-}
 
 /// A device with its usual drive and slider ranges.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,112 +55,6 @@ impl Default for Preset {
     }
 }
 
-/// The file as written; checked and turned into a [`Preset`] afterwards.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    format: u32,
-    name: String,
-    #[serde(default)]
-    about: String,
-    start: Start,
-    device: Device,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    piezo: Option<Piezo>,
-    #[serde(default)]
-    parameters: BTreeMap<String, f64>,
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    ranges: BTreeMap<String, (f64, f64)>,
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    effects: BTreeMap<String, BTreeMap<String, f64>>,
-    mode: Vec<ModeEntry>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Start {
-    drive: String,
-    duration: f64,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Device {
-    proof_mass: f64,
-    ground: bool,
-    cantilever: bool,
-}
-
-/// A mode by its shape, or a single mass on a spring.
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct ModeEntry {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    frequency: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    zeta: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    phi_c: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    phi_p: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    phi_drive: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mass: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stiffness: Option<f64>,
-}
-
-/// Text of a preset with the means to say where something in it stands.
-struct Source<'a> {
-    file: &'a str,
-    text: &'a str,
-}
-
-impl Source<'_> {
-    /// Line of `key = ...` inside `[section]` (the `nth` of that name, from 0), or of
-    /// the section, or 1.
-    fn line(&self, section: &str, nth: usize, key: &str) -> usize {
-        let mut current = String::new();
-        let mut seen = 0;
-        let mut fallback = 1;
-        for (i, line) in self.text.lines().enumerate() {
-            let line = line.trim();
-            if line.starts_with('[') {
-                current = line
-                    .trim_start_matches('[')
-                    .split(']')
-                    .next()
-                    .unwrap_or_default()
-                    .trim()
-                    .to_owned();
-                if current == section {
-                    seen += 1;
-                    if seen == nth + 1 {
-                        fallback = i + 1;
-                    }
-                }
-            }
-            let named = line
-                .split_once('=')
-                .is_some_and(|(name, _)| name.trim() == key);
-            if current == section && named && (section.is_empty() || seen == nth + 1) {
-                return i + 1;
-            }
-        }
-        fallback
-    }
-
-    fn invalid(&self, section: &str, nth: usize, key: &str, reason: String) -> PresetError {
-        PresetError::Invalid {
-            file: self.file.to_owned(),
-            line: self.line(section, nth, key),
-            key: key.to_owned(),
-            reason,
-        }
-    }
-}
-
 impl Preset {
     /// A built-in preset by name.
     pub fn embedded(name: &str) -> Option<Self> {
@@ -188,6 +66,17 @@ impl Preset {
     ///
     /// # Errors
     /// [`PresetError`] with file, line, key and reason.
+    ///
+    /// # Examples
+    /// ```
+    /// use impactscope::model::preset::Preset;
+    ///
+    /// let mut model = Preset::load("paper")?.model;
+    /// model.set("alpha", 0.4)?;
+    /// assert_eq!(model.get("alpha"), Some(0.4));
+    /// assert!(model.set("alfa", 0.4).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn load(name_or_path: &str) -> Result<Self, PresetError> {
         if let Some(preset) = Self::embedded(name_or_path) {
             return Ok(preset);
