@@ -1,4 +1,4 @@
-//! Asks what the paper's model leaves out of a few recordings.
+//! Asks what the paper's model leaves out of two recordings.
 //!
 //! `cargo run --release --example diagnose`
 
@@ -12,18 +12,15 @@ use impactscope::model::preset::Preset;
 use impactscope::recording::csv::import_bytes_auto;
 
 /// Made-up recordings of a device near the paper's, in which a force is concealed.
-const FITTED: [&[u8]; 2] = [
-    include_bytes!("../assets/demo/train-2.csv"),
-    include_bytes!("../assets/demo/train-4.csv"),
-];
-const HELD_OUT: [&[u8]; 1] = [include_bytes!("../assets/demo/held-out-3.csv")];
+const FITTED: &[u8] = include_bytes!("../assets/demo/train-4.csv");
+const HELD_OUT: &[u8] = include_bytes!("../assets/demo/held-out-3.csv");
 
 pub fn main() -> Result<(), Box<dyn Error>> {
-    let part = |bytes: &&[u8]| -> Result<Part, Box<dyn Error>> {
-        Ok(Part::whole(Arc::new(import_bytes_auto("made up", bytes)?)))
-    };
-    let fitted = FITTED.iter().map(part).collect::<Result<Vec<_>, _>>()?;
-    let held_out = HELD_OUT.iter().map(part).collect::<Result<Vec<_>, _>>()?;
+    // Any number of recordings may be given on either side.
+    let fitted = [Part::whole(Arc::new(import_bytes_auto("fitted", FITTED)?))];
+    let held_out = [Part::whole(Arc::new(import_bytes_auto(
+        "held out", HELD_OUT,
+    )?))];
 
     // All effects of the catalogue are candidates unless some are named here.
     let options = DiagnoseOptions {

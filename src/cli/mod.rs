@@ -13,6 +13,7 @@ mod trial;
 mod validate;
 mod watch;
 
+#[cfg(feature = "gui")]
 use std::path::PathBuf;
 use std::process::ExitCode;
 

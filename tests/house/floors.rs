@@ -41,7 +41,7 @@ fn upward(tree: &Tree) -> Vec<String> {
         let code = &source.code;
         let mut used: Vec<(String, String)> = Vec::new();
         for u in uses(code) {
-            let from_root = modules.from_root(&here, &u.path).unwrap_or_default();
+            let from_root = modules.path_from_root(&here, &u.path).unwrap_or_default();
             used.extend(from_root.first().map(|f| (f.clone(), path.clone())));
         }
         let words = words(code);

@@ -103,7 +103,7 @@ impl Modules {
     }
 
     /// The path of a `use` line from the crate's root; none if it leads out of the crate.
-    pub fn from_root(&self, here: &str, path: &[String]) -> Option<Vec<String>> {
+    pub fn path_from_root(&self, here: &str, path: &[String]) -> Option<Vec<String>> {
         let here: Vec<String> = segments(here);
         let ups = path
             .iter()
@@ -139,7 +139,7 @@ pub fn imports(tree: &Tree) -> BTreeMap<String, BTreeSet<String>> {
     let of_file = |path: &String, code: &str| {
         let here = module(path).unwrap_or_default();
         let own = uses(code).into_iter().filter(|u| !u.re_export);
-        let paths = own.filter_map(|u| modules.from_root(&here, &u.path));
+        let paths = own.filter_map(|u| modules.path_from_root(&here, &u.path));
         let files = paths.filter_map(|p| modules.file(&p).map(str::to_owned));
         files.filter(|file| file != path).collect()
     };
