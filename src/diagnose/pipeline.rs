@@ -18,7 +18,7 @@ use super::data::reading_assumptions::ContactAmbiguity;
 use super::data::screening::condition;
 use super::diagnosis::{BeforeAfter, Diagnosis, Distance, Inadequacy, Verdict};
 use super::discrepancy::residual_map::Sample;
-use super::discrepancy::{law_form, missing_force, probes, product, residual_map, swing};
+use super::discrepancy::{law_form, missing_force, probes, residual_map};
 use super::hypotheses::raised_level::lifted;
 use super::hypotheses::vibration_clock::VibrationClock;
 use super::options::{
@@ -245,9 +245,12 @@ pub fn read(
                 .is_some_and(|s| s.0.symbol() == "xp"),
             joint: after_evidence.joint,
             formal,
-            swings: swing::gain(&found.stand.train)?,
-            rubs: other_than(&|spec| spec.id == "dry_friction", probes::gain)?,
-            product: other_than(&of_displacement, product::gain)?,
+            swings: probes::swinging_stiffness_gain(&found.stand.train)?,
+            rubs: other_than(
+                &|spec| spec.id == "dry_friction",
+                probes::friction_at_height_gain,
+            )?,
+            product: other_than(&of_displacement, probes::displacement_product_gain)?,
             share,
             explained,
         };

@@ -2,15 +2,14 @@
 
 use crate::diagnose::data::level_drift;
 use crate::diagnose::data::misread_segments::reassign_misread_segments;
+use crate::diagnose::data::robust_loss::{FORSAKEN, LOSS, WIDE};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::clock_skew::{set_clocks, skews};
+use crate::diagnose::shooting::fitted::RequiredEffect;
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::found::RequiredEffect;
 use crate::diagnose::shooting::set_aside::taken_in;
 use crate::diagnose::shooting::warm_start::thinned;
-use crate::diagnose::shooting::workspace::{
-    FINE, FORSAKEN, LOSS, ROUGH, WIDE, Workspace, positions,
-};
+use crate::diagnose::shooting::workspace::{FINE, ROUGH, Workspace, positions};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};

@@ -8,7 +8,7 @@ use crate::diagnose::data::reading_assumptions::{ContactAmbiguity, ReadingAssump
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::found::LOST_TRACK_CHI2;
+use crate::diagnose::shooting::fitted::LOST_TRACK_CHI2;
 use crate::diagnose::shooting::latency;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::segment::Segment;
@@ -24,9 +24,6 @@ const MISREAD: f64 = 0.5;
 const LEAST: usize = 3;
 /// Chi2 per value of a recording, over that of others and over 1, from which it is far off.
 const APART: f64 = 1.4;
-
-/// Why a recording has no stays on the ground that seems to have some.
-pub(crate) const HOVERS: &str = "the mass comes to rest over the ground without touching it";
 
 /// How far a stretch is from the model.
 struct Distance {
@@ -160,6 +157,24 @@ fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
 }
 
 impl Workspace {
+    /// Those of `doubtful` recordings of `side` that may hover over the ground: not one in which the
+    /// ground drifts or steps by all its signs. None at all where it steps in a recording that is
+    /// not doubtful: others lie higher or lower for that.
+    pub fn may_hover(&self, side: &Split, mut doubtful: Vec<usize>) -> Vec<usize> {
+        let steps = |s: &Split| {
+            let doubted = |k: usize| std::ptr::eq(s, side) && doubtful.contains(&k);
+            let all = s.findings.iter().enumerate();
+            let mut sure = all.filter(|(k, _)| !doubted(*k));
+            sure.any(|(_, f)| f.change.is_some_and(|c| c.drift().is_none()))
+        };
+        let mut sides = std::iter::once(&self.train).chain(&self.held_out);
+        if sides.any(steps) {
+            return Vec::new();
+        }
+        doubtful.retain(|&k| side.findings[k].change.is_none());
+        doubtful
+    }
+
     /// The baseline re-tuned from `model`, with the recordings cut for it again where their
     /// readings turn out to be late by more than stretches bear, and without stays in those
     /// in which flight through suits better (or less, or in those it names, as `hovering` asks).

@@ -2,11 +2,12 @@
 //! model of flight as fitted and no law of the ground; the laws are then fitted to the
 //! readings, and each that the model lacks is a hypothesis like any other.
 
+use crate::diagnose::data::robust_loss::LOSS;
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::warm_start::warm_start;
-use crate::diagnose::shooting::workspace::{LOSS, Workspace};
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::contact_readings;
 use crate::fit::contact_readings::Readings;
 use crate::fit::problem::Problem;

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::missed_contacts::{grazes, until_lowest};
-use crate::diagnose::shooting::workspace::{LOSS, WIDE};
+use super::robust_loss::{LOSS, WIDE};
 use crate::fit::problem::Problem;
 use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::point::Point;
@@ -29,10 +29,6 @@ const MOST_JUMPS: f64 = 0.5;
 const FEW: usize = 5;
 /// Most steps of a stretch's own fit.
 const ROUNDS: usize = 8;
-/// One in this many stretches is used on the way.
-pub(crate) const THIN: usize = 3;
-/// So many of each recording, in flight and held, are used at least.
-pub(crate) const AT_LEAST: usize = 6;
 
 /// Looks after stretches that are far off where the others are not: a new start from the
 /// first guess, or no say, for then an event in them was overlooked. Whether anything

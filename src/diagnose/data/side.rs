@@ -3,11 +3,9 @@
 use super::event_free_segments::Calm;
 use super::level_drift;
 use super::noise_model::Noise;
-use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::Part;
 use crate::fit::inspect::recording_summary::Findings;
 use crate::fit::segment::Segment;
-use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::recording::events::Impact;
 
@@ -54,32 +52,5 @@ impl Split {
         let both = self.parts.iter().zip(&self.findings);
         both.map(|(part, finding)| finding.events(&part.recording).impacts)
             .collect()
-    }
-}
-
-impl Workspace {
-    /// Those of `doubtful` recordings of `side` that may hover over the ground: not one in which the
-    /// ground drifts or steps by all its signs. None at all where it steps in a recording that is
-    /// not doubtful: others lie higher or lower for that.
-    pub fn may_hover(&self, side: &Split, mut doubtful: Vec<usize>) -> Vec<usize> {
-        let steps = |s: &Split| {
-            let doubted = |k: usize| std::ptr::eq(s, side) && doubtful.contains(&k);
-            let all = s.findings.iter().enumerate();
-            let mut sure = all.filter(|(k, _)| !doubted(*k));
-            sure.any(|(_, f)| f.change.is_some_and(|c| c.drift().is_none()))
-        };
-        let mut sides = std::iter::once(&self.train).chain(&self.held_out);
-        if sides.any(steps) {
-            return Vec::new();
-        }
-        doubtful.retain(|&k| side.findings[k].change.is_none());
-        doubtful
-    }
-
-    /// The drift that the level in the fitted recordings shows, if `model` has none yet.
-    pub fn drift_beyond(&self, model: &Model) -> Option<&Drift> {
-        let known = |spec| model.effects.iter().any(|e| e.spec == spec);
-        let drift = self.train.drift.as_ref();
-        drift.filter(|(effect, _)| !known(effect.spec))
     }
 }

@@ -6,8 +6,8 @@
 use rayon::prelude::*;
 
 use super::residual_map::near_ground;
+use crate::diagnose::data::robust_loss::LOSS;
 use crate::diagnose::shooting::fitted::{Fitted, taken_over};
-use crate::diagnose::shooting::workspace::LOSS;
 use crate::fit::problem::Data;
 use crate::fit::segment::Segment;
 use crate::sim::SimError;

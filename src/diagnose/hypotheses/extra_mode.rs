@@ -9,7 +9,6 @@ use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, PhaseLockedRi
 use crate::diagnose::discrepancy::residual_spectrum;
 use crate::diagnose::discrepancy::residual_spectrum::{BESIDE, LOWEST, SpectralPeak};
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::selection::self_ringing::{FIRST, MOST, NEXT, NOTICED};
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::Model;
@@ -29,6 +28,15 @@ pub const TOLD: f64 = 0.5;
 const NEAR: (f64, f64) = (0.9, 1.1);
 /// Frequencies that are apart by less than this share are one.
 pub const ALIKE: f64 = 0.03;
+
+/// Significance of a hump from which it is worth a look: whether it is a mode, its fit tells.
+const NOTICED: f64 = 3.0;
+/// Most places that are looked at: each takes a fit.
+const MOST: usize = 2;
+/// Frequencies of neighbouring bending modes, quick ones, one over the other.
+const NEXT: f64 = 2.0;
+/// Its shape at first, as a share of that of the mode that is known: enough for a direction.
+const FIRST: f64 = 0.01;
 
 /// The hypothesis of a further mode, if there is a sign of one.
 ///

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::CandidateFit;
+use crate::diagnose::data::robust_loss::LOSS;
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::workspace::LOSS;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;

@@ -3,7 +3,8 @@
 //! kept out.
 
 use super::refit::{
-    begun_from, best_start_on_subset, found, from_afar, from_near, others, with_constants,
+    ITERATIONS, begun_from, best_start_on_subset, found, from_afar, from_near, others,
+    with_constants,
 };
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
@@ -17,8 +18,6 @@ use crate::model::effects::EffectSpec;
 const MIN_SHARE_OF_BEST: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MAX_REFITS: usize = 4;
-/// Steps of a fit at most.
-pub(crate) const ITERATIONS: usize = 12;
 /// A ground that steps leaves the flight as it is.
 const STEP: &str = "gap_step";
 

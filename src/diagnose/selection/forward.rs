@@ -14,9 +14,6 @@ use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::effects::EffectSpec;
 
-/// Where other forms of the laws named would bring so many times what a further name brings,
-/// it is one of those forms that is wrong, in a way that is not known.
-pub(crate) const OUTWEIGHED: f64 = 2.0;
 /// Chi2 per value up to which a law leaves nothing.
 pub(crate) const WHOLE: f64 = 1.1;
 /// Times that, of what leaves nothing, from which another one leaves much.

@@ -1,6 +1,5 @@
 //! A fit with one more effect, judged against the one without on both sides.
 
-use super::evaluate::ITERATIONS;
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::data::side::Split;
@@ -10,6 +9,9 @@ use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::local_fit::modes;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::{Model, with_effect};
+
+/// Steps of a fit at most.
+pub(crate) const ITERATIONS: usize = 12;
 
 /// A fit with one more effect against that of `stand`.
 ///

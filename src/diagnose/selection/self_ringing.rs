@@ -13,12 +13,6 @@ use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::SimError;
 
-/// Significance of a hump from which it is worth a look: whether it is a mode, its fit tells.
-pub(crate) const NOTICED: f64 = 3.0;
-/// Most places that are looked at: each takes a fit.
-pub(crate) const MOST: usize = 2;
-/// Frequencies of neighbouring bending modes, quick ones, one over the other.
-pub(crate) const NEXT: f64 = 2.0;
 /// The shapes of a mode come after its frequency and damping.
 const SHAPES: usize = 2;
 /// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
@@ -39,8 +33,6 @@ const NEAR: f64 = 0.03;
 const STEADY: f64 = 0.6;
 /// Steps of the fit with such a mode.
 const STEPS: usize = 8;
-/// Its shape at first, as a share of that of the mode that is known: enough for a direction.
-pub(crate) const FIRST: f64 = 0.01;
 
 /// Frequency of a further mode that nothing moves \[Hz\], if `trial`, a fit with one more effect
 /// than `stand` has, is of one. What drives and strikes a device moves its modes; what rings by

@@ -1,6 +1,5 @@
 //! TODO-doc
 
-use super::forward::OUTWEIGHED;
 use crate::diagnose::comparison::significance::{HELD_GAIN, is_insignificant};
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::discrepancy::law_form;
@@ -8,6 +7,10 @@ use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::excess;
 use crate::diagnose::verdict::abstention::CARRIED;
 use crate::diagnose::verdict::adequacy::FAR_OFF_CHI2;
+
+/// Where other forms of the laws named would bring so many times what a further name brings,
+/// it is one of those forms that is wrong, in a way that is not known.
+const OUTWEIGHED: f64 = 2.0;
 
 /// Whether what `trial` brings is little more, or far less, than the effects named before would
 /// bring if their laws were of somewhat other form.

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::workspace::{FORSAKEN, LOSS, WIDE};
+use crate::diagnose::data::robust_loss::{FORSAKEN, LOSS, WIDE};
 use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{FreeNuisance, Nuisance, Problem};
 use crate::fit::segment::Segment;

@@ -2,17 +2,22 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::workspace::LOSS;
+use crate::diagnose::data::robust_loss::LOSS;
 use crate::fit::problem::{Jacobian, Problem};
 use crate::fit::residual::simulate_segment::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
 use crate::model::Model;
+use crate::model::effects::ActiveEffect;
 use crate::sim::{SimError, StretchSimulator};
 
 /// Noise of a first reading that is taken over, by those that follow, counts for no more than
 /// so many values.
 const MOST_TAKEN: f64 = 20.0;
+
+/// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
+/// along.
+pub const LOST_TRACK_CHI2: f64 = 4.0;
 
 /// A model fitted to one side.
 #[derive(Debug, Clone)]
@@ -52,6 +57,11 @@ impl Fitted {
     /// Cost per row: 1 where nothing is missing.
     pub fn per_value(&self) -> f64 {
         self.cost / self.point.rows.max(1) as f64
+    }
+
+    /// Whether the fit has lost its way.
+    pub fn is_lost(&self) -> bool {
+        self.per_value() > LOST_TRACK_CHI2
     }
 
     /// The stretches' Jacobians under [`LOSS`]; `None` for those that are set aside or cannot be
@@ -112,3 +122,18 @@ pub fn excess(fitted: &Fitted) -> f64 {
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
+
+/// An effect without which the baseline is far off, as fitted with all else from afar.
+#[derive(Debug, Clone)]
+pub struct RequiredEffect {
+    /// The effect that the fit began with.
+    pub start: ActiveEffect,
+    /// Ids of what was fitted of it.
+    pub free: Vec<String>,
+    /// Bounds of that.
+    pub bounds: Vec<Bound>,
+    /// Ids of what else its law may have.
+    pub shape: Vec<String>,
+    /// The fit.
+    pub fitted: Fitted,
+}

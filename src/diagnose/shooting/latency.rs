@@ -3,7 +3,7 @@
 
 use super::clock_skew::{BETTER, NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
 use super::fitted::Fitted;
-use super::workspace::LOSS;
+use crate::diagnose::data::robust_loss::LOSS;
 use crate::diagnose::options::DiagnoseError;
 use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::point::{Point, settle};

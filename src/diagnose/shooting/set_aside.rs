@@ -5,9 +5,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::fitted::Fitted;
-use super::found::LOST_TRACK_CHI2;
-use super::workspace::{CLIP, FINE, LOSS, WIDE, Workspace};
+use super::fitted::LOST_TRACK_CHI2;
+use super::workspace::{FINE, Workspace};
 use crate::diagnose::data::misread_segments::{guess, reassign_misread_segments};
+use crate::diagnose::data::robust_loss::{CLIP, LOSS, WIDE};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::fit::problem::Problem;

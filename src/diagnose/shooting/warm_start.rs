@@ -1,9 +1,14 @@
 //! TODO-doc
 
-use crate::diagnose::data::misread_segments::{AT_LEAST, THIN, start_of};
+use crate::diagnose::data::misread_segments::start_of;
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::sim::StretchSimulator;
+
+/// One in this many stretches is used on the way.
+const THIN: usize = 3;
+/// So many of each recording, in flight and held, are used at least.
+const AT_LEAST: usize = 6;
 
 /// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
 /// other modes, of which those that both have come first. A new mode begins at rest.

@@ -5,20 +5,20 @@
 
 use std::sync::Arc;
 
+use super::clock_skew::skews_of;
+use super::fitted::RequiredEffect;
 use super::fitted::{Bound, Fitted};
-use super::found::RequiredEffect;
 use super::free_parameters::{freedoms, structure_bounds};
-use super::values::Values;
-use crate::diagnose::baseline::retune::HOVERS;
 use crate::diagnose::data::event_free_segments::prepare_calm;
 use crate::diagnose::data::noise_model;
 use crate::diagnose::data::noise_model::{Noise, Stays};
+use crate::diagnose::data::reading_assumptions::HOVERS;
 use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
-use crate::diagnose::data::side::{Split, drift_of};
+use crate::diagnose::data::robust_loss::LOSS;
+use crate::diagnose::data::side::{Drift, Split, drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::inspect::recording_summary::look_behind;
 use crate::fit::problem::Problem;
-use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, default_length, prepare};
 use crate::fit::residual::residual_rows::Sigmas;
@@ -31,14 +31,6 @@ use crate::sim::StretchSimulator;
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
 const SKEW: f64 = 5e-6;
-/// A loss that forgives nothing.
-pub const WIDE: Huber = Huber(1e4);
-/// Loss by which fits are compared, in units of the noise.
-pub const LOSS: Huber = Huber(6.0);
-/// Residuals beyond this many standard deviations count no more where stretches are compared.
-pub(crate) const CLIP: f64 = 6.0;
-/// What a value counts for at most where its stretch may be misread [chi2].
-pub(crate) const FORSAKEN: f64 = 30.0;
 /// Share of the cost by which an iteration must lower it to be followed by another, at
 /// the end.
 pub(crate) const FINE: f64 = 2e-6;
@@ -229,6 +221,13 @@ impl Workspace {
         series
     }
 
+    /// The drift that the level in the fitted recordings shows, if `model` has none yet.
+    pub fn drift_beyond(&self, model: &Model) -> Option<&Drift> {
+        let known = |spec| model.effects.iter().any(|e| e.spec == spec);
+        let drift = self.train.drift.as_ref();
+        drift.filter(|(effect, _)| !known(effect.spec))
+    }
+
     /// Recordings of a side cut with their events, into stretches of at most `longest`
     /// \[s\], for `model`.
     ///
@@ -291,4 +290,22 @@ pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
     ids.iter()
         .filter_map(|id| problem.space.position(id))
         .collect()
+}
+
+/// Where a fit stands, for the log.
+struct Values<'a>(&'a Problem, &'a Point);
+
+impl std::fmt::Debug for Values<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(problem, point) = self;
+        let values = problem.space.values(&point.x);
+        for (entry, value) in problem.space.entries.iter().zip(values) {
+            write!(f, "{} {value:.4e}, ", entry.id)?;
+        }
+        for skew in skews_of(problem, point) {
+            write!(f, "{:.1} us, ", skew * 1e6)?;
+        }
+        let used = point.used.iter().filter(|used| **used).count();
+        write!(f, "{used} of {} stretches", point.segments.len())
+    }
 }
