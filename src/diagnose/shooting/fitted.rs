@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::diagnose::data::robust_loss::LOSS;
+use crate::diagnose::thresholds::LOST_TRACK_CHI2;
 use crate::fit::problem::{Jacobian, Problem};
 use crate::fit::residual::simulate_segment::begins_from_reading;
 use crate::fit::segment::Segment;
@@ -14,10 +15,6 @@ use crate::sim::{SimError, StretchSimulator};
 /// Noise of a first reading that is taken over, by those that follow, counts for no more than
 /// so many values.
 const MOST_TAKEN: f64 = 20.0;
-
-/// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
-/// along.
-pub const LOST_TRACK_CHI2: f64 = 4.0;
 
 /// A model fitted to one side.
 #[derive(Debug, Clone)]

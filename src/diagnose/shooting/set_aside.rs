@@ -5,12 +5,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::fitted::Fitted;
-use super::fitted::LOST_TRACK_CHI2;
 use super::workspace::{FINE, Workspace};
 use crate::diagnose::data::misread_segments::{guess, reassign_misread_segments};
 use crate::diagnose::data::robust_loss::{CLIP, LOSS, WIDE};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::thresholds::LOST_TRACK_CHI2;
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, residuals_at, settle};

@@ -6,14 +6,12 @@
 use std::sync::Arc;
 
 use super::clock_skew::skews_of;
-use super::fitted::RequiredEffect;
-use super::fitted::{Bound, Fitted};
+use super::fitted::{Bound, Fitted, RequiredEffect};
 use super::free_parameters::{freedoms, structure_bounds};
 use crate::diagnose::data::event_free_segments::prepare_calm;
 use crate::diagnose::data::noise_model;
 use crate::diagnose::data::noise_model::{Noise, Stays};
-use crate::diagnose::data::reading_assumptions::HOVERS;
-use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
+use crate::diagnose::data::reading_assumptions::{HOVERS, ReadingAssumptions};
 use crate::diagnose::data::robust_loss::LOSS;
 use crate::diagnose::data::side::{Drift, Split, drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
