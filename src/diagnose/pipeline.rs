@@ -17,7 +17,7 @@ use super::contact::decide::Rules;
 use super::contact::event_readings;
 use super::contact::law_test::LawTest;
 use super::data::reading_assumptions::ContactAmbiguity;
-use super::data::screening::condition;
+use super::data::screening::screen;
 use super::diagnosis::{BeforeAfter, Diagnosis, Distance, Inadequacy, Verdict};
 use super::discrepancy::residual_map::Sample;
 use super::discrepancy::{law_form, missing_force, probes, residual_map};
@@ -27,7 +27,7 @@ use super::options::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, remaining,
 };
 use super::selection::forward;
-use super::shooting::fitted::{Fitted, excess};
+use super::shooting::fitted::{Fitted, excess_chi2};
 use super::shooting::workspace::Workspace;
 use super::thresholds::JOINS_MAX_Z;
 use super::thresholds::TRAIN_GAIN;
@@ -78,7 +78,7 @@ pub fn read(
         }
     };
     say("recordings", again, 0.0);
-    let ready = condition(model, train, held_out)?;
+    let ready = screen(model, train, held_out)?;
     let mut remarks = ready.remarks;
     let workspace = Workspace::new(model, &ready.train, &ready.held_out, options)?;
     if workspace.held_out.is_none() {
@@ -129,7 +129,7 @@ pub fn read(
     }
     let report = |detail: &str, share: f64| say("naming", detail, 0.35 + 0.4 * share);
     let first_cost = baseline.train.cost;
-    let mut found = forward::explain(&workspace, baseline, &chosen, control, &report)?;
+    let mut found = forward::select_effects(&workspace, baseline, &chosen, control, &report)?;
 
     let beside_doubted = beside(&found.stand, &tuned.doubted)?;
 
@@ -207,12 +207,12 @@ pub fn read(
         } else {
             0.0
         };
-        let rest = after_evidence.joint.max(0.0) + excess(&found.stand.train);
+        let rest = after_evidence.joint.max(0.0) + excess_chi2(&found.stand.train);
         let mut share = carried / (carried + (rest - formal).max(0.0));
         if let Some(held) = &found.stand.held_out {
             let held_carried: f64 = named.iter().map(|n| n.gain.1).sum();
             let formal = formal * (held_carried / carried).clamp(0.0, 1.0);
-            let rest = (excess(held) - formal).max(0.0);
+            let rest = (excess_chi2(held) - formal).max(0.0);
             share = share.min(held_carried / (held_carried + rest));
         }
         let explained = share;

@@ -3,7 +3,7 @@
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::diagnosis::{BeforeAfter, Distance, ProofOf, Regime, Strip};
 use crate::diagnose::discrepancy::residual_map;
-use crate::diagnose::discrepancy::residual_map::{Sample, mean_square};
+use crate::diagnose::discrepancy::residual_map::{Sample, sum_of_squares};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
 
@@ -87,9 +87,9 @@ pub fn strips(
             samples_after: residuals(&a),
         });
         let of = |samples: &[Sample]| {
-            let (sum, n) = mean_square(samples.iter().map(|s| s.miss_p));
+            let (sum, n) = sum_of_squares(samples.iter().map(|s| s.miss_p));
             let white = samples.iter().flat_map(|s| [s.white.0, s.white.1]);
-            let (square, m) = mean_square(white);
+            let (square, m) = sum_of_squares(white);
             Distance {
                 rms: (sum / n.max(1) as f64).sqrt(),
                 chi2: square / m.max(1) as f64,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
-use crate::diagnose::score_test::forms::{LEAST_LAG, shape_of};
+use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, pace_parameters};
 use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
@@ -20,12 +20,12 @@ use crate::recording::extremes;
 
 /// What makes readings late by rounding edges off, and which of its parameters says by how much:
 /// an amplifier that settles, one that slews, an instrument.
-const LAGS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEWING, SENSOR];
-const SLEWING: (&str, usize) = ("amplifier_lag", 1);
-const SENSOR: (&str, usize) = ("sensor_lag", 0);
+const LAG_PARAMETERS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEW_PARAMETER, SENSOR_PARAMETER];
+const SLEW_PARAMETER: (&str, usize) = ("amplifier_lag", 1);
+const SENSOR_PARAMETER: (&str, usize) = ("sensor_lag", 0);
 
 /// Steps of the fit with readings that lag.
-const STEPS: usize = 5;
+const FIT_STEPS: usize = 5;
 
 impl Workspace {
     /// Where the data show that the readings lag \[s\]: the recordings cut as they were before
@@ -43,11 +43,11 @@ impl Workspace {
         again: &dyn Fn(&Self, &ReadingAssumptions) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
         let told = || lag_of(&self.train.parts, &self.train.findings);
-        let asked = model.has_ground && options.asks(SENSOR.0);
+        let asked = model.has_ground && options.asks(SENSOR_PARAMETER.0);
         let Some(tau) = asked.then(told).flatten() else {
             return Ok(None);
         };
-        let Some((start, free, bounds)) = lag(SENSOR, tau, model) else {
+        let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, tau, model) else {
             return Ok(None);
         };
         let known = ReadingAssumptions {
@@ -71,7 +71,7 @@ impl Workspace {
         }
         let mut plain = fitted.model.clone();
         plain.effects.retain(|e| e.spec != start.spec);
-        let plain = sharp.fit(&plain, &[], &[], &fitted, STEPS, control);
+        let plain = sharp.fit(&plain, &[], &[], &fitted, FIT_STEPS, control);
         let Some(train) = simulated(plain)? else {
             return Ok(None);
         };
@@ -81,7 +81,7 @@ impl Workspace {
             return Ok(None);
         }
         sharp.found = Some(Arc::new(RequiredEffect {
-            shape: shape_of_lag(start.spec, &free),
+            shape: other_lag_parameters(start.spec, &free),
             start,
             free,
             bounds,
@@ -106,18 +106,18 @@ impl Workspace {
         let mut best: Option<(f64, RequiredEffect)> = None;
         let mut rival = tuned.whole_per_value(cut_again)?;
         // Readings that lag are found from near by, unless what the edges do was set aside.
-        let asked = LAGS
+        let asked = LAG_PARAMETERS
             .iter()
-            .filter(|lag| rival > SENSOR_LAG_ASKED_CHI2 || **lag != SENSOR);
+            .filter(|lag| rival > SENSOR_LAG_ASKED_CHI2 || **lag != SENSOR_PARAMETER);
         for which in asked.filter(|(id, _)| options.asks(id)) {
             // The middle of an edge is late by half of what it takes.
-            let slews = *which == SLEWING;
+            let slews = *which == SLEW_PARAMETER;
             let size = if slews {
                 2.0 * late / self.swing()
             } else {
                 late
             };
-            let Some((start, free, bounds)) = lag(*which, size, &self.outset) else {
+            let Some((start, free, bounds)) = lag_start(*which, size, &self.outset) else {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
@@ -133,7 +133,7 @@ impl Workspace {
             log::debug!("{}: {own:.3} per value", free[0]);
             if best.as_ref().is_none_or(|best| own < best.0) {
                 let found = RequiredEffect {
-                    shape: shape_of_lag(start.spec, &free),
+                    shape: other_lag_parameters(start.spec, &free),
                     start,
                     free,
                     bounds,
@@ -148,9 +148,9 @@ impl Workspace {
         if control.cancelled() {
             return Ok(None);
         }
-        if let Some((start, free, bounds)) = lag(SENSOR, late, &self.outset) {
+        if let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, late, &self.outset) {
             let with = with_effect(&tuned.model, start);
-            let near = cut_again.fit(&with, &free, &bounds, tuned, STEPS, control);
+            let near = cut_again.fit(&with, &free, &bounds, tuned, FIT_STEPS, control);
             if let Some(near) = simulated(near)? {
                 rival = rival.min(near.whole_per_value(cut_again)?);
             }
@@ -181,16 +181,16 @@ impl Fitted {
 }
 
 /// What else shapes a lag of which `free` is fitted.
-fn shape_of_lag(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
+fn other_lag_parameters(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
     let first = own_ids(spec, &[0]);
-    let mut all: Vec<String> = first.into_iter().chain(shape_of(spec)).collect();
+    let mut all: Vec<String> = first.into_iter().chain(pace_parameters(spec)).collect();
     all.retain(|id| !free.contains(id));
     all
 }
 
-/// An effect of [`LAGS`] of that size, what is fitted of it and within which bounds; `None` if
+/// An effect of [`LAG_PARAMETERS`] of that size, what is fitted of it and within which bounds; `None` if
 /// `model` has it already or nothing drives it.
-fn lag(
+fn lag_start(
     (id, which): (&str, usize),
     late: f64,
     model: &Model,
@@ -205,7 +205,7 @@ fn lag(
     effect.values.iter_mut().for_each(|v| *v = 0.0);
     effect.values[which] = late;
     let free = own_ids(spec, &[which]);
-    let bounds = vec![(free[0].clone(), (LEAST_LAG * late, f64::INFINITY))];
+    let bounds = vec![(free[0].clone(), (MIN_LAG_SHARE * late, f64::INFINITY))];
     Some((effect, free, bounds))
 }
 

@@ -2,13 +2,13 @@
 
 use crate::diagnose::data::level_drift;
 use crate::diagnose::data::misread_segments::reassign_misread_segments;
-use crate::diagnose::data::robust_loss::{FORSAKEN, LOSS, WIDE};
+use crate::diagnose::data::robust_loss::{MISREAD_CHI2, ROBUST_LOSS, LEAST_SQUARES};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::shooting::clock_skew::{set_clocks, skews};
+use crate::diagnose::shooting::clock_skew::{set_clocks, skew_indices};
 use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
-use crate::diagnose::shooting::set_aside::taken_in;
-use crate::diagnose::shooting::warm_start::thinned;
-use crate::diagnose::shooting::workspace::{FINE, ROUGH, Workspace, positions};
+use crate::diagnose::shooting::set_aside::include_segments;
+use crate::diagnose::shooting::warm_start::subset_mask;
+use crate::diagnose::shooting::workspace::{FINE_TOLERANCE, ROUGH_TOLERANCE, Workspace, positions};
 use crate::diagnose::thresholds::{
     ASTRAY_SET_ASIDE_SHARE, ASTRAY_START_CHI2, FILM_MAX_CHI2_RATIO, FILM_RETRY_MAX_CHI2,
     FILM_RETRY_MIN_CHI2, RIVAL_START_MAX_RATIO, SUBSET_MISLED_RATIO,
@@ -21,14 +21,14 @@ use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
 
 /// Others that are tried where much is left.
-const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
+const RETRY_FILM_SHARES: [f64; 3] = [0.25, 0.6, 0.08];
 
 /// What is not moved at first.
-const LATER: [&str; 8] = [
+const INITIALLY_LOCKED: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
 ];
 /// What shapes the loops of the drive: it runs off where their size is not known yet.
-const LOOPS: [&str; 5] = [
+const HYSTERESIS_SHAPE: [&str; 5] = [
     "hysteresis_memory.q",
     "hysteresis_memory.k",
     "hysteresis_memory.b2",
@@ -37,11 +37,11 @@ const LOOPS: [&str; 5] = [
 ];
 
 /// Steps of each stretch's own fit from its first guess.
-const GUESS: usize = 3;
+const LOCAL_FIT_STEPS: usize = 3;
 /// Steps without a drift that was fitted.
-const WITHOUT: usize = 10;
+const NO_DRIFT_STEPS: usize = 10;
 /// Thickness of the film at contact at first, as a share of `dp`.
-const FILM: f64 = 0.2;
+const INITIAL_FILM_SHARE: f64 = 0.2;
 
 impl Workspace {
     /// The baseline alone.
@@ -72,12 +72,12 @@ impl Workspace {
         let with = self.from_afar(&with_effect(model, drift.clone()), free, &[], control)?;
         let mut start = with.model.clone();
         start.effects.retain(|e| e.spec != drift.spec);
-        let fitted = self.fit(&start, &[], &[], &with, WITHOUT, control)?;
+        let fitted = self.fit(&start, &[], &[], &with, NO_DRIFT_STEPS, control)?;
         let found = RequiredEffect {
             start: drift.clone(),
             free: free.clone(),
             bounds: Vec::new(),
-            shape: level_drift::shape_beside(drift.spec, free),
+            shape: level_drift::shape_parameters(drift.spec, free),
             fitted: with,
         };
         Ok((fitted, Some(found)))
@@ -136,7 +136,7 @@ impl Workspace {
     }
 
     /// The same, or `None` where a part of the stretches, on which it begins, stays farther off
-    /// than `most` per value, each row set aside counted as [`FORSAKEN`].
+    /// than `most` per value, each row set aside counted as [`MISREAD_CHI2`].
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -160,10 +160,10 @@ impl Workspace {
             if level.is_finite() && level < 0.0 {
                 p.set(ParameterId::Dp, -level);
             }
-            p.set(ParameterId::Gp, (1.0 + FILM) * p[ParameterId::Dp]);
+            p.set(ParameterId::Gp, (1.0 + INITIAL_FILM_SHARE) * p[ParameterId::Dp]);
         }
         // A part of the stretches is enough to come near, and three times as fast.
-        let few = thinned(&self.train.calm.prepared.segments);
+        let few = subset_mask(&self.train.calm.prepared.segments);
         let (mut problem, mut point) = self.near(&start, own, &few, control)?;
         let mut other = None;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
@@ -200,15 +200,15 @@ impl Workspace {
         let mut rival = None;
         if let Some((flipped, begun)) = other.filter(|other| astray && near(other)) {
             let mut other = (self.unlocked(&flipped, begun, &few, control)?, flipped);
-            if of_all(&other.1, &other.0, &few) < of_all(&problem, &point, &few) {
+            if subset_chi2(&other.1, &other.0, &few) < subset_chi2(&problem, &point, &few) {
                 std::mem::swap(&mut point, &mut other.0);
                 std::mem::swap(&mut problem, &mut other.1);
             }
             rival = Some(other);
         }
         let mut before = point.clone();
-        point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
-        let reached = of_all(&problem, &point, &few);
+        point = self.improve(&problem, point, &[], (10, ROUGH_TOLERANCE), control)?;
+        let reached = subset_chi2(&problem, &point, &few);
         if reached > most {
             log::debug!("{reached:.2} per value of a part, {most:.2} at most");
             return Ok(None);
@@ -220,11 +220,11 @@ impl Workspace {
             best.per_value() > SUBSET_MISLED_RATIO * rough.max(1.0) && !control.cancelled()
         }) {
             let begun = point.clone();
-            let point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+            let point = self.improve(&problem, point, &[], (10, ROUGH_TOLERANCE), control)?;
             let reached = off(&point);
             let other = self.whole(problem, point, &few, control)?;
             let all = vec![true; few.len()];
-            let cost = |f: &Fitted| of_all(&f.problem, &f.point, &all);
+            let cost = |f: &Fitted| subset_chi2(&f.problem, &f.point, &all);
             log::debug!("shared otherwise: {:.1}, {:.1}", cost(&other), cost(&best));
             if cost(&other) < cost(&best) {
                 (before, rough, best) = (begun, reached, other);
@@ -233,7 +233,7 @@ impl Workspace {
         // Strength and thickness of the film trade against each other along a valley
         // that may lead astray: other thicknesses are tried where much is left.
         let thickness = best.problem.space.position("gp");
-        for share in FILMS {
+        for share in RETRY_FILM_SHARES {
             let left = best.per_value();
             let Some(at) = thickness.filter(|_| {
                 (FILM_RETRY_MIN_CHI2..FILM_RETRY_MAX_CHI2).contains(&left) && !control.cancelled()
@@ -245,10 +245,10 @@ impl Workspace {
             let mut x = before.x.clone();
             let gap = share * best.model.parameters[ParameterId::Dp];
             x[at] = gap.ln().clamp(entry.low, entry.high);
-            let mut point = settle(&problem, &x, &before.segments, &before.used, LOSS, 2)?;
+            let mut point = settle(&problem, &x, &before.segments, &before.used, ROBUST_LOSS, 2)?;
             let locked = positions(&problem, &["gp"]);
-            point = self.improve(&problem, point, &locked, (5, ROUGH), control)?;
-            point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
+            point = self.improve(&problem, point, &locked, (5, ROUGH_TOLERANCE), control)?;
+            point = self.improve(&problem, point, &[], (10, ROUGH_TOLERANCE), control)?;
             // All stretches only where the few promise something.
             let reached = point.cost / point.rows.max(1) as f64;
             if reached > FILM_MAX_CHI2_RATIO * rough {
@@ -286,13 +286,13 @@ impl Workspace {
         }
         let mut x = problem.space.coordinates(start);
         x.resize(problem.unknowns(), 0.0);
-        let mut point = settle(&problem, &x, segments, few, WIDE, 3)?;
-        let mut locked = positions(&problem, &LATER);
+        let mut point = settle(&problem, &x, segments, few, LEAST_SQUARES, 3)?;
+        let mut locked = positions(&problem, &INITIALLY_LOCKED);
         if locked.len() < problem.space.len() {
-            locked.extend(skews(&problem));
-            locked.extend(positions(&problem, &LOOPS));
+            locked.extend(skew_indices(&problem));
+            locked.extend(positions(&problem, &HYSTERESIS_SHAPE));
             locked.extend(self.read_alone(&problem));
-            point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
+            point = self.improve(&problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
             reassign_misread_segments(&problem, &mut point, segments)?;
         }
         Ok((problem, point))
@@ -316,15 +316,15 @@ impl Workspace {
                 continue;
             }
             if ids.len() > 2 {
-                locked.extend(skews(problem));
+                locked.extend(skew_indices(problem));
             }
-            locked.extend(positions(problem, &LOOPS));
+            locked.extend(positions(problem, &HYSTERESIS_SHAPE));
             locked.extend(self.read_alone(problem));
-            point = self.improve(problem, point, &locked, (7, ROUGH), control)?;
+            point = self.improve(problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
             set_clocks(problem, &mut point, segments, few)?;
             if reassign_misread_segments(problem, &mut point, segments)? {
                 // What was set aside must not count any more.
-                point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+                point = settle(problem, &point.x, &point.segments, &point.used, ROBUST_LOSS, 1)?;
             }
         }
         Ok(point)
@@ -346,23 +346,23 @@ impl Workspace {
     ) -> Result<Fitted, DiagnoseError> {
         let segments = &self.train.calm.prepared.segments;
         let others: Vec<bool> = few.iter().map(|f| !f).collect();
-        let mut point = taken_in(&problem, point, segments, &others, GUESS)?;
+        let mut point = include_segments(&problem, point, segments, &others, LOCAL_FIT_STEPS)?;
         reassign_misread_segments(&problem, &mut point, segments)?;
-        point = self.improve(&problem, point, &[], (20, FINE), control)?;
+        point = self.improve(&problem, point, &[], (20, FINE_TOLERANCE), control)?;
         if set_clocks(&problem, &mut point, segments, &vec![true; few.len()])? {
-            point = self.improve(&problem, point, &[], (10, FINE), control)?;
+            point = self.improve(&problem, point, &[], (10, FINE_TOLERANCE), control)?;
         }
         if reassign_misread_segments(&problem, &mut point, segments)? {
-            point = self.improve(&problem, point, &[], (10, FINE), control)?;
+            point = self.improve(&problem, point, &[], (10, FINE_TOLERANCE), control)?;
         }
         self.finish(problem, point)
     }
 }
 
 /// Cost per value of the `few` stretches, those set aside included.
-fn of_all(problem: &Problem, point: &Point, few: &[bool]) -> f64 {
+fn subset_chi2(problem: &Problem, point: &Point, few: &[bool]) -> f64 {
     let few = point.segments.iter().zip(few).filter(|(_, f)| **f);
     let rows: usize = few.map(|(s, _)| problem.rows(s).len()).sum();
     let aside = rows.saturating_sub(point.rows);
-    (point.cost + FORSAKEN * aside as f64) / rows.max(1) as f64
+    (point.cost + MISREAD_CHI2 * aside as f64) / rows.max(1) as f64
 }

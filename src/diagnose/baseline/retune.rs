@@ -19,10 +19,10 @@ use crate::recording::quantile_in_place;
 use crate::sim::SimError;
 
 /// How often recordings are cut again for readings that are late.
-const AGAIN: usize = 2;
+const MAX_RECUTS: usize = 2;
 
 /// How far a stretch is from the model.
-struct Distance {
+struct SegmentDistance {
     recording: usize,
     /// Whether it is a stay on the ground.
     stays: bool,
@@ -33,7 +33,7 @@ struct Distance {
 
 /// The re-tuned baseline.
 #[derive(Debug)]
-pub struct Tuned {
+pub struct RetunedBaseline {
     /// The recordings as cut for it.
     pub workspace: Workspace,
     /// Its fit.
@@ -51,9 +51,9 @@ impl Fitted {
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
-    fn distances(&self) -> Result<Vec<Distance>, SimError> {
+    fn distances(&self) -> Result<Vec<SegmentDistance>, SimError> {
         let one = |(segment, mean): (&Segment, Option<(usize, f64)>)| {
-            mean.map(|(rows, mean)| Distance {
+            mean.map(|(rows, mean)| SegmentDistance {
                 recording: segment.recording,
                 stays: segment.starts_held,
                 rows,
@@ -107,13 +107,13 @@ impl Fitted {
             let aside = all - used;
             let misread =
                 aside >= HOVER_MIN_STAYS && aside as f64 > HOVER_MIN_MISREAD_SHARE * all as f64;
-            misread || (used >= HOVER_MIN_STAYS && apart(&told, k, &[k]))
+            misread || (used >= HOVER_MIN_STAYS && is_far_off(&told, k, &[k]))
         };
         let all: Vec<usize> = (0..self.problem.data.len()).filter(doubtful).collect();
         // Where the others are far off too, something is missing that says nothing of stays.
         let beside = |k| !all.contains(&k);
         let told: Vec<(usize, f64)> = distances.iter().map(|s| (s.recording, s.mean)).collect();
-        Ok(if median(&told, beside) > LOST_TRACK_CHI2 {
+        Ok(if median_distance(&told, beside) > LOST_TRACK_CHI2 {
             Vec::new()
         } else {
             all
@@ -128,7 +128,7 @@ impl Fitted {
     fn yields_to(&self, other: &Self, flown: &[usize]) -> Result<bool, SimError> {
         let told = other.distances()?;
         let told: Vec<(usize, f64)> = told.iter().map(|s| (s.recording, s.mean)).collect();
-        let far = flown.iter().filter(|&&k| apart(&told, k, flown)).count();
+        let far = flown.iter().filter(|&&k| is_far_off(&told, k, flown)).count();
         log::debug!(
             "flown through: {:.1} % aside in place of {:.1} %, {far} of {} far off",
             100.0 * other.aside(),
@@ -141,14 +141,14 @@ impl Fitted {
 
 /// Whether the stretches of recording `k` are farther off than those of all but `these`, of
 /// which each has its recording and its distance.
-fn apart(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
-    let usual = median(told, |r| !these.contains(&r));
-    median(told, |r| r == k) > HOVER_MIN_CHI2_RATIO * if usual > 1.0 { usual } else { 1.0 }
+fn is_far_off(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
+    let usual = median_distance(told, |r| !these.contains(&r));
+    median_distance(told, |r| r == k) > HOVER_MIN_CHI2_RATIO * if usual > 1.0 { usual } else { 1.0 }
 }
 
 /// The median distance of stretches, of which each has its recording and its distance, of some
 /// recordings.
-fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
+fn median_distance(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
     let mut own: Vec<f64> = told.iter().filter(|s| which(s.0)).map(|s| s.1).collect();
     quantile_in_place(&mut own, 0.5)
 }
@@ -185,7 +185,7 @@ impl Workspace {
         (options, hovering): (&DiagnoseOptions, &ContactAmbiguity),
         control: &DiagnoseControl<'_>,
         judging: &dyn Fn(),
-    ) -> Result<Tuned, DiagnoseError> {
+    ) -> Result<RetunedBaseline, DiagnoseError> {
         let mut known = ReadingAssumptions::default();
         let mut doubted = (Vec::new(), Vec::new());
         // The other way only where it is in doubt first.
@@ -204,10 +204,10 @@ impl Workspace {
             None => workspace.with_and_without_drift(model, control)?,
         };
         let mut first = None;
-        for _ in 0..AGAIN {
+        for _ in 0..MAX_RECUTS {
             // Readings that are known to lag are late for that.
             let go_on = workspace.found.is_none() && !control.cancelled();
-            let Some(late) = latency::late(&train).filter(|_| go_on) else {
+            let Some(late) = latency::common_latency(&train).filter(|_| go_on) else {
                 break;
             };
             known.late += late;
@@ -228,7 +228,7 @@ impl Workspace {
             }
         } else if workspace.found.is_none()
             && !control.cancelled()
-            && let Some(late) = latency::disagreement(&train)
+            && let Some(late) = latency::clock_disagreement(&train)
             && let Some(lagging) =
                 workspace.lagging(late, (&workspace, &train), options, control)?
         {
@@ -255,7 +255,7 @@ impl Workspace {
             let own = own.filter(|_| lost(&fit));
             let with = own.as_ref().map_or(&fit, |own| &own.fitted);
             if over || told.yields_to(with, &flown.hovers.0)? == as_told(true) {
-                remarks.extend(said(&other.train, &flown.hovers.0));
+                remarks.extend(hovering_remarks(&other.train, &flown.hovers.0));
                 (workspace, train, known, drift) = (other, fit, flown, own);
             }
         }
@@ -287,11 +287,11 @@ impl Workspace {
             };
             if over || better == as_told(doubted.0.is_empty()) {
                 let side = other.held_out.as_ref();
-                remarks.extend(side.into_iter().flat_map(|s| said(s, &flown.hovers.1)));
+                remarks.extend(side.into_iter().flat_map(|s| hovering_remarks(s, &flown.hovers.1)));
                 (workspace, held_out) = (other, judged);
             }
         }
-        Ok(Tuned {
+        Ok(RetunedBaseline {
             workspace,
             train,
             held_out,
@@ -302,7 +302,7 @@ impl Workspace {
 }
 
 /// That the mass hovers in some recordings of a side.
-fn said(side: &Split, hovers: &[usize]) -> Vec<String> {
+fn hovering_remarks(side: &Split, hovers: &[usize]) -> Vec<String> {
     let one = |&k: &usize| {
         format!(
             "{}: the mass comes to rest over the ground without touching it, and says nothing of contact",

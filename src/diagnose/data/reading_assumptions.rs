@@ -1,7 +1,7 @@
 //! TODO-doc
 
 /// Why a recording has no stays on the ground that seems to have some.
-pub(crate) const HOVERS: &str = "the mass comes to rest over the ground without touching it";
+pub(crate) const HOVERS_REASON: &str = "the mass comes to rest over the ground without touching it";
 
 /// What is found out about the readings on the way.
 #[derive(Debug, Clone, Default, PartialEq)]

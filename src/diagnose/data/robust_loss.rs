@@ -6,10 +6,10 @@
 use crate::fit::problem::huber::Huber;
 
 /// A loss that forgives nothing.
-pub const WIDE: Huber = Huber(1e4);
+pub const LEAST_SQUARES: Huber = Huber(1e4);
 /// Loss by which fits are compared, in units of the noise.
-pub const LOSS: Huber = Huber(6.0);
+pub const ROBUST_LOSS: Huber = Huber(6.0);
 /// Residuals beyond this many standard deviations count no more where stretches are compared.
-pub const CLIP: f64 = 6.0;
+pub const MAX_RESIDUAL: f64 = 6.0;
 /// What a value counts for at most where its stretch may be misread [chi2].
-pub const FORSAKEN: f64 = 30.0;
+pub const MISREAD_CHI2: f64 = 30.0;

@@ -1,6 +1,6 @@
 //! One side: the recordings that are fitted, or those kept out, and what they show by themselves.
 
-use super::event_free_segments::Calm;
+use super::event_free_segments::EventFreeSegments;
 use super::level_drift;
 use super::noise_model::Noise;
 use crate::fit::Part;
@@ -21,15 +21,15 @@ pub struct Split {
     /// The drift of the zero that they show.
     pub(crate) drift: Option<Drift>,
     /// Cut into calm stretches.
-    pub calm: Calm,
+    pub calm: EventFreeSegments,
 }
 
 /// The drift of the zero that the ground's level shows.
-pub(crate) fn drift_of(findings: &[Findings]) -> Option<Drift> {
+pub(crate) fn level_drift_of(findings: &[Findings]) -> Option<Drift> {
     let noise = findings.iter().map(|f| f.noise.0);
     let drifts: Vec<_> = findings.iter().filter_map(|f| f.change?.drift()).collect();
     let finest = noise.clone().fold(f64::INFINITY, f64::min);
-    level_drift::read(&drifts, (finest, noise.fold(0.0, f64::max)))
+    level_drift::drift_from_levels(&drifts, (finest, noise.fold(0.0, f64::max)))
 }
 
 impl Split {

@@ -3,10 +3,10 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::diagnose::score_test::basis_forces::{hat, number, side_by_side};
+use crate::diagnose::score_test::basis_forces::{hat, numeric_parameter, window_grid};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
-use crate::diagnose::score_test::state_range::spans;
+use crate::diagnose::score_test::state_range::state_ranges;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
 use crate::sim::SimError;
@@ -35,10 +35,10 @@ static FRICTION_AT_HEIGHT: EffectSpec = EffectSpec {
     needs: Need::Nothing,
     source: "",
     parameters: &[
-        number("fc"),
-        number("middle"),
-        number("width"),
-        number("v0"),
+        numeric_parameter("fc"),
+        numeric_parameter("middle"),
+        numeric_parameter("width"),
+        numeric_parameter("v0"),
     ],
     build: |values, _| {
         Box::new(FrictionAtHeight {
@@ -78,8 +78,8 @@ pub fn friction_at_height_gain(fitted: &Fitted) -> Result<f64, SimError> {
     let model = &fitted.model;
     let friction = find("dry_friction");
     let named = model.effects.iter().find(|e| Some(e.spec) == friction);
-    let (heights, (low, high), _) = spans(fitted);
-    let windows = side_by_side(heights, HEIGHT_WINDOWS);
+    let (heights, (low, high), _) = state_ranges(fitted);
+    let windows = window_grid(heights, HEIGHT_WINDOWS);
     let fastest = low.abs().max(high.abs());
     let Some((named, (middles, width))) = named.zip(windows).filter(|_| fastest > 0.0) else {
         return Ok(0.0);
@@ -117,7 +117,7 @@ static SWINGING_STIFFNESS: EffectSpec = EffectSpec {
     law: "F = k sin(2 pi f t + phase) xp",
     needs: Need::Nothing,
     source: "",
-    parameters: &[number("k"), number("f"), number("phase")],
+    parameters: &[numeric_parameter("k"), numeric_parameter("f"), numeric_parameter("phase")],
     build: |values, _| {
         Box::new(SwingingStiffness {
             stiffness: values[0],
@@ -154,7 +154,7 @@ pub fn swinging_stiffness_gain(fitted: &Fitted) -> Result<f64, SimError> {
     let model = &fitted.model;
     let vibration = find("base_vibration");
     let named = model.effects.iter().find(|e| Some(e.spec) == vibration);
-    let ((low, high), ..) = spans(fitted);
+    let ((low, high), ..) = state_ranges(fitted);
     let reach = low.abs().max(high.abs());
     let Some(vibration) = named.filter(|_| reach > 0.0) else {
         return Ok(0.0);
@@ -180,7 +180,7 @@ static DISPLACEMENT_PRODUCT: EffectSpec = EffectSpec {
     law: "F = -k xp xc",
     needs: Need::Nothing,
     source: "",
-    parameters: &[number("k")],
+    parameters: &[numeric_parameter("k")],
     build: |values, _| {
         Box::new(DisplacementProduct {
             stiffness: values[0],
@@ -209,7 +209,7 @@ impl Action for DisplacementProduct {
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn displacement_product_gain(fitted: &Fitted) -> Result<f64, SimError> {
-    let ((low, high), ..) = spans(fitted);
+    let ((low, high), ..) = state_ranges(fitted);
     let reach = low.abs().max(high.abs());
     if reach.is_nan() || reach <= 0.0 || !fitted.model.has_cantilever {
         return Ok(0.0);

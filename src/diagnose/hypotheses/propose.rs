@@ -1,37 +1,37 @@
 //! Hypotheses with what each promises: the catalogue in the linearised problem, a
 //! vibration by frequency, a step of the ground by time, a further mode by its hump.
 
-use super::base_vibration::find_line;
+use super::base_vibration::find_vibration;
 use super::extra_mode;
-use super::level_step::{RISE, find_step, first_level};
+use super::level_step::{PROBE_RISE, find_level_steps, first_level_gain};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::data::level_drift;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, forms};
+use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::{ScoreGain, ScoreScan};
-use crate::diagnose::shooting::latency::{DELAY, taken};
+use crate::diagnose::shooting::latency::{DELAY, delay_absorbed_by_clocks};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{RIVAL_LAW_MIN_SCORE_SHARE, SEARCHED_REFIT_MIN_SCORE};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 
 /// Stays that begin so close to each other may begin with the step \[s\].
-const WHILE: f64 = 1e-3;
+const SAME_INSTANT: f64 = 1e-3;
 /// Most times a form's strength that a refit begins with: the linearised problem knows
 /// direction and rough size only.
-const MOST: f64 = 30.0;
+const MAX_START_STRENGTH: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
-const MOST_DELAY: f64 = 300.0;
+const MAX_START_DELAY: f64 = 300.0;
 /// Exponents that an attraction may have: that of a sphere on a plane to one that falls off as
 /// an exponential does.
-const EXPONENTS: (f64, f64) = (2.0, 12.0);
+const ATTRACTION_EXPONENTS: (f64, f64) = (2.0, 12.0);
 /// Factor by which constants may leave what was looked at.
-const NEAR: f64 = 3.0;
+const CONSTANT_BOUND_FACTOR: f64 = 3.0;
 
 /// The largest promise among the hypotheses of an effect.
-fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
+fn best_predicted_gain(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
     let own = all.iter().filter(|h| h.start.spec == spec);
     own.fold(0.0, |most, h| most.max(h.predicted_gain))
 }
@@ -41,7 +41,7 @@ fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn promises(
+pub fn propose(
     workspace: &Workspace,
     stand: &ModelState,
     is_asked: &dyn Fn(&EffectSpec) -> bool,
@@ -56,10 +56,10 @@ pub fn promises(
         .fold(0.0f64, |a, x| a.max(x.abs()));
     let interval = data.iter().map(|d| d.recording.interval());
     let interval = interval.fold(f64::INFINITY, f64::min);
-    let mut all = forms(model, &Scale::new(model, length.max(1e-12), interval));
+    let mut all = catalogue_directions(model, &Scale::new(model, length.max(1e-12), interval));
     all.retain(|form| is_asked(form.spec));
     let scan = ScoreScan::new(&linear, model, &all)?;
-    let (delay, fall) = taken(linear.problem(), &linear.point().x);
+    let (delay, fall) = delay_absorbed_by_clocks(linear.problem(), &linear.point().x);
     let mut out: Vec<Hypothesis> = Vec::new();
     for (k, form) in all.iter().enumerate() {
         let worth = |promise: ScoreGain| {
@@ -83,7 +83,7 @@ pub fn promises(
             continue;
         };
         let gain = promise.gain;
-        let hypothesis = from_form(form, &all, promise.theta, gain);
+        let hypothesis = hypothesis_of_direction(form, &all, promise.theta, gain);
         // Laws of one effect that differ in what is their strength are asked each.
         let same = |h: &&mut Hypothesis| h.start.spec == form.spec && h.free == hypothesis.free;
         match out.iter_mut().find(same) {
@@ -93,12 +93,12 @@ pub fn promises(
         }
     }
     let every = out.clone();
-    out.retain(|h| h.predicted_gain >= RIVAL_LAW_MIN_SCORE_SHARE * most_of(&every, h.start.spec));
+    out.retain(|h| h.predicted_gain >= RIVAL_LAW_MIN_SCORE_SHARE * best_predicted_gain(&every, h.start.spec));
     let beyond = workspace.drift_beyond(model).cloned();
     if let Some((start, free)) = beyond.filter(|(start, _)| is_asked(start.spec)) {
         let spec = start.spec;
-        let shape = level_drift::shape_beside(spec, &free);
-        let near = |tau: f64| (tau / NEAR, tau * NEAR);
+        let shape = level_drift::shape_parameters(spec, &free);
+        let near = |tau: f64| (tau / CONSTANT_BOUND_FACTOR, tau * CONSTANT_BOUND_FACTOR);
         let read = Hypothesis {
             alternative_starts: Vec::new(),
             cold_start: Some((start.clone(), free.clone())),
@@ -106,7 +106,7 @@ pub fn promises(
             bounds: vec![(own_ids(spec, &[1])[0].clone(), near(start.values[1]))],
             start,
             free,
-            predicted_gain: most_of(&every, spec).max(SEARCHED_REFIT_MIN_SCORE),
+            predicted_gain: best_predicted_gain(&every, spec).max(SEARCHED_REFIT_MIN_SCORE),
             look_elsewhere: false,
             sequential_time: false,
             estimated_on_held_out: None,
@@ -115,7 +115,7 @@ pub fn promises(
         out.insert(0, read);
     }
     if let Some(spec) = asked("base_vibration")
-        && let Some(line) = find_line(&linear, model, spec)?
+        && let Some(line) = find_vibration(&linear, model, spec)?
     {
         let start = ActiveEffect {
             spec,
@@ -135,11 +135,11 @@ pub fn promises(
         });
     }
     if let Some(spec) = asked("gap_step").filter(|_| model.has_ground) {
-        let stays = held_out_stays(stand);
-        for step in find_step(&linear, model, 0, &workspace.epochs())? {
+        let stays = held_out_contact_times(stand);
+        for step in find_level_steps(&linear, model, 0, &workspace.epochs())? {
             let at = |time: f64| ActiveEffect {
                 spec,
-                values: vec![RISE * step.height, time],
+                values: vec![PROBE_RISE * step.height, time],
             };
             // Only in each recording: those kept out are later in the series.
             let open = |t: &&f64| !step.series && **t > step.since && **t < step.time;
@@ -160,17 +160,17 @@ pub fn promises(
                 estimated_on_held_out: None,
             });
         }
-        out.extend(after_all(workspace, stand, spec)?);
+        out.extend(step_before_held_out(workspace, stand, spec)?);
     }
     if let Some(spec) = asked("extra_mode") {
-        out.extend(extra_mode::further(workspace, stand, spec)?);
+        out.extend(extra_mode::extra_mode_hypothesis(workspace, stand, spec)?);
     }
     Ok(out)
 }
 
 /// A step of the ground between the fitted recordings and those kept out. The first of those kept
 /// out tells its height.
-fn after_all(
+fn step_before_held_out(
     workspace: &Workspace,
     stand: &ModelState,
     spec: &'static EffectSpec,
@@ -179,13 +179,13 @@ fn after_all(
         return Ok(None);
     };
     let linear = Linearized::new(held)?;
-    let Some((first, promise)) = first_level(&linear, &held.model)? else {
+    let Some((first, promise)) = first_level_gain(&linear, &held.model)? else {
         return Ok(None);
     };
     Ok(Some(Hypothesis {
         start: ActiveEffect {
             spec,
-            values: vec![RISE * promise.theta, workspace.end_of_fitted()],
+            values: vec![PROBE_RISE * promise.theta, workspace.end_of_fitted()],
         },
         alternative_starts: Vec::new(),
         free: own_ids(spec, &[0]),
@@ -202,7 +202,7 @@ fn after_all(
 /// When stays on the ground begin in the recordings kept out \[s\], the last first, each a
 /// while before the next: beginnings that are closer are those of one instant, the
 /// first of them.
-fn held_out_stays(stand: &ModelState) -> Vec<f64> {
+fn held_out_contact_times(stand: &ModelState) -> Vec<f64> {
     let Some(held) = &stand.held_out else {
         return Vec::new();
     };
@@ -213,20 +213,20 @@ fn held_out_stays(stand: &ModelState) -> Vec<f64> {
     };
     let mut all: Vec<f64> = segments.map(begin).collect();
     all.sort_by(f64::total_cmp);
-    all.dedup_by(|later, earlier| *later - *earlier < WHILE);
+    all.dedup_by(|later, earlier| *later - *earlier < SAME_INSTANT);
     all.reverse();
     all
 }
 
-fn from_form(
+fn hypothesis_of_direction(
     form: &CatalogueDirection,
     all: &[CatalogueDirection],
     theta: f64,
     gain: f64,
 ) -> Hypothesis {
     let most = match form.strength_id().as_str() {
-        DELAY => MOST_DELAY,
-        _ => MOST,
+        DELAY => MAX_START_DELAY,
+        _ => MAX_START_STRENGTH,
     };
     let theta = if form.signed {
         theta.clamp(-most, most)
@@ -244,15 +244,15 @@ fn from_form(
         same.map(move |f| f.values[i]).filter(|v| *v > 0.0)
     };
     for &i in form.free.iter().filter(|i| **i != form.strength) {
-        let low = (own(i).fold(f64::INFINITY, f64::min) / NEAR).max(form.least_constant);
-        let high = own(i).fold(0.0, f64::max) * NEAR;
+        let low = (own(i).fold(f64::INFINITY, f64::min) / CONSTANT_BOUND_FACTOR).max(form.least_constant);
+        let high = own(i).fold(0.0, f64::max) * CONSTANT_BOUND_FACTOR;
         if low < high {
             let id = format!("{}.{}", form.spec.id, form.spec.parameters[i].id);
             bounds.push((id, (low, high)));
         }
     }
     if form.spec.id == "long_range_attraction" {
-        bounds.push((format!("{}.n", form.spec.id), EXPONENTS));
+        bounds.push((format!("{}.n", form.spec.id), ATTRACTION_EXPONENTS));
     }
     let start = form.effect(theta);
     let full = form.full.as_ref().map(|(values, free)| {

@@ -12,9 +12,9 @@ use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
 /// Weight that keeps an unknown where it is, over what the data give it.
-const LOCKED: f64 = 1e12;
+const LOCKING_WEIGHT: f64 = 1e12;
 /// Ridge of the baseline's own directions, as a share of each.
-const RIDGE: f64 = 1e-10;
+const RELATIVE_RIDGE: f64 = 1e-10;
 
 /// What a direction would bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +99,7 @@ impl ScoreScan {
     pub(crate) fn base_without(&self, locked: usize) -> Option<NuisanceProjector> {
         let mut normal = self.normal.clone();
         for i in 0..locked.min(self.unknowns) {
-            normal[(i, i)] = LOCKED * normal[(i, i)].max(1e-200);
+            normal[(i, i)] = LOCKING_WEIGHT * normal[(i, i)].max(1e-200);
         }
         NuisanceProjector::new(&normal, &self.gradient, self.unknowns)
     }
@@ -194,7 +194,7 @@ impl NuisanceProjector {
     pub fn new(normal: &DMatrix<f64>, gradient: &DVector<f64>, n: usize) -> Option<Self> {
         let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
         let base = DMatrix::from_fn(n, n, |i, j| {
-            normal[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { RELATIVE_RIDGE } else { 0.0 }
         });
         let factor = base.cholesky()?;
         let right = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);

@@ -82,7 +82,7 @@ pub fn add_twin(
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn best(
+pub fn choose_best(
     workspace: &Workspace,
     stand: &ModelState,
     weighed: &mut [CandidateScore],
@@ -97,7 +97,7 @@ pub fn best(
     };
     // In flight the twin may even suit better, where the law is of somewhat other form.
     let twin = trials.iter().position(|(spec, t)| {
-        lag_twins::looks_like(first.0.id, spec.id)
+        lag_twins::are_lag_twins(first.0.id, spec.id)
             && t.worth() > TWIN_MIN_SHARE * first.1.worth()
             && !first.1.excels(t)
     });
@@ -133,7 +133,7 @@ pub fn best(
     let least = most - (INDISTINGUISHABLE_SHARE * most).max(INDISTINGUISHABLE_GAIN);
     let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
     let others = trials.iter().filter(|(spec, t)| {
-        let twin = lag_twins::looks_like(first.0.id, spec.id);
+        let twin = lag_twins::are_lag_twins(first.0.id, spec.id);
         let close =
             t.worth() > least || twin && t.worth() > (1.0 - TWIN_INDISTINGUISHABLE_SHARE) * most;
         other(spec) && close && !first.1.excels(t)

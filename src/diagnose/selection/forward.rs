@@ -1,9 +1,9 @@
 //! Naming: hypotheses are promised by the scan, refitted, judged on the recordings kept
 //! out, and added one by one as long as both sides improve beyond chance.
 
-use super::evaluate::{is_asked, weigh};
+use super::evaluate::{is_candidate, evaluate_hypotheses};
 use super::law_shape::{drop_second_time_constant, with_shape_parameters};
-use super::stopping::{cannot_reach_target, formal};
+use super::stopping::{cannot_reach_target, is_form_error};
 use super::{choose, prune, self_ringing};
 use crate::diagnose::comparison::significance;
 use crate::diagnose::comparison::trial::{ModelState, SelectedEffect, SelectionResult};
@@ -22,7 +22,7 @@ use crate::model::effects::EffectSpec;
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn explain(
+pub fn select_effects(
     workspace: &Workspace,
     baseline: ModelState,
     options: &DiagnoseOptions,
@@ -41,7 +41,7 @@ pub fn explain(
     if look
         && !baseline.train.is_lost()
         && options.by_hand.is_none()
-        && let Some(found) = among_aside(workspace, &baseline, options, control, report)?
+        && let Some(found) = select_with_set_aside(workspace, &baseline, options, control, report)?
     {
         return Ok(found);
     }
@@ -50,12 +50,12 @@ pub fn explain(
         baseline,
         weighed: Vec::new(),
     };
-    search(workspace, from, options, control, report)
+    search_forward(workspace, from, options, control, report)
 }
 
 /// Looks for an effect that tells most of what was set aside as misread, and for others
 /// beside it; `None` if there is none.
-fn among_aside(
+fn select_with_set_aside(
     workspace: &Workspace,
     baseline: &ModelState,
     options: &DiagnoseOptions,
@@ -81,7 +81,7 @@ fn among_aside(
         stand: whole,
         weighed: Vec::new(),
     };
-    let mut found = search(workspace, from, &once, control, report)?;
+    let mut found = search_forward(workspace, from, &once, control, report)?;
     if found.stand.named.is_empty() {
         return Ok(None);
     }
@@ -92,7 +92,7 @@ fn among_aside(
     } else {
         workspace.clone()
     };
-    look_after(&workspace, stand, control)?;
+    recheck_misread(&workspace, stand, control)?;
     stand.misread = false;
     let left = stand.train.aside();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
@@ -101,11 +101,11 @@ fn among_aside(
     if astray || left > (1.0 - RECOVERED_MIN_SHARE) * baseline.train.aside() {
         return Ok(None);
     }
-    search(&workspace, found, options, control, report).map(Some)
+    search_forward(&workspace, found, options, control, report).map(Some)
 }
 
 /// Sets aside what is misread for the model of `stand`.
-fn look_after(
+fn recheck_misread(
     workspace: &Workspace,
     stand: &mut ModelState,
     control: &DiagnoseControl<'_>,
@@ -125,7 +125,7 @@ fn look_after(
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-fn search(
+fn search_forward(
     workspace: &Workspace,
     from: SelectionResult,
     options: &DiagnoseOptions,
@@ -153,11 +153,11 @@ fn search(
         if only.is_none() && (little || cannot_reach_target(&stand, rounds - round)?) {
             break;
         }
-        let mut round_weighed = weigh(&workspace, &stand, options, only, control, &about)?;
-        let is_asked = |spec: &EffectSpec| is_asked(&stand, options, only, spec);
+        let mut round_weighed = evaluate_hypotheses(&workspace, &stand, options, only, control, &about)?;
+        let is_asked = |spec: &EffectSpec| is_candidate(&stand, options, only, spec);
         choose::add_twin(&workspace, &stand, &mut round_weighed, &is_asked, control)?;
-        let best = choose::best(&workspace, &stand, &mut round_weighed, control)?;
-        let vibration = self_ringing::vibration(&round_weighed);
+        let best = choose::choose_best(&workspace, &stand, &mut round_weighed, control)?;
+        let vibration = self_ringing::significant_vibration(&round_weighed);
         if weighed.is_empty() {
             weighed = round_weighed;
         }
@@ -175,13 +175,13 @@ fn search(
             || !held
             || little
             || significance::is_at_lower_bound(&trial.hypothesis, &trial.train.model);
-        if only.is_none() && (chance || formal(&stand, &trial)?) {
+        if only.is_none() && (chance || is_form_error(&stand, &trial)?) {
             break;
         }
         if only.is_none()
             && let Some(f) = self_ringing::is_self_excited(&workspace, &stand, &trial, control)?
         {
-            if let Some(vibration) = vibration.filter(|v| self_ringing::as_well(v, &trial)) {
+            if let Some(vibration) = vibration.filter(|v| self_ringing::explains_as_well(v, &trial)) {
                 (best.spec, trial) = (vibration.hypothesis.start.spec, vibration);
                 best.alike.clear();
             } else {
@@ -213,7 +213,7 @@ fn search(
         stand.train = trial.train;
         stand.held_out = trial.held_out;
         if (clearer || stand.train.aside() > SET_ASIDE_REVIEW_SHARE) && !stand.misread {
-            look_after(&workspace, &mut stand, control)?;
+            recheck_misread(&workspace, &mut stand, control)?;
         }
         if only.is_none() {
             prune::backward_eliminate(&workspace, &mut stand, control)?;

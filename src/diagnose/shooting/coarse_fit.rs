@@ -3,11 +3,11 @@
 
 use super::clock_skew::set_clocks;
 use super::fitted::{Bound, Fitted};
-use super::local_fit::some_of;
+use super::local_fit::subset_of_used;
 use super::warm_start::warm_start;
-use super::workspace::{FINE, ROUGH, Workspace};
-use crate::diagnose::data::event_free_segments::prepare_calm;
-use crate::diagnose::data::robust_loss::LOSS;
+use super::workspace::{FINE_TOLERANCE, ROUGH_TOLERANCE, Workspace};
+use crate::diagnose::data::event_free_segments::prepare_event_free;
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::thresholds::SUBSET_ABORT_RATIO;
 use crate::fit::problem::Problem;
@@ -63,7 +63,7 @@ impl Workspace {
     ) -> Result<SubsetFit, DiagnoseError> {
         let (problem, x) = self.posed(start, free, bounds, from)?;
         let (side, space) = (&self.train, &problem.space);
-        let calm = prepare_calm(start, space, &side.parts, &side.findings, &self.options)?;
+        let calm = prepare_event_free(start, space, &side.parts, &side.findings, &self.options)?;
         let segments = calm.prepared.segments;
         // The same stretches, with more unknowns each: what was misread stays aside.
         let used = if segments.len() == from.point.used.len() {
@@ -76,11 +76,11 @@ impl Workspace {
             StretchSimulator::new(start, &problem.options)?,
         );
         let segments = warm_start(&from.point.segments, segments, (&old, &new), &problem);
-        let few = some_of(&segments, &used);
-        let begun = settle(&problem, &x, &segments, &few, LOSS, 3)?;
+        let few = subset_of_used(&segments, &used);
+        let begun = settle(&problem, &x, &segments, &few, ROBUST_LOSS, 3)?;
         let known: Vec<usize> = (0..self.free.len()).collect();
-        let near = self.improve(&problem, begun, &known, (12, ROUGH), control)?;
-        let near = self.improve(&problem, near, &[], (6, ROUGH), control)?;
+        let near = self.improve(&problem, begun, &known, (12, ROUGH_TOLERANCE), control)?;
+        let near = self.improve(&problem, near, &[], (6, ROUGH_TOLERANCE), control)?;
         Ok(SubsetFit {
             problem,
             near,
@@ -105,10 +105,10 @@ impl Workspace {
         for i in (0..all.len()).filter(|&i| sketch.few[i]) {
             all[i] = near.segments[i].clone();
         }
-        let mut point = settle(&problem, &near.x, &all, &sketch.used, LOSS, 3)?;
+        let mut point = settle(&problem, &near.x, &all, &sketch.used, ROBUST_LOSS, 3)?;
         // A mode that was missing, or one too many, may have led a clock astray by samples.
         set_clocks(&problem, &mut point, &all, &sketch.used)?;
-        let point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
+        let point = self.improve(&problem, point, &[], (iterations, FINE_TOLERANCE), control)?;
         self.finish(problem, point)
     }
 }

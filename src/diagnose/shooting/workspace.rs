@@ -5,15 +5,15 @@
 
 use std::sync::Arc;
 
-use super::clock_skew::skews_of;
+use super::clock_skew::fitted_skews;
 use super::fitted::{Bound, Fitted, RequiredEffect};
-use super::free_parameters::{freedoms, structure_bounds};
-use crate::diagnose::data::event_free_segments::prepare_calm;
+use super::free_parameters::{free_parameters, structure_bounds};
+use crate::diagnose::data::event_free_segments::prepare_event_free;
 use crate::diagnose::data::noise_model;
-use crate::diagnose::data::noise_model::{Noise, Stays};
-use crate::diagnose::data::reading_assumptions::{HOVERS, ReadingAssumptions};
-use crate::diagnose::data::robust_loss::LOSS;
-use crate::diagnose::data::side::{Drift, Split, drift_of};
+use crate::diagnose::data::noise_model::{Noise, ContactRecording};
+use crate::diagnose::data::reading_assumptions::{HOVERS_REASON, ReadingAssumptions};
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
+use crate::diagnose::data::side::{Drift, Split, level_drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::inspect::recording_summary::look_behind;
 use crate::fit::problem::Problem;
@@ -28,12 +28,12 @@ use crate::sim::StretchSimulator;
 
 /// Standard deviation of what is known of the skew between the clocks of voltage and
 /// readings \[s\].
-const SKEW: f64 = 5e-6;
+const CLOCK_SKEW_SIGMA: f64 = 5e-6;
 /// Share of the cost by which an iteration must lower it to be followed by another, at
 /// the end.
-pub(crate) const FINE: f64 = 2e-6;
+pub(crate) const FINE_TOLERANCE: f64 = 2e-6;
 /// The same on the way.
-pub(crate) const ROUGH: f64 = 2e-3;
+pub(crate) const ROUGH_TOLERANCE: f64 = 2e-3;
 
 /// Everything that does not change while hypotheses are weighed.
 #[derive(Debug, Clone)]
@@ -82,7 +82,7 @@ impl Workspace {
             return Err(DiagnoseError::NoRecording);
         }
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
-        let free = freedoms(model, lone);
+        let free = free_parameters(model, lone);
         // One length for all models, so that all are judged by the same stretches.
         let simulation = crate::sim::Options {
             tolerance: options.tolerance,
@@ -95,7 +95,7 @@ impl Workspace {
             nuisances: FreeNuisances {
                 offsets: true,
                 scales: None,
-                skew: Some(SKEW),
+                skew: Some(CLOCK_SKEW_SIGMA),
                 late: known.late,
             },
             tolerance: options.tolerance,
@@ -105,13 +105,13 @@ impl Workspace {
         let side = |parts: &[Part], hovers: &[usize]| -> Result<Split, FitError> {
             let mut findings = look_behind(model, parts, known.lag);
             for &k in hovers {
-                findings[k].level = Err(HOVERS.to_owned());
+                findings[k].level = Err(HOVERS_REASON.to_owned());
                 findings[k].change = None;
             }
-            let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
+            let calm = prepare_event_free(model, &space, parts, &findings, &fit)?;
             Ok(Split {
                 parts: parts.to_vec(),
-                drift: drift_of(&findings),
+                drift: level_drift_of(&findings),
                 findings,
                 calm,
             })
@@ -130,18 +130,18 @@ impl Workspace {
                 .flat_map(|s| &mut s.calm.prepared.problem.data)
                 .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
                 .collect();
-            information += noise_model::pool(&mut all).powi(-2);
+            information += noise_model::pool_noise(&mut all).powi(-2);
         }
         let sides = || std::iter::once(&train).chain(&held_out);
-        let stays: Vec<Stays<'_>> = sides()
+        let stays: Vec<ContactRecording<'_>> = sides()
             .flat_map(|s| s.calm.prepared.problem.data.iter().zip(&s.calm.timelines))
-            .map(|(d, timeline)| Stays {
+            .map(|(d, timeline)| ContactRecording {
                 recording: &d.recording,
                 timeline,
                 sigma: d.sigmas.xp,
             })
             .collect();
-        let noise = noise_model::estimate(&stays);
+        let noise = noise_model::estimate_noise(&stays);
         for side in std::iter::once(&mut train).chain(&mut held_out) {
             side.colour(&noise);
         }
@@ -273,13 +273,13 @@ impl Workspace {
             point.cost,
             point.rows,
             clock.done(),
-            Values(problem, &point)
+            FitSummary(problem, &point)
         );
         Ok(point)
     }
 
     pub(crate) fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
-        let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
+        let point = settle(&problem, &point.x, &point.segments, &point.used, ROBUST_LOSS, 2)?;
         Ok(Fitted::at(problem, point)?)
     }
 }
@@ -291,16 +291,16 @@ pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
 }
 
 /// Where a fit stands, for the log.
-struct Values<'a>(&'a Problem, &'a Point);
+struct FitSummary<'a>(&'a Problem, &'a Point);
 
-impl std::fmt::Debug for Values<'_> {
+impl std::fmt::Debug for FitSummary<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self(problem, point) = self;
         let values = problem.space.values(&point.x);
         for (entry, value) in problem.space.entries.iter().zip(values) {
             write!(f, "{} {value:.4e}, ", entry.id)?;
         }
-        for skew in skews_of(problem, point) {
+        for skew in fitted_skews(problem, point) {
             write!(f, "{:.1} us, ", skew * 1e6)?;
         }
         let used = point.used.iter().filter(|used| **used).count();

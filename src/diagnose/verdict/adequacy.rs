@@ -3,9 +3,9 @@
 
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::diagnosis::Inadequacy;
-use crate::diagnose::discrepancy::missing_force::Evidence;
+use crate::diagnose::discrepancy::missing_force::MissingForces;
 use crate::diagnose::discrepancy::residual_map;
-use crate::diagnose::discrepancy::segment_joins::{Breaks, joins};
+use crate::diagnose::discrepancy::segment_joins::{JoinBreaks, join_breaks};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::ANY_FORCE_MIN_GAIN;
@@ -15,7 +15,7 @@ use crate::diagnose::thresholds::SEGMENT_MAX_Z;
 /// What is not explained yet, if there is anything.
 pub fn whats_left(
     stand: &ModelState,
-    evidence: &Evidence,
+    evidence: &MissingForces,
     broken: f64,
     floor: f64,
 ) -> Option<Inadequacy> {
@@ -36,11 +36,11 @@ pub fn whats_left(
         let what = evidence.strongest.map_or("state", |s| s.0.symbol());
         return Some(Inadequacy::Force(what, evidence.joint));
     }
-    let local = residual_map::most_local(&stand.train).max(
+    let local = residual_map::largest_segment_excess(&stand.train).max(
         stand
             .held_out
             .as_ref()
-            .map_or(0.0, residual_map::most_local),
+            .map_or(0.0, residual_map::largest_segment_excess),
     );
     if local > SEGMENT_MAX_Z {
         return Some(Inadequacy::Stretch(local));
@@ -60,13 +60,13 @@ pub fn fails_held_out(weighed: &[CandidateScore]) -> Option<Inadequacy> {
 }
 
 /// By how much the flight of both sides does not go on from stretch to stretch.
-pub fn breaks(stand: &ModelState) -> Result<Breaks, DiagnoseError> {
-    let train = joins(&stand.train)?;
+pub fn breaks(stand: &ModelState) -> Result<JoinBreaks, DiagnoseError> {
+    let train = join_breaks(&stand.train)?;
     let Some(held) = &stand.held_out else {
         return Ok(train);
     };
-    let held = joins(held)?;
-    Ok(Breaks {
+    let held = join_breaks(held)?;
+    Ok(JoinBreaks {
         sigmas: (train.sigmas + held.sigmas) / std::f64::consts::SQRT_2,
         rise: train.rise + held.rise,
     })
@@ -74,17 +74,17 @@ pub fn breaks(stand: &ModelState) -> Result<Breaks, DiagnoseError> {
 
 #[cfg(test)]
 mod tests {
-    use crate::diagnose::selection::stopping::fall_short;
+    use crate::diagnose::selection::stopping::falls_short;
 
     #[test]
     fn what_two_more_like_the_best_may_carry_is_looked_for() {
-        assert!(!fall_short(&[100.0], 2, 200.0, 0.0));
-        assert!(fall_short(&[50.0], 2, 250.0, 0.0));
-        assert!(!fall_short(&[50.0], 2, 250.0, 100.0));
+        assert!(!falls_short(&[100.0], 2, 200.0, 0.0));
+        assert!(falls_short(&[50.0], 2, 250.0, 0.0));
+        assert!(!falls_short(&[50.0], 2, 250.0, 100.0));
         // Fewer are left to be looked for, and less is left.
-        assert!(fall_short(&[60.0, 30.0], 1, 150.0, 0.0));
-        assert!(!fall_short(&[60.0, 30.0], 1, 80.0, 0.0));
+        assert!(falls_short(&[60.0, 30.0], 1, 150.0, 0.0));
+        assert!(!falls_short(&[60.0, 30.0], 1, 80.0, 0.0));
         // Nothing has been found yet.
-        assert!(!fall_short(&[], 3, 1e6, 0.0));
+        assert!(!falls_short(&[], 3, 1e6, 0.0));
     }
 }
