@@ -44,7 +44,12 @@ pub fn diagnose(
         .check()
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
     let sides = (train, held_out);
-    let (mut first, told) = read(model, sides, (options, &ContactAmbiguity::AsTold), control)?;
+    let (mut first, told) = read(
+        model,
+        sides,
+        (options, &ContactAmbiguity::AsFitted),
+        control,
+    )?;
     log::debug!(
         "chi2 per value beside those in which the mass may hover: {:?}",
         told.beside_doubted
@@ -73,7 +78,7 @@ pub fn diagnose(
     // aside what speaks against it. A ground that is a little higher in one recording may be so for
     // what is missing: it hovers there only if nothing else is.
     let explained = match other.verdict {
-        Verdict::MissingPhysics => told.otherwise == ContactAmbiguity::Otherwise,
+        Verdict::MissingPhysics => told.otherwise == ContactAmbiguity::Opposite,
         Verdict::Adequate => otherwise.aside < told.aside + REREAD_MAX_MORE_ASIDE,
         Verdict::Unexplained => false,
     };

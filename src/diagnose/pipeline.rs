@@ -72,8 +72,8 @@ pub fn read(
         });
     };
     let again = match hovering {
-        ContactAmbiguity::AsTold => "",
-        ContactAmbiguity::Otherwise | ContactAmbiguity::Over(..) => {
+        ContactAmbiguity::AsFitted => "",
+        ContactAmbiguity::Opposite | ContactAmbiguity::HoveringIn(..) => {
             "once more, where the mass may hover"
         }
     };
@@ -86,18 +86,18 @@ pub fn read(
     }
     say("baseline", "re-tuning", 0.05);
     let judging = || say("baseline", "recordings kept out", 0.25);
-    let mut tuned = workspace.tuned(model, (options, hovering), control, &judging)?;
+    let mut tuned = workspace.retune_baseline(model, (options, hovering), control, &judging)?;
     let mut clocks = None;
     // A baseline that is lost without what the re-tuning has found tells no clocks.
-    let told = tuned.workspace.found.is_none() && ready.may_name;
+    let told = tuned.workspace.required_effect.is_none() && ready.may_name;
     if options.asks("base_vibration") && told && !control.cancelled() {
         clocks = VibrationClock::of(&tuned.train, tuned.held_out.as_ref())?;
     }
     if let Some(clocks) = &clocks {
         remarks.push("the base shakes in another phase in each recording; the phase that is given is that of the first one".to_owned());
-        let (train, held_out) = clocks.told(&ready.train, &ready.held_out);
+        let (train, held_out) = clocks.shift_recordings(&ready.train, &ready.held_out);
         let workspace = Workspace::new(model, &train, &held_out, options)?;
-        tuned = workspace.tuned(model, (options, hovering), control, &judging)?;
+        tuned = workspace.retune_baseline(model, (options, hovering), control, &judging)?;
     }
     let workspace = tuned.workspace;
     remarks.extend(tuned.remarks);
@@ -131,7 +131,7 @@ pub fn read(
     let first_cost = baseline.train.cost;
     let mut found = forward::select_effects(&workspace, baseline, &chosen, control, &report)?;
 
-    let beside_doubted = beside(&found.stand, &tuned.doubted)?;
+    let beside_doubted = beside(&found.stand, &tuned.ambiguous)?;
 
     // A name that turned out needless may have led the re-tuning on.
     if found.baseline.train.cost < first_cost {
@@ -282,8 +282,12 @@ pub fn read(
     // Both are shown by the same stretches, also where one of them set some aside.
     let shown = shown_alike(&workspace, &found.baseline, &found.stand)?;
     remarks.extend(misread(&shown.0));
-    let held_aside = found.stand.held_out.as_ref().map_or(0.0, Fitted::aside);
-    let aside = found.stand.train.aside() + held_aside;
+    let held_aside = found
+        .stand
+        .held_out
+        .as_ref()
+        .map_or(0.0, Fitted::set_aside_share);
+    let aside = found.stand.train.set_aside_share() + held_aside;
     let (before, after) = (SplitSamples::look(&shown.0)?, SplitSamples::look(&shown.1)?);
     let named = names(&found, &named_laws, &after, &full)?;
     let candidates = candidates(&found, &tests, &named_laws, verdict);
@@ -356,32 +360,33 @@ pub fn read(
     }
     let mut reading = Reading {
         beside_doubted,
-        otherwise: ContactAmbiguity::Otherwise,
+        otherwise: ContactAmbiguity::Opposite,
         aside,
     };
-    // Asked by hand, nothing is doubted.
-    let asks =
-        *hovering == ContactAmbiguity::AsTold && options.by_hand.is_none() && !control.cancelled();
+    // Asked by hand, nothing is ambiguous.
+    let asks = *hovering == ContactAmbiguity::AsFitted
+        && options.by_hand.is_none()
+        && !control.cancelled();
     if asks && verdict == Verdict::Unexplained && beside_doubted.is_none() {
         let higher = lifted(&workspace, &found.baseline)?;
         reading.beside_doubted = beside(&found.baseline, &higher)?;
-        reading.otherwise = ContactAmbiguity::Over(higher.0, higher.1);
+        reading.otherwise = ContactAmbiguity::HoveringIn(higher.0, higher.1);
     }
     Ok((diagnosis, reading))
 }
 
-/// Chi2 per value of all but the `doubted` recordings of either side; `None` if there are no such
+/// Chi2 per value of all but the `ambiguous` recordings of either side; `None` if there are no such
 /// ones.
 fn beside(
     stand: &ModelState,
-    doubted: &(Vec<usize>, Vec<usize>),
+    ambiguous: &(Vec<usize>, Vec<usize>),
 ) -> Result<Option<f64>, DiagnoseError> {
-    if doubted.0.is_empty() && doubted.1.is_empty() {
+    if ambiguous.0.is_empty() && ambiguous.1.is_empty() {
         return Ok(None);
     }
-    let (mut cost, mut rows) = stand.train.cost_beside(&doubted.0)?;
+    let (mut cost, mut rows) = stand.train.cost_without(&ambiguous.0)?;
     if let Some(held_out) = &stand.held_out {
-        let own = held_out.cost_beside(&doubted.1)?;
+        let own = held_out.cost_without(&ambiguous.1)?;
         (cost, rows) = (cost + own.0, rows + own.1);
     }
     Ok(Some(cost / rows as f64))

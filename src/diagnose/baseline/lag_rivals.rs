@@ -35,7 +35,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub(crate) fn behind(
+    pub(crate) fn sensor_lag_baseline(
         &self,
         model: &Model,
         options: &DiagnoseOptions,
@@ -58,7 +58,8 @@ impl Workspace {
             return Ok(None);
         };
         let with = with_effect(model, start.clone());
-        let Some(fitted) = simulated(sharp.from(&with, (&free, &bounds), true, control))? else {
+        let Some(fitted) = simulated(sharp.fit_multistart(&with, (&free, &bounds), true, control))?
+        else {
             return Ok(None);
         };
         log::debug!(
@@ -76,11 +77,11 @@ impl Workspace {
             return Ok(None);
         };
         // A mass that is slow enough falls as through a lag.
-        let rival = train.whole_per_value(&sharp)?;
-        if fitted.whole_per_value(&sharp)? > LAG_MAX_CHI2_RATIO * rival {
+        let rival = train.chi2_with_set_aside(&sharp)?;
+        if fitted.chi2_with_set_aside(&sharp)? > LAG_MAX_CHI2_RATIO * rival {
             return Ok(None);
         }
-        sharp.found = Some(Arc::new(RequiredEffect {
+        sharp.required_effect = Some(Arc::new(RequiredEffect {
             shape: other_lag_parameters(start.spec, &free),
             start,
             free,
@@ -96,7 +97,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub(crate) fn lagging(
+    pub(crate) fn best_lag(
         &self,
         late: f64,
         (cut_again, tuned): (&Self, &Fitted),
@@ -104,7 +105,7 @@ impl Workspace {
         control: &DiagnoseControl<'_>,
     ) -> Result<Option<RequiredEffect>, DiagnoseError> {
         let mut best: Option<(f64, RequiredEffect)> = None;
-        let mut rival = tuned.whole_per_value(cut_again)?;
+        let mut rival = tuned.chi2_with_set_aside(cut_again)?;
         // Readings that lag are found from near by, unless what the edges do was set aside.
         let asked = LAG_PARAMETERS
             .iter()
@@ -113,23 +114,26 @@ impl Workspace {
             // The middle of an edge is late by half of what it takes.
             let slews = *which == SLEW_PARAMETER;
             let size = if slews {
-                2.0 * late / self.swing()
+                2.0 * late / self.voltage_range()
             } else {
                 late
             };
-            let Some((start, free, bounds)) = lag_start(*which, size, &self.outset) else {
+            let Some((start, free, bounds)) = lag_start(*which, size, &self.initial_model) else {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
             // A rule of thumb, for the whole takes three times as long: rows set aside count more
             // here than there, and other films are not tried.
             let least = best.as_ref().map_or(rival, |best| best.0.min(rival));
-            let asked = (self.share_open(&free), LAG_SUBSET_MAX_RATIO * least);
-            let fitted = self.within(&with, (&free, &bounds), asked, control);
+            let asked = (
+                self.drive_share_is_free(&free),
+                LAG_SUBSET_MAX_RATIO * least,
+            );
+            let fitted = self.fit_multistart_within(&with, (&free, &bounds), asked, control);
             let Some(fitted) = simulated(fitted)?.flatten() else {
                 continue;
             };
-            let own = fitted.whole_per_value(self)?;
+            let own = fitted.chi2_with_set_aside(self)?;
             log::debug!("{}: {own:.3} per value", free[0]);
             if best.as_ref().is_none_or(|best| own < best.0) {
                 let found = RequiredEffect {
@@ -148,11 +152,12 @@ impl Workspace {
         if control.cancelled() {
             return Ok(None);
         }
-        if let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, late, &self.outset) {
+        if let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, late, &self.initial_model)
+        {
             let with = with_effect(&tuned.model, start);
             let near = cut_again.fit(&with, &free, &bounds, tuned, FIT_STEPS, control);
             if let Some(near) = simulated(near)? {
-                rival = rival.min(near.whole_per_value(cut_again)?);
+                rival = rival.min(near.chi2_with_set_aside(cut_again)?);
             }
         }
         log::debug!("{own:.3} per value, cut again {rival:.3}");
@@ -160,7 +165,7 @@ impl Workspace {
     }
 
     /// From the lowest voltage of the fitted recordings to the highest \[V\].
-    fn swing(&self) -> f64 {
+    fn voltage_range(&self) -> f64 {
         let parts = self.train.parts.iter();
         let all = parts.filter_map(|p| p.recording.voltage.as_deref());
         let ends = all.map(extremes);
@@ -173,10 +178,10 @@ impl Workspace {
 
 impl Fitted {
     /// Cost per value of the fitted recordings of `workspace`, all stretches counted.
-    fn whole_per_value(&self, workspace: &Workspace) -> Result<f64, DiagnoseError> {
+    fn chi2_with_set_aside(&self, workspace: &Workspace) -> Result<f64, DiagnoseError> {
         let segments = &self.point.segments;
         let rows: usize = segments.iter().map(|s| self.problem.rows(s).len()).sum();
-        Ok(self.whole_cost(workspace.train.segments())? / rows.max(1) as f64)
+        Ok(self.cost_with_set_aside(workspace.train.segments())? / rows.max(1) as f64)
     }
 }
 
@@ -230,14 +235,14 @@ mod tests {
         let paper = Preset::embedded("paper").unwrap().model;
         let options = DiagnoseOptions::default();
         let tuned = workspace
-            .tuned(
+            .retune_baseline(
                 &paper,
-                (&options, &ContactAmbiguity::AsTold),
+                (&options, &ContactAmbiguity::AsFitted),
                 &QUIET,
                 &|| (),
             )
             .unwrap();
-        let known = tuned.workspace.found?;
+        let known = tuned.workspace.required_effect?;
         known.fitted.model.get(&known.free[0])
     }
 

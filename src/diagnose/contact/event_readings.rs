@@ -122,7 +122,14 @@ fn read_again(
     let problem = &prepared.problem;
     set_suspects_aside(problem, &mut point, ROBUST_LOSS, &control)?;
     // How near the model is, the others say.
-    point = settle(problem, &point.x, &point.segments, &point.used, ROBUST_LOSS, 1)?;
+    point = settle(
+        problem,
+        &point.x,
+        &point.segments,
+        &point.used,
+        ROBUST_LOSS,
+        1,
+    )?;
     if hopeless(&point) {
         // Whatever is read again is misread again.
         point.used = eligible;

@@ -93,8 +93,12 @@ fn simplest_law(courses: &[Course], noise: f64) -> Option<(Law, &'static [usize]
     if line.off < DRIFT_LAW_MAX_MISS * noise || since.any(long_ago) {
         return Some((line, &[2]));
     }
-    let settling = best(&mut (0..TIME_CONSTANT_GRID.2).filter_map(|i| fit_law(courses, tau(i), (true, false))))?;
-    let both = best(&mut (0..TIME_CONSTANT_GRID.2).filter_map(|i| fit_law(courses, tau(i), (true, true))))?;
+    let settling = best(
+        &mut (0..TIME_CONSTANT_GRID.2).filter_map(|i| fit_law(courses, tau(i), (true, false))),
+    )?;
+    let both = best(
+        &mut (0..TIME_CONSTANT_GRID.2).filter_map(|i| fit_law(courses, tau(i), (true, true))),
+    )?;
     Some(if settling.off < DRIFT_LAW_MAX_MISS * noise {
         (settling, &[0, 1])
     } else {

@@ -3,8 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::missed_contacts::{may_have_touched, flight_before_contact};
-use super::robust_loss::{ROBUST_LOSS, LEAST_SQUARES};
+use super::missed_contacts::{flight_before_contact, may_have_touched};
+use super::robust_loss::{LEAST_SQUARES, ROBUST_LOSS};
 use crate::diagnose::thresholds::{
     AIRBORNE_MAX_CHI2, AIRBORNE_MIN_COST_DROP, HELD_SUSPECT_EXCESS, MISREAD_MIN_CHI2_RATIO,
 };
@@ -94,10 +94,19 @@ pub fn reassign_misread_segments(
             let graze = || whole() > MISREAD_MIN_CHI2_RATIO * usual;
             // What a jump does is off from the jump on, an overlooked touch where it is lowest.
             let touched = || {
-                let flown = jumps(i).then(|| flight_before_contact(problem, point, &simulator, i))??;
+                let flown =
+                    jumps(i).then(|| flight_before_contact(problem, point, &simulator, i))??;
                 let nuisances = problem.nuisances_of(&point.x, flown.recording);
                 let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
-                let told = problem.refine(&flown, state, &simulator, near, start, ROBUST_LOSS, LOCAL_FIT_STEPS);
+                let told = problem.refine(
+                    &flown,
+                    state,
+                    &simulator,
+                    near,
+                    start,
+                    ROBUST_LOSS,
+                    LOCAL_FIT_STEPS,
+                );
                 let flown = (told.cost / problem.rows(&flown).len().max(1) as f64).sqrt();
                 Some(
                     flown < MISREAD_MIN_CHI2_RATIO
@@ -180,7 +189,13 @@ fn hovering_segments(
         let cost = |segment: &Segment, rounds| {
             let start = segment.locals.clone();
             problem.refine(
-                segment, &states[i], simulator, &nuisances, start, ROBUST_LOSS, rounds,
+                segment,
+                &states[i],
+                simulator,
+                &nuisances,
+                start,
+                ROBUST_LOSS,
+                rounds,
             )
         };
         let rows = problem.rows(held).len() as f64;
@@ -219,7 +234,8 @@ fn hovering_segments(
         .iter()
         .filter(|(i, gain, _)| {
             let alike = surely.iter().filter(|&&k| of(k) == of(*i)).count();
-            surely.contains(i) || (alike >= MIN_HOVERING_SEGMENTS && *gain > 0.1 * AIRBORNE_MIN_COST_DROP)
+            surely.contains(i)
+                || (alike >= MIN_HOVERING_SEGMENTS && *gain > 0.1 * AIRBORNE_MIN_COST_DROP)
         })
         .map(|(i, ..)| *i)
         .collect()
@@ -320,10 +336,16 @@ mod tests {
 
     #[test]
     fn what_most_jumps_do_is_no_misreading() {
-        assert_eq!(typical_jump_residual(vec![3.2, 3.4, 3.0, 3.1, 1.0], 1.1), 3.1);
+        assert_eq!(
+            typical_jump_residual(vec![3.2, 3.4, 3.0, 3.1, 1.0], 1.1),
+            3.1
+        );
         // Few of them may all be misread, and so may be the lesser part.
         assert_eq!(typical_jump_residual(vec![3.2, 3.4, 3.0], 1.1), 1.1);
-        assert_eq!(typical_jump_residual(vec![3.2, 3.4, 1.0, 1.0, 0.9], 1.1), 1.1);
+        assert_eq!(
+            typical_jump_residual(vec![3.2, 3.4, 1.0, 1.0, 0.9], 1.1),
+            1.1
+        );
         let lost = vec![f64::INFINITY, f64::NAN, 1.0, 1.0, 1.0];
         assert_eq!(typical_jump_residual(lost, 1.1), 1.1);
     }

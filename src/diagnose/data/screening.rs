@@ -39,7 +39,10 @@ pub fn screen(
     }
     let mut remarks = Vec::new();
     let mut unclip = |parts: &[Part]| -> Vec<Part> {
-        parts.iter().map(|p| without_clipped_samples(p, &mut remarks)).collect()
+        parts
+            .iter()
+            .map(|p| without_clipped_samples(p, &mut remarks))
+            .collect()
     };
     let (train, mut held_out) = (unclip(train), unclip(held_out));
     let options = FitOptions::for_model(model);

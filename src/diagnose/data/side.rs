@@ -21,7 +21,7 @@ pub struct Split {
     /// The drift of the zero that they show.
     pub(crate) drift: Option<Drift>,
     /// Cut into calm stretches.
-    pub calm: EventFreeSegments,
+    pub event_free: EventFreeSegments,
 }
 
 /// The drift of the zero that the ground's level shows.
@@ -34,8 +34,8 @@ pub(crate) fn level_drift_of(findings: &[Findings]) -> Option<Drift> {
 
 impl Split {
     /// Takes over what was found of the noise.
-    pub(crate) fn colour(&mut self, noise: &Noise) {
-        for data in &mut self.calm.prepared.problem.data {
+    pub(crate) fn set_noise(&mut self, noise: &Noise) {
+        for data in &mut self.event_free.prepared.problem.data {
             data.sigmas.xp *= noise.factor;
             data.sigmas.xc *= noise.factor;
             data.sigmas.colour = noise.colour;
@@ -44,7 +44,7 @@ impl Split {
 
     /// The stretches as first guessed.
     pub fn segments(&self) -> &[Segment] {
-        &self.calm.prepared.segments
+        &self.event_free.prepared.segments
     }
 
     /// Impacts of each recording, as its data show them; none where the ground is not known.

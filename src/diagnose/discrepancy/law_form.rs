@@ -7,7 +7,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::diagnose::score_test::basis_forces;
-use crate::diagnose::score_test::basis_forces::{Against, hat, window_grid, window};
+use crate::diagnose::score_test::basis_forces::{Against, hat, window, window_grid};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::state_ranges;
@@ -45,7 +45,8 @@ static SPEC: EffectSpec = EffectSpec {
     build: |values, around| {
         let index = (values[0].max(0.0) as usize).min(CATALOGUE.len() - 1);
         let spec = CATALOGUE[index];
-        let own = &values[WRAPPER_VALUES..WRAPPER_VALUES + spec.parameters.len().min(WRAPPED_VALUES)];
+        let own =
+            &values[WRAPPER_VALUES..WRAPPER_VALUES + spec.parameters.len().min(WRAPPED_VALUES)];
         Box::new(WindowedEffect {
             inner: (spec.build)(own, around),
             against: Against::of(values[1]),
@@ -142,7 +143,9 @@ fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
         }
         "dry_friction" => windows(Against::Velocity, speed)
             .into_iter()
-            .map(|(_, middle, width)| window(Against::Velocity, middle, width, MAX_FORM_ERROR * v[0]))
+            .map(|(_, middle, width)| {
+                window(Against::Velocity, middle, width, MAX_FORM_ERROR * v[0])
+            })
             .collect(),
         "zero_drift" => other_times(0, 1),
         // One more element beside those that there are.
@@ -196,7 +199,11 @@ fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .into_iter()
             .flat_map(|harmonic| [(harmonic, 0.0), (harmonic, FRAC_PI_2)])
             .filter_map(|(harmonic, phase)| {
-                wrapped(effect, &[MAX_FORM_ERROR * v[0], harmonic * v[1], phase], None)
+                wrapped(
+                    effect,
+                    &[MAX_FORM_ERROR * v[0], harmonic * v[1], phase],
+                    None,
+                )
             })
             .collect(),
         _ => Vec::new(),
@@ -223,8 +230,8 @@ pub fn form_error_gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result
     }
     let linear = Linearized::new(fitted)?;
     // All stand side by side, of which a model has one each by kind: one after the other.
-    let scan = ScoreScan::of(&linear, &fitted.model, &probes)?;
-    Ok(scan.within(1.0).map_or(0.0, |joint| joint.gain))
+    let scan = ScoreScan::of_effects(&linear, &fitted.model, &probes)?;
+    Ok(scan.joint_with_prior(1.0).map_or(0.0, |joint| joint.gain))
 }
 
 /// An effect in a window: of those places where the effects that have kin by being wrapped

@@ -3,7 +3,7 @@
 
 use super::residual_map::event_free_since;
 use crate::diagnose::diagnosis::ForceCurve;
-use crate::diagnose::score_test::basis_forces::{Against, window_grid, window};
+use crate::diagnose::score_test::basis_forces::{Against, window, window_grid};
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::state_ranges;
@@ -66,7 +66,7 @@ pub fn measure(fitted: &Fitted) -> Result<MissingForces, SimError> {
         probes.extend(at.iter().map(|&u| window(against, u, width, size)));
         groups.push((against, first..probes.len(), at, size));
     }
-    let scan = ScoreScan::of(&linear, &fitted.model, &probes)?;
+    let scan = ScoreScan::of_effects(&linear, &fitted.model, &probes)?;
     let all: Vec<usize> = (0..probes.len()).collect();
     let whole = scan.joint(&all);
     let mut curves = Vec::new();
@@ -105,16 +105,19 @@ pub fn measure(fitted: &Fitted) -> Result<MissingForces, SimError> {
 /// Force against the time that the mass has been off the ground: one that is the same all
 /// through each stretch, weighed in groups of stretches of like age. None where few stretches
 /// of flight follow a contact.
-fn force_since_contact(linear: &Linearized<'_>, fitted: &Fitted) -> Result<Option<ForceCurve>, SimError> {
+fn force_since_contact(
+    linear: &Linearized<'_>,
+    fitted: &Fitted,
+) -> Result<Option<ForceCurve>, SimError> {
     if !fitted.model.has_ground {
         return Ok(None);
     }
     let segments = &fitted.point.segments;
-    let calm = event_free_since(&fitted.problem, segments);
+    let undisturbed = event_free_since(&fitted.problem, segments);
     let everywhere = window(Against::Height, 0.0, UNBOUNDED_WIDTH, TRIAL_FORCE);
-    let products = linear.products(&fitted.model, &[everywhere])?;
+    let products = linear.segment_grams(&fitted.model, &[everywhere])?;
     let age = |p: &SegmentGram| {
-        let (begin, after_event) = calm[p.segment];
+        let (begin, after_event) = undisturbed[p.segment];
         (after_event && !segments[p.segment].starts_held).then_some(p.middle - begin)
     };
     let mut ages: Vec<f64> = products.iter().filter_map(age).collect();
@@ -128,10 +131,10 @@ fn force_since_contact(linear: &Linearized<'_>, fitted: &Fitted) -> Result<Optio
         .iter()
         .map(|p| {
             let group = age(p).map(|age| (1..AGE_GROUPS).filter(|&g| first(g) <= age).count());
-            p.spread(group, AGE_GROUPS)
+            p.in_group(group, AGE_GROUPS)
         })
         .collect();
-    let scan = ScoreScan::gather(linear, &spread, AGE_GROUPS);
+    let scan = ScoreScan::assemble(linear, &spread, AGE_GROUPS);
     let all: Vec<usize> = (0..AGE_GROUPS).collect();
     let middle = |group: usize| {
         let own = &ages[group * ages.len() / AGE_GROUPS..(group + 1) * ages.len() / AGE_GROUPS];

@@ -101,7 +101,7 @@ pub fn friction_at_height_gain(fitted: &Fitted) -> Result<f64, SimError> {
         .map(|m| probe(m, width, TURNOVER_SPEED_SHARE));
     let probes: Vec<ActiveEffect> = of_speed.chain(at_heights).collect();
     let linear = Linearized::new(fitted)?;
-    let scan = ScoreScan::of(&linear, model, &probes)?;
+    let scan = ScoreScan::of_effects(&linear, model, &probes)?;
     let all: Vec<usize> = (0..probes.len()).collect();
     let gain = |which: &[usize]| {
         let joint = scan.joint(which);
@@ -117,7 +117,11 @@ static SWINGING_STIFFNESS: EffectSpec = EffectSpec {
     law: "F = k sin(2 pi f t + phase) xp",
     needs: Need::Nothing,
     source: "",
-    parameters: &[numeric_parameter("k"), numeric_parameter("f"), numeric_parameter("phase")],
+    parameters: &[
+        numeric_parameter("k"),
+        numeric_parameter("f"),
+        numeric_parameter("phase"),
+    ],
     build: |values, _| {
         Box::new(SwingingStiffness {
             stiffness: values[0],
@@ -169,7 +173,7 @@ pub fn swinging_stiffness_gain(fitted: &Fitted) -> Result<f64, SimError> {
         ],
     };
     let linear = Linearized::new(fitted)?;
-    let scan = ScoreScan::of(&linear, model, &[probe(0.0), probe(FRAC_PI_2)])?;
+    let scan = ScoreScan::of_effects(&linear, model, &[probe(0.0), probe(FRAC_PI_2)])?;
     Ok(scan.joint(&[0, 1]).map_or(0.0, |joint| joint.gain))
 }
 
@@ -219,7 +223,7 @@ pub fn displacement_product_gain(fitted: &Fitted) -> Result<f64, SimError> {
         values: vec![PRODUCT_PROBE_FORCE / (reach * reach)],
     };
     let linear = Linearized::new(fitted)?;
-    let scan = ScoreScan::of(&linear, &fitted.model, &[probe])?;
+    let scan = ScoreScan::of_effects(&linear, &fitted.model, &[probe])?;
     Ok(scan.joint(&[0]).map_or(0.0, |joint| joint.gain))
 }
 

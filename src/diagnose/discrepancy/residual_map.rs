@@ -57,7 +57,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
     let heights = near_ground_heights(problem);
-    let calm = event_free_since(problem, &point.segments);
+    let undisturbed = event_free_since(problem, &point.segments);
     let one = |(i, segment): (usize, &Segment)| -> Vec<Sample> {
         if !point.used[i] {
             return Vec::new();
@@ -135,7 +135,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
                     xp,
                     vp,
                     voltage: r.voltage.as_ref().map_or(f64::NAN, |v| v[k]),
-                    since: r.time[k] - calm[i].0,
+                    since: r.time[k] - undisturbed[i].0,
                     miss_p: p[n],
                     miss_c: c[n],
                     white: (wp[n], wc[n]),

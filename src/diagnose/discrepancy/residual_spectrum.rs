@@ -46,7 +46,7 @@ pub struct SpectralPeak {
 
 impl SpectralPeak {
     /// Quicker frequencies that are read as this one \[Hz\].
-    pub fn mirrors(&self) -> [f64; 3] {
+    pub fn aliases(&self) -> [f64; 3] {
         ALIASES.map(|(n, sign)| n * self.rate + sign * self.frequency)
     }
 }
@@ -104,7 +104,8 @@ pub fn strongest_peak(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError>
             f < KNOWN_MODE_FREQUENCY_RATIO * known && known < KNOWN_MODE_FREQUENCY_RATIO * f
         })
     };
-    let humps = [usize::MAX, EARLY_SAMPLES].map(|length| spectral_peaks(&left, (&frequencies, rate), length, both));
+    let humps = [usize::MAX, EARLY_SAMPLES]
+        .map(|length| spectral_peaks(&left, (&frequencies, rate), length, both));
     let highest = |which: &dyn Fn(f64) -> bool| {
         let all = humps.iter().flatten();
         all.filter(|ring| which(ring.frequency) && ring.gain.is_finite())
@@ -268,7 +269,10 @@ mod tests {
     fn a_mode_that_rings_on_is_found_with_its_shape() {
         let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
         assert!(ring.significance > 2.0 * PEAK_MIN_SIGNIFICANCE, "{ring:?}");
-        assert!((ring.frequency - 7e3).abs() <= FREQUENCY_SPACING, "{ring:?}");
+        assert!(
+            (ring.frequency - 7e3).abs() <= FREQUENCY_SPACING,
+            "{ring:?}"
+        );
         assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
     }
 
@@ -281,7 +285,10 @@ mod tests {
             "{early:?}"
         );
         assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
-        assert!((early.frequency - 18e3).abs() <= 5.0 * FREQUENCY_SPACING, "{early:?}");
+        assert!(
+            (early.frequency - 18e3).abs() <= 5.0 * FREQUENCY_SPACING,
+            "{early:?}"
+        );
     }
 
     #[test]

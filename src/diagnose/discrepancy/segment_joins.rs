@@ -57,7 +57,13 @@ pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let start = segment.locals.clone();
         let told = problem.refine(
-            segment, &states[i], &simulator, &nuisances, start, ROBUST_LOSS, rounds,
+            segment,
+            &states[i],
+            &simulator,
+            &nuisances,
+            start,
+            ROBUST_LOSS,
+            rounds,
         );
         told.cost
     };

@@ -127,7 +127,9 @@ impl FrequencyComb {
         let data = linear.problem().data.iter();
         let rate = data.map(|d| d.recording.sampling_rate());
         let low = FREQUENCY_RANGE.0;
-        let high = FREQUENCY_RANGE.1.min(0.4 * rate.fold(f64::INFINITY, f64::min));
+        let high = FREQUENCY_RANGE
+            .1
+            .min(0.4 * rate.fold(f64::INFINITY, f64::min));
         if high <= 2.0 * low {
             return Ok(None);
         }
@@ -135,9 +137,12 @@ impl FrequencyComb {
         let coarse: Vec<f64> = (0..count)
             .map(|i| low + (i as f64 + 0.5) * (high - low) / count as f64)
             .collect();
-        let effects: Vec<ActiveEffect> = coarse.iter().flat_map(|&f| sine_and_cosine(spec, f)).collect();
-        let products = linear.products(model, &effects)?;
-        let base = ScoreScan::gather(linear, &products, effects.len()).base();
+        let effects: Vec<ActiveEffect> = coarse
+            .iter()
+            .flat_map(|&f| sine_and_cosine(spec, f))
+            .collect();
+        let products = linear.segment_grams(model, &effects)?;
+        let base = ScoreScan::assemble(linear, &products, effects.len()).nuisance_projector();
         Ok(base.map(|base| Self {
             coarse,
             half: 0.5 * (high - low) / count as f64,
@@ -148,7 +153,7 @@ impl FrequencyComb {
 
     /// Frequencies that are told apart where the phase is turned for `span` \[s\], and their
     /// distance \[Hz\]: each as the number of one that is simulated, and what it is higher by.
-    pub fn all(&self, span: f64) -> (Vec<(usize, f64)>, f64) {
+    pub fn frequencies(&self, span: f64) -> (Vec<(usize, f64)>, f64) {
         let fine = PHASE_STEP_TURNS / span;
         let steps = (self.half / fine).ceil().min(MAX_PHASE_STEPS) as i64;
         let own = |c| (-steps..=steps).map(move |d| (c, self.half * d as f64 / steps as f64));
@@ -162,7 +167,7 @@ impl FrequencyComb {
     }
 
     /// Number of its sine among the probes.
-    pub fn sine((coarse, _): (usize, f64)) -> usize {
+    pub fn sine_index((coarse, _): (usize, f64)) -> usize {
         2 * coarse
     }
 }
@@ -182,10 +187,10 @@ pub fn find_vibration(
     let unknowns = linear.problem().unknowns();
     let middles = comb.products.iter().map(|p| p.middle);
     let longest = middles.fold(0.0, f64::max).max(1e-3);
-    let weigh = |at: (usize, f64)| {
+    let fit_line = |at: (usize, f64)| {
         let mut turned = PhaseShiftedGram::new(unknowns);
         for p in &comb.products {
-            turned.add(p, FrequencyComb::sine(at), at.1);
+            turned.add(p, FrequencyComb::sine_index(at), at.1);
         }
         let (solved, gain) = turned.solve(&comb.base)?;
         let (s, c) = (-solved[0], -solved[1]);
@@ -196,8 +201,8 @@ pub fn find_vibration(
             gain,
         })
     };
-    let all = comb.all(longest).0.into_par_iter();
-    let lines: Vec<VibrationLine> = all.filter_map(weigh).collect();
+    let all = comb.frequencies(longest).0.into_par_iter();
+    let lines: Vec<VibrationLine> = all.filter_map(fit_line).collect();
     let finite = lines.into_iter().filter(|l| l.gain.is_finite());
     Ok(finite.max_by(|a, b| a.gain.total_cmp(&b.gain)))
 }

@@ -42,7 +42,7 @@ pub fn extra_mode_hypothesis(
     spec: &'static EffectSpec,
 ) -> Result<Option<Hypothesis>, DiagnoseError> {
     let model = &stand.train.model;
-    let blows = ImpactExcitations::new(&workspace.train, &stand.train)?;
+    let excitations = ImpactExcitations::new(&workspace.train, &stand.train)?;
     let hump = residual_spectrum::strongest_peak(&stand.train)?
         .filter(|ring| ring.significance > crate::diagnose::thresholds::PEAK_MIN_SIGNIFICANCE);
     // A mass-normalised shape is of the order of the structure's own; but a mode that
@@ -65,21 +65,21 @@ pub fn extra_mode_hypothesis(
     if let Some(hump) = &hump {
         let (p, c) = hump.shape;
         let size = usual * (HIDDEN_MODE_SHARE / p.abs().max(HIDDEN_MODE_SHARE));
-        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
-        let place = |f: f64| match ring_near(&blows, f) {
+        let all = std::iter::once(hump.frequency).chain(hump.aliases());
+        let place = |f: f64| match ring_near(&excitations, f) {
             Some(ring) => (ring.gain, in_step(&ring)),
             None => (0.0, (with([f, 0.01, size * c, size * p, 0.0]), near(f))),
         };
         places.extend(all.filter(|f| *f < quickest).map(place));
     }
-    let struck = blows.outstanding(quickest);
+    let in_phase = excitations.strongest(quickest);
     let known = |ring: &PhaseLockedRing| {
         let mut all = places.iter();
         all.any(|(_, (start, _))| {
             (start.values[0] / ring.frequency).ln().abs() < SAME_MODE_FREQUENCY_SHARE
         })
     };
-    if let Some(ring) = struck.as_ref().filter(|ring| !known(ring)) {
+    if let Some(ring) = in_phase.as_ref().filter(|ring| !known(ring)) {
         places.push((ring.gain, in_step(ring)));
     }
     places.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -90,7 +90,7 @@ pub fn extra_mode_hypothesis(
     let gain = hump
         .map(|h| h.gain)
         .into_iter()
-        .chain(struck.map(|s| s.gain));
+        .chain(in_phase.map(|s| s.gain));
     let gain = gain.fold(0.0, f64::max);
     let mut places = places.into_iter().map(|place| place.1);
     let Some((start, bounds)) = places.next() else {
@@ -110,15 +110,18 @@ pub fn extra_mode_hypothesis(
     }))
 }
 
-/// The ring near `frequency` \[Hz\] that is in step with `blows`, if one is.
-pub fn ring_near(blows: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
-    let ring = blows.near(frequency, residual_spectrum::FREQUENCY_SPACING);
+/// The ring near `frequency` \[Hz\] that is in step with `excitations`, if one is.
+pub fn ring_near(excitations: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
+    let ring = excitations.best_near(frequency, residual_spectrum::FREQUENCY_SPACING);
     ring.filter(|ring| ring.gain > MODE_RING_MIN_GAIN)
 }
 
 /// Frequency, damping and shapes of a further mode of `model` that rings like `ring`.
 pub fn mode_of_ring(ring: &PhaseLockedRing, model: &Model) -> [f64; 5] {
-    ring.mode(model, HIDDEN_MODE_SHARE * model.structure().mobility().sqrt())
+    ring.mode(
+        model,
+        HIDDEN_MODE_SHARE * model.structure().mobility().sqrt(),
+    )
 }
 
 /// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`, of
@@ -151,16 +154,16 @@ pub fn with_second_mode(
     known: Hypothesis,
     fitted: &Fitted,
 ) -> Result<Option<Hypothesis>, SimError> {
-    let blows = ImpactExcitations::new(side, fitted)?;
+    let excitations = ImpactExcitations::new(side, fitted)?;
     let told = |ring: PhaseLockedRing| (ring.gain, mode_of_ring(&ring, &fitted.model));
-    let hump =
-        residual_spectrum::strongest_peak(fitted)?.filter(|r| r.significance > SELF_RINGING_MIN_SIGNIFICANCE);
+    let hump = residual_spectrum::strongest_peak(fitted)?
+        .filter(|r| r.significance > SELF_RINGING_MIN_SIGNIFICANCE);
     let (_, quickest) = EFFECT.parameters[OF_ONE].range;
     let signs = SecondModeSigns {
         rate: residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY),
         hump,
-        outstanding: blows.outstanding(quickest).map(told),
-        near: &|frequency| ring_near(&blows, frequency).map(told),
+        outstanding: excitations.strongest(quickest).map(told),
+        near: &|frequency| ring_near(&excitations, frequency).map(told),
     };
     Ok(add_second_mode(known, &signs))
 }
@@ -194,17 +197,26 @@ pub(crate) struct SecondModeSigns<'a> {
 }
 
 /// `known` with one more mode, of which there are those signs.
-pub(crate) fn add_second_mode(known: Hypothesis, signs: &SecondModeSigns<'_>) -> Option<Hypothesis> {
+pub(crate) fn add_second_mode(
+    known: Hypothesis,
+    signs: &SecondModeSigns<'_>,
+) -> Option<Hypothesis> {
     let spec = known.start.spec;
     let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
     // From the proof mass alone nothing is seen of the cantilever.
     let size = known.start.values[2].abs().max(known.start.values[3].abs());
     let read = |hump: &SpectralPeak| {
         let (p, c) = hump.shape;
-        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
+        let all = std::iter::once(hump.frequency).chain(hump.aliases());
         let one = move |place| {
             // Its shape goes into the readings times what it is driven by, impacts and film apart.
-            let read = [place, 0.02, INITIAL_SHAPE_SHARE * size * c, INITIAL_SHAPE_SHARE * size * p, size];
+            let read = [
+                place,
+                0.02,
+                INITIAL_SHAPE_SHARE * size * c,
+                INITIAL_SHAPE_SHARE * size * p,
+                size,
+            ];
             (signs.near)(place).unwrap_or((0.0, read))
         };
         all.map(one).collect()
@@ -363,12 +375,12 @@ mod neighbour_tests {
     fn the_phase_in_which_it_begins_tells_where_it_is() {
         let at = |gain: f64, place: f64| (gain, [place, 0.008, -3e4, 2e3, -7e4]);
         let with = |far: f64, near: f64| {
-            let struck = |f: f64| match f {
+            let in_phase = |f: f64| match f {
                 60.8e3 => Some(at(far, f)),
                 39.2e3 => Some(at(near, f)),
                 _ => None,
             };
-            let signs = told(Some(hump(10.8e3)), None, &struck);
+            let signs = told(Some(hump(10.8e3)), None, &in_phase);
             add_second_mode(known(19.2e3), &signs).unwrap()
         };
         let far = with(500.0, 100.0);
@@ -389,8 +401,8 @@ mod neighbour_tests {
         assert_eq!(alone.start.values[OF_ONE..], out.1);
         assert!(alone.alternative_starts.is_empty());
         // It may be the hump's.
-        let struck = |f: f64| (f == 39.2e3).then_some((150.0, [38.6e3, 0.008, -6e4, 3e3, -7e4]));
-        let both = told(Some(hump(10.8e3)), Some(out), &struck);
+        let in_phase = |f: f64| (f == 39.2e3).then_some((150.0, [38.6e3, 0.008, -6e4, 3e3, -7e4]));
+        let both = told(Some(hump(10.8e3)), Some(out), &in_phase);
         assert!(
             add_second_mode(known(19.2e3), &both)
                 .unwrap()

@@ -118,7 +118,14 @@ fn with_best_drive_share(all: Vec<ImpactSegments>) -> Result<Vec<ImpactSegments>
             let mut x = point.x.clone();
             x[*k] += away;
             let asked = eligible_segments(point, has_bounce);
-            let point = settle(problem, &x, &point.segments, &asked, IMPACT_LOSS, LOCAL_FIT_STEPS)?;
+            let point = settle(
+                problem,
+                &x,
+                &point.segments,
+                &asked,
+                IMPACT_LOSS,
+                LOCAL_FIT_STEPS,
+            )?;
             let costs = costs_at(problem, &point, &asked)?;
             let own = costs.into_iter().zip(&point.segments).zip(&asked);
             for ((cost, segment), _) in own.filter(|(_, asked)| **asked) {
@@ -163,7 +170,10 @@ fn eligible_segments(point: &Point, tells: fn(&Segment) -> bool) -> Vec<bool> {
 
 /// What the falls of single stretches say together.
 fn combine_falls(falls: &[f64]) -> ImpactComparison {
-    let fall: f64 = falls.iter().map(|fall| fall.clamp(-MAX_SEGMENT_FALL, MAX_SEGMENT_FALL)).sum();
+    let fall: f64 = falls
+        .iter()
+        .map(|fall| fall.clamp(-MAX_SEGMENT_FALL, MAX_SEGMENT_FALL))
+        .sum();
     let telling = falls.iter().filter(|fall| fall.abs() > LAG_TWINS_MIN_VOTE);
     let against = telling.clone().filter(|own| **own * fall < 0.0).count();
     let one_voice = against as f64 <= LAG_TWINS_MAX_CONTRARY * telling.clone().count() as f64;
@@ -213,7 +223,10 @@ fn has_event(segment: &Segment, wanted: fn(&Kind) -> bool) -> bool {
 
 /// Cost of each stretch in which the mass strikes the ground, from where it is and from where
 /// `other` has it, whichever is less.
-fn impact_costs((prepared, point): &ImpactSegments, other: &Point) -> Result<Vec<f64>, DiagnoseError> {
+fn impact_costs(
+    (prepared, point): &ImpactSegments,
+    other: &Point,
+) -> Result<Vec<f64>, DiagnoseError> {
     let mut segments = point.segments.clone();
     for segment in &mut segments {
         if let Some(there) = other.segments.iter().find(|s| same_segment(s, segment)) {
@@ -222,7 +235,16 @@ fn impact_costs((prepared, point): &ImpactSegments, other: &Point) -> Result<Vec
     }
     let problem = &prepared.problem;
     let asked = eligible_segments(point, has_impact);
-    let settled = |segments: &[Segment]| settle(problem, &point.x, segments, &asked, IMPACT_LOSS, LOCAL_FIT_STEPS);
+    let settled = |segments: &[Segment]| {
+        settle(
+            problem,
+            &point.x,
+            segments,
+            &asked,
+            IMPACT_LOSS,
+            LOCAL_FIT_STEPS,
+        )
+    };
     let here = costs_at(problem, &settled(&point.segments)?, &asked)?;
     let there = costs_at(problem, &settled(&segments)?, &asked)?;
     Ok(here.into_iter().zip(there).map(|(a, b)| a.min(b)).collect())
@@ -291,7 +313,7 @@ mod tests {
 
     /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the
     /// reading's, above 0 the drive's.
-    fn asked(concealed: &str) -> Option<f64> {
+    fn fall_around_impacts(concealed: &str) -> Option<f64> {
         let with = |id: &str| with(id, 0, 25e-6);
         let workspace = bench_of(&with(concealed));
         let fit = |id: &str| workspace.baseline(&with(id), &QUIET).unwrap();
@@ -302,9 +324,9 @@ mod tests {
 
     #[test]
     fn bounces_tell_a_late_reading_from_a_late_drive() {
-        let late_readings = eligible_segments("sensor_lag").unwrap();
+        let late_readings = fall_around_impacts("sensor_lag").unwrap();
         assert!(late_readings < -LAG_TWINS_MIN_GAIN, "{late_readings}");
-        let late_drive = eligible_segments("amplifier_lag").unwrap();
+        let late_drive = fall_around_impacts("amplifier_lag").unwrap();
         assert!(late_drive > LAG_TWINS_MIN_GAIN, "{late_drive}");
     }
 
@@ -313,7 +335,8 @@ mod tests {
         let paper = Preset::embedded("paper").unwrap().model;
         let workspace = bench_of(&paper);
         let fit = workspace.baseline(&paper, &QUIET).unwrap();
-        let place = |all: &[ImpactSegments]| all[0].0.problem.space.position(DRIVE_SHARE_ID).unwrap();
+        let place =
+            |all: &[ImpactSegments]| all[0].0.problem.space.position(DRIVE_SHARE_ID).unwrap();
         let mut all = impact_segments(&workspace, (&fit, None)).unwrap();
         let k = place(&all);
         let right = all[0].1.x[k];

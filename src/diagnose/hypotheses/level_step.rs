@@ -53,9 +53,9 @@ pub fn find_level_steps(
     locked: usize,
     epochs: &[f64],
 ) -> Result<Vec<LevelStep>, SimError> {
-    let products = linear.products(model, &[raised_ground()])?;
-    let whole = ScoreScan::gather(linear, &products, 1);
-    let Some(base) = whole.base_without(locked) else {
+    let products = linear.segment_grams(model, &[raised_ground()])?;
+    let whole = ScoreScan::assemble(linear, &products, 1);
+    let Some(base) = whole.projector_with_locked(locked) else {
         return Ok(Vec::new());
     };
     let n = linear.problem().unknowns();
@@ -134,7 +134,7 @@ fn gain_in_segments<'a>(
         own += p.gram[(0, 0)];
         slope += p.slope[0];
     }
-    base.promise(&cross, own, slope)
+    base.predicted_gain(&cross, own, slope)
 }
 
 /// What another level of the ground in one `recording` would bring, in units of [`PROBE_RISE`], of
@@ -162,7 +162,7 @@ pub fn first_level_gain(
     linear: &Linearized<'_>,
     model: &Model,
 ) -> Result<Option<(usize, ScoreGain)>, SimError> {
-    let products = linear.products(model, &[raised_ground()])?;
+    let products = linear.segment_grams(model, &[raised_ground()])?;
     let segments = &linear.point().segments;
     let count = |k: usize| {
         let own = products.iter().map(|p| &segments[p.segment]);
@@ -175,8 +175,8 @@ pub fn first_level_gain(
     else {
         return Ok(None);
     };
-    let whole = ScoreScan::gather(linear, &products, 1);
-    let base = whole.base_without(linear.problem().space.len());
+    let whole = ScoreScan::assemble(linear, &products, 1);
+    let base = whole.projector_with_locked(linear.problem().space.len());
     let promise = base.and_then(|base| level_gain(linear, &base, &products, first));
     Ok(promise.map(|promise| (first, promise)))
 }
@@ -202,7 +202,7 @@ mod tests {
         let third = landed.iter().position(|t| *t > 0.05).unwrap();
         let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
         let workspace = bench_on(&stepping(HEIGHT, flies));
-        let fit = |model: &Model| workspace.from_afar(model, &[], &[], &QUIET).unwrap();
+        let fit = |model: &Model| workspace.fit_cold_start(model, &[], &[], &QUIET).unwrap();
         // As it comes under a mass that lies, which keeps its level until it has flown.
         for time in [flies, lies] {
             let per_value = fit(&stepping(HEIGHT, time)).per_value();
@@ -217,6 +217,9 @@ mod tests {
             .max_by(|a, b| a.gain.total_cmp(&b.gain))
             .unwrap();
         assert!(best.since < flies && flies < best.time, "{best:?}");
-        assert!((PROBE_RISE * best.height / HEIGHT - 1.0).abs() < 0.3, "{best:?}");
+        assert!(
+            (PROBE_RISE * best.height / HEIGHT - 1.0).abs() < 0.3,
+            "{best:?}"
+        );
     }
 }

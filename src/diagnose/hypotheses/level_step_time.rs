@@ -52,7 +52,9 @@ pub fn refine_step_time(trial: &CandidateFit) -> Result<Option<Hypothesis>, SimE
 fn better_time(sides: &[&Fitted], spec: &EffectSpec) -> Result<Option<f64>, SimError> {
     let own = |side: &&Fitted| {
         let mut effects = side.model.effects.iter();
-        effects.find(|e| e.spec == spec).map(|e| e.values[TIME_INDEX])
+        effects
+            .find(|e| e.spec == spec)
+            .map(|e| e.values[TIME_INDEX])
     };
     let Some(known) = sides.first().and_then(own) else {
         return Ok(None);
@@ -134,7 +136,15 @@ fn cost_in_window(side: &Fitted, model: &Model, (from, to): (f64, f64)) -> Resul
     let costs = own.par_iter().zip(&states).map(|(segment, states)| {
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let start = segment.locals.clone();
-        let told = problem.refine(segment, states, &simulator, &nuisances, start, ROBUST_LOSS, LOCAL_FIT_STEPS);
+        let told = problem.refine(
+            segment,
+            states,
+            &simulator,
+            &nuisances,
+            start,
+            ROBUST_LOSS,
+            LOCAL_FIT_STEPS,
+        );
         told.cost
     });
     Ok(costs.sum())
@@ -158,12 +168,12 @@ mod tests {
         let workspace = bench_on(lies);
         let spec = find("gap_step").unwrap();
         for off in [-3e-3, 1.5e-3, 3.5e-3] {
-            let fit = workspace.from_afar(&stepping(RISE, lies + off), &[], &[], &QUIET);
+            let fit = workspace.fit_cold_start(&stepping(RISE, lies + off), &[], &[], &QUIET);
             let time = better_time(&[&fit.unwrap()], spec).unwrap();
             let time = time.expect("a better time");
             assert!((time - lies).abs() < 4e-5, "{off}: {time}");
         }
-        let right = workspace.from_afar(&stepping(RISE, lies), &[], &[], &QUIET);
+        let right = workspace.fit_cold_start(&stepping(RISE, lies), &[], &[], &QUIET);
         let time = better_time(&[&right.unwrap()], spec).unwrap();
         assert!(time.is_none_or(|t| (t - lies).abs() < 2e-5), "{time:?}");
     }

@@ -3,7 +3,7 @@
 //! level hides in that, and only the flights before and after tell.
 
 use super::lag_twins::twin;
-use super::level_step::{raised_ground, find_level_steps, level_gain};
+use super::level_step::{find_level_steps, level_gain, raised_ground};
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
@@ -23,7 +23,7 @@ pub fn lifted(
 ) -> Result<(Vec<usize>, Vec<usize>), SimError> {
     let step = raised_ground().spec;
     let steps = stand.train.model.effects.iter().any(|e| e.spec == step);
-    let known = workspace.found.as_ref();
+    let known = workspace.required_effect.as_ref();
     if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
         return Ok((Vec::new(), Vec::new()));
     }
@@ -52,8 +52,9 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
         return Ok(asked);
     }
     let linear = Linearized::new(fitted)?;
-    let products = linear.products(&fitted.model, &[raised_ground()])?;
-    let Some(base) = ScoreScan::gather(&linear, &products, 1).base_without(locked) else {
+    let products = linear.segment_grams(&fitted.model, &[raised_ground()])?;
+    let Some(base) = ScoreScan::assemble(&linear, &products, 1).projector_with_locked(locked)
+    else {
         return Ok(Vec::new());
     };
     let gain = |k: usize| {

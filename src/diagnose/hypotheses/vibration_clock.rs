@@ -29,7 +29,7 @@ const FREQUENCY_HALVINGS: usize = 24;
 #[derive(Debug, Clone, PartialEq)]
 pub struct VibrationClock {
     /// To be added to the times of each recording: those fitted, those kept out \[s\].
-    late: (Vec<f64>, Vec<f64>),
+    offsets: (Vec<f64>, Vec<f64>),
 }
 
 /// Vibrations of one frequency in all recordings of a side.
@@ -98,12 +98,12 @@ impl VibrationClock {
         };
         let of = |side: &RecordingVibrations| side.parts.iter().map(late).collect();
         Ok(Some(Self {
-            late: (of(&own), kept_out.as_ref().map_or_else(Vec::new, of)),
+            offsets: (of(&own), kept_out.as_ref().map_or_else(Vec::new, of)),
         }))
     }
 
     /// Recordings by the vibration's clock.
-    pub fn told(&self, train: &[Part], held_out: &[Part]) -> (Vec<Part>, Vec<Part>) {
+    pub fn shift_recordings(&self, train: &[Part], held_out: &[Part]) -> (Vec<Part>, Vec<Part>) {
         let side = |parts: &[Part], late: &[f64]| -> Vec<Part> {
             let both = parts.iter().zip(late);
             both.map(|(part, late)| Part {
@@ -112,12 +112,21 @@ impl VibrationClock {
             })
             .collect()
         };
-        (side(train, &self.late.0), side(held_out, &self.late.1))
+        (
+            side(train, &self.offsets.0),
+            side(held_out, &self.offsets.1),
+        )
     }
 
     /// Tells the times of a diagnosis by the recordings' own clocks again.
     pub fn undo(&self, diagnosis: &mut Diagnosis) {
-        let late: Vec<f64> = self.late.0.iter().chain(&self.late.1).copied().collect();
+        let late: Vec<f64> = self
+            .offsets
+            .0
+            .iter()
+            .chain(&self.offsets.1)
+            .copied()
+            .collect();
         // Strips are of one recording each, those fitted first.
         let names: Vec<String> = diagnosis
             .strips
@@ -184,10 +193,11 @@ fn frequency(
     let spans = fitted.problem.data.iter().map(|d| d.recording.span());
     let longest = spans.map(|(begin, end)| end - begin).fold(1e-3, f64::max);
     let gain = |at: (usize, f64)| -> f64 {
-        let all = gram_per_recording(linear, &comb.products, FrequencyComb::sine(at), at.1).into_iter();
+        let all = gram_per_recording(linear, &comb.products, FrequencyComb::sine_index(at), at.1)
+            .into_iter();
         all.filter_map(|own| Some(own.solve(&comb.base)?.1)).sum()
     };
-    let (all, mut reach) = comb.all(longest);
+    let (all, mut reach) = comb.frequencies(longest);
     let gains: Vec<((usize, f64), f64)> = all.into_par_iter().map(|at| (at, gain(at))).collect();
     let best = gains.into_iter().filter(|g| g.1.is_finite());
     let Some((mut at, mut most)) = best.max_by(|a, b| a.1.total_cmp(&b.1)) else {
@@ -227,8 +237,8 @@ fn recording_vibrations(
     (spec, frequency): (&'static EffectSpec, f64),
     locked: usize,
 ) -> Result<Option<RecordingVibrations>, SimError> {
-    let products = linear.products(&fitted.model, &sine_and_cosine(spec, frequency))?;
-    let Some(base) = ScoreScan::gather(linear, &products, 2).base_without(locked) else {
+    let products = linear.segment_grams(&fitted.model, &sine_and_cosine(spec, frequency))?;
+    let Some(base) = ScoreScan::assemble(linear, &products, 2).projector_with_locked(locked) else {
         return Ok(None);
     };
     let each = gram_per_recording(linear, &products, 0, 0.0);
@@ -285,7 +295,12 @@ mod tests {
         let shaken = [(9.6, 0.1), (9.7, 0.2), (9.5, 0.05), (8.0, 0.6)];
         assert!(amplitudes_agree(&shaken));
         // What follows the drive is larger where that is.
-        assert!(!amplitudes_agree(&[(9.6, 0.1), (4.7, 0.2), (0.5, 0.05), (8.0, 0.6)]));
+        assert!(!amplitudes_agree(&[
+            (9.6, 0.1),
+            (4.7, 0.2),
+            (0.5, 0.05),
+            (8.0, 0.6)
+        ]));
         // One recording that shows it proves nothing of phases.
         assert!(!amplitudes_agree(&[(9.6, 0.1), (9.0, 4.0), (8.0, 6.0)]));
     }
@@ -318,9 +333,12 @@ mod tests {
         let parts = shaken_in(&[0.4, 2.2]);
         let clocks = clocks_of(&parts).unwrap();
         let late = (2.2 - 0.4) / (TAU * 137.0);
-        assert_eq!(clocks.late.0[0], 0.0);
-        assert!((clocks.late.0[1] - late).abs() < 2e-5, "{clocks:?} {late}");
-        let (told, _) = clocks.told(&parts, &[]);
+        assert_eq!(clocks.offsets.0[0], 0.0);
+        assert!(
+            (clocks.offsets.0[1] - late).abs() < 2e-5,
+            "{clocks:?} {late}"
+        );
+        let (told, _) = clocks.shift_recordings(&parts, &[]);
         let first = |part: &Part| part.recording.time[0];
         assert!((first(&told[1]) - first(&parts[1]) - late).abs() < 2e-5);
         // By that clock there is one phase.

@@ -29,10 +29,10 @@ pub struct CatalogueDirection {
     /// Which parameters are fitted.
     pub free: Vec<usize>,
     /// Constants other than the strength make no sense below this.
-    pub least_constant: f64,
+    pub min_constant: f64,
     /// Values to begin with, and which are fitted, where the law is too strong for any model
     /// without it, if those are others.
-    pub full: Option<(Vec<f64>, Vec<usize>)>,
+    pub cold_start: Option<(Vec<f64>, Vec<usize>)>,
     /// Which parameters shape the law, to be fitted besides once it has shown up.
     pub shape: &'static [usize],
 }
@@ -57,7 +57,7 @@ impl CatalogueDirection {
     /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
     /// a lag, whose answer goes as its square beside a shift of the clocks, calls for a
     /// shorter form.
-    pub fn least(&self) -> f64 {
+    pub fn min_strength(&self) -> f64 {
         if self.signed {
             f64::NEG_INFINITY
         } else {
@@ -129,7 +129,7 @@ impl Scale {
 
     /// Whether a step of the quintic stiffness, which a fit makes in units of its range, is
     /// small where the device moves: on one that moves by centimetres it is not.
-    fn tells_quintic(&self, spec: &EffectSpec) -> bool {
+    fn resolves_quintic(&self, spec: &EffectSpec) -> bool {
         let step = STEP * linear_unit(&spec.parameters[1]);
         step * self.length.powi(5) < 1e-3 * self.force
     }
@@ -148,14 +148,14 @@ pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirect
                 signed,
                 free: free.to_vec(),
                 // The electrodes are apart even where the mass touches the ground.
-                least_constant: if spec.id == "electrostatic" {
+                min_constant: if spec.id == "electrostatic" {
                     model.parameters[ParameterId::Dp] + MIN_ELECTRODE_GAP
                 } else {
                     0.0
                 },
                 // A device has either the branches or the loops: between them there is
                 // nothing. At zero the past would not show which way to go.
-                full: (spec.id == "hysteresis_memory").then(|| {
+                cold_start: (spec.id == "hysteresis_memory").then(|| {
                     let parameters = spec.parameters.iter();
                     let mut values: Vec<f64> = parameters.map(|p| p.default).collect();
                     values[8] = 1e-3;
@@ -163,7 +163,7 @@ pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirect
                 }),
                 shape: match spec.id {
                     "hysteresis_memory" => &[3, 4, 5, 6, 7, 9, 10],
-                    "cubic_stiffness" if scale.tells_quintic(spec) => &[1],
+                    "cubic_stiffness" if scale.resolves_quintic(spec) => &[1],
                     "long_range_attraction" => &[2],
                     "amplifier_lag" if strength == 0 => &[1],
                     "amplifier_lag" => &[0],

@@ -19,7 +19,7 @@ pub struct Choice {
     /// Others that do as well.
     pub alike: Vec<&'static str>,
     /// Why one that does as well in flight is not among those.
-    pub told: Option<String>,
+    pub rejected_twin: Option<String>,
 }
 
 /// Adds to what was `weighed` the one that looks like the best in flight, begun from its fit,
@@ -101,7 +101,7 @@ pub fn choose_best(
             && t.worth() > TWIN_MIN_SHARE * first.1.worth()
             && !first.1.excels(t)
     });
-    let mut told = None;
+    let mut rejected_twin = None;
     let mut best = 0;
     if let Some(twin) = twin {
         // A law of another form would leave around bounces what is no matter of the two.
@@ -116,10 +116,10 @@ pub fn choose_best(
             let around = lag_twins::compare_around_impacts(workspace, fits(0), fits(twin))?;
             if around.sure {
                 let other = if around.fall > 0.0 { 0 } else { twin };
-                told = Some((trials[other].0, around.fall.abs()));
+                rejected_twin = Some((trials[other].0, around.fall.abs()));
                 lower = around.fall;
             } else {
-                // Two that look alike are told beside each other, the likelier first.
+                // Two that look alike are rejected_twin beside each other, the likelier first.
                 lower += around.fall;
             }
         }
@@ -131,7 +131,8 @@ pub fn choose_best(
     let most = most.fold(f64::NEG_INFINITY, f64::max);
     let first = &trials[best];
     let least = most - (INDISTINGUISHABLE_SHARE * most).max(INDISTINGUISHABLE_GAIN);
-    let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
+    let other =
+        |spec: &EffectSpec| *spec != *first.0 && rejected_twin.is_none_or(|t| *spec != *t.0);
     let others = trials.iter().filter(|(spec, t)| {
         let twin = lag_twins::are_lag_twins(first.0.id, spec.id);
         let close =
@@ -139,7 +140,7 @@ pub fn choose_best(
         other(spec) && close && !first.1.excels(t)
     });
     let alike = others.map(|(spec, _)| spec.id).collect();
-    let told = told.map(|(other, fall)| {
+    let rejected_twin = rejected_twin.map(|(other, fall)| {
         format!(
             "{} would do as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
             other.name, first.0.name
@@ -149,6 +150,6 @@ pub fn choose_best(
         spec: first.0,
         trial: first.1.clone(),
         alike,
-        told,
+        rejected_twin,
     }))
 }

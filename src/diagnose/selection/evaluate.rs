@@ -3,8 +3,8 @@
 //! kept out.
 
 use super::refit::{
-    MAX_FIT_STEPS, fit_from, best_start_on_subset, fit_of_required_effect, fit_cold_start, fit_warm_start, alternative_hypotheses,
-    with_fixed_constants,
+    MAX_FIT_STEPS, alternative_hypotheses, best_start_on_subset, fit_cold_start, fit_from,
+    fit_of_required_effect, fit_warm_start, with_fixed_constants,
 };
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
@@ -50,7 +50,11 @@ pub fn evaluate_hypotheses(
     let mut best = 0.0f64;
     let mut afar_asked = false;
     // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
-    if let Some(known) = workspace.found.as_ref().filter(|_| stand.named.is_empty()) {
+    if let Some(known) = workspace
+        .required_effect
+        .as_ref()
+        .filter(|_| stand.named.is_empty())
+    {
         let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
         hypotheses.sort_by_key(|h| !is_known(h));
         hypotheses.dedup_by(|later, earlier| is_known(later) && is_known(earlier));
@@ -78,7 +82,8 @@ pub fn evaluate_hypotheses(
             );
             // From afar takes as long as the re-tuning did: only for what promises most of all
             // that acts in flight, where that has gone astray.
-            let afar = !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != LEVEL_STEP_ID;
+            let afar =
+                !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != LEVEL_STEP_ID;
             afar_asked |= afar;
             trial = refit_hypothesis(workspace, stand, &hypothesis, afar, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
@@ -139,7 +144,7 @@ fn refit_hypothesis(
     {
         return Ok(Some(trial));
     }
-    let series = hypothesis.sequential_time.then(|| workspace.in_series());
+    let series = hypothesis.sequential_time.then(|| workspace.as_sequence());
     let nearby = series.as_ref().unwrap_or(workspace);
     let near = if further {
         best_start_on_subset(

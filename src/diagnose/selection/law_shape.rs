@@ -1,6 +1,6 @@
 //! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
-use super::refit::{fit_from, best_start_on_subset, refit, parameters_with};
+use super::refit::{best_start_on_subset, fit_from, parameters_with, refit};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::is_at_lower_bound;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
@@ -81,9 +81,13 @@ pub fn with_shape_parameters(
             whole,
             &trial.train,
         )? {
-            Some(both) => {
-                best_start_on_subset(workspace, stand, &both, (&trial.train, SECOND_MODE_STEPS), control)?
-            }
+            Some(both) => best_start_on_subset(
+                workspace,
+                stand,
+                &both,
+                (&trial.train, SECOND_MODE_STEPS),
+                control,
+            )?,
             None => None,
         }
     } else {
@@ -177,7 +181,10 @@ fn with_one_creep_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
 /// An amplifier that has a time constant or a bounded pace with both, as late as before for an
 /// edge of `edge()` \[V\]: where one of them is nothing, or too small for the other to matter, no
 /// slope leads away from there. `None` for other effects.
-fn with_both_amplifier_limits(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffect> {
+fn with_both_amplifier_limits(
+    effect: &ActiveEffect,
+    edge: impl Fn() -> f64,
+) -> Option<ActiveEffect> {
     let [tau, pace] = effect.values[..] else {
         return None;
     };
@@ -203,7 +210,12 @@ fn with_two_creep_times(effect: &ActiveEffect) -> Option<ActiveEffect> {
     };
     (effect.spec.id == "piezo_creep").then(|| ActiveEffect {
         spec: effect.spec,
-        values: vec![0.5 * share, tau / CREEP_TIME_RATIO, 0.5 * share, tau * CREEP_TIME_RATIO],
+        values: vec![
+            0.5 * share,
+            tau / CREEP_TIME_RATIO,
+            0.5 * share,
+            tau * CREEP_TIME_RATIO,
+        ],
     })
 }
 
@@ -248,7 +260,7 @@ pub fn as_lag_twin(
     if trial.worth() > LARGE_LAG_GAIN && trial.leaves_nothing() {
         // A part of the stretches tells where the two are far apart.
         let (free, bounds) = parameters_with(stand, &hypothesis);
-        let sketch = workspace.sketch(&start, &free, &bounds, &trial.train, control);
+        let sketch = workspace.fit_subset(&start, &free, &bounds, &trial.train, control);
         if sketch.is_ok_and(|s| s.per_value() > LEAVES_MUCH_RATIO * trial.train.per_value()) {
             return Ok(None);
         }

@@ -24,7 +24,8 @@ pub fn evaluate_held_out(
     train: Fitted,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
-    let held_out = workspace.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
+    let held_out =
+        workspace.fit_held_out(&train.model, (&train, stand.held_out.as_ref()), control)?;
     let mut gain = stand.train.cost - train.cost;
     let mut held_gain = match (&stand.held_out, &held_out) {
         (Some(before), Some(after)) => before.cost - after.cost,
@@ -35,7 +36,10 @@ pub fn evaluate_held_out(
     if let (Some(k), Some(before), Some(after)) =
         (hypothesis.estimated_on_held_out, &stand.held_out, &held_out)
     {
-        let falls = before.costs()?.into_iter().zip(after.costs()?);
+        let falls = before
+            .recording_costs()?
+            .into_iter()
+            .zip(after.recording_costs()?);
         let falls: Vec<f64> = falls.map(|(before, after)| before - after).collect();
         gain = falls[k];
         held_gain = falls.iter().sum::<f64>() - gain;
@@ -60,7 +64,7 @@ pub fn evaluate_from_scratch(
     train: Fitted,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
-    let held_out = workspace.judge(&train.model, (&train, None), control)?;
+    let held_out = workspace.fit_held_out(&train.model, (&train, None), control)?;
     let (gain, held_gain) = gains_on_all_segments(workspace, stand, &train, held_out.as_ref())?;
     Ok(CandidateFit {
         gain,
@@ -81,7 +85,9 @@ fn gains_on_all_segments(
 ) -> Result<(f64, f64), DiagnoseError> {
     let gain = |side: &Split, before: &Fitted, after: &Fitted| {
         let first = side.segments();
-        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
+        Ok::<f64, DiagnoseError>(
+            before.cost_with_set_aside(first)? - after.cost_with_set_aside(first)?,
+        )
     };
     let held_gain = match (&workspace.held_out, &stand.held_out, held_out) {
         (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
@@ -98,7 +104,10 @@ pub(crate) fn fit_of_required_effect(
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    let known = workspace.found.as_ref().filter(|_| stand.named.is_empty());
+    let known = workspace
+        .required_effect
+        .as_ref()
+        .filter(|_| stand.named.is_empty());
     let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
         return Ok(None);
     };
@@ -130,7 +139,9 @@ pub(crate) fn with_fixed_constants(model: &Model, hypothesis: &Hypothesis) -> Mo
 }
 
 /// The hypotheses that look like `hypothesis`.
-pub(crate) fn alternative_hypotheses(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
+pub(crate) fn alternative_hypotheses(
+    hypothesis: &Hypothesis,
+) -> impl Iterator<Item = Hypothesis> + '_ {
     hypothesis
         .alternative_starts
         .iter()
@@ -155,7 +166,7 @@ pub fn best_start_on_subset(
     for own in std::iter::once(hypothesis.clone()).chain(alternative_hypotheses(hypothesis)) {
         let (free, bounds) = parameters_with(stand, &own);
         let start = with_effect(&near.model, own.start.clone());
-        let sketch = workspace.sketch(&start, &free, &bounds, near, control);
+        let sketch = workspace.fit_subset(&start, &free, &bounds, near, control);
         let Some(sketch) = simulated(sketch)? else {
             continue;
         };
@@ -167,7 +178,7 @@ pub fn best_start_on_subset(
     let Some((sketch, own)) = best else {
         return Ok(None);
     };
-    let train = simulated(workspace.complete(sketch, steps, control))?;
+    let train = simulated(workspace.fit_all_from(sketch, steps, control))?;
     let judged = train.map(|train| evaluate_held_out(workspace, stand, &own, train, control));
     judged.transpose()
 }
@@ -229,18 +240,19 @@ pub fn refit(
     let train = if mode_count(start) == mode_count(&near.train.model) {
         workspace.fit(start, &free, &bounds, &near.train, MAX_FIT_STEPS, control)
     } else {
-        let sketch = workspace.sketch(start, &free, &bounds, &near.train, control);
+        let sketch = workspace.fit_subset(start, &free, &bounds, &near.train, control);
         if let Ok(sketch) = &sketch
-            && sketch.is_lost_beside(&near.train)
+            && sketch.is_lost_compared_to(&near.train)
         {
             return Ok(None);
         }
-        sketch.and_then(|sketch| workspace.complete(sketch, MAX_FIT_STEPS, control))
+        sketch.and_then(|sketch| workspace.fit_all_from(sketch, MAX_FIT_STEPS, control))
     };
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };
-    let held_out = workspace.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
+    let held_out =
+        workspace.fit_held_out(&train.model, (&train, near.held_out.as_ref()), control)?;
     Ok(Some((train, held_out)))
 }
 
@@ -258,8 +270,8 @@ pub(crate) fn fit_cold_start(
         hypothesis.free = free;
         hypothesis.bounds.clear();
     }
-    let start = with_effect(&workspace.outset, hypothesis.start.clone());
-    let train = workspace.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control);
+    let start = with_effect(&workspace.initial_model, hypothesis.start.clone());
+    let train = workspace.fit_cold_start(&start, &hypothesis.free, &hypothesis.bounds, control);
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };

@@ -66,14 +66,15 @@ pub fn is_self_excited(
     }
     let (mut free, bounds) = parameters_with(stand, &trial.hypothesis);
     free.retain(|id| !shapes.contains(id));
-    let sketch = workspace.sketch(&still, &free, &bounds, fitted, control);
+    let sketch = workspace.fit_subset(&still, &free, &bounds, fitted, control);
     // What rings by itself goes on as it did: where it does not, all stretches need not be asked.
     if let Ok(sketch) = &sketch
-        && sketch.is_lost_beside(fitted)
+        && sketch.is_lost_compared_to(fitted)
     {
         return Ok(None);
     }
-    let unmoved = sketch.and_then(|sketch| workspace.complete(sketch, UNDRIVEN_FIT_STEPS, control));
+    let unmoved =
+        sketch.and_then(|sketch| workspace.fit_all_from(sketch, UNDRIVEN_FIT_STEPS, control));
     // What cannot be simulated says nothing against the mode.
     let Some(unmoved) = simulated(unmoved)? else {
         return Ok(None);
@@ -106,7 +107,8 @@ fn is_driven(
     frequency: f64,
 ) -> Result<bool, SimError> {
     let near = |side: &Split, fitted: &Fitted| -> Result<f64, SimError> {
-        let ring = ImpactExcitations::new(side, fitted)?.near(frequency, FREQUENCY_TOLERANCE * frequency);
+        let ring = ImpactExcitations::new(side, fitted)?
+            .best_near(frequency, FREQUENCY_TOLERANCE * frequency);
         Ok(ring.map_or(0.0, |ring| ring.gain))
     };
     let train = near(&workspace.train, &stand.train)?;

@@ -11,7 +11,10 @@ use crate::diagnose::thresholds::{
 
 /// Whether what `trial` brings is little more, or far less, than the effects named before would
 /// bring if their laws were of somewhat other form.
-pub(crate) fn is_form_error(stand: &ModelState, trial: &CandidateFit) -> Result<bool, DiagnoseError> {
+pub(crate) fn is_form_error(
+    stand: &ModelState,
+    trial: &CandidateFit,
+) -> Result<bool, DiagnoseError> {
     let named = stand.specs();
     if named.is_empty() {
         return Ok(false);

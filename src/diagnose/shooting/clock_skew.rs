@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::diagnose::data::robust_loss::{MISREAD_CHI2, ROBUST_LOSS, LEAST_SQUARES};
+use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MISREAD_CHI2, ROBUST_LOSS};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{
     SKEW_MIN_COST_DROP, SKEW_PROMISING_COST_RATIO, SKEW_WELL_EXPLAINED_CHI2,
@@ -37,7 +37,7 @@ pub(crate) struct SkewTrials<'a> {
 
 impl<'a> SkewTrials<'a> {
     /// Those of `point`.
-    pub(crate) fn of(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
+    pub(crate) fn new(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
         let simulator = problem.simulator(&point.x)?;
         Ok(Self {
             states: problem.states(&point.x, &simulator, &point.segments),
@@ -51,7 +51,7 @@ impl<'a> SkewTrials<'a> {
     /// What the stretches `own` of one recording cost, its skew, which is unknown number `at`,
     /// being `skew` \[s\], and their unknowns, fitted in so many `rounds` by either loss from
     /// where `start` has them.
-    pub(crate) fn told<'s>(
+    pub(crate) fn cost_at<'s>(
         &self,
         own: &[usize],
         start: &(dyn Fn(usize) -> &'s [f64] + Sync),
@@ -72,10 +72,10 @@ impl<'a> SkewTrials<'a> {
                     problem.refine(segment, states, simulator, &nuisances, locals, loss, rounds)
                 };
                 let near = fit(start(i).to_vec(), LEAST_SQUARES, rounds[0]);
-                let told = fit(near.locals, ROBUST_LOSS, rounds[1]);
+                let refined = fit(near.locals, ROBUST_LOSS, rounds[1]);
                 // What was misread must not decide.
                 let most = MISREAD_CHI2 * problem.rows(segment).len() as f64;
-                (told.locals, told.cost.min(most))
+                (refined.locals, refined.cost.min(most))
             })
             .collect();
         let cost = fits.iter().map(|(_, cost)| cost).sum();
@@ -109,14 +109,14 @@ pub fn set_clocks(
             tried.push(skew);
         }
     }
-    let with = SkewTrials::of(problem, point)?;
+    let trials = SkewTrials::new(problem, point)?;
     let mut changed = false;
     for &at in &clocks {
         let nuisance = &problem.nuisances[at - space];
         let own: Vec<usize> = (0..point.segments.len())
             .filter(|&i| eligible[i] && point.segments[i].recording == nuisance.recording)
             .collect();
-        let told = |skew: f64, rounds| {
+        let cost_at = |skew: f64, rounds| {
             let start = |i: usize| {
                 let own = if point.used[i] {
                     &point.segments[i]
@@ -125,7 +125,7 @@ pub fn set_clocks(
                 };
                 &own.locals[..]
             };
-            let (cost, locals) = with.told(&own, &start, (at, skew), rounds);
+            let (cost, locals) = trials.cost_at(&own, &start, (at, skew), rounds);
             (cost + skew_prior_cost(nuisance, skew), locals)
         };
         let present = point.x[at] * nuisance.unit;
@@ -135,19 +135,19 @@ pub fn set_clocks(
             .sum();
         let well = |cost: f64| cost < SKEW_WELL_EXPLAINED_CHI2 * rows as f64;
         // What is told well as it stands need not be fitted to see that.
-        if well(told(present, NO_STEPS).0) {
+        if well(cost_at(present, NO_STEPS).0) {
             continue;
         }
-        let now = told(present, LOCAL_FIT_STEPS).0;
+        let now = cost_at(present, LOCAL_FIT_STEPS).0;
         if well(now) {
             continue;
         }
-        let looked = told(present, SCREENING_STEPS).0.max(now);
+        let looked = cost_at(present, SCREENING_STEPS).0.max(now);
         let best = tried
             .iter()
             .filter(|skew| (**skew - present).abs() > SAME_SKEW)
-            .filter(|skew| told(**skew, SCREENING_STEPS).0 < SKEW_PROMISING_COST_RATIO * looked)
-            .map(|&skew| (skew, told(skew, LOCAL_FIT_STEPS)))
+            .filter(|skew| cost_at(**skew, SCREENING_STEPS).0 < SKEW_PROMISING_COST_RATIO * looked)
+            .map(|&skew| (skew, cost_at(skew, LOCAL_FIT_STEPS)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((skew, (cost, locals))) = best
             && cost < now - SKEW_MIN_COST_DROP
@@ -167,7 +167,14 @@ pub fn set_clocks(
         }
     }
     if changed {
-        *point = settle(problem, &point.x, &point.segments, &point.used, ROBUST_LOSS, 1)?;
+        *point = settle(
+            problem,
+            &point.x,
+            &point.segments,
+            &point.used,
+            ROBUST_LOSS,
+            1,
+        )?;
     }
     Ok(changed)
 }

@@ -41,7 +41,9 @@ impl Fitted {
         let model = problem.space.model(&point.x);
         let simulator = problem.simulator(&point.x)?;
         let segments = point.segments.iter();
-        let taken_over: f64 = segments.map(|s| first_reading_correction(&problem, &simulator, s)).sum();
+        let taken_over: f64 = segments
+            .map(|s| first_reading_correction(&problem, &simulator, s))
+            .sum();
         Ok(Self {
             model,
             cost: point.cost + own as f64 + taken_over,
@@ -78,13 +80,13 @@ impl Fitted {
     }
 
     /// Number of the stretches' own unknowns.
-    pub fn beginnings(&self) -> usize {
+    pub fn local_unknowns(&self) -> usize {
         local_unknowns(&self.point.segments)
     }
 
     /// Rows minus the stretches' own unknowns.
     pub fn freedom(&self) -> f64 {
-        let rows = self.point.rows.saturating_sub(self.beginnings());
+        let rows = self.point.rows.saturating_sub(self.local_unknowns());
         rows.max(1) as f64
     }
 }
@@ -92,7 +94,11 @@ impl Fitted {
 /// By how much taking the first readings of `segment` over lowers its cost: a lasting lag of
 /// the readings begins there, so that they are met exactly, and their noise fades in the ones
 /// that follow.
-pub fn first_reading_correction(problem: &Problem, simulator: &StretchSimulator, segment: &Segment) -> f64 {
+pub fn first_reading_correction(
+    problem: &Problem,
+    simulator: &StretchSimulator,
+    segment: &Segment,
+) -> f64 {
     let Some(at) = simulator
         .reading_states()
         .filter(|_| begins_from_reading(segment, simulator))

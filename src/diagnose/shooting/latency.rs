@@ -1,7 +1,10 @@
 //! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
 //! the clocks have taken.
 
-use super::clock_skew::{SAME_SKEW, LOCAL_FIT_STEPS, SkewTrials, skew_prior_cost, shift_skews, skew_indices, fitted_skews};
+use super::clock_skew::{
+    LOCAL_FIT_STEPS, SAME_SKEW, SkewTrials, fitted_skews, shift_skews, skew_indices,
+    skew_prior_cost,
+};
 use super::fitted::Fitted;
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::options::DiagnoseError;
@@ -110,7 +113,7 @@ pub fn return_delay_from_clocks(problem: &Problem, x: &mut [f64]) {
 struct Clock<'a> {
     /// Number of the unknown.
     at: usize,
-    known: &'a FreeNuisance,
+    prior: &'a FreeNuisance,
     /// Its skew \[s\].
     skew: f64,
     /// Stretches that are used.
@@ -119,29 +122,31 @@ struct Clock<'a> {
 
 impl Clock<'_> {
     /// By how much it lacks what is known of it \[s\].
-    fn lacks(&self) -> f64 {
-        self.known.mean - self.skew
+    fn prior_offset(&self) -> f64 {
+        self.prior.mean - self.skew
     }
 
-    fn is_off(&self) -> bool {
-        self.lacks().abs() > SKEW_MAX_Z * self.known.sigma
+    fn is_far_from_prior(&self) -> bool {
+        self.prior_offset().abs() > SKEW_MAX_Z * self.prior.sigma
     }
 }
 
 fn clocks_of<'a>(problem: &'a Problem, point: &Point) -> Vec<Clock<'a>> {
     let one = |(at, skew): (usize, f64)| {
-        let known = &problem.nuisances[at - problem.space.len()];
+        let prior = &problem.nuisances[at - problem.space.len()];
         let all = point.segments.iter().enumerate();
-        let used = all.filter(|(k, s)| point.used[*k] && s.recording == known.recording);
+        let used = all.filter(|(k, s)| point.used[*k] && s.recording == prior.recording);
         let own = used.map(|(k, _)| k).collect();
         Clock {
             at,
-            known,
+            prior,
             skew,
             own,
         }
     };
-    let all = skew_indices(problem).into_iter().zip(fitted_skews(problem, point));
+    let all = skew_indices(problem)
+        .into_iter()
+        .zip(fitted_skews(problem, point));
     all.map(one).collect()
 }
 
@@ -160,27 +165,38 @@ fn set_locals(point: &mut Point, own: &[usize], unknowns: Unknowns) {
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn reset_clocks(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
-    let with = SkewTrials::of(problem, point)?;
+    let trials = SkewTrials::new(problem, point)?;
     let mut changed = false;
-    for clock in clocks_of(problem, point).iter().filter(|c| c.is_off()) {
-        let told = |skew: f64| {
+    for clock in clocks_of(problem, point)
+        .iter()
+        .filter(|c| c.is_far_from_prior())
+    {
+        let cost_at = |skew: f64| {
             let start = |k: usize| &point.segments[k].locals[..];
-            let (cost, unknowns) = with.told(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS);
-            (cost + skew_prior_cost(clock.known, skew), unknowns)
+            let (cost, unknowns) =
+                trials.cost_at(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS);
+            (cost + skew_prior_cost(clock.prior, skew), unknowns)
         };
-        let (now, (there, unknowns)) = (told(clock.skew).0, told(clock.known.mean));
+        let (now, (there, unknowns)) = (cost_at(clock.skew).0, cost_at(clock.prior.mean));
         if there < now - SKEW_MIN_COST_DROP {
             log::debug!(
                 "recording {} back: {now:.0} to {there:.0}",
-                clock.known.recording
+                clock.prior.recording
             );
-            point.x[clock.at] = clock.known.mean / clock.known.unit;
+            point.x[clock.at] = clock.prior.mean / clock.prior.unit;
             set_locals(point, &clock.own, unknowns);
             changed = true;
         }
     }
     if changed {
-        *point = settle(problem, &point.x, &point.segments, &point.used, ROBUST_LOSS, 1)?;
+        *point = settle(
+            problem,
+            &point.x,
+            &point.segments,
+            &point.used,
+            ROBUST_LOSS,
+            1,
+        )?;
     }
     Ok(changed)
 }
@@ -196,24 +212,27 @@ pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, 
         return Ok(false);
     };
     let clocks = clocks_of(problem, point);
-    if !clocks.iter().any(Clock::is_off) {
+    if !clocks.iter().any(Clock::is_far_from_prior) {
         return Ok(false);
     }
-    let with = SkewTrials::of(problem, point)?;
+    let trials = SkewTrials::new(problem, point)?;
     let start = |k: usize| &point.segments[k].locals[..];
-    let told =
-        |clock: &Clock<'_>, skew: f64| with.told(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS);
-    let now: Vec<f64> = clocks.iter().map(|c| told(c, c.skew).0).collect();
+    let cost_at = |clock: &Clock<'_>, skew: f64| {
+        trials.cost_at(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS)
+    };
+    let now: Vec<f64> = clocks.iter().map(|c| cost_at(c, c.skew).0).collect();
     let of_now = clocks.iter().zip(&now);
-    let of_now: f64 = of_now.map(|(c, cost)| cost + skew_prior_cost(c.known, c.skew)).sum();
+    let of_now: f64 = of_now
+        .map(|(c, cost)| cost + skew_prior_cost(c.prior, c.skew))
+        .sum();
     // Clocks that have given the delay what they lack, against those that have kept it.
     let shared = |by: f64| -> (f64, Vec<Option<Unknowns>>) {
         let mut sum = 0.0;
         let one = |(clock, now): (&Clock<'_>, &f64)| {
-            let given = now + skew_prior_cost(clock.known, clock.skew + by);
+            let given = now + skew_prior_cost(clock.prior, clock.skew + by);
             // What one keeps, it reads later by.
-            let (cost, unknowns) = told(clock, clock.skew - by);
-            let kept = cost + skew_prior_cost(clock.known, clock.skew);
+            let (cost, unknowns) = cost_at(clock, clock.skew - by);
+            let kept = cost + skew_prior_cost(clock.prior, clock.skew);
             sum += given.min(kept);
             (kept < given).then_some(unknowns)
         };
@@ -221,7 +240,7 @@ pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, 
         (sum, kept)
     };
     let mut asked: Vec<f64> = Vec::new();
-    for by in clocks.iter().map(Clock::lacks) {
+    for by in clocks.iter().map(Clock::prior_offset) {
         if by.abs() > SAME_SKEW && asked.iter().all(|other| (other - by).abs() > SAME_SKEW) {
             asked.push(by);
         }
@@ -245,11 +264,18 @@ pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, 
     point.x[entry] = wanted;
     for (clock, kept) in clocks.iter().zip(kept) {
         match kept {
-            None => point.x[clock.at] = (clock.skew + by) / clock.known.unit,
+            None => point.x[clock.at] = (clock.skew + by) / clock.prior.unit,
             Some(unknowns) => set_locals(point, &clock.own, unknowns),
         }
     }
-    *point = settle(problem, &point.x, &point.segments, &point.used, ROBUST_LOSS, 1)?;
+    *point = settle(
+        problem,
+        &point.x,
+        &point.segments,
+        &point.used,
+        ROBUST_LOSS,
+        1,
+    )?;
     Ok(true)
 }
 

@@ -1,13 +1,13 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::clock_skew::{set_clocks, shift_skews, median_skew};
+use super::clock_skew::{median_skew, set_clocks, shift_skews};
 use super::fitted::{Bound, Fitted};
-use super::latency::{reading_delay, reset_clocks, return_delay_from_clocks, redistribute_delay};
+use super::latency::{reading_delay, redistribute_delay, reset_clocks, return_delay_from_clocks};
 use super::warm_start::{subset_mask, warm_start};
 use super::workspace::{FINE_TOLERANCE, ROUGH_TOLERANCE, Workspace};
 use crate::diagnose::data::event_free_segments::prepare_event_free;
 use crate::diagnose::data::misread_segments::reassign_misread_segments;
-use crate::diagnose::data::robust_loss::{ROBUST_LOSS, LEAST_SQUARES};
+use crate::diagnose::data::robust_loss::{LEAST_SQUARES, ROBUST_LOSS};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::thresholds::SKEW_MIN_COST_DROP;
 use crate::fit::problem::Problem;
@@ -39,17 +39,20 @@ impl Workspace {
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
         if mode_count(start) != mode_count(&from.model) {
-            let sketch = self.sketch(start, free, bounds, from, control)?;
-            return self.complete(sketch, iterations, control);
+            let sketch = self.fit_subset(start, free, bounds, from, control)?;
+            return self.fit_all_from(sketch, iterations, control);
         }
-        let (problem, x) = self.posed(start, free, bounds, from)?;
+        let (problem, x) = self.pose(start, free, bounds, from)?;
         let own = &from.point;
-        let mut point = if mode_count(start) > MAX_MODES_WITHOUT_SUBSET || free.len() > MAX_FREE_WITHOUT_SUBSET {
+        let mut point = if mode_count(start) > MAX_MODES_WITHOUT_SUBSET
+            || free.len() > MAX_FREE_WITHOUT_SUBSET
+        {
             // Fast modes make short steps, many unknowns make each step long: the way is gone
             // on a part of the stretches.
             let few = subset_of_used(&own.segments, &own.used);
             let start = settle(&problem, &x, &own.segments, &few, ROBUST_LOSS, 2)?;
-            let near = self.improve(&problem, start, &[], (iterations, ROUGH_TOLERANCE), control)?;
+            let near =
+                self.improve(&problem, start, &[], (iterations, ROUGH_TOLERANCE), control)?;
             settle(&problem, &near.x, &own.segments, &own.used, ROBUST_LOSS, 2)?
         } else {
             settle(&problem, &x, &own.segments, &own.used, ROBUST_LOSS, 2)?
@@ -61,7 +64,7 @@ impl Workspace {
 
     /// The problem of a model with effects, and its unknowns at `start` and beside that as in
     /// `from`.
-    pub(crate) fn posed(
+    pub(crate) fn pose(
         &self,
         start: &Model,
         free: &[String],
@@ -70,14 +73,18 @@ impl Workspace {
     ) -> Result<(Problem, Vec<f64>), DiagnoseError> {
         let mut ids = self.free.clone();
         ids.extend_from_slice(free);
-        let mut problem = self.train.calm.prepared.problem.clone();
+        let mut problem = self.train.event_free.prepared.problem.clone();
         problem.space = Space::new(start, &ids)?;
         for (id, bound) in self.bounds.iter().chain(bounds) {
             problem.space.keep_between(id, *bound);
         }
         let mut x = problem.space.coordinates(start);
         x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
-        shift_skews(&problem, &mut x, reading_delay(start)? - reading_delay(&from.model)?);
+        shift_skews(
+            &problem,
+            &mut x,
+            reading_delay(start)? - reading_delay(&from.model)?,
+        );
         return_delay_from_clocks(&problem, &mut x);
         Ok((problem, x))
     }
@@ -88,7 +95,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn judge(
+    pub fn fit_held_out(
         &self,
         model: &Model,
         (train, from): (&Fitted, Option<&Fitted>),
@@ -97,7 +104,7 @@ impl Workspace {
         let Some(side) = &self.held_out else {
             return Ok(None);
         };
-        let mut problem = side.calm.prepared.problem.clone();
+        let mut problem = side.event_free.prepared.problem.clone();
         problem.space = Space::new(model, &self.free)?;
         let mut x = problem.space.coordinates(model);
         let near = from.filter(|f| mode_count(&f.model) == mode_count(model));
@@ -118,7 +125,7 @@ impl Workspace {
                 if late != 0.0 {
                     reset_clocks(&problem, &mut point)?;
                 }
-                (side.calm.prepared.segments.clone(), point)
+                (side.event_free.prepared.segments.clone(), point)
             }
             None => {
                 match from {
@@ -142,7 +149,10 @@ impl Workspace {
                         let old = from.problem.simulator(&from.point.x)?;
                         let new = StretchSimulator::new(model, &problem.options)?;
                         let own = &from.point.segments;
-                        (warm_start(own, segments, (&old, &new), &problem), ROBUST_LOSS)
+                        (
+                            warm_start(own, segments, (&old, &new), &problem),
+                            ROBUST_LOSS,
+                        )
                     }
                     None => (segments, LEAST_SQUARES),
                 };

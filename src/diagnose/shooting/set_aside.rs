@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::fitted::Fitted;
 use super::workspace::{FINE_TOLERANCE, Workspace};
 use crate::diagnose::data::misread_segments::{initial_guess, reassign_misread_segments};
-use crate::diagnose::data::robust_loss::{MAX_RESIDUAL, ROBUST_LOSS, LEAST_SQUARES};
+use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MAX_RESIDUAL, ROBUST_LOSS};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::thresholds::LOST_TRACK_CHI2;
@@ -21,7 +21,7 @@ const LOCAL_FIT_STEPS: usize = 8;
 
 impl Fitted {
     /// Share of the rows that lie in stretches set aside.
-    pub fn aside(&self) -> f64 {
+    pub fn set_aside_share(&self) -> f64 {
         let rows = |used: bool| -> usize {
             let all = self.point.segments.iter().zip(&self.point.used);
             all.filter(|(_, u)| **u == used)
@@ -37,11 +37,13 @@ impl Fitted {
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
-    pub(crate) fn means(&self) -> Result<Vec<Option<(usize, f64)>>, SimError> {
+    pub(crate) fn segment_chi2(&self) -> Result<Vec<Option<(usize, f64)>>, SimError> {
         let used = &self.point.used;
         let all = residuals_at(&self.problem, &self.point, |i, _| used[i])?;
         let mean = |r: Vec<f64>| {
-            let squares = r.iter().map(|r| r.clamp(-MAX_RESIDUAL, MAX_RESIDUAL).powi(2));
+            let squares = r
+                .iter()
+                .map(|r| r.clamp(-MAX_RESIDUAL, MAX_RESIDUAL).powi(2));
             (r.len(), squares.sum::<f64>() / r.len().max(1) as f64)
         };
         Ok(all.into_iter().map(|r| r.map(mean)).collect())
@@ -52,7 +54,7 @@ impl Fitted {
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn whole_cost(&self, first: &[Segment]) -> Result<f64, DiagnoseError> {
+    pub fn cost_with_set_aside(&self, first: &[Segment]) -> Result<f64, DiagnoseError> {
         let (problem, point) = (&self.problem, &self.point);
         let simulator = problem.simulator(&point.x)?;
         let states = problem.states(&point.x, &simulator, &point.segments);
@@ -64,7 +66,15 @@ impl Fitted {
                 let nuisances = problem.nuisances_of(&point.x, segment.recording);
                 let fit = |locals: Vec<f64>, loss| {
                     let (near, state) = (&nuisances, &states[i]);
-                    problem.refine(segment, state, &simulator, near, locals, loss, LOCAL_FIT_STEPS)
+                    problem.refine(
+                        segment,
+                        state,
+                        &simulator,
+                        near,
+                        locals,
+                        loss,
+                        LOCAL_FIT_STEPS,
+                    )
                 };
                 let near = fit(initial_guess(&first[i], segment).to_vec(), LEAST_SQUARES);
                 fit(near.locals, ROBUST_LOSS).cost + segment.locals.len() as f64
@@ -100,7 +110,11 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn with_all(&self, side: &Split, fitted: &Fitted) -> Result<Fitted, DiagnoseError> {
+    pub fn with_all_segments(
+        &self,
+        side: &Split,
+        fitted: &Fitted,
+    ) -> Result<Fitted, DiagnoseError> {
         let aside: Vec<bool> = fitted.point.used.iter().map(|used| !used).collect();
         self.with(side, fitted, &aside)
     }
@@ -118,12 +132,16 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub fn alike(&self, side: &Split, fits: [&Fitted; 2]) -> Result<[Fitted; 2], DiagnoseError> {
+    pub fn on_common_segments(
+        &self,
+        side: &Split,
+        fits: [&Fitted; 2],
+    ) -> Result<[Fitted; 2], DiagnoseError> {
         let [a, b] = fits.map(|fitted| &fitted.point.used);
         if a == b || a.len() != b.len() || a.len() != side.segments().len() {
             return Ok(fits.map(Fitted::clone));
         }
-        let means = [fits[0].means()?, fits[1].means()?];
+        let means = [fits[0].segment_chi2()?, fits[1].segment_chi2()?];
         let told = |i: usize| {
             means
                 .iter()
@@ -148,7 +166,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn healed(
+    pub fn without_misread(
         &self,
         side: &Split,
         fitted: Fitted,
