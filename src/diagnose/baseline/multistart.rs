@@ -1,20 +1,16 @@
 //! The baseline re-tuned to the fitted recordings: from far off, in steps.
 
+use super::fit_steps::{Start, chi2_per_value, subset_chi2};
 use crate::diagnose::data::level_drift;
-use crate::diagnose::data::misread_segments::reassign_misread_segments;
-use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MISREAD_CHI2, ROBUST_LOSS};
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::shooting::clock_skew::{set_clocks, skew_indices};
 use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
-use crate::diagnose::shooting::set_aside::include_segments;
 use crate::diagnose::shooting::warm_start::subset_mask;
-use crate::diagnose::shooting::workspace::{FINE_TOLERANCE, ROUGH_TOLERANCE, Workspace, positions};
+use crate::diagnose::shooting::workspace::{ROUGH_TOLERANCE, Workspace, positions};
 use crate::diagnose::thresholds::{
     ASTRAY_SET_ASIDE_SHARE, ASTRAY_START_CHI2, FILM_MAX_CHI2_RATIO, FILM_RETRY_MAX_CHI2,
     FILM_RETRY_MIN_CHI2, RIVAL_START_MAX_RATIO, SUBSET_MISLED_RATIO,
 };
-use crate::fit::problem::Problem;
-use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
 use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
@@ -23,28 +19,10 @@ use crate::recording::quantile_in_place;
 /// Others that are tried where much is left.
 const RETRY_FILM_SHARES: [f64; 3] = [0.25, 0.6, 0.08];
 
-/// What is not moved at first.
-const INITIALLY_LOCKED: [&str; 8] = [
-    "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
-];
-/// What shapes the loops of the drive: it runs off where their size is not known yet.
-const HYSTERESIS_SHAPE: [&str; 5] = [
-    "hysteresis_memory.q",
-    "hysteresis_memory.k",
-    "hysteresis_memory.b2",
-    "hysteresis_memory.b4",
-    "hysteresis_memory.v_past",
-];
-
-/// Steps of each stretch's own fit from its first guess.
-const LOCAL_FIT_STEPS: usize = 3;
 /// Steps without a drift that was fitted.
 const NO_DRIFT_STEPS: usize = 10;
 /// Thickness of the film at contact at first, as a share of `dp`.
 const INITIAL_FILM_SHARE: f64 = 0.2;
-
-/// A problem with where a fit of it stands.
-type Start = (Problem, Point);
 
 /// A fit to all segments, reached from a start on the subset.
 struct Attempt {
@@ -53,11 +31,6 @@ struct Attempt {
     /// Chi2 per value on the subset.
     rough: f64,
     fitted: Fitted,
-}
-
-/// Cost per value of the segments that are used.
-fn chi2_per_value(point: &Point) -> f64 {
-    point.cost / point.rows.max(1) as f64
 }
 
 impl Workspace {
@@ -372,110 +345,4 @@ impl Workspace {
         }
         Ok(best)
     }
-
-    /// The first step of a fit of `start` to the `subset` stretches: sizes, and what damps
-    /// the slow motion.
-    fn first_step(
-        &self,
-        start: &Model,
-        (free, bounds): (&[String], &[Bound]),
-        subset: &[bool],
-        control: &DiagnoseControl<'_>,
-    ) -> Result<(Problem, Point), DiagnoseError> {
-        let segments = &self.train.event_free.prepared.segments;
-        let mut problem = self.train.event_free.prepared.problem.clone();
-        let mut ids = self.free.clone();
-        ids.extend_from_slice(free);
-        problem.space = Space::new(start, &ids)?;
-        for (id, range) in self.bounds.iter().chain(bounds) {
-            problem.space.keep_between(id, *range);
-        }
-        let mut x = problem.space.coordinates(start);
-        x.resize(problem.unknowns(), 0.0);
-        let mut point = settle(&problem, &x, segments, subset, LEAST_SQUARES, 3)?;
-        let mut locked = positions(&problem, &INITIALLY_LOCKED);
-        if locked.len() < problem.space.len() {
-            locked.extend(skew_indices(&problem));
-            locked.extend(positions(&problem, &HYSTERESIS_SHAPE));
-            locked.extend(self.fixed_by_level(&problem));
-            point = self.improve(&problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
-            reassign_misread_segments(&problem, &mut point, segments)?;
-        }
-        Ok((problem, point))
-    }
-
-    /// Goes on with all but the film's thickness.
-    fn release_parameters(
-        &self,
-        problem: &Problem,
-        mut point: Point,
-        subset: &[bool],
-        control: &DiagnoseControl<'_>,
-    ) -> Result<Point, DiagnoseError> {
-        let segments = &self.train.event_free.prepared.segments;
-        // What acts most comes first: frequencies and dampings of motions that are far off
-        // in size would go astray.
-        let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
-        for ids in late {
-            let mut locked = positions(problem, ids);
-            if locked.len() == problem.space.len() {
-                continue;
-            }
-            if ids.len() > 2 {
-                locked.extend(skew_indices(problem));
-            }
-            locked.extend(positions(problem, &HYSTERESIS_SHAPE));
-            locked.extend(self.fixed_by_level(problem));
-            point = self.improve(problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
-            set_clocks(problem, &mut point, segments, subset)?;
-            if reassign_misread_segments(problem, &mut point, segments)? {
-                // What was set aside must not count any more.
-                point = settle(
-                    problem,
-                    &point.x,
-                    &point.segments,
-                    &point.used,
-                    ROBUST_LOSS,
-                    1,
-                )?;
-            }
-        }
-        Ok(point)
-    }
-
-    /// Positions of what the recordings say by themselves better than a fit that is far off.
-    fn fixed_by_level(&self, problem: &Problem) -> Vec<usize> {
-        let ids = self.train.drift.iter().flat_map(|(_, ids)| ids);
-        positions(problem, &ids.map(String::as_str).collect::<Vec<_>>())
-    }
-
-    /// Goes on with all stretches where a fit was to the `subset` only.
-    fn fit_all_segments(
-        &self,
-        problem: Problem,
-        point: Point,
-        subset: &[bool],
-        control: &DiagnoseControl<'_>,
-    ) -> Result<Fitted, DiagnoseError> {
-        let segments = &self.train.event_free.prepared.segments;
-        let others: Vec<bool> = subset.iter().map(|f| !f).collect();
-        let mut point = include_segments(&problem, point, segments, &others, LOCAL_FIT_STEPS)?;
-        reassign_misread_segments(&problem, &mut point, segments)?;
-        point = self.improve(&problem, point, &[], (20, FINE_TOLERANCE), control)?;
-        if set_clocks(&problem, &mut point, segments, &vec![true; subset.len()])? {
-            point = self.improve(&problem, point, &[], (10, FINE_TOLERANCE), control)?;
-        }
-        if reassign_misread_segments(&problem, &mut point, segments)? {
-            point = self.improve(&problem, point, &[], (10, FINE_TOLERANCE), control)?;
-        }
-        self.finish(problem, point)
-    }
-}
-
-/// Cost per value of the `subset` stretches, those set aside included.
-fn subset_chi2(problem: &Problem, point: &Point, subset: &[bool]) -> f64 {
-    let subset = point.segments.iter().zip(subset).filter(|(_, f)| **f);
-    let rows: usize = subset.map(|(s, _)| problem.rows(s).len()).sum();
-    let aside = rows.saturating_sub(point.rows);
-    (point.cost + MISREAD_CHI2 * aside as f64) / rows.max(1) as f64
 }
