@@ -5,15 +5,11 @@ use super::data::reading_assumptions::ContactAmbiguity;
 use super::diagnosis::{Diagnosis, Verdict};
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::pipeline::read;
+use super::thresholds::{CONTACT_DOUBT_MAX_CHI2, REREAD_MAX_MORE_ASIDE};
 use crate::fit::Part;
 use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
 use crate::sim::SimError;
-
-/// Chi2 per value from which recordings are far off.
-const FAR: f64 = 2.0;
-/// Share of the rows by which another reading may set aside more.
-const MORE_ASIDE: f64 = 0.01;
 
 /// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first. Where nothing
 /// explains them and the mass may hover over the ground in some, all is done once more with those
@@ -55,7 +51,7 @@ pub fn diagnose(
     // What leaves the others far off as well is no matter of how these are read.
     let again = told
         .beside_doubted
-        .is_some_and(|beside| beside < FAR || beside.is_nan())
+        .is_some_and(|beside| beside < CONTACT_DOUBT_MAX_CHI2 || beside.is_nan())
         && first.verdict == Verdict::Unexplained;
     if !again || options.by_hand.is_some() || control.cancelled() {
         return Ok(first);
@@ -77,7 +73,7 @@ pub fn diagnose(
     // what is missing: it hovers there only if nothing else is.
     let explained = match other.verdict {
         Verdict::MissingPhysics => told.otherwise == ContactAmbiguity::Otherwise,
-        Verdict::Adequate => otherwise.aside < told.aside + MORE_ASIDE,
+        Verdict::Adequate => otherwise.aside < told.aside + REREAD_MAX_MORE_ASIDE,
         Verdict::Unexplained => false,
     };
     if explained && !other.cancelled {

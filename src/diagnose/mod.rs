@@ -27,9 +27,10 @@ pub mod selection;
 pub mod shooting;
 #[cfg(test)]
 mod test_support;
+pub mod thresholds;
 pub mod verdict;
 
 pub use self::ambiguous_contact::diagnose;
-pub use self::answer::named_effects::CALIBRATED_PRECISION;
 pub use self::diagnosis::{Diagnosis, Verdict};
 pub use self::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+pub use self::thresholds::CALIBRATED_PRECISION;

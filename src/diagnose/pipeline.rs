@@ -9,7 +9,6 @@ use super::answer::events_seen::events_seen;
 use super::answer::named_effects::names;
 use super::answer::next_experiment::next;
 use super::answer::proof::{SplitSamples, strips};
-use super::comparison::significance::TRAIN_GAIN;
 use super::comparison::trial::ModelState;
 use super::contact::decide::Rules;
 use super::contact::event_readings;
@@ -27,22 +26,16 @@ use super::options::{
 use super::selection::forward;
 use super::shooting::fitted::{Fitted, excess};
 use super::shooting::workspace::Workspace;
+use super::thresholds::{
+    ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, NOISE_MAX_Z, TRAIN_GAIN,
+};
 use super::verdict::abstention::{AbstentionEvidence, attraction_reaches_far, of_displacement};
-use super::verdict::adequacy::{BROKEN, breaks, fails_held_out, whats_left};
+use super::verdict::adequacy::{breaks, fails_held_out, whats_left};
 use crate::fit::Part;
 use crate::model::effects::EffectSpec;
 use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
 use crate::sim::SimError;
-
-/// Chi2 per value from which something is left if the noise were known exactly.
-const FLOOR: f64 = 1.04;
-/// Standard errors by which chi2 must exceed that where the noise is known only so well.
-const SURELY: f64 = 3.5;
-/// Readings that count for nothing from which that is said \[%\].
-pub(crate) const MISREAD: f64 = 3.0;
-/// Share of what is left from which it is a matter of the named laws' form.
-const FORM: f64 = 0.8;
 
 /// How recordings were read.
 #[derive(Debug, Clone)]
@@ -170,7 +163,7 @@ pub fn read(
         evidence.clone()
     };
     // Chi2 goes as the inverse square of the noise.
-    let floor = FLOOR + 2.0 * SURELY * workspace.noise_error;
+    let floor = ADEQUATE_MAX_CHI2 + 2.0 * NOISE_MAX_Z * workspace.noise_error;
     let broken = breaks(&found.stand)?;
     let rings = || found.weighed.iter().find_map(|w| w.by_itself);
     // A fit that was broken off proves nothing either way.
@@ -222,7 +215,7 @@ pub fn read(
         }
         let explained = share;
         // What is left for the form of a law also breaks the flight.
-        if broken.sigmas > BROKEN && formal < FORM * rest {
+        if broken.sigmas > JOINS_MAX_Z && formal < FORM_EXPLAINS_SHARE * rest {
             // A baseline that sets aside what it cannot tell may look unbroken.
             let before = breaks(&found.baseline)?.rise.max(broken.rise);
             let own = (1.0 - broken.rise / before).max(0.0);

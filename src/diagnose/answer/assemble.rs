@@ -2,9 +2,9 @@
 
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::pipeline::MISREAD;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::SET_ASIDE_REMARK_PERCENT;
 
 /// Both with the same stretches in their fits: see [`Workspace::alike`].
 pub(crate) fn shown_alike(
@@ -27,7 +27,7 @@ pub(crate) fn shown_alike(
 pub(crate) fn misread(shown: &ModelState) -> Option<String> {
     let held_out = shown.held_out.as_ref().map_or(0.0, Fitted::aside);
     let (train, held_out) = (100.0 * shown.train.aside(), 100.0 * held_out);
-    (train.max(held_out) > MISREAD).then(|| {
+    (train.max(held_out) > SET_ASIDE_REMARK_PERCENT).then(|| {
         format!("{train:.0} % of the fitted readings and {held_out:.0} % of those kept out count for nothing: an event near them was overlooked or is in the wrong place")
     })
 }

@@ -1,11 +1,10 @@
 //! TODO-doc
 
-use super::named_effects::{FALSE_ABSTENTION_RATE, probability};
-use crate::diagnose::comparison::significance::HELD_GAIN;
+use super::named_effects::probability;
 use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{Candidate, Inadequacy, Verdict};
-use crate::diagnose::hypotheses::propose::PROMISING;
+use crate::diagnose::thresholds::{FALSE_ABSTENTION_RATE, HELD_GAIN, REFIT_MIN_SCORE};
 use crate::model::effects::CATALOGUE;
 
 /// All effects of the catalogue, as far as they were weighed.
@@ -53,7 +52,7 @@ pub fn candidates(
                 } else {
                     "another effect improves the fit more, and leaves nothing for it".to_owned()
                 });
-            } else if weighed.is_some_and(|w| w.promise > PROMISING) {
+            } else if weighed.is_some_and(|w| w.promise > REFIT_MIN_SCORE) {
                 remarks.push("it promises far less than the best, and was not fitted".to_owned());
             } else if weighed.is_some() {
                 remarks.push("re-tuning explains all that it could".to_owned());

@@ -8,20 +8,10 @@ use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{Estimate, NamedEffect};
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::thresholds::{CALIBRATED_PRECISION, PRIOR_LOG_ODDS};
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::uncertainty::fit_result::uncertainty;
 use crate::model::Model;
-
-/// Logarithm of the odds against any one effect before the data speak.
-const PRIOR: f64 = 10.0;
-/// Share of the names given in sealed trials that were right, 246 of 260, whatever they
-/// brought from a fall of chi2 of 50 to one of 1e5: a law outside the catalogue imitates one
-/// inside as well where it is strong.
-pub const CALIBRATED_PRECISION: f64 = 0.95;
-
-/// Share of what was called unexplained in sealed trials that an effect of the catalogue was
-/// behind after all, 5 of 27.
-pub(crate) const FALSE_ABSTENTION_RATE: f64 = 0.2;
 
 /// The named effects, strongest first.
 pub fn names(
@@ -135,6 +125,6 @@ pub fn names(
 /// Probability of a name whose chi2 fell by `worth` on both sides, shared with `alike`
 /// others: the odds that it is no chance, and how often names that were none were right.
 pub(crate) fn probability(worth: f64, alike: usize) -> f64 {
-    let odds = (0.5 * worth - PRIOR).clamp(-700.0, 700.0);
+    let odds = (0.5 * worth - PRIOR_LOG_ODDS).clamp(-700.0, 700.0);
     CALIBRATED_PRECISION / (1.0 + (-odds).exp()) / (1 + alike) as f64
 }

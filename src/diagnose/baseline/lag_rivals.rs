@@ -11,6 +11,9 @@ use crate::diagnose::score_test::forms::{LEAST_LAG, shape_of};
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::found::RequiredEffect;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    LAG_MAX_CHI2_RATIO, LAG_SUBSET_MAX_RATIO, SENSOR_LAG_ASKED_CHI2,
+};
 use crate::fit::inspect::recording_summary::lag_of;
 use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 use crate::model::{Model, with_effect};
@@ -21,12 +24,7 @@ use crate::recording::extremes;
 const LAGS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEWING, SENSOR];
 const SLEWING: (&str, usize) = ("amplifier_lag", 1);
 const SENSOR: (&str, usize) = ("sensor_lag", 0);
-/// What late readings cost per value from which they are far off.
-const FAR: f64 = 2.0;
-/// Share of that up to which such a lag suits better.
-const BETTER: f64 = 0.95;
-/// Times what is to be beaten up to which a fit to a part of the stretches leaves hope.
-const HOPEFUL: f64 = 1.4;
+
 /// Steps of the fit with readings that lag.
 const STEPS: usize = 5;
 
@@ -80,7 +78,7 @@ impl Workspace {
         };
         // A mass that is slow enough falls as through a lag.
         let rival = train.whole_per_value(&sharp)?;
-        if fitted.whole_per_value(&sharp)? > BETTER * rival {
+        if fitted.whole_per_value(&sharp)? > LAG_MAX_CHI2_RATIO * rival {
             return Ok(None);
         }
         sharp.found = Some(Arc::new(RequiredEffect {
@@ -109,7 +107,9 @@ impl Workspace {
         let mut best: Option<(f64, RequiredEffect)> = None;
         let mut rival = tuned.whole_per_value(cut_again)?;
         // Readings that lag are found from near by, unless what the edges do was set aside.
-        let asked = LAGS.iter().filter(|lag| rival > FAR || **lag != SENSOR);
+        let asked = LAGS
+            .iter()
+            .filter(|lag| rival > SENSOR_LAG_ASKED_CHI2 || **lag != SENSOR);
         for which in asked.filter(|(id, _)| options.asks(id)) {
             // The middle of an edge is late by half of what it takes.
             let slews = *which == SLEWING;
@@ -125,7 +125,7 @@ impl Workspace {
             // A rule of thumb, for the whole takes three times as long: rows set aside count more
             // here than there, and other films are not tried.
             let least = best.as_ref().map_or(rival, |best| best.0.min(rival));
-            let asked = (self.share_open(&free), HOPEFUL * least);
+            let asked = (self.share_open(&free), LAG_SUBSET_MAX_RATIO * least);
             let fitted = self.within(&with, (&free, &bounds), asked, control);
             let Some(fitted) = simulated(fitted)?.flatten() else {
                 continue;
@@ -143,7 +143,7 @@ impl Workspace {
                 best = Some((own, found));
             }
         }
-        let Some((own, found)) = best.filter(|best| best.0 < BETTER * rival) else {
+        let Some((own, found)) = best.filter(|best| best.0 < LAG_MAX_CHI2_RATIO * rival) else {
             return Ok(None);
         };
         if control.cancelled() {
@@ -157,7 +157,7 @@ impl Workspace {
             }
         }
         log::debug!("{own:.3} per value, cut again {rival:.3}");
-        Ok((own < BETTER * rival).then_some(found))
+        Ok((own < LAG_MAX_CHI2_RATIO * rival).then_some(found))
     }
 
     /// From the lowest voltage of the fitted recordings to the highest \[V\].

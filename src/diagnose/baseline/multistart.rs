@@ -11,6 +11,10 @@ use crate::diagnose::shooting::warm_start::thinned;
 use crate::diagnose::shooting::workspace::{
     FINE, FORSAKEN, LOSS, ROUGH, WIDE, Workspace, positions,
 };
+use crate::diagnose::thresholds::{
+    ASTRAY_SET_ASIDE_SHARE, ASTRAY_START_CHI2, FILM_MAX_CHI2_RATIO, FILM_RETRY_MAX_CHI2,
+    FILM_RETRY_MIN_CHI2, RIVAL_START_MAX_RATIO, SUBSET_MISLED_RATIO,
+};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
@@ -20,12 +24,7 @@ use crate::recording::quantile_in_place;
 
 /// Others that are tried where much is left.
 const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
-/// Chi2 per value above which other films are tried.
-const MUCH: f64 = 1.15;
-/// And above which it is not the film that is missing.
-const FILM_RETRY_MAX_CHI2: f64 = 50.0;
-/// Another film must bring it below this share for more to be tried.
-const BETTER: f64 = 0.95;
+
 /// What is not moved at first.
 const LATER: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
@@ -38,15 +37,7 @@ const LOOPS: [&str; 5] = [
     "hysteresis_memory.b4",
     "hysteresis_memory.v_past",
 ];
-/// Chi2 per value after the first step above which a drive that is shared otherwise among
-/// the modes is tried, and after the next ones above which it is gone on with.
-const ASTRAY: f64 = 3.0;
-/// Share of the stretches set aside from which the farther one of the two is gone on with, too.
-const ASIDE: f64 = 0.08;
-/// Times by which that one may be farther off after the first step.
-const FARTHER: f64 = 10.0;
-/// Times by which all stretches may be farther off than the few for these to be believed.
-const BELIED: f64 = 1.5;
+
 /// Steps of each stretch's own fit from its first guess.
 const GUESS: usize = 3;
 /// Steps without a drift that was fitted.
@@ -179,7 +170,7 @@ impl Workspace {
         let mut other = None;
         let off = |point: &Point| point.cost / point.rows.max(1) as f64;
         if share_open
-            && off(&point) > ASTRAY
+            && off(&point) > ASTRAY_START_CHI2
             && model.uses(ParameterId::ShapeP2)
             && model.piezo.is_some()
         {
@@ -202,11 +193,12 @@ impl Workspace {
         // come near to.
         let aside = few.iter().zip(&point.used).filter(|(f, u)| **f && !**u);
         let all = few.iter().filter(|f| **f).count();
-        let astray = off(&point) > ASTRAY || aside.count() as f64 > ASIDE * all as f64;
+        let astray = off(&point) > ASTRAY_START_CHI2
+            || aside.count() as f64 > ASTRAY_SET_ASIDE_SHARE * all as f64;
         // From the proof mass alone the first step hardly tells the two.
         let data = &problem.data;
         let lone = data.iter().all(|d| d.recording.cantilever.is_none());
-        let near = |other: &(Problem, Point)| lone || off(&other.1) < FARTHER * first;
+        let near = |other: &(Problem, Point)| lone || off(&other.1) < RIVAL_START_MAX_RATIO * first;
         let mut rival = None;
         if let Some((flipped, begun)) = other.filter(|other| astray && near(other)) {
             let mut other = (self.unlocked(&flipped, begun, &few, control)?, flipped);
@@ -226,9 +218,9 @@ impl Workspace {
         let mut rough = off(&point);
         let mut best = self.whole(problem, point, &few, control)?;
         // What both tell of the few, all stretches may hold against one.
-        if let Some((point, problem)) =
-            rival.filter(|_| best.per_value() > BELIED * rough.max(1.0) && !control.cancelled())
-        {
+        if let Some((point, problem)) = rival.filter(|_| {
+            best.per_value() > SUBSET_MISLED_RATIO * rough.max(1.0) && !control.cancelled()
+        }) {
             let begun = point.clone();
             let point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
             let reached = off(&point);
@@ -245,9 +237,9 @@ impl Workspace {
         let thickness = best.problem.space.position("gp");
         for share in FILMS {
             let left = best.per_value();
-            let Some(at) = thickness
-                .filter(|_| (MUCH..FILM_RETRY_MAX_CHI2).contains(&left) && !control.cancelled())
-            else {
+            let Some(at) = thickness.filter(|_| {
+                (FILM_RETRY_MIN_CHI2..FILM_RETRY_MAX_CHI2).contains(&left) && !control.cancelled()
+            }) else {
                 break;
             };
             let problem = best.problem.clone();
@@ -261,11 +253,11 @@ impl Workspace {
             point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
             // All stretches only where the few promise something.
             let reached = point.cost / point.rows.max(1) as f64;
-            if reached > BETTER * rough {
+            if reached > FILM_MAX_CHI2_RATIO * rough {
                 break;
             }
             let other = self.whole(problem, point, &few, control)?;
-            let better = other.per_value() < BETTER * best.per_value();
+            let better = other.per_value() < FILM_MAX_CHI2_RATIO * best.per_value();
             if other.per_value() < best.per_value() {
                 best = other;
             }

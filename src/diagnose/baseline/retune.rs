@@ -8,9 +8,11 @@ use crate::diagnose::data::reading_assumptions::{ContactAmbiguity, ReadingAssump
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::found::LOST_TRACK_CHI2;
 use crate::diagnose::shooting::latency;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    HOVER_MIN_CHI2_RATIO, HOVER_MIN_MISREAD_SHARE, HOVER_MIN_STAYS, LOST_TRACK_CHI2,
+};
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::recording::quantile_in_place;
@@ -18,12 +20,6 @@ use crate::sim::SimError;
 
 /// How often recordings are cut again for readings that are late.
 const AGAIN: usize = 2;
-/// Share of a recording's stays that must be misread for the mass to hover.
-const MISREAD: f64 = 0.5;
-/// Fewest of them.
-const LEAST: usize = 3;
-/// Chi2 per value of a recording, over that of others and over 1, from which it is far off.
-const APART: f64 = 1.4;
 
 /// Why a recording has no stays on the ground that seems to have some.
 pub(crate) const HOVERS: &str = "the mass comes to rest over the ground without touching it";
@@ -112,8 +108,9 @@ impl Fitted {
             let all = stays.filter(|s| s.recording == k && s.starts_held).count();
             let used = told.iter().filter(|s| s.0 == k).count();
             let aside = all - used;
-            let misread = aside >= LEAST && aside as f64 > MISREAD * all as f64;
-            misread || (used >= LEAST && apart(&told, k, &[k]))
+            let misread =
+                aside >= HOVER_MIN_STAYS && aside as f64 > HOVER_MIN_MISREAD_SHARE * all as f64;
+            misread || (used >= HOVER_MIN_STAYS && apart(&told, k, &[k]))
         };
         let all: Vec<usize> = (0..self.problem.data.len()).filter(doubtful).collect();
         // Where the others are far off too, something is missing that says nothing of stays.
@@ -149,7 +146,7 @@ impl Fitted {
 /// which each has its recording and its distance.
 fn apart(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
     let usual = median(told, |r| !these.contains(&r));
-    median(told, |r| r == k) > APART * if usual > 1.0 { usual } else { 1.0 }
+    median(told, |r| r == k) > HOVER_MIN_CHI2_RATIO * if usual > 1.0 { usual } else { 1.0 }
 }
 
 /// The median distance of stretches, of which each has its recording and its distance, of some

@@ -1,29 +1,16 @@
 //! By how much chance lets chi2 fall.
 
 use super::hypothesis::Hypothesis;
+use crate::diagnose::thresholds::{
+    CONFIRMED_GAINS, HELD_GAIN, INITIAL_STATE_MAX_Z, SEARCHED_GAIN, TRAIN_GAIN, UNPROVED_FACTOR,
+    VANISHED_STRENGTH_RATIO,
+};
 use crate::model::Model;
-
-/// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
-/// directions and some thousand frequencies falls by up to 20 by chance alone.
-pub const TRAIN_GAIN: f64 = 30.0;
-/// The same where the best of many times or frequencies was searched for.
-const SEARCHED_GAIN: f64 = 50.0;
-/// So many times what chance lets them improve by is far more.
-const UNPROVED_FACTOR: f64 = 2.0;
-/// Falls on the fitted recordings and on both sides from which a name needs no more where
-/// those kept out, of which chance knows nothing, fall by as much as that.
-const CONFIRMED: (f64, f64) = (15.0, 45.0);
-/// So many standard deviations of what free beginnings bring are none of chance's.
-const SCATTER: f64 = 3.0;
-/// Times the least strength of an effect up to which it is as weak as it may be.
-const VANISHED: f64 = 1.001;
-/// Least fall on the recordings kept out.
-pub const HELD_GAIN: f64 = 10.0;
 
 /// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
 /// `held_gain`. Of what was searched for over many places the best of them is seen.
 pub fn is_insignificant(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
-    let (own, both) = CONFIRMED;
+    let (own, both) = CONFIRMED_GAINS;
     let confirmed = gain > own && held_gain > own && gain + held_gain > both;
     gain < least(hypothesis) && (hypothesis.look_elsewhere || !confirmed)
 }
@@ -44,7 +31,7 @@ pub fn fails_held_out(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> boo
 /// Whether chance lets chi2 fall by `gain` where each stretch has a beginning of its own besides,
 /// `unknowns` in all: each takes one on the average, which costs count, and scatters about it.
 pub fn within_initial_state_dof(unknowns: usize, gain: f64) -> bool {
-    gain < SCATTER * (2.0 * unknowns as f64).sqrt()
+    gain < INITIAL_STATE_MAX_Z * (2.0 * unknowns as f64).sqrt()
 }
 
 /// Whether the fit has made the effect of `hypothesis` in `model` as weak as it may be: what it
@@ -56,7 +43,7 @@ pub fn is_at_lower_bound(hypothesis: &Hypothesis, model: &Model) -> bool {
     let weak = |id: &String| {
         let least = bound(id).map_or(0.0, |(least, _)| least);
         let value = model.get(id);
-        value.is_some_and(|value| value.abs() <= VANISHED * least)
+        value.is_some_and(|value| value.abs() <= VANISHED_STRENGTH_RATIO * least)
     };
     let mut strengths = hypothesis.free.iter().filter(carries).peekable();
     strengths.peek().is_some() && strengths.all(weak)

@@ -3,8 +3,8 @@
 use super::hypothesis::Hypothesis;
 use super::significance;
 use super::significance::is_insignificant;
-use crate::diagnose::selection::forward::{APART, LEAST, WHOLE};
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{LEAVES_MUCH_RATIO, LEAVES_NOTHING_CHI2, REACHABLE_MIN_CHI2};
 use crate::model::effects::EffectSpec;
 use crate::model::effects::extra_mode::EFFECT;
 
@@ -70,13 +70,14 @@ impl CandidateFit {
 
     /// Whether the effect leaves nothing of the fitted recordings.
     pub fn leaves_nothing(&self) -> bool {
-        self.train.per_value() < WHOLE
+        self.train.per_value() < LEAVES_NOTHING_CHI2
     }
 
     /// Whether it leaves nothing of them where `other` leaves much: no other form of its law is
     /// needed then, however large the shares are that both bring.
     pub fn excels(&self, other: &Self) -> bool {
-        self.leaves_nothing() && other.train.per_value() > APART * self.train.per_value()
+        self.leaves_nothing()
+            && other.train.per_value() > LEAVES_MUCH_RATIO * self.train.per_value()
     }
 }
 
@@ -110,7 +111,7 @@ impl ModelState {
     pub(crate) fn most_left(&self) -> f64 {
         let sides = std::iter::once(&self.train).chain(&self.held_out);
         sides
-            .map(|fitted| (fitted.cost - LEAST * fitted.point.rows as f64).max(0.0))
+            .map(|fitted| (fitted.cost - REACHABLE_MIN_CHI2 * fitted.point.rows as f64).max(0.0))
             .sum()
     }
 }

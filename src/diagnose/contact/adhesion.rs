@@ -4,33 +4,17 @@ use std::collections::BTreeSet;
 
 use super::event_readings::Ground;
 use super::law_test::LawTest;
-use super::restitution::{ALSO_HELD_OUT, MIN_EVENTS, TOLD};
+use super::restitution::ALSO_HELD_OUT;
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
+use crate::diagnose::thresholds::{
+    ADHESION_BEND_MIN_GAIN, ADHESION_LEFT_OUT_MIN_GAIN, ADHESION_MAX_TIME, ADHESION_MIN_GAIN,
+    CONTACT_TRAIN_GAIN, MIN_EVENTS, PRESSED_MAX_Z, RELEASE_MAX_ERROR_RATIO, RELEASE_MIN_SAMPLES,
+    RELEASE_MIN_STAY, SHORT_STAYS_MIN,
+};
 use crate::fit::contact_readings::Release;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
-
-/// Fall of chi2 on both sides together from which adhesion bends:
-/// the best of two laws and several times.
-const FORESEEN_BEND: f64 = 25.0;
-/// A stay of fewer samples may be one of the hops of a landing, from which the mass was not
-/// pulled off but rebounded.
-const HOP: f64 = 6.0;
-/// So may one that is shorter than this \[s\], unless there are several.
-const SHORT: f64 = 1e-3;
-/// So many on both sides together, of more than one recording, are taken for stays.
-const SEVERAL: usize = 3;
-/// Standard errors below zero from which a force presses for certain.
-const PRESSED: f64 = 4.0;
-/// A force known so many times worse than the best is not used.
-const VAGUE: f64 = 15.0;
-/// Fall of chi2 from which a bend is on top of a straight line and not in its place.
-const ON_LINE: f64 = 20.0;
-/// What the others must foresee by themselves where any one of the recordings kept out is left out.
-const BY_OTHERS: f64 = 8.0;
-/// Adhesion that takes longer to level off is a straight line \[s\].
-const LONGEST: f64 = 0.2;
 
 /// (contact time, force, error) of the releases that tell the law, those after `short` stays as
 /// well or not. Where the drive jumps the pull passes the adhesion in one step; after a short
@@ -39,19 +23,19 @@ const LONGEST: f64 = 0.2;
 fn pulls(releases: &[Release], short: bool) -> Vec<Reading> {
     let known = releases
         .iter()
-        .filter(|r| pulled(r) && (short || r.contact > SHORT))
-        .filter(|r| r.error.is_finite() && r.force > -PRESSED * r.error);
+        .filter(|r| pulled(r) && (short || r.contact > RELEASE_MIN_STAY))
+        .filter(|r| r.error.is_finite() && r.force > -PRESSED_MAX_Z * r.error);
     let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
     let good = quantile_in_place(&mut errors, 0.1);
     known
-        .filter(|r| r.error < VAGUE * good)
+        .filter(|r| r.error < RELEASE_MAX_ERROR_RATIO * good)
         .map(|r| (r.contact, r.force, r.error))
         .collect()
 }
 
 /// Whether it was a stay from which adhesion let go, and no step of the drive tore the mass off.
 fn pulled(release: &Release) -> bool {
-    release.samples > HOP && release.jump <= release.error
+    release.samples > RELEASE_MIN_SAMPLES && release.jump <= release.error
 }
 
 /// Those of long stays, whatever the others say.
@@ -62,7 +46,7 @@ pub fn long_pulls(releases: &[Release]) -> Vec<Reading> {
 /// Whether several of the releases came after short stays: of more than one recording, for one
 /// may be misread throughout.
 fn several_short([train, held]: [&[Release]; 2]) -> bool {
-    let short = |r: &&Release| pulled(r) && r.contact <= SHORT;
+    let short = |r: &&Release| pulled(r) && r.contact <= RELEASE_MIN_STAY;
     let of = |side: &[Release]| -> Vec<usize> {
         side.iter().filter(short).map(|r| r.recording).collect()
     };
@@ -72,7 +56,7 @@ fn several_short([train, held]: [&[Release]; 2]) -> bool {
         .map(|k| (false, *k))
         .chain(held.iter().map(|k| (true, *k)))
         .collect();
-    train.len() + held.len() >= SEVERAL && recordings.len() > 1
+    train.len() + held.len() >= SHORT_STAYS_MIN && recordings.len() > 1
 }
 
 /// The straight line of the baseline through `points`: `Ca0` and `Ca`.
@@ -127,7 +111,11 @@ fn bend(points: &[Reading], straight: &Curve) -> Option<Bend> {
     let mut best: Option<Bend> = None;
     for on_line in [false, true] {
         let least = best.as_ref().map_or(f64::INFINITY, |b| b.curve.cost);
-        let asked = if on_line { least - ON_LINE } else { least };
+        let asked = if on_line {
+            least - ADHESION_BEND_MIN_GAIN
+        } else {
+            least
+        };
         for share in [0.0, 1.0] {
             let form = Form { share, on_line };
             for tau in [3e-4, 1e-3, 4e-3, 15e-3] {
@@ -137,7 +125,7 @@ fn bend(points: &[Reading], straight: &Curve) -> Option<Bend> {
                     continue;
                 };
                 let climbs = curve.values.get(3).is_none_or(|slope| *slope > 0.0);
-                let sound = growth > 0.0 && climbs && time.abs() < LONGEST;
+                let sound = growth > 0.0 && climbs && time.abs() < ADHESION_MAX_TIME;
                 let better = best.as_ref().is_none_or(|b| curve.cost < b.curve.cost);
                 if sound && better && curve.cost < asked {
                     best = Some(Bend { curve, form });
@@ -174,7 +162,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
     });
     let mut held_gain = straight.predictive_log_loss(&straight_all, scale) - foreseen;
     let gain = (straight.cost - of_train.curve.cost) / scale;
-    let together = gain <= TOLD && held_gain > 0.0;
+    let together = gain <= CONTACT_TRAIN_GAIN && held_gain > 0.0;
     if together {
         // One recording whose releases were misread must not tell it.
         let without = |k: usize| {
@@ -193,7 +181,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
             .collect();
         let least = recordings.into_iter().map(without);
         let least = least.fold(f64::INFINITY, f64::min);
-        if least < BY_OTHERS {
+        if least < ADHESION_LEFT_OUT_MIN_GAIN {
             held_gain = held_gain.min(least);
         }
     }
@@ -212,7 +200,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain,
         held_gain,
-        foreseen: Some(FORESEEN_BEND),
+        foreseen: Some(ADHESION_MIN_GAIN),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
@@ -310,7 +298,7 @@ mod tests {
         let law = |t: f64| 29e-9 + 1.25e-6 * t - 13e-9 * (-t / 4e-3).exp_m1();
         let test = told(8, &law);
         assert!(
-            test.gain + test.held_gain > FORESEEN_BEND && test.held_gain > 0.0,
+            test.gain + test.held_gain > ADHESION_MIN_GAIN && test.held_gain > 0.0,
             "{test:?}"
         );
         assert_eq!(test.effect.values[3], 1.0, "{test:?}");
@@ -334,13 +322,13 @@ mod tests {
             ..Ground::default()
         };
         let both = |ground: &Ground| test(ground).map_or(0.0, |t| t.gain + t.held_gain);
-        assert!(both(&ground) < FORESEEN_BEND, "{}", both(&ground));
+        assert!(both(&ground) < ADHESION_MIN_GAIN, "{}", both(&ground));
         // Two that agree do.
         let others = ground.held_out.releases.clone().into_iter();
         let others = others.filter(|r| r.recording == 2);
         let again = others.map(|r| Release { recording: 3, ..r });
         ground.held_out.releases.extend(again);
-        assert!(both(&ground) > FORESEEN_BEND, "{}", both(&ground));
+        assert!(both(&ground) > ADHESION_MIN_GAIN, "{}", both(&ground));
     }
 
     #[test]
@@ -353,7 +341,7 @@ mod tests {
         };
         assert!(!short(8.0, [1, 1]));
         assert!(short(8.0, [2, 1]));
-        assert!(!short(8.0, [SEVERAL, 0]), "one recording");
+        assert!(!short(8.0, [SHORT_STAYS_MIN, 0]), "one recording");
         assert!(!short(4.5, [8, 8]));
         // What is over before a millisecond shows in them alone.
         let ground = |stays: &[(f64, usize)]| Ground {
@@ -364,7 +352,7 @@ mod tests {
         };
         let bends = |stays: &[(f64, usize)]| {
             let test = test(&ground(stays));
-            test.is_some_and(|t| t.gain > TOLD && t.held_gain > FORESEEN_BEND)
+            test.is_some_and(|t| t.gain > CONTACT_TRAIN_GAIN && t.held_gain > ADHESION_MIN_GAIN)
         };
         assert!(!bends(&[(6e-3, 6), (40e-3, 4)]));
         assert!(bends(&[(6e-3, 6), (40e-3, 4), (2e-4, 4)]));

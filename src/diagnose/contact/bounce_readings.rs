@@ -1,24 +1,19 @@
 //! What bounces tell of the laws of the ground: which of them, and how well each is known.
 
 use super::robust_curve::Reading;
+use crate::diagnose::thresholds::{
+    BOUNCE_MAX_Z, BOUNCE_MIN_SPEED_SHARE, LANDING_MAX_RATIO_SHARE, RATIO_MAX_ERROR_SHARE,
+    REBOUND_MIN_Z,
+};
 use crate::fit::contact_readings::Bounce;
 use crate::recording::quantile_in_place;
 
-/// Bounces slower than this share of the fastest tell little of the law: adhesion has a
-/// say in them.
-const SLOW: f64 = 0.03;
 /// Time that a bounce may take on a hard ground \[s\].
 const AT_ONCE: f64 = 1.5e-6;
-/// Standard errors beyond it from which the bounce was misread.
-const MISREAD: f64 = 3.0;
+
 /// Samples for which a mass must fly on for its velocity to be known.
 const FLIGHT: f64 = 4.0;
-/// Standard errors by which a mass that leaves the ground does so.
-const LEAVES: f64 = 4.0;
-/// A ratio of less than this share of the usual one is that of a landing.
-const LANDED: f64 = 0.3;
-/// Error of a ratio, as a share of the usual one, up to which it is told from a landing.
-const KNOWN: f64 = 0.15;
+
 /// How well the level of the ground is known from the stays on it \[m\].
 pub(crate) const LEVEL: f64 = 1e-7;
 
@@ -29,7 +24,8 @@ pub(crate) const LEVEL: f64 = 1e-7;
 /// Nor do those that come and leave at two instants, or hop for a few samples only: in them an
 /// event was misread.
 pub(crate) fn ratios(bounces: &[Bounce], usual: f64) -> Vec<Reading> {
-    let telling = |b: &Reading| b.2 < KNOWN * usual && b.1 > LANDED * usual;
+    let telling =
+        |b: &Reading| b.2 < RATIO_MAX_ERROR_SHARE * usual && b.1 > LANDING_MAX_RATIO_SHARE * usual;
     read(bounces).into_iter().filter(telling).collect()
 }
 
@@ -39,7 +35,7 @@ pub(crate) fn ratios(bounces: &[Bounce], usual: f64) -> Vec<Reading> {
 /// leaves.
 pub(crate) fn usual(sides: [&[Bounce]; 2]) -> f64 {
     let all = sides.into_iter().flat_map(read);
-    let mut leave: Vec<Reading> = all.filter(|b| b.1 > LEAVES * b.2).collect();
+    let mut leave: Vec<Reading> = all.filter(|b| b.1 > REBOUND_MIN_Z * b.2).collect();
     leave.sort_by(|a, b| a.1.total_cmp(&b.1));
     let surely = |b: &Reading| b.1 / b.2;
     let half = 0.5 * leave.iter().map(surely).sum::<f64>();
@@ -48,7 +44,7 @@ pub(crate) fn usual(sides: [&[Bounce]; 2]) -> f64 {
         below += surely(b);
         below >= half
     });
-    let least = LANDED * middle.map_or(0.0, |b| b.1);
+    let least = LANDING_MAX_RATIO_SHARE * middle.map_or(0.0, |b| b.1);
     let mut bounces: Vec<f64> = leave.iter().map(|b| b.1).filter(|r| *r > least).collect();
     quantile_in_place(&mut bounces, 0.5)
 }
@@ -56,13 +52,15 @@ pub(crate) fn usual(sides: [&[Bounce]; 2]) -> f64 {
 /// (speed, ratio, error) of bounces in which no event was misread.
 fn read(bounces: &[Bounce]) -> Vec<Reading> {
     let fastest = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
-    let quick = bounces.iter().filter(|b| b.approach > SLOW * fastest);
+    let quick = bounces
+        .iter()
+        .filter(|b| b.approach > BOUNCE_MIN_SPEED_SHARE * fastest);
     quick
         .filter(|b| b.flight > FLIGHT)
         .filter_map(|b| {
             let level = level(bounces, b.recording);
             let off = (b.miss - level.0).powi(2);
-            let once = off < MISREAD.powi(2) * (b.off_by(AT_ONCE) + level.1);
+            let once = off < BOUNCE_MAX_Z.powi(2) * (b.off_by(AT_ONCE) + level.1);
             let (ratio, error) = at_once(bounces, b);
             once.then_some((b.approach, ratio, error))
         })
@@ -77,7 +75,7 @@ fn level(bounces: &[Bounce], recording: usize) -> (f64, f64) {
     let (mut sum, mut weight) = (0.0, 1.0 / before);
     for b in bounces.iter().filter(|b| b.recording == recording) {
         let variance = b.off_by(AT_ONCE);
-        if b.miss.powi(2) < MISREAD.powi(2) * (variance + before) {
+        if b.miss.powi(2) < BOUNCE_MAX_Z.powi(2) * (variance + before) {
             sum += b.miss / variance;
             weight += 1.0 / variance;
         }
@@ -96,8 +94,8 @@ pub(crate) fn misses(bounces: &[Bounce]) -> Vec<Reading> {
     let fast = bounces.iter().fold(0.0f64, |a, b| a.max(b.approach));
     let telling = bounces
         .iter()
-        .filter(|b| b.approach > SLOW * fast && b.miss_error.is_finite())
-        .filter(|b| b.ratio > LEAVES * b.error && b.flight > FLIGHT);
+        .filter(|b| b.approach > BOUNCE_MIN_SPEED_SHARE * fast && b.miss_error.is_finite())
+        .filter(|b| b.ratio > REBOUND_MIN_Z * b.error && b.flight > FLIGHT);
     telling
         .map(|b| (b.approach, b.miss, b.miss_error.hypot(2e-9)))
         .collect()

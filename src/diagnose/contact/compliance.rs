@@ -3,8 +3,10 @@
 use super::bounce_readings::{LEVEL, misses};
 use super::event_readings::Ground;
 use super::law_test::{LawTest, in_turn, proved, together};
-use super::restitution::{FEW, FORESEEN_DWELL, HARD, MIN_EVENTS};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
+use crate::diagnose::thresholds::{
+    COMPLIANCE_MIN_GAIN, MIN_EVENTS, MIN_HELD_OUT_EVENTS, RIGID_DWELL,
+};
 use crate::model::effects::{ActiveEffect, find};
 
 /// Time between touch and rebound, against none.
@@ -29,13 +31,13 @@ pub(crate) fn compliance(ground: &Ground) -> Option<LawTest> {
     let (fit, fit_all) = (soft(&train, &level), soft(&all, &level_all));
     let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
     let root = scale.sqrt();
-    let gives = |fit: &Curve| fit.values[1] > HARD;
+    let gives = |fit: &Curve| fit.values[1] > RIGID_DWELL;
     let gain = if gives(&fit) {
         (level.cost - fit.cost) / scale
     } else {
         0.0
     };
-    let held_gain = if held.len() < FEW {
+    let held_gain = if held.len() < MIN_HELD_OUT_EVENTS {
         in_turn(
             &ground.train.bounces,
             &misses,
@@ -68,7 +70,7 @@ pub(crate) fn compliance(ground: &Ground) -> Option<LawTest> {
         gain,
         held_gain,
         // Recordings left out in turn are no evidence beside the same recordings.
-        foreseen: (held.len() >= FEW).then_some(FORESEEN_DWELL),
+        foreseen: (held.len() >= MIN_HELD_OUT_EVENTS).then_some(COMPLIANCE_MIN_GAIN),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,

@@ -6,13 +6,10 @@ use super::compliance::compliance;
 use super::event_readings::Ground;
 use super::law_test::LawTest;
 use super::restitution::restitution;
-use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN};
+use crate::diagnose::thresholds::{
+    COMPLIANCE_DESPITE_MODE_GAIN, CONTACT_LAW_STANDS_SHARE, HELD_GAIN, TRAIN_GAIN,
+};
 use crate::model::effects::EffectSpec;
-
-/// Share of a law's fall of chi2 that must be left once the model of flight is complete.
-const STANDS: f64 = 0.5;
-/// Fall of chi2 from which a ground gives way although a further mode rings.
-const DESPITE_MODE: f64 = 100.0;
 
 /// What a law of the ground is named by.
 #[derive(Debug, Clone, Copy)]
@@ -70,7 +67,9 @@ impl Rules<'_> {
         // Nor of how a further mode rings that the impacts set off.
         let sure = |t: &LawTest| {
             let doubtful = match t.id {
-                "compliant_ground" if has("extra_mode") => t.gain + t.held_gain <= DESPITE_MODE,
+                "compliant_ground" if has("extra_mode") => {
+                    t.gain + t.held_gain <= COMPLIANCE_DESPITE_MODE_GAIN
+                }
                 "velocity_restitution" | "adhesion_saturation" if has("long_range_attraction") => {
                     !shown(t)
                 }
@@ -82,7 +81,7 @@ impl Rules<'_> {
         let stands = |first: &LawTest| {
             let still = |t: &LawTest| {
                 let (now, then) = (t.gain + t.held_gain, first.gain + first.held_gain);
-                now > STANDS * then && sure(t)
+                now > CONTACT_LAW_STANDS_SHARE * then && sure(t)
             };
             let by_hand = self.by_hand(first.id);
             by_hand.unwrap_or_else(|| of(first.id).is_some_and(still))

@@ -1,7 +1,8 @@
 //! TODO-doc
 
-use super::restitution::{ALSO_HELD_OUT, FEW, IN_TURN, TOLD};
+use super::restitution::{ALSO_HELD_OUT, IN_TURN};
 use super::robust_curve::Reading;
+use crate::diagnose::thresholds::{CONTACT_TRAIN_GAIN, MIN_HELD_OUT_EVENTS};
 use crate::fit::contact_readings::Bounce;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
@@ -35,14 +36,14 @@ pub struct LawTest {
 /// Whether the fitted recordings tell a law only together with those kept out: a few bounces
 /// tell little by themselves.
 pub(crate) fn together(gain: f64, held_gain: f64, held: &[Reading]) -> bool {
-    held.len() >= FEW && gain <= TOLD && held_gain > 0.0
+    held.len() >= MIN_HELD_OUT_EVENTS && gain <= CONTACT_TRAIN_GAIN && held_gain > 0.0
 }
 
 /// By which recordings a law was proved, to be added to its evidence.
 pub(crate) fn proved(gain: f64, held_gain: f64, held: &[Reading]) -> &'static str {
     if together(gain, held_gain, held) {
         ALSO_HELD_OUT
-    } else if held.len() < FEW {
+    } else if held.len() < MIN_HELD_OUT_EVENTS {
         IN_TURN
     } else {
         ""
@@ -65,7 +66,7 @@ pub(crate) fn in_turn(
     };
     let one = |k: usize| {
         let (others, left_out) = (part(false, k), part(true, k));
-        if others.len() < FEW {
+        if others.len() < MIN_HELD_OUT_EVENTS {
             0.0
         } else {
             gain(&others, &left_out)

@@ -2,8 +2,8 @@
 
 use super::adhesion::{line, long_pulls};
 use super::bounce_readings::{ratios, usual};
-use super::restitution::MIN_EVENTS;
 use super::robust_curve::curve;
+use crate::diagnose::thresholds::MIN_EVENTS;
 use crate::fit::contact_readings::Readings;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;

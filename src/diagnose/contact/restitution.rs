@@ -5,34 +5,13 @@ use super::bounce_readings::{ratios, usual};
 use super::event_readings::Ground;
 use super::law_test::{LawTest, in_turn, proved, together};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
+use crate::diagnose::thresholds::{
+    MIN_EVENTS, MIN_HELD_OUT_EVENTS, MIN_SPEED_POWER, POWER_RANGE_MAX_Z, RESTITUTION_MIN_GAIN,
+};
 use crate::fit::contact_readings::Bounce;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;
 
-/// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
-pub(crate) const TOLD: f64 = 30.0;
-/// Fall of chi2 on both sides together from which a ground gives way, which is one law of
-/// one number.
-pub(crate) const FORESEEN_DWELL: f64 = 50.0;
-/// Fewest events for a law.
-pub(crate) const MIN_EVENTS: usize = 6;
-/// Time for which the mass may seem to stay below a hard ground's level, as instants are read
-/// with a film and a clock that are nearly right \[s\].
-pub(crate) const HARD: f64 = 0.6e-6;
-/// Fall of chi2 on both sides together from which restitution goes with speed: one law of
-/// one number.
-const FORESEEN_SPEED: f64 = 50.0;
-
-/// Power of the speed that is none: it changes restitution by less than three hundredths over a
-/// decade of speeds, as does a film of slightly other form.
-const LEAST_POWER: f64 = 0.013;
-
-/// Standard errors beyond the catalogue's range from which a power is none of a law: events were
-/// misread.
-const BEYOND: f64 = 3.0;
-
-/// Fewer bounces than this prove nothing.
-pub(crate) const FEW: usize = 3;
 /// What is said where the recordings kept out have too few bounces.
 pub(crate) const IN_TURN: &str = ", as each of the recordings shows when it is left out in turn";
 /// What is said where the fitted recordings by themselves tell nothing.
@@ -58,7 +37,7 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
     let root = scale.sqrt();
     let gain = (level.cost - fit.cost) / scale;
-    let held_gain = if held.len() < FEW {
+    let held_gain = if held.len() < MIN_HELD_OUT_EVENTS {
         in_turn(
             &ground.train.bounces,
             &telling,
@@ -87,7 +66,7 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     );
     let (size, error) = (told.values[1].abs(), told.errors[1] * root);
     let (_, most) = spec.parameters[0].range;
-    let is_law = size >= LEAST_POWER && size - BEYOND * error <= most;
+    let is_law = size >= MIN_SPEED_POWER && size - POWER_RANGE_MAX_Z * error <= most;
     let (gain, held_gain) = if !is_law {
         (gain.min(0.0), held_gain.min(0.0))
     } else {
@@ -98,7 +77,7 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
         gain,
         held_gain,
         // Recordings left out in turn are no evidence beside the same recordings.
-        foreseen: (held.len() >= FEW).then_some(FORESEEN_SPEED),
+        foreseen: (held.len() >= MIN_HELD_OUT_EVENTS).then_some(RESTITUTION_MIN_GAIN),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,

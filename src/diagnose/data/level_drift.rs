@@ -2,6 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::diagnose::thresholds::{
+    COMMON_DRIFT_MAX_MISS, DRIFT_LAW_MAX_MISS, LARGE_DRIFT_NOISE_UNITS,
+};
 use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 use crate::recording::extremes;
 use crate::recording::level_change::LevelDrift;
@@ -10,13 +13,7 @@ use crate::recording::level_change::LevelDrift;
 const TIMES: usize = 60;
 /// Shortest and longest time constants, as shares of the longest recording, and how many.
 const TAUS: (f64, f64, usize) = (0.02, 5.0, 120);
-/// What a law with fewer numbers may be off, in units of the noise of a sample.
-const NEAR_ENOUGH: f64 = 1.0;
-/// Least drift, in units of the noise of a sample, that leads a fit without it astray.
-const LARGE: f64 = 30.0;
-/// Share of the drift by which the courses of several recordings may be off the law that they
-/// have in common.
-const AGREE: f64 = 0.1;
+
 /// A settling that began so many recordings' lengths ago is a line.
 const LONG_AGO: f64 = 3.0;
 
@@ -45,11 +42,11 @@ pub fn read(
         high - low
     };
     let most = courses.iter().map(range).fold(0.0, f64::max);
-    if most < LARGE * coarsest {
+    if most < LARGE_DRIFT_NOISE_UNITS * coarsest {
         return None;
     }
     let (law, free) = simplest(&courses, finest)?;
-    if law.off > AGREE * most {
+    if law.off > COMMON_DRIFT_MAX_MISS * most {
         return None;
     }
     let effect = ActiveEffect {
@@ -93,12 +90,12 @@ fn simplest(courses: &[Course], noise: f64) -> Option<(Law, &'static [usize])> {
     };
     let best = |laws: &mut dyn Iterator<Item = Law>| laws.min_by(|a, b| a.off.total_cmp(&b.off));
     let line = law(courses, longest, (false, true))?;
-    if line.off < NEAR_ENOUGH * noise || since.any(long_ago) {
+    if line.off < DRIFT_LAW_MAX_MISS * noise || since.any(long_ago) {
         return Some((line, &[2]));
     }
     let settling = best(&mut (0..TAUS.2).filter_map(|i| law(courses, tau(i), (true, false))))?;
     let both = best(&mut (0..TAUS.2).filter_map(|i| law(courses, tau(i), (true, true))))?;
-    Some(if settling.off < NEAR_ENOUGH * noise {
+    Some(if settling.off < DRIFT_LAW_MAX_MISS * noise {
         (settling, &[0, 1])
     } else {
         (both, &[0, 1, 2])

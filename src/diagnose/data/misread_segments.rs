@@ -5,22 +5,18 @@ use rayon::prelude::*;
 
 use super::missed_contacts::{grazes, until_lowest};
 use crate::diagnose::shooting::workspace::{LOSS, WIDE};
+use crate::diagnose::thresholds::{
+    AIRBORNE_MAX_CHI2, AIRBORNE_MIN_COST_DROP, HELD_SUSPECT_EXCESS, MISREAD_MIN_CHI2_RATIO,
+};
 use crate::fit::problem::Problem;
 use crate::fit::segment::{Joint, Segment, state_units};
 use crate::fit::solve::point::Point;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator, StretchState};
 
-/// A stretch this many times farther off than is usual was misread.
-const OFF: f64 = 2.5;
-/// Fall of the cost from which a stretch read as held is told as flight.
-const WORSE: f64 = 40.0;
-/// Cost above that of noise from which it is tried.
-const SUSPECT: f64 = 20.0;
 /// So many in a recording make its others likely.
 const ALIKE: usize = 2;
-/// Cost per row up to which it is told well.
-const FITS: f64 = 1.3;
+
 /// Heights above the ground that may be taken for contact, in units of the noise.
 const UNSEEN: f64 = 6.0;
 /// Share of the stretches with a jump of the drive that are most of them.
@@ -70,7 +66,7 @@ pub fn reassign_misread_segments(
     costs.retain(|cost| cost.is_finite());
     let typical = quantile_in_place(&mut costs, 0.5).max(1.0);
     let off: Vec<usize> = (0..now.len())
-        .filter(|&i| point.used[i] && per_row(i, now[i].1) > OFF * typical)
+        .filter(|&i| point.used[i] && per_row(i, now[i].1) > MISREAD_MIN_CHI2_RATIO * typical)
         .collect();
     let fresh: Vec<(Vec<f64>, f64)> = off
         .par_iter()
@@ -99,7 +95,7 @@ pub fn reassign_misread_segments(
             let usual = if jumps(i) { with_jump } else { usual };
             // A bounce between two samples makes a few samples far off, which the loss forgives.
             let whole = || per_row(i, fit(i, now[i].0.clone(), WIDE, 0).1);
-            let graze = || whole() > OFF * usual;
+            let graze = || whole() > MISREAD_MIN_CHI2_RATIO * usual;
             // What a jump does is off from the jump on, an overlooked touch where it is lowest.
             let touched = || {
                 let flown = jumps(i).then(|| until_lowest(problem, point, &simulator, i))??;
@@ -107,9 +103,13 @@ pub fn reassign_misread_segments(
                 let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
                 let told = problem.refine(&flown, state, &simulator, near, start, LOSS, ROUNDS);
                 let flown = (told.cost / problem.rows(&flown).len().max(1) as f64).sqrt();
-                Some(flown < OFF && whole() > OFF * OFF * flown.max(1.0))
+                Some(
+                    flown < MISREAD_MIN_CHI2_RATIO
+                        && whole()
+                            > MISREAD_MIN_CHI2_RATIO * MISREAD_MIN_CHI2_RATIO * flown.max(1.0),
+                )
             };
-            per_row(i, now[i].1) > OFF * usual
+            per_row(i, now[i].1) > MISREAD_MIN_CHI2_RATIO * usual
                 || (grazes(problem, point, &simulator, i) && graze())
                 || touched() == Some(true)
         })
@@ -189,7 +189,7 @@ fn hovering(
         };
         let rows = problem.rows(held).len() as f64;
         let on_ground = cost(held, 1).cost;
-        if on_ground < rows + SUSPECT {
+        if on_ground < rows + HELD_SUSPECT_EXCESS {
             return None;
         }
         let level = simulator.ground_level(data.recording.time[held.samples.start] + data.epoch);
@@ -202,7 +202,11 @@ fn hovering(
         let (phi_p, _) = simulator.flight_shapes();
         let height = q.iter().zip(phi_p).map(|(q, p)| q * p).sum::<f64>() - level;
         let near = height > 0.0 && height < UNSEEN * data.sigmas.xp;
-        near.then_some((i, on_ground - in_air.cost, in_air.cost < FITS * rows))
+        near.then_some((
+            i,
+            on_ground - in_air.cost,
+            in_air.cost < AIRBORNE_MAX_CHI2 * rows,
+        ))
     };
     let held = (0..point.segments.len()).into_par_iter();
     let nearly: Vec<(usize, f64, bool)> = held
@@ -212,14 +216,14 @@ fn hovering(
     let of = |i: usize| point.segments[i].recording;
     let surely: Vec<usize> = nearly
         .iter()
-        .filter(|(_, gain, well)| *gain > WORSE && *well)
+        .filter(|(_, gain, well)| *gain > AIRBORNE_MIN_COST_DROP && *well)
         .map(|(i, ..)| *i)
         .collect();
     nearly
         .iter()
         .filter(|(i, gain, _)| {
             let alike = surely.iter().filter(|&&k| of(k) == of(*i)).count();
-            surely.contains(i) || (alike >= ALIKE && *gain > 0.1 * WORSE)
+            surely.contains(i) || (alike >= ALIKE && *gain > 0.1 * AIRBORNE_MIN_COST_DROP)
         })
         .map(|(i, ..)| *i)
         .collect()

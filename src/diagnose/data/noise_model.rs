@@ -4,6 +4,9 @@
 use std::ops::Range;
 
 use super::event_free_segments::intervals;
+use crate::diagnose::thresholds::{
+    COLOURED_NOISE_MIN_GAIN, COMMON_NOISE_MAX_Z, OWN_NOISE_MIN_RATIO,
+};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::segment::event_sequence::Timeline;
 use crate::recording::Recording;
@@ -35,16 +38,10 @@ const NEIGHBOURS: [(i32, i32); 8] = [
 ];
 /// Largest share of the variance with a memory.
 const MOST_SHARE: f64 = 0.95;
-/// By how much the log-likelihood of a colour must exceed that of white noise.
-const CLEARLY: f64 = 6.0;
 
-/// How much noisier than the quietest a recording may be to have a noise of its own.
-pub const ONE_NOISE: f64 = 1.3;
 /// Relative standard error of a noise from one sample's neighbours: medians of differences
 /// of a high order waste most of what independent samples would tell.
 const ESTIMATE_ERROR: f64 = 2.6;
-/// Standard errors by which an estimate may be off the common one.
-const AGREES: f64 = 3.5;
 
 /// Noise of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +75,7 @@ pub fn pool(estimates: &mut [(usize, &mut f64)]) -> f64 {
         .iter()
         .filter(|(_, s)| known(**s))
         .fold(f64::INFINITY, |a, (_, s)| a.min(**s));
-    let near = |sigma: f64| known(sigma) && sigma <= ONE_NOISE * least;
+    let near = |sigma: f64| known(sigma) && sigma <= OWN_NOISE_MIN_RATIO * least;
     let (mut sum, mut samples) = (0.0, 0.0);
     for (n, sigma) in estimates.iter().filter(|(_, s)| near(**s)) {
         sum += *n as f64 * **sigma;
@@ -91,7 +88,7 @@ pub fn pool(estimates: &mut [(usize, &mut f64)]) -> f64 {
     let error_of = |samples: f64| ESTIMATE_ERROR / samples.max(1.0).sqrt();
     for (n, sigma) in estimates {
         let error = error_of(*n as f64);
-        let agrees = (**sigma / common - 1.0).abs() < AGREES * error;
+        let agrees = (**sigma / common - 1.0).abs() < COMMON_NOISE_MAX_Z * error;
         if agrees || !near(**sigma) {
             **sigma = common;
         }
@@ -111,7 +108,7 @@ pub fn estimate(stays: &[Stays<'_>]) -> Noise {
         return white;
     }
     let (mut best, mut likelihood) = fit(&windows, Colour::WHITE);
-    likelihood += CLEARLY;
+    likelihood += COLOURED_NOISE_MIN_GAIN;
     for share in SHARES {
         for memory in MEMORIES {
             let colour = Colour {

@@ -4,17 +4,13 @@
 use std::sync::Arc;
 
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::thresholds::{SATURATION_MIN_RUN, SHORT_RECORDING_SAMPLES};
 use crate::fit::inspect::preconditions::check;
 use crate::fit::inspect::recording_summary::look;
 use crate::fit::inspect::same_device::same_ring;
 use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
-
-/// A run of equal extreme values at least this long is the end of a sensor's range.
-const RUN: usize = 6;
-/// A recording shorter than this tells little \[samples\].
-const SHORT: usize = 2000;
 
 /// Recordings fit to be diagnosed.
 #[derive(Debug, Clone)]
@@ -72,7 +68,7 @@ pub fn condition(
         _ => {}
     }
     let samples: usize = train.iter().map(|p| p.samples.len()).sum();
-    if samples < SHORT {
+    if samples < SHORT_RECORDING_SAMPLES {
         remarks.push(format!(
             "{samples} samples are few: effects that show slowly or rarely cannot be seen"
         ));
@@ -174,7 +170,7 @@ fn clipped_samples(values: &[f64]) -> Vec<usize> {
                 .iter()
                 .take_while(|v| **v == extreme)
                 .count();
-            if run >= RUN {
+            if run >= SATURATION_MIN_RUN {
                 out.extend(start..start + run);
             }
             start += run.max(1);

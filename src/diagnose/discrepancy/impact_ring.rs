@@ -12,6 +12,7 @@ use super::residual_spectrum;
 use super::residual_spectrum::{LOWEST, Left};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{RING_MIN_CONTRAST, RING_MIN_GAIN};
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::Model;
 use crate::model::drive::Segment as Piece;
@@ -24,11 +25,7 @@ const DAMPINGS: [f64; 3] = [0.003, 0.008, 0.02];
 /// Distance of the frequencies that are tried, in units of the damping: half of what passes for
 /// the same.
 const STEP: f64 = 1.2;
-/// Fall of chi2 by three numbers at the best of some thousand frequencies and dampings from which
-/// it is no chance.
-const SURE: f64 = 25.0;
-/// Times what most frequencies promise: what is left of something else is broad.
-const OUTSTANDING: f64 = 4.0;
+
 /// Share of the frequencies that most are.
 const MOST: f64 = 0.8;
 /// Most turns from one sample to the next.
@@ -145,7 +142,7 @@ impl ImpactExcitations {
         let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
         let usual = crate::recording::quantile_in_place(&mut gains, MOST);
         log::debug!("{best:?} where {usual:.1} is usual");
-        (best.gain > SURE && best.gain > OUTSTANDING * usual).then_some(best)
+        (best.gain > RING_MIN_GAIN && best.gain > RING_MIN_CONTRAST * usual).then_some(best)
     }
 
     /// The best within `reach` of `frequency` \[Hz\].

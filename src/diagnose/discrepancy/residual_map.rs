@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::MISMATCH_MIN_Z;
 use crate::fit::problem::{Data, Problem};
 use crate::fit::residual::residual_rows::Setting;
 use crate::fit::residual::simulate_segment;
@@ -16,9 +17,7 @@ use crate::sim::{SimError, Stretcher};
 const NEAR: f64 = 0.15;
 /// Bins of a marginal.
 const COARSE: usize = 24;
-/// Mean square of a stretch's residuals from which it is a mismatch, in units of the
-/// scatter that noise leaves above what is usual.
-const CLEAR: f64 = 4.0;
+
 /// Most mismatches told.
 const MOST: usize = 40;
 
@@ -223,7 +222,7 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
             }
             let excess = sum - n as f64;
             total += excess.max(0.0);
-            if excess > CLEAR * (2.0 * n as f64).sqrt() + 0.1 * n as f64 {
+            if excess > MISMATCH_MIN_Z * (2.0 * n as f64).sqrt() + 0.1 * n as f64 {
                 out.push((
                     excess,
                     Mismatch {

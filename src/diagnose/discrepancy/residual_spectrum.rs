@@ -6,6 +6,7 @@ use nalgebra::{Complex, Matrix2, SymmetricEigen};
 use rayon::prelude::*;
 
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{KNOWN_MODE_FREQUENCY_RATIO, PEAK_MIN_SIGNIFICANCE};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::Row;
 use crate::fit::segment::Segment;
@@ -16,10 +17,7 @@ use crate::sim::SimError;
 pub(crate) const SPACING: f64 = 100.0;
 /// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
 pub(crate) const LOWEST: f64 = 1500.0;
-/// Significance of a hump from which it stands out.
-pub const HUMP: f64 = 6.0;
-/// Frequencies nearer than by this factor to that of a mode are beside it.
-pub const BESIDE: f64 = 1.25;
+
 /// Stretches shorter than this many samples tell no frequency.
 const LEAST: usize = 40;
 /// The beginning of a stretch, in samples: a damped mode rings no longer.
@@ -102,9 +100,9 @@ pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
     let structure = fitted.model.structure_with_effects();
     let beside = |f: f64| {
         let known = structure.modes.iter().map(|m| m.frequency);
-        known
-            .filter(|known| *known > 0.0)
-            .any(|known| f < BESIDE * known && known < BESIDE * f)
+        known.filter(|known| *known > 0.0).any(|known| {
+            f < KNOWN_MODE_FREQUENCY_RATIO * known && known < KNOWN_MODE_FREQUENCY_RATIO * f
+        })
     };
     let humps = [usize::MAX, EARLY].map(|length| humps(&left, (&frequencies, rate), length, both));
     let highest = |which: &dyn Fn(f64) -> bool| {
@@ -113,7 +111,7 @@ pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
             .max_by(|a, b| a.significance.total_cmp(&b.significance))
             .copied()
     };
-    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > HUMP);
+    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > PEAK_MIN_SIGNIFICANCE);
     let ring = elsewhere.or_else(|| highest(&|_| true));
     log::debug!("highest hump: {ring:?}");
     Ok(ring)
@@ -262,14 +260,14 @@ mod tests {
         let left = stretches(7e3, 100.0, 0.0);
         for length in [usize::MAX, EARLY] {
             let ring = highest(&left, length);
-            assert!(ring.significance < HUMP, "{ring:?}");
+            assert!(ring.significance < PEAK_MIN_SIGNIFICANCE, "{ring:?}");
         }
     }
 
     #[test]
     fn a_mode_that_rings_on_is_found_with_its_shape() {
         let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
-        assert!(ring.significance > 2.0 * HUMP, "{ring:?}");
+        assert!(ring.significance > 2.0 * PEAK_MIN_SIGNIFICANCE, "{ring:?}");
         assert!((ring.frequency - 7e3).abs() <= SPACING, "{ring:?}");
         assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
     }
@@ -278,7 +276,10 @@ mod tests {
     fn a_mode_that_dies_away_is_found_in_the_beginnings() {
         let left = stretches(18e3, 15.0, 1.2);
         let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY));
-        assert!(early.significance > 1.5 * HUMP, "{early:?}");
+        assert!(
+            early.significance > 1.5 * PEAK_MIN_SIGNIFICANCE,
+            "{early:?}"
+        );
         assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
         assert!((early.frequency - 18e3).abs() <= 5.0 * SPACING, "{early:?}");
     }
@@ -290,7 +291,10 @@ mod tests {
         for length in [usize::MAX, EARLY] {
             for ring in humps(&left, (&frequencies, RATE), length, true) {
                 let beside = (ring.frequency - 7e3).abs() > 1e3;
-                assert!(!beside || ring.significance < HUMP, "{ring:?}");
+                assert!(
+                    !beside || ring.significance < PEAK_MIN_SIGNIFICANCE,
+                    "{ring:?}"
+                );
             }
         }
     }

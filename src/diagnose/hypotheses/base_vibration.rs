@@ -7,7 +7,8 @@ use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
-use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreScan, UNTOLD};
+use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreScan};
+use crate::diagnose::thresholds::UNIDENTIFIABLE_SHARE;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
 use crate::sim::SimError;
@@ -95,7 +96,7 @@ impl Turned {
             base.slope(&self.cross[1], self.slope[1]),
         );
         // A line that re-tuning imitates must not divide by next to nothing.
-        let floor = UNTOLD * self.gram.trace();
+        let floor = UNIDENTIFIABLE_SHARE * self.gram.trace();
         let solved = (left + Matrix2::identity() * floor).try_inverse()? * reduced;
         Some((solved, reduced.dot(&solved)))
     }

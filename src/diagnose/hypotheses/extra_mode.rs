@@ -1,17 +1,20 @@
 //! The hypothesis of a further mode: by a hump in the spectrum of what is left, or by a ring in it
 //! that is in step with what sets it off.
 
-use super::propose::PROMISING;
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::data::side::Split;
 use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, PhaseLockedRing};
 use crate::diagnose::discrepancy::residual_spectrum;
-use crate::diagnose::discrepancy::residual_spectrum::{BESIDE, LOWEST, SpectralPeak};
+use crate::diagnose::discrepancy::residual_spectrum::{LOWEST, SpectralPeak};
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::selection::self_ringing::{FIRST, MOST, NEXT, NOTICED};
+use crate::diagnose::selection::self_ringing::{FIRST, MOST, NEXT};
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    KNOWN_MODE_FREQUENCY_RATIO, MODE_ALIAS_DECIDED_GAIN, MODE_ALIAS_MIN_SHARE, MODE_RING_MIN_GAIN,
+    REFIT_MIN_SCORE, SAME_MODE_FREQUENCY_SHARE, SELF_RINGING_MIN_SIGNIFICANCE,
+};
 use crate::model::Model;
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
@@ -19,16 +22,9 @@ use crate::sim::SimError;
 
 /// Share of a further mode's motion at the mass, of that of all modes.
 const UNNOTICED: f64 = 0.06;
-/// Fall of chi2 by a ring that is in step with what sets it off from which it tells the mode.
-const IN_STEP: f64 = 15.0;
-/// The same from which it tells where it is, if it is read at several frequencies.
-pub const DECISIVE: f64 = 60.0;
-/// Share of the best one's fall below which another frequency is not where it is.
-pub const TOLD: f64 = 0.5;
+
 /// How far the frequency of a mode may move from where it was found, as shares of it.
 const NEAR: (f64, f64) = (0.9, 1.1);
-/// Frequencies that are apart by less than this share are one.
-pub const ALIKE: f64 = 0.03;
 
 /// The hypothesis of a further mode, if there is a sign of one.
 ///
@@ -42,7 +38,7 @@ pub fn further(
     let model = &stand.train.model;
     let blows = ImpactExcitations::new(&workspace.train, &stand.train)?;
     let hump = residual_spectrum::find(&stand.train)?
-        .filter(|ring| ring.significance > residual_spectrum::HUMP);
+        .filter(|ring| ring.significance > crate::diagnose::thresholds::PEAK_MIN_SIGNIFICANCE);
     // A mass-normalised shape is of the order of the structure's own; but a mode that
     // has gone unnoticed hardly moves the mass.
     let usual = model.structure().mobility().sqrt();
@@ -73,15 +69,17 @@ pub fn further(
     let struck = blows.outstanding(quickest);
     let known = |ring: &PhaseLockedRing| {
         let mut all = places.iter();
-        all.any(|(_, (start, _))| (start.values[0] / ring.frequency).ln().abs() < ALIKE)
+        all.any(|(_, (start, _))| {
+            (start.values[0] / ring.frequency).ln().abs() < SAME_MODE_FREQUENCY_SHARE
+        })
     };
     if let Some(ring) = struck.as_ref().filter(|ring| !known(ring)) {
         places.push((ring.gain, in_step(ring)));
     }
     places.sort_by(|a, b| b.0.total_cmp(&a.0));
     let best = places.first().map_or(0.0, |place| place.0);
-    if best > DECISIVE {
-        places.retain(|place| place.0 > TOLD * best);
+    if best > MODE_ALIAS_DECIDED_GAIN {
+        places.retain(|place| place.0 > MODE_ALIAS_MIN_SHARE * best);
     }
     let gain = hump
         .map(|h| h.gain)
@@ -99,7 +97,7 @@ pub fn further(
         cold_start: None,
         shape: own_ids(spec, &[5, 6, 7, 8]),
         bounds,
-        predicted_gain: gain.max(2.0 * PROMISING),
+        predicted_gain: gain.max(2.0 * REFIT_MIN_SCORE),
         look_elsewhere: false,
         sequential_time: false,
         estimated_on_held_out: None,
@@ -109,7 +107,7 @@ pub fn further(
 /// The ring near `frequency` \[Hz\] that is in step with `blows`, if one is.
 pub fn struck_near(blows: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
     let ring = blows.near(frequency, residual_spectrum::SPACING);
-    ring.filter(|ring| ring.gain > IN_STEP)
+    ring.filter(|ring| ring.gain > MODE_RING_MIN_GAIN)
 }
 
 /// Frequency, damping and shapes of a further mode of `model` that rings like `ring`.
@@ -149,7 +147,8 @@ pub fn one_more(
 ) -> Result<Option<Hypothesis>, SimError> {
     let blows = ImpactExcitations::new(side, fitted)?;
     let told = |ring: PhaseLockedRing| (ring.gain, told_by(&ring, &fitted.model));
-    let hump = residual_spectrum::find(fitted)?.filter(|r| r.significance > NOTICED);
+    let hump =
+        residual_spectrum::find(fitted)?.filter(|r| r.significance > SELF_RINGING_MIN_SIGNIFICANCE);
     let (_, quickest) = EFFECT.parameters[OF_ONE].range;
     let signs = Signs {
         rate: residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY),
@@ -206,19 +205,21 @@ pub(crate) fn beside(known: Hypothesis, signs: &Signs<'_>) -> Option<Hypothesis>
     };
     let mut places: Vec<Told> = signs.hump.as_ref().map_or(Vec::new(), read);
     places.extend(signs.outstanding);
-    let apart = |other: f64| other > BESIDE * f || BESIDE * other < f;
+    let apart = |other: f64| {
+        other > KNOWN_MODE_FREQUENCY_RATIO * f || KNOWN_MODE_FREQUENCY_RATIO * other < f
+    };
     places.retain(|place| apart(place.1[0]) && place.1[0] < quickest);
     // Where one frequency is read as several, modes are most likely neighbours.
     let unlikely = |own: &Told| (own.1[0] / (NEXT * f)).ln().abs();
     places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
     // But the phase in which it begins tells them apart.
     let best = places.iter().map(|p| p.0).fold(0.0, f64::max);
-    if best > DECISIVE {
-        places.retain(|place| place.0 > TOLD * best);
+    if best > MODE_ALIAS_DECIDED_GAIN {
+        places.retain(|place| place.0 > MODE_ALIAS_MIN_SHARE * best);
         places.sort_by(|a, b| b.0.total_cmp(&a.0));
     }
     // One that stands out may be the hump's as well.
-    places.dedup_by(|a, b| (a.1[0] / b.1[0]).ln().abs() < ALIKE);
+    places.dedup_by(|a, b| (a.1[0] / b.1[0]).ln().abs() < SAME_MODE_FREQUENCY_SHARE);
     let at = |(_, own): Told| {
         let mut start = known.start.clone();
         start.values[OF_ONE..].copy_from_slice(&own);

@@ -6,6 +6,10 @@ use crate::diagnose::contact::event_readings::around_events;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::{Fitted, taken_over};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    LAG_TWINS_MAX_CHI2, LAG_TWINS_MAX_CONTRARY, LAG_TWINS_MIN_GAIN, LAG_TWINS_MIN_VOTE,
+    LAG_TWINS_MIN_VOTES,
+};
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
@@ -19,8 +23,7 @@ const ALIKE: [&str; 2] = ["sensor_lag", "amplifier_lag"];
 const LOSS: Huber = Huber(4.0);
 /// Steps of a stretch from where the other model has it.
 const STEPS: usize = 8;
-/// Mean square of the residuals from which a stretch is misread.
-const POOR: f64 = 1.4;
+
 /// Most events and edges of the drive in a stretch: where more happen, either fit may lose its
 /// way among them.
 const MANY: usize = 3;
@@ -34,14 +37,6 @@ const LAST_STEP: f64 = 2e-3;
 const ASTRAY: f64 = 20.0;
 /// No stretch counts for more than this.
 const CAP: f64 = 30.0;
-/// Nor does one tell anything by less than this.
-const TELLING: f64 = 8.0;
-/// Fall of all together from which they tell.
-const LEAST: f64 = 40.0;
-/// Fewest that must: one or two may have been misread.
-const SOME: usize = 3;
-/// Share of those telling that may tell the contrary.
-const AGAINST: f64 = 0.2;
 
 /// Whether `a` and `b` are the two that look alike in flight.
 pub fn looks_like(a: &str, b: &str) -> bool {
@@ -169,11 +164,11 @@ fn asked(point: &Point, tells: fn(&Segment) -> bool) -> Vec<bool> {
 /// What the falls of single stretches say together.
 fn verdict(falls: &[f64]) -> Told {
     let fall: f64 = falls.iter().map(|fall| fall.clamp(-CAP, CAP)).sum();
-    let telling = falls.iter().filter(|fall| fall.abs() > TELLING);
+    let telling = falls.iter().filter(|fall| fall.abs() > LAG_TWINS_MIN_VOTE);
     let against = telling.clone().filter(|own| **own * fall < 0.0).count();
-    let one_voice = against as f64 <= AGAINST * telling.clone().count() as f64;
-    let some = telling.count() >= SOME;
-    let sure = fall.abs() > LEAST && some && one_voice;
+    let one_voice = against as f64 <= LAG_TWINS_MAX_CONTRARY * telling.clone().count() as f64;
+    let some = telling.count() >= LAG_TWINS_MIN_VOTES;
+    let sure = fall.abs() > LAG_TWINS_MIN_GAIN && some && one_voice;
     Told { fall, sure }
 }
 
@@ -188,7 +183,7 @@ fn side_falls(a: &Around, b: &Around) -> Result<Vec<f64>, DiagnoseError> {
         .filter_map(|(segment, of_a)| {
             let k = b.1.segments.iter().position(|s| same(s, segment))?;
             let rows = a.0.problem.rows(segment).len();
-            let near = of_a.min(of_b[k]) < POOR * rows as f64;
+            let near = of_a.min(of_b[k]) < LAG_TWINS_MAX_CHI2 * rows as f64;
             near.then_some(of_a - of_b[k])
         });
     Ok(pairs.collect())
@@ -308,9 +303,9 @@ mod tests {
     #[test]
     fn bounces_tell_a_late_reading_from_a_late_drive() {
         let late_readings = asked("sensor_lag").unwrap();
-        assert!(late_readings < -LEAST, "{late_readings}");
+        assert!(late_readings < -LAG_TWINS_MIN_GAIN, "{late_readings}");
         let late_drive = asked("amplifier_lag").unwrap();
-        assert!(late_drive > LEAST, "{late_drive}");
+        assert!(late_drive > LAG_TWINS_MIN_GAIN, "{late_drive}");
     }
 
     #[test]

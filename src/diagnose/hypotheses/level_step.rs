@@ -5,12 +5,11 @@ use nalgebra::DVector;
 
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreGain, ScoreScan};
+use crate::diagnose::thresholds::LEVEL_MIN_STAYS;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 use crate::sim::SimError;
 
-/// Fewest stays on the ground that tell its level, such as before a step of it.
-pub const BEFORE: usize = 3;
 /// Height with which a step of the ground is looked for \[m\].
 pub const RISE: f64 = 1e-7;
 
@@ -95,7 +94,7 @@ pub fn find_step(
             };
             // A ground that has been elsewhere all the time has made no step.
             let before = || held.iter().filter(|p| !later(p));
-            if before().count() < BEFORE {
+            if before().count() < LEVEL_MIN_STAYS {
                 continue;
             }
             let Some(p) = weigh(&later) else {
@@ -170,7 +169,10 @@ pub fn first_level(
         own.filter(|s| s.recording == k && s.starts_held).count()
     };
     let recordings = 0..linear.problem().data.len();
-    let Some(first) = recordings.into_iter().find(|&k| count(k) >= BEFORE) else {
+    let Some(first) = recordings
+        .into_iter()
+        .find(|&k| count(k) >= LEVEL_MIN_STAYS)
+    else {
         return Ok(None);
     };
     let whole = ScoreScan::gather(linear, &products, 1);

@@ -7,6 +7,7 @@ use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::CandidateFit;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::LOSS;
+use crate::diagnose::thresholds::STEP_TIME_MIN_GAIN;
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
@@ -24,8 +25,7 @@ const AROUND: f64 = 5e-3;
 const EDGE: f64 = 0.8;
 /// Steps of each stretch's own fit.
 const OWN: usize = 1;
-/// Fall of chi2 from which another time is better.
-const BETTER: f64 = 4.0;
+
 /// Where the step's time stands among its parameters.
 const TIME: usize = 1;
 
@@ -71,7 +71,7 @@ fn better_time(sides: &[&Fitted], spec: &EffectSpec) -> Result<Option<f64>, SimE
         let now = cost(time)?;
         let (least, when) = least_within(window, (now, time), &cost)?;
         log::debug!("the ground steps at {when:.6} rather than {time:.6}: {now:.1} to {least:.1}");
-        if least > now - BETTER {
+        if least > now - STEP_TIME_MIN_GAIN {
             break;
         }
         found = Some(when);

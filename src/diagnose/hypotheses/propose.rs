@@ -13,6 +13,7 @@ use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::{ScoreGain, ScoreScan};
 use crate::diagnose::shooting::latency::{DELAY, taken};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{RIVAL_LAW_MIN_SCORE_SHARE, SEARCHED_REFIT_MIN_SCORE};
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 
@@ -28,13 +29,6 @@ const MOST_DELAY: f64 = 300.0;
 const EXPONENTS: (f64, f64) = (2.0, 12.0);
 /// Factor by which constants may leave what was looked at.
 const NEAR: f64 = 3.0;
-/// The same where a search has found the best of many times or frequencies: the promise
-/// is as good as the refit, and chance has had many tries.
-pub const FOUND: f64 = 25.0;
-/// Share of the promise of an effect's best law from which another one of it is asked, too.
-const CLOSE: f64 = 0.8;
-/// A hypothesis is refitted from this promised fall of chi2 on.
-pub const PROMISING: f64 = 15.0;
 
 /// The largest promise among the hypotheses of an effect.
 fn most_of(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
@@ -99,7 +93,7 @@ pub fn promises(
         }
     }
     let every = out.clone();
-    out.retain(|h| h.predicted_gain >= CLOSE * most_of(&every, h.start.spec));
+    out.retain(|h| h.predicted_gain >= RIVAL_LAW_MIN_SCORE_SHARE * most_of(&every, h.start.spec));
     let beyond = workspace.drift_beyond(model).cloned();
     if let Some((start, free)) = beyond.filter(|(start, _)| is_asked(start.spec)) {
         let spec = start.spec;
@@ -112,7 +106,7 @@ pub fn promises(
             bounds: vec![(own_ids(spec, &[1])[0].clone(), near(start.values[1]))],
             start,
             free,
-            predicted_gain: most_of(&every, spec).max(FOUND),
+            predicted_gain: most_of(&every, spec).max(SEARCHED_REFIT_MIN_SCORE),
             look_elsewhere: false,
             sequential_time: false,
             estimated_on_held_out: None,

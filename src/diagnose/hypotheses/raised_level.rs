@@ -3,17 +3,14 @@
 //! level hides in that, and only the flights before and after tell.
 
 use super::lag_twins::twin;
-use super::level_step::{BEFORE, always, find_step, level};
+use super::level_step::{always, find_step, level};
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{LEVEL_MIN_STAYS, RAISED_LEVEL_MIN_GAIN};
 use crate::sim::SimError;
-
-/// Fall of chi2 by a higher ground in one recording from which it lies higher, unless a step of the
-/// ground brings that much more.
-const HIGHER: f64 = 40.0;
 
 /// Those of either side of `stand` that may hover; none where its ground steps already, or where
 /// readings or drive lag and all is far off for that.
@@ -50,7 +47,7 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
             .count()
     };
     let mut asked: Vec<usize> = (0..fitted.problem.data.len()).collect();
-    asked.retain(|k| stays(*k) >= BEFORE);
+    asked.retain(|k| stays(*k) >= LEVEL_MIN_STAYS);
     if asked.is_empty() {
         return Ok(asked);
     }
@@ -64,13 +61,13 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
         promise.map_or(0.0, |p| p.gain)
     };
     let mut higher: Vec<(usize, f64)> = asked.into_iter().map(|k| (k, gain(k))).collect();
-    higher.retain(|(_, gain)| *gain > HIGHER);
+    higher.retain(|(_, gain)| *gain > RAISED_LEVEL_MIN_GAIN);
     if higher.is_empty() {
         return Ok(Vec::new());
     }
     let steps = find_step(&linear, &fitted.model, locked, &[])?;
     let step = steps.iter().fold(0.0f64, |most, s| most.max(s.gain));
-    higher.retain(|(_, gain)| *gain > step - HIGHER);
+    higher.retain(|(_, gain)| *gain > step - RAISED_LEVEL_MIN_GAIN);
     Ok(higher.into_iter().map(|(k, _)| k).collect())
 }
 

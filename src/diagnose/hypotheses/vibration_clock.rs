@@ -13,22 +13,15 @@ use crate::diagnose::diagnosis::Diagnosis;
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{
+    AMPLITUDE_MAX_SPREAD, AMPLITUDE_MIN_Z, OWN_PHASES_MIN_GAIN, OWN_PHASES_MIN_SHARE,
+    VIBRATION_LOOKED_FOR_CHI2,
+};
 use crate::fit::Part;
 use crate::model::effects::{EffectSpec, find};
 use crate::recording::Recording;
 use crate::sim::SimError;
 
-/// Fall of chi2 by a vibration with phases of its own from which it is one, and by which they
-/// must bring more than one phase for all.
-const TOLD: f64 = 100.0;
-/// The same as a share of the fall.
-const MORE: f64 = 0.2;
-/// Chi2 per value from which it is looked for.
-const LEAST: f64 = 1.02;
-/// How far apart the amplitudes in the recordings may be: as a share, and in standard errors.
-const ALIKE: (f64, f64) = (0.15, 4.0);
-/// Standard errors from which an amplitude is one.
-const SEEN: f64 = 5.0;
 /// Steps by which a frequency is closed in on.
 const HALVINGS: usize = 24;
 
@@ -61,7 +54,7 @@ impl VibrationClock {
         };
         let count = train.problem.data.len();
         // Where nothing is left of the recordings there is nothing to be told by another clock.
-        let little = train.per_value() < LEAST;
+        let little = train.per_value() < VIBRATION_LOOKED_FOR_CHI2;
         if count < 2 || little || train.model.effects.iter().any(|e| e.spec == spec) {
             return Ok(None);
         }
@@ -74,7 +67,9 @@ impl VibrationClock {
         };
         let (gain, shared) = own.gains;
         log::debug!("{frequency:.3} Hz with own phases {gain:.0}, with one {shared:.0}");
-        if gain < TOLD || gain - shared < TOLD.max(MORE * gain) {
+        if gain < OWN_PHASES_MIN_GAIN
+            || gain - shared < OWN_PHASES_MIN_GAIN.max(OWN_PHASES_MIN_SHARE * gain)
+        {
             return Ok(None);
         }
         let kept_out = match held_out {
@@ -170,8 +165,10 @@ fn alike(sizes: &[(f64, f64)]) -> bool {
     let weights = sizes.iter().map(|(size, error)| (size, error.powi(-2)));
     let (sum, weight) = weights.fold((0.0, 0.0), |(s, w), (size, own)| (s + own * size, w + own));
     let mean = sum / weight;
-    let seen = sizes.iter().filter(|s| s.0 > SEEN * s.1).count();
-    let near = |s: &(f64, f64)| (s.0 - mean).abs() < ALIKE.0 * mean + ALIKE.1 * s.1;
+    let seen = sizes.iter().filter(|s| s.0 > AMPLITUDE_MIN_Z * s.1).count();
+    let near = |s: &(f64, f64)| {
+        (s.0 - mean).abs() < AMPLITUDE_MAX_SPREAD.0 * mean + AMPLITUDE_MAX_SPREAD.1 * s.1
+    };
     seen >= 2 && sizes.iter().all(near)
 }
 

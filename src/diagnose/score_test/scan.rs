@@ -6,12 +6,11 @@ use nalgebra::{DMatrix, DVector};
 use super::forms::CatalogueDirection;
 use super::joint::Joint;
 use super::linearized::{Linearized, SegmentGram};
+use crate::diagnose::thresholds::UNIDENTIFIABLE_SHARE;
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
-/// A direction of which re-tuning explains all but this share cannot be told.
-pub(crate) const UNTOLD: f64 = 1e-7;
 /// Weight that keeps an unknown where it is, over what the data give it.
 const LOCKED: f64 = 1e12;
 /// Ridge of the baseline's own directions, as a share of each.
@@ -222,7 +221,7 @@ impl NuisanceProjector {
     /// and with the residuals; `None` if it cannot be told from those.
     pub fn promise(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<ScoreGain> {
         let left = own - self.inner(cross, cross);
-        if left.is_nan() || left <= UNTOLD * own || own <= 0.0 {
+        if left.is_nan() || left <= UNIDENTIFIABLE_SHARE * own || own <= 0.0 {
             return None;
         }
         let slope = self.slope(cross, slope);

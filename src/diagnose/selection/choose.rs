@@ -5,18 +5,10 @@ use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelStat
 use crate::diagnose::hypotheses::lag_twins;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    INDISTINGUISHABLE_GAIN, INDISTINGUISHABLE_SHARE, TWIN_INDISTINGUISHABLE_SHARE, TWIN_MIN_SHARE,
+};
 use crate::model::effects::{EffectSpec, find};
-
-/// Two hypotheses whose gains differ by less than this share cannot be told apart.
-const ALIKE: f64 = 0.03;
-/// Nor if they differ by less than this.
-const ALIKE_LEAST: f64 = 8.0;
-/// Share of the best one's gain from which the one that looks like it is asked as well: where
-/// it comes to less, flight itself has told.
-const TWIN: f64 = 0.8;
-/// Two that look alike in flight cannot be told there if their gains differ by less than this
-/// share: so much a law of somewhat other form makes up for.
-const TWIN_ALIKE: f64 = 0.1;
 
 /// The best of a round.
 pub struct Choice {
@@ -63,7 +55,7 @@ pub fn add_twin(
     };
     let known = weighed.iter().position(|w| w.spec == spec);
     let least = known.map_or(f64::NEG_INFINITY, |k| worth(&weighed[k]));
-    if least > TWIN * trial.worth() {
+    if least > TWIN_MIN_SHARE * trial.worth() {
         return Ok(());
     }
     let Some(twin) = as_lag_twin(workspace, stand, trial, spec, control)? else {
@@ -106,7 +98,7 @@ pub fn best(
     // In flight the twin may even suit better, where the law is of somewhat other form.
     let twin = trials.iter().position(|(spec, t)| {
         lag_twins::looks_like(first.0.id, spec.id)
-            && t.worth() > TWIN * first.1.worth()
+            && t.worth() > TWIN_MIN_SHARE * first.1.worth()
             && !first.1.excels(t)
     });
     let mut told = None;
@@ -119,7 +111,7 @@ pub fn best(
         let (a, b) = (trials[0].1.worth(), trials[twin].1.worth());
         log::debug!("{} {a:.0}, {} {b:.0}", trials[0].0.id, trials[twin].0.id);
         let mut lower = b - a;
-        if a.min(b) > TWIN * a.max(b) {
+        if a.min(b) > TWIN_MIN_SHARE * a.max(b) {
             let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
             let around = lag_twins::compare_around_impacts(workspace, fits(0), fits(twin))?;
             if around.sure {
@@ -138,11 +130,12 @@ pub fn best(
     let most = trials.iter().map(|(_, t)| t.worth());
     let most = most.fold(f64::NEG_INFINITY, f64::max);
     let first = &trials[best];
-    let least = most - (ALIKE * most).max(ALIKE_LEAST);
+    let least = most - (INDISTINGUISHABLE_SHARE * most).max(INDISTINGUISHABLE_GAIN);
     let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
     let others = trials.iter().filter(|(spec, t)| {
         let twin = lag_twins::looks_like(first.0.id, spec.id);
-        let close = t.worth() > least || twin && t.worth() > (1.0 - TWIN_ALIKE) * most;
+        let close =
+            t.worth() > least || twin && t.worth() > (1.0 - TWIN_INDISTINGUISHABLE_SHARE) * most;
         other(spec) && close && !first.1.excels(t)
     });
     let alike = others.map(|(spec, _)| spec.id).collect();

@@ -8,13 +8,12 @@ use super::refit::{
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::hypotheses::level_step_time;
-use crate::diagnose::hypotheses::propose::{FOUND, PROMISING, promises};
+use crate::diagnose::hypotheses::propose::promises;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{MIN_SHARE_OF_BEST, REFIT_MIN_SCORE, SEARCHED_REFIT_MIN_SCORE};
 use crate::model::effects::EffectSpec;
 
-/// Share of the best refit below which a promise is far behind.
-const MIN_SHARE_OF_BEST: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MAX_REFITS: usize = 4;
 /// Steps of a fit at most.
@@ -65,9 +64,9 @@ pub fn weigh(
         // Where the promise is far below what a refit has reached, a refit is in vain:
         // promises are right where the baseline is near the data.
         let least = if hypothesis.look_elsewhere {
-            FOUND
+            SEARCHED_REFIT_MIN_SCORE
         } else {
-            PROMISING
+            REFIT_MIN_SCORE
         };
         let worth = hypothesis.predicted_gain > least
             && hypothesis.predicted_gain > MIN_SHARE_OF_BEST * best;

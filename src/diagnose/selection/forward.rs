@@ -6,33 +6,16 @@ use super::law_shape::{drop_second_time_constant, with_shape_parameters};
 use super::stopping::{cannot_reach_target, formal};
 use super::{choose, prune, self_ringing};
 use crate::diagnose::comparison::significance;
-use crate::diagnose::comparison::significance::HELD_GAIN;
 use crate::diagnose::comparison::trial::{ModelState, SelectedEffect, SelectionResult};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, RECOVERED_MIN_SHARE, REVIEW_MIN_CHI2_RATIO,
+    SET_ASIDE_REVIEW_SHARE,
+};
 use crate::model::effects::EffectSpec;
-
-/// Where other forms of the laws named would bring so many times what a further name brings,
-/// it is one of those forms that is wrong, in a way that is not known.
-pub(crate) const OUTWEIGHED: f64 = 2.0;
-/// Chi2 per value up to which a law leaves nothing.
-pub(crate) const WHOLE: f64 = 1.1;
-/// Times that, of what leaves nothing, from which another one leaves much.
-pub const APART: f64 = 1.2;
-/// A further name must explain this share of what the first ones explained.
-const SHARE: f64 = 0.004;
-/// Least chi2 per value that a fit may reach, the noise known as well as it is.
-pub(crate) const LEAST: f64 = 0.9;
-/// Share of the rows set aside as misread from which they are looked at again.
-const ASIDE: f64 = 0.03;
-/// Or any, where chi2 per value is so many times larger on recordings kept out, and than 1.
-const ODD: f64 = 1.3;
-/// A name must bring back this share of them.
-const BACK: f64 = 0.5;
-/// Fall of chi2 per value from which what is misread is looked after anew.
-const CLEARER: f64 = 1.5;
 
 /// Looks for what `baseline` lacks: first with what was set aside as misread, if it is much,
 /// for an effect that spoils some stretches only hides in them.
@@ -50,9 +33,10 @@ pub fn explain(
     log::debug!("{:.1} % of the rows are set aside", 100.0 * aside);
     // What spoils recordings kept out may have been set aside in those fitted.
     let odd = baseline.held_out.as_ref().is_some_and(|held| {
-        held.per_value() > ODD && held.per_value() > ODD * baseline.train.per_value()
+        held.per_value() > HELD_OUT_ODD_RATIO
+            && held.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value()
     });
-    let look = aside > ASIDE || (aside > 0.0 && odd);
+    let look = aside > SET_ASIDE_REVIEW_SHARE || (aside > 0.0 && odd);
     // Where it has lost its way in the others too, they tell what it lacks.
     if look
         && !baseline.train.is_lost()
@@ -113,8 +97,8 @@ fn among_aside(
     let left = stand.train.aside();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
     // An effect that shows as well in the rest may have been fitted astray by them.
-    let astray = stand.train.per_value() > ODD * baseline.train.per_value().max(1.0);
-    if astray || left > (1.0 - BACK) * baseline.train.aside() {
+    let astray = stand.train.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value().max(1.0);
+    if astray || left > (1.0 - RECOVERED_MIN_SHARE) * baseline.train.aside() {
         return Ok(None);
     }
     search(&workspace, found, options, control, report).map(Some)
@@ -165,7 +149,7 @@ fn search(
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
         // Nothing could bring enough to be named, or all that could would not do.
-        let little = stand.most_left() < SHARE * stand.explained();
+        let little = stand.most_left() < FURTHER_MIN_SHARE * stand.explained();
         if only.is_none() && (little || cannot_reach_target(&stand, rounds - round)?) {
             break;
         }
@@ -186,7 +170,7 @@ fn search(
         };
         let mut trial = with_shape_parameters(&workspace, &stand, best.trial, control)?;
         let held = workspace.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        let little = trial.worth() < SHARE * stand.explained();
+        let little = trial.worth() < FURTHER_MIN_SHARE * stand.explained();
         let chance = trial.is_insignificant()
             || !held
             || little
@@ -221,13 +205,14 @@ fn search(
             told: best.told,
         });
         // What was misread did not stand out while all was far off.
-        let clears =
-            |(before, after): (&Fitted, &Fitted)| before.per_value() > CLEARER * after.per_value();
+        let clears = |(before, after): (&Fitted, &Fitted)| {
+            before.per_value() > REVIEW_MIN_CHI2_RATIO * after.per_value()
+        };
         let kept_out = stand.held_out.as_ref().zip(trial.held_out.as_ref());
         let clearer = clears((&stand.train, &trial.train)) || kept_out.is_some_and(clears);
         stand.train = trial.train;
         stand.held_out = trial.held_out;
-        if (clearer || stand.train.aside() > ASIDE) && !stand.misread {
+        if (clearer || stand.train.aside() > SET_ASIDE_REVIEW_SHARE) && !stand.misread {
             look_after(&workspace, &mut stand, control)?;
         }
         if only.is_none() {

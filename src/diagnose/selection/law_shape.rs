@@ -1,6 +1,5 @@
 //! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
-use super::forward::APART;
 use super::refit::{begun_from, best_start_on_subset, refitted, with_freedoms};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::is_at_lower_bound;
@@ -9,19 +8,11 @@ use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::score_test::forms::{LEAST_LAG, SHORTEST_LAG, shape_of};
 use crate::diagnose::score_test::state_range::spans;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    CONFIRMED_SHAPE_GAINS, LARGE_LAG_GAIN, LEAVES_MUCH_RATIO, SHAPE_FITTED_MIN_GAIN, SHAPE_MIN_GAIN,
+};
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
 use crate::model::with_effect;
-
-/// Fall of chi2 on both sides from which a law has shown up.
-const SHOWS: f64 = 40.0;
-/// Fall of chi2 from which another shape of a law is better by more than chance.
-const SHAPED: f64 = 25.0;
-/// Falls on either side and on both from which another shape is better where the recordings
-/// kept out confirm it.
-const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
-
-/// Fall of chi2 from which a lag is large enough for a part of the stretches to tell it.
-const LARGE: f64 = 1e4;
 
 /// Share of its delay that an amplifier owes to its pace to begin with, where it has a time
 /// constant as well.
@@ -52,7 +43,7 @@ pub fn with_shape_parameters(
     let hypothesis = &trial.hypothesis;
     let effects = &trial.train.model.effects;
     let effect = effects.iter().find(|e| e.spec == hypothesis.start.spec);
-    let known = trial.worth() > SHOWS && !shape.is_empty();
+    let known = trial.worth() > SHAPE_FITTED_MIN_GAIN && !shape.is_empty();
     let (Some(effect), true) = (effect, known && !control.cancelled()) else {
         return Ok(trial);
     };
@@ -122,10 +113,10 @@ pub fn with_shape_parameters(
 /// Whether a shape that brings so much on the fitted recordings, and on those kept out if there
 /// are any, is a better one by more than chance.
 fn tells(more: f64, held_more: Option<f64>) -> bool {
-    let (own, both) = SHAPED_BY_BOTH;
+    let (own, both) = CONFIRMED_SHAPE_GAINS;
     let held = held_more.unwrap_or(0.0);
     let confirmed = more.min(held) > own && more + held > both;
-    more > SHAPED && held_more.is_none_or(|held| held > 0.0) || confirmed
+    more > SHAPE_MIN_GAIN && held_more.is_none_or(|held| held > 0.0) || confirmed
 }
 
 /// Takes back that creep named before the latest effect has two times, where that tells nothing
@@ -254,11 +245,11 @@ pub fn as_lag_twin(
         estimated_on_held_out: None,
     };
     let start = with_effect(&start, effect);
-    if trial.worth() > LARGE && trial.leaves_nothing() {
+    if trial.worth() > LARGE_LAG_GAIN && trial.leaves_nothing() {
         // A part of the stretches tells where the two are far apart.
         let (free, bounds) = with_freedoms(stand, &hypothesis);
         let sketch = workspace.sketch(&start, &free, &bounds, &trial.train, control);
-        if sketch.is_ok_and(|s| s.per_value() > APART * trial.train.per_value()) {
+        if sketch.is_ok_and(|s| s.per_value() > LEAVES_MUCH_RATIO * trial.train.per_value()) {
             return Ok(None);
         }
     }

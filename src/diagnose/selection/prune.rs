@@ -1,21 +1,14 @@
 //! Names that a later one has made needless.
 
 use super::refit::refitted;
-use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN, is_insignificant};
+use crate::diagnose::comparison::significance::is_insignificant;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    CLEARLY_NEEDED_RATIO, HELD_GAIN, OWN_MODE_FREQUENCY_SHARE, TRAIN_GAIN, UNFORESEEN_GAIN_RATIO,
+};
 use crate::model::Model;
-
-/// An earlier effect that brought so many times more than a later one is not asked again
-/// whether it is needed.
-const SURE: f64 = 4.0;
-/// Times its promise from which what an effect brought may be owed to the fit before it.
-const UNFORESEEN: f64 = 4.0;
-
-/// Share of a frequency of the device's own from which a further mode may only stand for a wrong
-/// shape or damping of that one.
-const NEAR: f64 = 0.05;
 
 /// Whether a further mode in `model` lies so near one of the device's own.
 fn beside_its_own(model: &Model) -> bool {
@@ -24,7 +17,7 @@ fn beside_its_own(model: &Model) -> bool {
             .iter()
             .filter(|id| **id == "f1" || model.has_cantilever);
         own.filter_map(|id| model.get(id))
-            .any(|own| (f - own).abs() < NEAR * own)
+            .any(|own| (f - own).abs() < OWN_MODE_FREQUENCY_SHARE * own)
     };
     model.get("extra_mode.f").is_some_and(near)
 }
@@ -48,8 +41,8 @@ pub fn backward_eliminate(
         // before may have stopped halfway, and this one have gone on for it.
         let n = &stand.named[k];
         let stands_in = n.spec.id == "extra_mode" && beside_its_own(&stand.train.model);
-        let foreseen = !stands_in && n.gain.0 < UNFORESEEN * n.hypothesis.predicted_gain;
-        if k + 1 == stand.named.len() && foreseen && n.gain.0 > SURE * TRAIN_GAIN {
+        let foreseen = !stands_in && n.gain.0 < UNFORESEEN_GAIN_RATIO * n.hypothesis.predicted_gain;
+        if k + 1 == stand.named.len() && foreseen && n.gain.0 > CLEARLY_NEEDED_RATIO * TRAIN_GAIN {
             break;
         }
         // Each was the best of its round: without it at least what the next ones brought
@@ -57,7 +50,9 @@ pub fn backward_eliminate(
         let latest = stand.named.last().map_or(0.0, |n| n.gain.0);
         let own = stand.named[k].gain.0;
         let later = stand.named[k].hypothesis.estimated_on_held_out.is_some();
-        if later || latest > SURE * TRAIN_GAIN && own > SURE * latest {
+        if later
+            || latest > CLEARLY_NEEDED_RATIO * TRAIN_GAIN && own > CLEARLY_NEEDED_RATIO * latest
+        {
             k += 1;
             continue;
         }

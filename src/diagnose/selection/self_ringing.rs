@@ -3,18 +3,19 @@
 //! for it rings by itself.
 
 use super::refit::with_freedoms;
-use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN};
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::discrepancy::impact_ring::ImpactExcitations;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    EXCITED_MODE_MIN_SHARE, EXCITED_RING_MIN_GAINS, EXCITED_RING_MIN_SHARE, HELD_GAIN,
+    STEADY_VIBRATION_SHARE, TRAIN_GAIN,
+};
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::SimError;
 
-/// Significance of a hump from which it is worth a look: whether it is a mode, its fit tells.
-pub(crate) const NOTICED: f64 = 3.0;
 /// Most places that are looked at: each takes a fit.
 pub(crate) const MOST: usize = 2;
 /// Frequencies of neighbouring bending modes, quick ones, one over the other.
@@ -23,20 +24,10 @@ pub(crate) const NEXT: f64 = 2.0;
 const SHAPES: usize = 2;
 /// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
 const STILL: f64 = 1e-3;
-/// Falls of chi2 by a ring of a known frequency that begins with impacts and jumps of the drive, on
-/// both sides, from which it is moved by them.
-const IN_STEP: (f64, f64) = (20.0, 12.0);
-/// Least share of what a mode brings that such a ring must bring: of something else that rings,
-/// a smaller part is in step by chance.
-const LEAST_SHARE: f64 = 0.05;
-/// Least share of what a mode brings that must go if nothing moves it: all else it brings by how
-/// it begins in each stretch, which is free.
-const LEAST_MOTION: f64 = 0.02;
+
 /// How far off that frequency may be, as a share.
 const NEAR: f64 = 0.03;
-/// Share of what a mode that rings by itself brings from which a vibration of the base is as good,
-/// which has no beginnings of its own.
-const STEADY: f64 = 0.6;
+
 /// Steps of the fit with such a mode.
 const STEPS: usize = 8;
 /// Its shape at first, as a share of that of the mode that is known: enough for a direction.
@@ -95,7 +86,7 @@ pub fn is_self_excited(
     };
     let by_motion = unmoved.cost - fitted.cost;
     log::debug!("that the modes are moved brings {by_motion:.1}");
-    let least = TRAIN_GAIN.max(LEAST_MOTION * trial.gain);
+    let least = TRAIN_GAIN.max(EXCITED_MODE_MIN_SHARE * trial.gain);
     Ok((by_motion < least).then_some(frequency))
 }
 
@@ -109,7 +100,7 @@ pub fn vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
 
 /// Whether the `vibration` of the base does as well as `ringing`, a mode that rings by itself.
 pub fn as_well(vibration: &CandidateFit, ringing: &CandidateFit) -> bool {
-    vibration.worth() > STEADY * ringing.worth()
+    vibration.worth() > STEADY_VIBRATION_SHARE * ringing.worth()
 }
 
 /// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what
@@ -134,6 +125,13 @@ fn in_step(
         trial.gain,
         trial.held_gain
     );
-    Ok(train > IN_STEP.0.max(LEAST_SHARE * trial.gain)
-        && held_out.is_none_or(|gain| gain > IN_STEP.1.max(LEAST_SHARE * trial.held_gain)))
+    Ok(train
+        > EXCITED_RING_MIN_GAINS
+            .0
+            .max(EXCITED_RING_MIN_SHARE * trial.gain)
+        && held_out.is_none_or(|gain| {
+            gain > EXCITED_RING_MIN_GAINS
+                .1
+                .max(EXCITED_RING_MIN_SHARE * trial.held_gain)
+        }))
 }

@@ -1,13 +1,13 @@
 //! TODO-doc
 
-use super::forward::OUTWEIGHED;
-use crate::diagnose::comparison::significance::{HELD_GAIN, is_insignificant};
+use crate::diagnose::comparison::significance::is_insignificant;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::discrepancy::law_form;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::excess;
-use crate::diagnose::verdict::abstention::CARRIED;
-use crate::diagnose::verdict::adequacy::FAR_OFF_CHI2;
+use crate::diagnose::thresholds::{
+    FAR_OFF_CHI2, FORM_OUTWEIGHS_RATIO, HELD_GAIN, MIN_CARRIED_SHARE,
+};
 
 /// Whether what `trial` brings is little more, or far less, than the effects named before would
 /// bring if their laws were of somewhat other form.
@@ -28,7 +28,7 @@ pub(crate) fn formal(stand: &ModelState, trial: &CandidateFit) -> Result<bool, D
     );
     let (gain, held_gain) = (own * trial.gain, own * trial.held_gain);
     let held = trial.held_out.is_some() && held_gain < HELD_GAIN;
-    let outweighed = before > OUTWEIGHED * trial.gain;
+    let outweighed = before > FORM_OUTWEIGHS_RATIO * trial.gain;
     Ok(outweighed || is_insignificant(&trial.hypothesis, gain, held_gain) || held)
 }
 
@@ -55,5 +55,5 @@ pub(crate) fn fall_short(gains: &[f64], more: usize, rest: f64, formal: f64) -> 
     let best = gains.iter().copied().fold(0.0, f64::max);
     let carried: f64 = gains.iter().sum();
     let most = carried + more as f64 * best + formal;
-    best > 0.0 && most < CARRIED * (carried + rest)
+    best > 0.0 && most < MIN_CARRIED_SHARE * (carried + rest)
 }

@@ -5,6 +5,9 @@ use rayon::prelude::*;
 
 use super::workspace::{FORSAKEN, LOSS, WIDE};
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::thresholds::{
+    SKEW_MIN_COST_DROP, SKEW_PROMISING_COST_RATIO, SKEW_WELL_EXPLAINED_CHI2,
+};
 use crate::fit::problem::{FreeNuisance, Nuisance, Problem};
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, settle};
@@ -15,18 +18,13 @@ use crate::sim::{SimError, StretchSimulator};
 const TRIED: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
 /// Skews nearer than this agree \[s\].
 pub(crate) const NEAR: f64 = 5e-6;
-/// Fall of a recording's cost from which it takes another skew.
-pub const BETTER: f64 = 40.0;
-/// Cost per value up to which a recording is told well as it is.
-const WELL: f64 = 1.1;
+
 /// Steps of each stretch's own fit, by a loss that forgives nothing and by the usual one.
 pub(crate) const ROUNDS: [usize; 2] = [3, 3];
 /// The same for a first look.
 const LOOK: [usize; 2] = [1, 0];
 /// And for none.
 const AS_IT_IS: [usize; 2] = [0, 0];
-/// Times the present cost up to which a first look at another skew leaves hope.
-const HOPEFUL: f64 = 1.5;
 
 /// The stretches of a fit, to be told what they come to by another clock.
 pub(crate) struct Stretches<'a> {
@@ -135,7 +133,7 @@ pub fn set_clocks(
             .iter()
             .map(|&i| problem.rows(&point.segments[i]).len())
             .sum();
-        let well = |cost: f64| cost < WELL * rows as f64;
+        let well = |cost: f64| cost < SKEW_WELL_EXPLAINED_CHI2 * rows as f64;
         // What is told well as it stands need not be fitted to see that.
         if well(told(present, AS_IT_IS).0) {
             continue;
@@ -148,11 +146,11 @@ pub fn set_clocks(
         let best = tried
             .iter()
             .filter(|skew| (**skew - present).abs() > NEAR)
-            .filter(|skew| told(**skew, LOOK).0 < HOPEFUL * looked)
+            .filter(|skew| told(**skew, LOOK).0 < SKEW_PROMISING_COST_RATIO * looked)
             .map(|&skew| (skew, told(skew, ROUNDS)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((skew, (cost, locals))) = best
-            && cost < now - BETTER
+            && cost < now - SKEW_MIN_COST_DROP
         {
             log::debug!(
                 "recording {}: skew {:.1} us in place of {:.1} us, chi2 {now:.0} to {cost:.0}",

@@ -8,15 +8,12 @@ use super::warm_start::warm_start;
 use super::workspace::{FINE, LOSS, ROUGH, Workspace};
 use crate::diagnose::data::event_free_segments::prepare_calm;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::thresholds::SUBSET_ABORT_RATIO;
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
 use crate::sim::StretchSimulator;
-
-/// Times chi2 per value of a fit by which a part of the stretches is worse off from which the model
-/// is none for them.
-const SUBSET_ABORT_RATIO: f64 = 3.0;
 
 /// A fit on a part of the stretches.
 #[derive(Debug)]

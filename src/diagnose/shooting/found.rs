@@ -1,11 +1,8 @@
 //! Effects that the re-tuning has to ask for on its way, for no baseline without them comes near.
 
 use super::fitted::{Bound, Fitted};
+use crate::diagnose::thresholds::LOST_TRACK_CHI2;
 use crate::model::effects::ActiveEffect;
-
-/// Chi2 per value from which a fit has lost its way: what is missing has drawn all else
-/// along.
-pub const LOST_TRACK_CHI2: f64 = 4.0;
 
 /// An effect without which the baseline is far off, as fitted with all else from afar.
 #[derive(Debug, Clone)]

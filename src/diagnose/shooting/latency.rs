@@ -1,30 +1,28 @@
 //! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
 //! the clocks have taken.
 
-use super::clock_skew::{BETTER, NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
+use super::clock_skew::{NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
 use super::fitted::Fitted;
 use super::workspace::LOSS;
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::thresholds::{
+    RECUT_MIN_LAG, SKEW_MAX_Z, SKEW_MIN_COST_DROP, SKEWS_ASKED_CHI2,
+};
 use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
 use crate::recording::extremes;
 use crate::sim::{SimError, StretchSimulator};
 
-/// Samples by which readings are late from which they are cut by a voltage as late.
-const LATE: f64 = 0.8;
 /// Skews nearer than this are one that was taken over \[s\].
 const SAME: f64 = 1e-9;
 /// Skews farther apart are not those of one rig \[s\].
 const APART: f64 = 15e-6;
-/// Chi2 per value from which something is missing.
-const MISSING: f64 = 1.1;
+
 /// A delay of the readings.
 pub const DELAY: &str = "sensor_lag.delay";
 /// Steps in which it takes its share of the clocks.
 const SHARED: usize = 30;
-/// Standard deviations by which a clock is off from which a delay is asked for anew.
-const OFF: f64 = 3.0;
 
 /// Time by which readings are later against the voltage than they were cut for, where that is
 /// more than stretches bear \[s\]: what most recordings agree about, for one cut for another
@@ -43,7 +41,7 @@ pub fn late(fitted: &Fitted) -> Option<f64> {
     let most = all
         .iter()
         .max_by(|a, b| agreed(**a).total_cmp(&agreed(**b)))?;
-    (most.abs() > LATE * longest).then_some(-most)
+    (most.abs() > RECUT_MIN_LAG * longest).then_some(-most)
 }
 
 /// By how much the readings of one recording are later than those of another \[s\], where that is
@@ -53,7 +51,7 @@ pub fn disagreement(fitted: &Fitted) -> Option<f64> {
     let all = skews_of(&fitted.problem, &fitted.point);
     let (low, high) = extremes(&all);
     let apart = high - low;
-    (apart > APART && fitted.per_value() > MISSING).then_some(apart)
+    (apart > APART && fitted.per_value() > SKEWS_ASKED_CHI2).then_some(apart)
 }
 
 /// A delay of the readings that the clocks may have taken \[s\]: by how much it grows where all of
@@ -126,7 +124,7 @@ impl Clock<'_> {
     }
 
     fn is_off(&self) -> bool {
-        self.lacks().abs() > OFF * self.known.sigma
+        self.lacks().abs() > SKEW_MAX_Z * self.known.sigma
     }
 }
 
@@ -171,7 +169,7 @@ pub fn rest_clocks(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
             (cost + prior(clock.known, skew), unknowns)
         };
         let (now, (there, unknowns)) = (told(clock.skew).0, told(clock.known.mean));
-        if there < now - BETTER {
+        if there < now - SKEW_MIN_COST_DROP {
             log::debug!(
                 "recording {} back: {now:.0} to {there:.0}",
                 clock.known.recording
@@ -230,7 +228,7 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
     }
     let tried = asked.into_iter().map(|by| (by, shared(by)));
     let best = tried.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    let Some((by, (cost, kept))) = best.filter(|b| b.1.0 < of_now - BETTER) else {
+    let Some((by, (cost, kept))) = best.filter(|b| b.1.0 < of_now - SKEW_MIN_COST_DROP) else {
         return Ok(false);
     };
     let mut model = problem.space.model(&point.x);

@@ -1,6 +1,6 @@
 //! A model with effects: fitted from a fit near by, and judged by what was kept out.
 
-use super::clock_skew::{BETTER, set_clocks, shift_skews, usual_skew};
+use super::clock_skew::{set_clocks, shift_skews, usual_skew};
 use super::fitted::{Bound, Fitted};
 use super::latency::{delay, rest_clocks, share_delay, weigh_delay};
 use super::warm_start::{thinned, warm_start};
@@ -8,6 +8,7 @@ use super::workspace::{FINE, LOSS, ROUGH, WIDE, Workspace};
 use crate::diagnose::data::event_free_segments::prepare_calm;
 use crate::diagnose::data::misread_segments::reassign_misread_segments;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::thresholds::SKEW_MIN_COST_DROP;
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::segment::Segment;
@@ -157,7 +158,7 @@ impl Workspace {
         } else {
             point.used.clone()
         };
-        let worse = from.is_none_or(|from| point.cost > from.point.cost + BETTER);
+        let worse = from.is_none_or(|from| point.cost > from.point.cost + SKEW_MIN_COST_DROP);
         if worse && set_clocks(&problem, &mut point, &segments, &eligible)? {
             point = self.improve(&problem, point, &locked, (10, FINE), control)?;
         }

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::fitted::Fitted;
-use super::found::LOST_TRACK_CHI2;
 use super::workspace::{CLIP, FINE, LOSS, WIDE, Workspace};
 use crate::diagnose::data::misread_segments::{guess, reassign_misread_segments};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::thresholds::LOST_TRACK_CHI2;
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, residuals_at, settle};

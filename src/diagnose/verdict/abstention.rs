@@ -1,30 +1,15 @@
 //! Whether names that were found are refused for what they leave.
 
-use crate::diagnose::comparison::significance::TRAIN_GAIN;
 use crate::diagnose::diagnosis::Inadequacy;
+use crate::diagnose::thresholds::{
+    FRICTION_BY_HEIGHT_LIMITS, LONG_RANGE_DECAY, MIN_CARRIED_SHARE, MIN_FORM_SHARE,
+    NEGLIGIBLE_SHARE, PRODUCT_FORCE_LIMITS, TRAIN_GAIN,
+};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
 /// Laws of which the force hangs on the displacement more than on anything else.
 const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
-/// Share of a force over the displacement that is left from which a law of displacement that
-/// was named is only of another form: 90 % and more where it was, up to 87 % where it was not, in
-/// trials.
-const MIN_FORM_SHARE: f64 = 0.885;
-/// Share of what is missing that is a matter of the form of the law that carries all the rest: as of
-/// a stiffness that levels off where the strokes are large.
-const TRIFLE: f64 = 0.01;
-/// Fall of chi2 by friction that goes with the height from which a dry friction is none, if it is
-/// also this share of what that brings.
-const RUBS: (f64, f64) = (60.0, 0.02);
-/// The same of a force by both displacements beside laws of displacement: less, for there is only
-/// one of it, and windows of height are seven.
-const PRODUCT: (f64, f64) = (30.0, 0.01);
-/// Height over which an attraction falls off at touch, as a share of itself, from which it is
-/// one over the whole stroke \[m\].
-const LONG_RANGE_DECAY: f64 = 8.5e-6;
-/// Share of what is missing that named effects must carry.
-pub const CARRIED: f64 = 0.8;
 
 /// Whether the force of a law hangs on the displacement more than on anything else.
 pub fn of_displacement(spec: &&'static EffectSpec) -> bool {
@@ -78,7 +63,7 @@ impl AbstentionEvidence {
             return Some("what is missing goes with both displacements, as no force over that of the mass does: that is not in the catalogue".to_owned());
         }
         self.left?;
-        if exceeds(self.rubs, RUBS) {
+        if exceeds(self.rubs, FRICTION_BY_HEIGHT_LIMITS) {
             return Some("what rubs does so more at some heights than at others, as no dry friction does: a friction that goes with the load is not in the catalogue".to_owned());
         }
         let names = |specs: &[&EffectSpec]| {
@@ -93,7 +78,7 @@ impl AbstentionEvidence {
                 names(&self.displaced)
             ));
         }
-        if self.share < CARRIED {
+        if self.share < MIN_CARRIED_SHARE {
             // Chi2 of stretches each by itself may fall where the whole stays as wrong.
             let unbroken = if self.share < self.explained {
                 ", but the flight would go on no better from one stretch to the next"
@@ -111,7 +96,7 @@ impl AbstentionEvidence {
 
     /// Whether a force by both displacements is left that laws over the stroke stand for.
     pub fn goes_with_both(&self) -> bool {
-        self.over_stroke() > 0 && exceeds(self.product, PRODUCT)
+        self.over_stroke() > 0 && exceeds(self.product, PRODUCT_FORCE_LIMITS)
     }
 
     /// Laws over the stroke. An attraction that acts at touch alone is none.
@@ -129,7 +114,7 @@ impl AbstentionEvidence {
     /// of displacement, for that leaves what its kin carry.
     fn another_law(&self) -> bool {
         let other = self.far || self.formal < MIN_FORM_SHARE * self.joint;
-        let much = self.explained < 1.0 - TRIFLE;
+        let much = self.explained < 1.0 - NEGLIGIBLE_SHARE;
         much && self.displaced.len() == 1 && self.over_xp && other
     }
 }

@@ -8,16 +8,7 @@ use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::discrepancy::segment_joins::{Breaks, joins};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
-
-/// Fall of chi2 by forces without a name from which something is left.
-const NAMELESS: f64 = 60.0;
-/// A single stretch this far above the others, in units of what chance leaves.
-const LOCAL: f64 = 8.0;
-/// Chi2 per value from which recordings are far off.
-pub(crate) const FAR_OFF_CHI2: f64 = 3.0;
-/// Standard deviations by which the flight does not go on from stretch to stretch from which
-/// something is left.
-pub const BROKEN: f64 = 6.5;
+use crate::diagnose::thresholds::{ANY_FORCE_MIN_GAIN, JOINS_MAX_Z, SEGMENT_MAX_Z};
 
 /// What is not explained yet, if there is anything.
 pub fn whats_left(
@@ -39,7 +30,7 @@ pub fn whats_left(
     if worst > floor {
         return Some(Inadequacy::Mean(worst));
     }
-    if evidence.joint > NAMELESS {
+    if evidence.joint > ANY_FORCE_MIN_GAIN {
         let what = evidence.strongest.map_or("state", |s| s.0.symbol());
         return Some(Inadequacy::Force(what, evidence.joint));
     }
@@ -49,10 +40,10 @@ pub fn whats_left(
             .as_ref()
             .map_or(0.0, residual_map::most_local),
     );
-    if local > LOCAL {
+    if local > SEGMENT_MAX_Z {
         return Some(Inadequacy::Stretch(local));
     }
-    (broken > BROKEN).then_some(Inadequacy::Joins(broken))
+    (broken > JOINS_MAX_Z).then_some(Inadequacy::Joins(broken))
 }
 
 /// What improves the fitted recordings by far more than chance, and those kept out not at all.

@@ -13,7 +13,8 @@ use crate::app::widgets::text::small;
 use crate::diagnose::diagnosis::{Candidate, Inadequacy};
 use crate::diagnose::report::words::{chi2, in_noise, listed};
 use crate::diagnose::report::{probability, rest};
-use crate::diagnose::{CALIBRATED_PRECISION, Diagnosis, Verdict};
+use crate::diagnose::thresholds::CALIBRATED_PRECISION;
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::model::effects::find;
 
 /// Probability from which an effect is listed by itself.
