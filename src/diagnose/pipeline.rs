@@ -1,8 +1,5 @@
 //! A diagnosis of recordings that are read one way, from beginning to end.
 
-use super::thresholds::ADEQUATE_MAX_CHI2;
-use super::thresholds::FORM_EXPLAINS_SHARE;
-use super::thresholds::NOISE_MAX_Z;
 use std::time::Instant;
 
 use super::answer::assemble::{misread, shown_alike};
@@ -29,8 +26,9 @@ use super::options::{
 use super::selection::forward;
 use super::shooting::fitted::{Fitted, excess_chi2};
 use super::shooting::workspace::Workspace;
-use super::thresholds::JOINS_MAX_Z;
-use super::thresholds::TRAIN_GAIN;
+use super::thresholds::{
+    ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, NOISE_MAX_Z, TRAIN_GAIN,
+};
 use super::verdict::abstention::{AbstentionEvidence, attraction_reaches_far, of_displacement};
 use super::verdict::adequacy::{breaks, fails_held_out, whats_left};
 use crate::fit::Part;

@@ -436,3 +436,88 @@ pub const CALIBRATED_PRECISION: f64 = 0.95;
 /// Share of unexplained answers in sealed trials that concealed an effect of the catalogue, 5 of
 /// 27. Calibrated by `trial`.
 pub const FALSE_ABSTENTION_RATE: f64 = 0.2;
+
+#[cfg(test)]
+mod tests {
+    use super::super::thresholds::*;
+
+    /// A threshold between the largest statistic recorded with nothing to detect and the smallest
+    /// one with something, as far as either was recorded.
+    struct Recorded {
+        name: &'static str,
+        threshold: f64,
+        largest_without: f64,
+        smallest_with: Option<f64>,
+    }
+
+    const RECORDED: [Recorded; 2] = [
+        Recorded {
+            name: "TRAIN_GAIN",
+            threshold: TRAIN_GAIN,
+            largest_without: 20.0,
+            smallest_with: None,
+        },
+        Recorded {
+            name: "MIN_FORM_SHARE",
+            threshold: MIN_FORM_SHARE,
+            largest_without: 0.87,
+            smallest_with: Some(0.9),
+        },
+    ];
+    /// Shares counted in sealed trials: of how many, how many were so, and the error of rounding
+    /// that the threshold was given.
+    const COUNTED: [(&str, f64, f64, f64, f64); 2] = [
+        (
+            "CALIBRATED_PRECISION",
+            CALIBRATED_PRECISION,
+            246.0,
+            260.0,
+            0.005,
+        ),
+        (
+            "FALSE_ABSTENTION_RATE",
+            FALSE_ABSTENTION_RATE,
+            5.0,
+            27.0,
+            0.02,
+        ),
+    ];
+
+    #[test]
+    fn thresholds_lie_between_their_recorded_statistics() {
+        for r in &RECORDED {
+            assert!(r.threshold > r.largest_without, "{}", r.name);
+            assert!(
+                r.smallest_with.is_none_or(|with| r.threshold < with),
+                "{}",
+                r.name
+            );
+        }
+        for (name, share, so, all, rounding) in COUNTED {
+            assert!((share - so / all).abs() < rounding, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_threshold_says_what_calibrates_it() {
+        let text = include_str!("thresholds.rs");
+        let text = text.split("#[cfg(test)]").next().unwrap();
+        let mut doc = String::new();
+        let mut count = 0;
+        for line in text.lines() {
+            if let Some(more) = line.strip_prefix("/// ") {
+                doc.push_str(more);
+                doc.push(' ');
+            } else if let Some(rest) = line.strip_prefix("pub const ") {
+                let name = rest.split(':').next().unwrap();
+                let mut recorded = RECORDED.iter().map(|r| r.name);
+                let held = recorded.any(|r| r == name) || COUNTED.iter().any(|c| c.0 == name);
+                assert_eq!(doc.contains("Calibrated by"), held, "{name}");
+                assert_eq!(doc.contains("Judgement"), !held, "{name}");
+                doc.clear();
+                count += 1;
+            }
+        }
+        assert!(count > 100, "{count}");
+    }
+}

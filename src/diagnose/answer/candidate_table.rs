@@ -4,9 +4,7 @@ use super::named_effects::probability;
 use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{Candidate, Inadequacy, Verdict};
-use crate::diagnose::thresholds::FALSE_ABSTENTION_RATE;
-use crate::diagnose::thresholds::HELD_GAIN;
-use crate::diagnose::thresholds::REFIT_MIN_SCORE;
+use crate::diagnose::thresholds::{FALSE_ABSTENTION_RATE, HELD_GAIN, REFIT_MIN_SCORE};
 use crate::model::effects::CATALOGUE;
 
 /// All effects of the catalogue, as far as they were weighed.

@@ -1,21 +1,16 @@
 //! Adhesion as the releases tell it: a straight line in contact time, or a law that bends.
 
-use crate::diagnose::thresholds::ADHESION_BEND_MIN_GAIN;
-use crate::diagnose::thresholds::ADHESION_LEFT_OUT_MIN_GAIN;
-use crate::diagnose::thresholds::ADHESION_MAX_TIME;
-use crate::diagnose::thresholds::ADHESION_MIN_GAIN;
-use crate::diagnose::thresholds::PRESSED_MAX_Z;
-use crate::diagnose::thresholds::RELEASE_MAX_ERROR_RATIO;
-use crate::diagnose::thresholds::RELEASE_MIN_SAMPLES;
-use crate::diagnose::thresholds::RELEASE_MIN_STAY;
-use crate::diagnose::thresholds::SHORT_STAYS_MIN;
 use std::collections::BTreeSet;
 
 use super::event_readings::Ground;
 use super::law_test::LawTest;
 use super::restitution::ALSO_HELD_OUT;
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
-use crate::diagnose::thresholds::{CONTACT_TRAIN_GAIN, MIN_EVENTS};
+use crate::diagnose::thresholds::{
+    ADHESION_BEND_MIN_GAIN, ADHESION_LEFT_OUT_MIN_GAIN, ADHESION_MAX_TIME, ADHESION_MIN_GAIN,
+    CONTACT_TRAIN_GAIN, MIN_EVENTS, PRESSED_MAX_Z, RELEASE_MAX_ERROR_RATIO, RELEASE_MIN_SAMPLES,
+    RELEASE_MIN_STAY, SHORT_STAYS_MIN,
+};
 use crate::fit::contact_readings::Release;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;

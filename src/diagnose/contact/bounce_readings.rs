@@ -1,11 +1,10 @@
 //! What bounces tell of the laws of the ground: which of them, and how well each is known.
 
 use super::robust_curve::Reading;
-use crate::diagnose::thresholds::BOUNCE_MAX_Z;
-use crate::diagnose::thresholds::BOUNCE_MIN_SPEED_SHARE;
-use crate::diagnose::thresholds::LANDING_MAX_RATIO_SHARE;
-use crate::diagnose::thresholds::RATIO_MAX_ERROR_SHARE;
-use crate::diagnose::thresholds::REBOUND_MIN_Z;
+use crate::diagnose::thresholds::{
+    BOUNCE_MAX_Z, BOUNCE_MIN_SPEED_SHARE, LANDING_MAX_RATIO_SHARE, RATIO_MAX_ERROR_SHARE,
+    REBOUND_MIN_Z,
+};
 use crate::fit::contact_readings::Bounce;
 use crate::recording::quantile_in_place;
 

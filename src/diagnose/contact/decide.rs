@@ -6,9 +6,9 @@ use super::compliance::compliance;
 use super::event_readings::Ground;
 use super::law_test::LawTest;
 use super::restitution::restitution;
-use crate::diagnose::thresholds::COMPLIANCE_DESPITE_MODE_GAIN;
-use crate::diagnose::thresholds::CONTACT_LAW_STANDS_SHARE;
-use crate::diagnose::thresholds::{HELD_GAIN, TRAIN_GAIN};
+use crate::diagnose::thresholds::{
+    COMPLIANCE_DESPITE_MODE_GAIN, CONTACT_LAW_STANDS_SHARE, HELD_GAIN, TRAIN_GAIN,
+};
 use crate::model::effects::EffectSpec;
 
 /// What a law of the ground is named by.

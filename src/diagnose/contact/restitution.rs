@@ -5,11 +5,9 @@ use super::bounce_readings::{ratios, usual};
 use super::event_readings::Ground;
 use super::law_test::{LawTest, in_turn, proved, together};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
-use crate::diagnose::thresholds::MIN_EVENTS;
-use crate::diagnose::thresholds::MIN_HELD_OUT_EVENTS;
-use crate::diagnose::thresholds::MIN_SPEED_POWER;
-use crate::diagnose::thresholds::POWER_RANGE_MAX_Z;
-use crate::diagnose::thresholds::RESTITUTION_MIN_GAIN;
+use crate::diagnose::thresholds::{
+    MIN_EVENTS, MIN_HELD_OUT_EVENTS, MIN_SPEED_POWER, POWER_RANGE_MAX_Z, RESTITUTION_MIN_GAIN,
+};
 use crate::fit::contact_readings::Bounce;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;

@@ -1,13 +1,10 @@
 //! Whether names that were found are refused for what they leave.
 
 use crate::diagnose::diagnosis::Inadequacy;
-use crate::diagnose::thresholds::FRICTION_BY_HEIGHT_LIMITS;
-use crate::diagnose::thresholds::LONG_RANGE_DECAY;
-use crate::diagnose::thresholds::MIN_CARRIED_SHARE;
-use crate::diagnose::thresholds::MIN_FORM_SHARE;
-use crate::diagnose::thresholds::NEGLIGIBLE_SHARE;
-use crate::diagnose::thresholds::PRODUCT_FORCE_LIMITS;
-use crate::diagnose::thresholds::TRAIN_GAIN;
+use crate::diagnose::thresholds::{
+    FRICTION_BY_HEIGHT_LIMITS, LONG_RANGE_DECAY, MIN_CARRIED_SHARE, MIN_FORM_SHARE,
+    NEGLIGIBLE_SHARE, PRODUCT_FORCE_LIMITS, TRAIN_GAIN,
+};
 use crate::model::Model;
 use crate::model::effects::EffectSpec;
 

@@ -8,9 +8,7 @@ use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::discrepancy::segment_joins::{JoinBreaks, join_breaks};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::thresholds::ANY_FORCE_MIN_GAIN;
-use crate::diagnose::thresholds::JOINS_MAX_Z;
-use crate::diagnose::thresholds::SEGMENT_MAX_Z;
+use crate::diagnose::thresholds::{ANY_FORCE_MIN_GAIN, JOINS_MAX_Z, SEGMENT_MAX_Z};
 
 /// What is not explained yet, if there is anything.
 pub fn whats_left(
