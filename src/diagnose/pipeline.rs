@@ -18,7 +18,7 @@ use super::data::screening::screen;
 use super::diagnosis::{BeforeAfter, Diagnosis, Distance, Inadequacy, Verdict};
 use super::discrepancy::residual_map::Sample;
 use super::discrepancy::{law_form, missing_force, probes, residual_map};
-use super::hypotheses::raised_level::lifted;
+use super::hypotheses::raised_level::raised_recordings;
 use super::hypotheses::vibration_clock::VibrationClock;
 use super::options::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, remaining,
@@ -366,7 +366,7 @@ pub fn read(
         && options.by_hand.is_none()
         && !control.cancelled();
     if asks && verdict == Verdict::Unexplained && beside_doubted.is_none() {
-        let higher = lifted(&workspace, &found.baseline)?;
+        let higher = raised_recordings(&workspace, &found.baseline)?;
         reading.beside_doubted = beside(&found.baseline, &higher)?;
         reading.otherwise = ContactAmbiguity::HoveringIn(higher.0, higher.1);
     }

@@ -232,7 +232,7 @@ mod tests {
         with_effect(&Preset::embedded("paper").unwrap().model, effect)
     }
 
-    /// What the re-tuning finds of a lag in recordings.
+    /// The lag that the re-tuning finds in recordings.
     fn found(workspace: Workspace) -> Option<f64> {
         let paper = Preset::embedded("paper").unwrap().model;
         let options = DiagnoseOptions::default();
@@ -250,7 +250,7 @@ mod tests {
 
     /// The same of a device with value `which` of the effect `id`.
     fn lagging(id: &str, which: usize, value: f64) -> Option<f64> {
-        // Slow drives agree about how late it is, edges tell why.
+        // Slow drives determine the latency, edges its cause.
         let drives = [
             ("sine:20Hz:8V", 0.1),
             ("ramped:10Hz:8V:0.15", 0.1),
@@ -266,33 +266,37 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_that_lags_by_samples_is_told_from_late_readings() {
+    fn a_lag_of_the_drive_by_samples_is_distinguished_from_late_readings() {
         let tau = lagging("amplifier_lag", 0, 70e-6).unwrap();
         assert!((tau - 70e-6).abs() < 1e-6, "{tau}");
         assert_eq!(lagging("sensor_lag", 1, 70e-6), None);
     }
 
     #[test]
-    fn readings_that_lag_by_samples_are_found() {
+    fn a_lag_of_the_readings_by_samples_is_found() {
         let tau = lagging("sensor_lag", 0, 50e-6).unwrap();
         assert!((tau - 50e-6).abs() < 0.5e-6, "{tau}");
     }
 
     #[test]
-    fn clocks_that_disagree_tell_a_drive_that_slews() {
-        const PACE: f64 = 6.5e-6;
+    fn clocks_that_disagree_reveal_a_slew_rate_limit() {
+        const INVERSE_SLEW_RATE: f64 = 6.5e-6;
         let drives = [
             ("ramped:5Hz:8V:0.25", 0.2),
             ("square:15Hz:8V", 0.2),
             ("sine:50Hz:8V", 0.06),
             ("square:50Hz:6V", 0.12),
         ];
-        let mut parts =
-            test_support::parts_of(&with("amplifier_lag", 1, PACE), &drives, 50e3, 20e-9);
+        let mut parts = test_support::parts_of(
+            &with("amplifier_lag", 1, INVERSE_SLEW_RATE),
+            &drives,
+            50e3,
+            20e-9,
+        );
         for part in &mut parts {
             Arc::make_mut(&mut part.recording).cantilever = None;
         }
         let pace = found(test_support::workspace(&parts)).unwrap();
-        assert!((pace / PACE - 1.0).abs() < 0.02, "{pace}");
+        assert!((pace / INVERSE_SLEW_RATE - 1.0).abs() < 0.02, "{pace}");
     }
 }

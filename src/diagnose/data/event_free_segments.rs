@@ -258,7 +258,7 @@ mod tests {
     use super::super::event_free_segments::*;
 
     #[test]
-    fn hops_after_a_landing_are_left_out_of_a_stay_and_its_noise_and_drift_are_not() {
+    fn hops_after_a_landing_are_removed_from_a_contact_and_noise_and_drift_are_kept() {
         let (interval, noise) = (4e-5, 150e-9);
         let reading = |hop: f64, slope: f64| -> Vec<f64> {
             let one = |i: usize| {

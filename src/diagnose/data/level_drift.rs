@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_law_has_no_more_numbers_than_the_course_shows() {
+    fn the_law_has_no_more_terms_than_the_drift_shows() {
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.05;
         let (Law { values, .. }, free) = simplest_law(&courses(|t| -2e-5 * t), 2e-8).unwrap();
         assert!(free == [2] && near(values[2], -2e-5), "{values:?}");

@@ -97,25 +97,11 @@ pub fn reassign_misread_segments(
             // The effect of a jump shows from the jump on, an overlooked contact at
             // the lowest point.
             let touched = || {
-                let flown =
-                    jumps(i).then(|| flight_before_contact(problem, point, &simulator, i))??;
-                let nuisances = problem.nuisances_of(&point.x, flown.recording);
-                let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
-                let refined = problem.refine(
-                    &flown,
-                    state,
-                    &simulator,
-                    near,
-                    start,
-                    ROBUST_LOSS,
-                    LOCAL_FIT_STEPS,
-                );
-                let flown = (refined.cost / problem.rows(&flown).len().max(1) as f64).sqrt();
-                Some(
-                    flown < MISREAD_MIN_CHI2_RATIO
-                        && whole()
-                            > MISREAD_MIN_CHI2_RATIO * MISREAD_MIN_CHI2_RATIO * flown.max(1.0),
-                )
+                let start = now[i].0.clone();
+                let flight = || flight_residual(problem, point, (&simulator, &states[i]), i, start);
+                let flown = jumps(i).then(flight)??;
+                let limit = MISREAD_MIN_CHI2_RATIO * MISREAD_MIN_CHI2_RATIO * flown.max(1.0);
+                Some(flown < MISREAD_MIN_CHI2_RATIO && whole() > limit)
             };
             per_row(i, now[i].1) > MISREAD_MIN_CHI2_RATIO * usual
                 || (may_have_touched(problem, point, &simulator, i) && graze())
@@ -133,6 +119,22 @@ pub fn reassign_misread_segments(
         point.used[i] = false;
     }
     Ok(changed || !misread.is_empty() || !above.is_empty())
+}
+
+/// Root-mean-square residual of segment `i` before its lowest point after the last jump of the
+/// drive, fitted from `start`; `None` if it stays clear of the ground.
+fn flight_residual(
+    problem: &Problem,
+    point: &Point,
+    (simulator, state): (&StretchSimulator, &[f64]),
+    i: usize,
+    start: Vec<f64>,
+) -> Option<f64> {
+    let flown = flight_before_contact(problem, point, simulator, i)?;
+    let nuisances = problem.nuisances_of(&point.x, flown.recording);
+    let (loss, steps) = (ROBUST_LOSS, LOCAL_FIT_STEPS);
+    let refined = problem.refine(&flown, state, simulator, &nuisances, start, loss, steps);
+    Some((refined.cost / problem.rows(&flown).len().max(1) as f64).sqrt())
 }
 
 /// Initial values of a segment's own unknowns: the first guess, unless that belongs to a model
@@ -286,7 +288,7 @@ mod tests {
     use crate::model::preset::Preset;
     use crate::recording::Recording;
 
-    /// A stretch with unknowns `locals` and nothing in it.
+    /// A segment with unknowns `locals` and nothing in it.
     fn of(locals: &[f64]) -> Segment {
         Segment {
             recording: 0,
@@ -304,14 +306,14 @@ mod tests {
     }
 
     #[test]
-    fn a_guess_for_other_modes_is_none() {
+    fn a_guess_for_other_modes_is_ignored() {
         let now = of(&[1.0, 2.0]);
         assert_eq!(initial_guess(&of(&[3.0, 4.0]), &now), [3.0, 4.0]);
         assert_eq!(initial_guess(&of(&[3.0]), &now), [1.0, 2.0]);
     }
 
     #[test]
-    fn a_turn_of_the_drive_is_no_jump() {
+    fn a_smooth_drive_has_no_jumps() {
         let stretch = |drive: &str| {
             let waveform = Waveform::parse(drive, 0.2).unwrap();
             let time: Vec<f64> = (0..10_000).map(|i| f64::from(i) / 50e3).collect();
@@ -338,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn what_most_jumps_do_is_no_misreading() {
+    fn an_effect_of_most_jumps_is_not_a_misreading() {
         assert_eq!(
             typical_jump_residual(vec![3.2, 3.4, 3.0, 3.1, 1.0], 1.1),
             3.1
@@ -354,8 +356,8 @@ mod tests {
     }
 
     #[test]
-    fn many_short_stretches_far_off_are_not_usual() {
-        // A third of the stretches, a twentieth of the rows.
+    fn many_short_segments_far_off_do_not_count_as_typical() {
+        // A third of the segments, a twentieth of the rows.
         let mut all: Vec<(f64, usize)> = vec![(1.1, 300); 20];
         all.extend(vec![(80.0, 30); 10]);
         assert_eq!(typical_residual(all.clone()), 1.1);

@@ -75,10 +75,10 @@ mod tests {
     use crate::model::preset::Preset;
 
     /// Samples between two flights with a bounce between them.
-    const BETWEEN: usize = 6;
+    const MAX_GAP_SAMPLES: usize = 6;
 
     #[test]
-    fn overlooked_touches_are_set_aside_though_most_flights_with_a_jump_have_one() {
+    fn overlooked_contacts_are_set_aside_even_if_most_flights_with_a_jump_have_one() {
         let device = Preset::embedded("paper").unwrap().model;
         let drives = [("ramped:10Hz:8V:0.15", 0.2), ("square:300Hz:8V", 0.05)];
         let workspace = test_support::bench_of(&device, &drives, 50e3, 20e-9);
@@ -89,7 +89,7 @@ mod tests {
         for i in 1..point.segments.len() {
             let (first, second) = (&point.segments[i - 1], &point.segments[i]);
             let near = second.recording == first.recording
-                && second.samples.start <= first.samples.end + BETWEEN;
+                && second.samples.start <= first.samples.end + MAX_GAP_SAMPLES;
             if near && flies(first) && flies(second) && first.has_jump() && !second.has_jump() {
                 // It ends so soon after that it is not seen to go up again.
                 let end = second.samples.start + 1;

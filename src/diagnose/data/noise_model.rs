@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_noise_is_told_without_bias_though_each_stay_has_a_level_of_its_own() {
+    fn slow_noise_is_estimated_without_bias_despite_a_level_for_each_contact() {
         for (share, memory) in [(0.11, 42.0), (0.3, 15.0), (0.3, 4.0)] {
             let truth = slow_power(Colour {
                 share,

@@ -66,7 +66,7 @@ pub fn screen(
         )),
         Err(error @ FitError::DifferentDevices { .. }) => {
             may_name = false;
-            remarks.push(format!("{error}; so nothing is named"));
+            remarks.push(format!("{error}; therefore no effect is named"));
         }
         _ => {}
     }
@@ -78,13 +78,13 @@ pub fn screen(
     }
     if train.iter().all(|p| p.recording.cantilever.is_none()) && model.has_cantilever {
         remarks.push(
-            "only the proof mass was recorded: what moves the cantilever alone cannot be told from the drive"
+            "only the proof mass was recorded: what moves the cantilever alone cannot be distinguished from the drive"
                 .to_owned(),
         );
     }
     if train.len() == 1 && model.piezo.is_some() {
         remarks.push(
-            "one excitation cannot tell many effects apart; record two or three more waveforms"
+            "one excitation cannot distinguish many effects; record two or three more waveforms"
                 .to_owned(),
         );
     }
@@ -94,7 +94,7 @@ pub fn screen(
         let with_both = held_out.len();
         held_out.retain(|p| lone(p) == train.iter().all(lone));
         remarks.push(format!(
-            "{} recordings kept out were left aside: they read other points than the fitted ones",
+            "{} held-out recordings were ignored: they read other points than the fitted ones",
             with_both - held_out.len()
         ));
     }
@@ -119,7 +119,7 @@ fn without_clipped_samples(part: &Part, remarks: &mut Vec<String>) -> Part {
             continue;
         }
         remarks.push(format!(
-            "{}: {} of {} samples of {} stand at the end of the sensor's range and were left out",
+            "{}: {} of {} samples of {} are at the end of the sensor's range and were ignored",
             r.name,
             clipped.len(),
             values.len(),

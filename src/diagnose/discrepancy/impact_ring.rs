@@ -179,9 +179,9 @@ impl ImpactExcitations {
         let mut normal = [Matrix2::zeros(); 2];
         let mut slopes = [Vector2::zeros(); 2];
         for own in &self.residuals {
-            let [blows, jumps] = &self.kicks[own.recording];
+            let [impacts, jumps] = &self.kicks[own.recording];
             // An impact changes the velocity, a jump of the drive the rest position.
-            let mut by_impacts: Vec<f64> = ring_course(own, blows, rate).map(|c| c.im).collect();
+            let mut by_impacts: Vec<f64> = ring_course(own, impacts, rate).map(|c| c.im).collect();
             let mut driven: Vec<f64> = ring_course(own, jumps, rate).map(|c| -c.re).collect();
             own.colour.whiten(&mut by_impacts);
             own.colour.whiten(&mut driven);
@@ -300,13 +300,13 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    const RATE: f64 = 50e3;
-    const NOISE: f64 = 20e-9;
+    const SAMPLING_RATE: f64 = 50e3;
+    const READING_NOISE: f64 = 20e-9;
 
-    /// Stretches of 4 ms far apart, each from a while after an impact on and with a jump of the
-    /// drive in its middle, in which a mode of `own`, as [`PhaseLockedRing::mode`] gives it, rings; in step with those,
-    /// or `out of step`.
-    fn blows(own: [f64; 5], out_of_step: bool) -> ImpactExcitations {
+    /// Segments of 4 ms far apart, each starting shortly after an impact and with a jump of the
+    /// drive in its middle. In them rings a mode with the parameters `own` of
+    /// [`PhaseLockedRing::mode`], in phase with its excitation or `out_of_phase`.
+    fn excited_ring(own: [f64; 5], out_of_phase: bool) -> ImpactExcitations {
         let [frequency, zeta, phi_c, phi_p, drive] = own;
         let model = Preset::embedded("paper").unwrap().model;
         let mass = 1.0 / model.structure().mobility();
@@ -325,10 +325,16 @@ mod tests {
                 time: start + dice.random_range(2.0e-3..2.1e-3),
                 size: if k % 2 == 0 { 9.7 } else { -9.7 },
             };
-            let turned =
-                Complex::from_polar(1.0, if out_of_step { 2.4 * f64::from(k) } else { 0.0 });
+            let turned = Complex::from_polar(
+                1.0,
+                if out_of_phase {
+                    2.4 * f64::from(k)
+                } else {
+                    0.0
+                },
+            );
             let ring = |i: usize| {
-                let at = start + i as f64 / RATE;
+                let at = start + i as f64 / SAMPLING_RATE;
                 let since = |kick: &Kick| (rate * (at - kick.time)).exp() * turned;
                 let driven = if at > jump.time {
                     -drive * eta / omega.powi(2) * jump.size * since(&jump).re
@@ -340,14 +346,14 @@ mod tests {
             let mut channel = |shape: f64| -> Vec<f64> {
                 let mut noise = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
                 (0..200)
-                    .map(|i| shape * ring(i) / NOISE + noise())
+                    .map(|i| shape * ring(i) / READING_NOISE + noise())
                     .collect()
             };
             left.push(SegmentResiduals {
                 channels: [channel(phi_p), channel(phi_c)],
                 recording: 0,
                 start,
-                interval: 1.0 / RATE,
+                interval: 1.0 / SAMPLING_RATE,
                 colour: Colour::WHITE,
             });
             kicks[0].push(blow);
@@ -356,22 +362,24 @@ mod tests {
         ImpactExcitations {
             residuals: left,
             kicks: vec![kicks],
-            noise: [NOISE; 2],
+            noise: [READING_NOISE; 2],
         }
     }
 
     #[test]
-    fn noise_is_in_step_with_nothing() {
+    fn noise_contains_no_ring_in_phase() {
         assert_eq!(
-            blows([7e3, 0.01, 0.0, 0.0, 0.0], false).strongest(40e3),
+            excited_ring([7e3, 0.01, 0.0, 0.0, 0.0], false).strongest(40e3),
             None
         );
     }
 
     #[test]
-    fn a_ring_in_step_is_found_with_its_mode() {
+    fn a_ring_in_phase_is_found_with_its_mode() {
         let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
-        let ring = blows(own, false).strongest(40e3).expect("it stands out");
+        let ring = excited_ring(own, false)
+            .strongest(40e3)
+            .expect("it stands out");
         assert!((ring.frequency / own[0] - 1.0).abs() < own[1], "{ring:?}");
         let model = Preset::embedded("paper").unwrap().model;
         let mode = ring.mode(&model, 0.0);
@@ -382,18 +390,18 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_read_at_another_frequency_is_told_from_it() {
+    fn an_aliased_ring_is_distinguished_from_its_alias() {
         let own = [41e3, 0.006, -9000.0, 9000.0, -2500.0];
-        let blows = blows(own, false);
-        let gain = |f: f64| blows.best_near(f, 100.0).map_or(0.0, |ring| ring.gain);
-        assert!(gain(own[0]) > 4.0 * gain(RATE - own[0]));
+        let ring = excited_ring(own, false);
+        let gain = |f: f64| ring.best_near(f, 100.0).map_or(0.0, |ring| ring.gain);
+        assert!(gain(own[0]) > 4.0 * gain(SAMPLING_RATE - own[0]));
     }
 
     #[test]
-    fn a_ring_out_of_step_is_none() {
+    fn a_ring_out_of_phase_has_little_gain() {
         let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
-        let gain = |out_of_step: bool| {
-            let ring = blows(own, out_of_step).best_near(own[0], 50.0);
+        let gain = |out_of_phase: bool| {
+            let ring = excited_ring(own, out_of_phase).best_near(own[0], 50.0);
             ring.expect("a spectrum").gain
         };
         assert!(

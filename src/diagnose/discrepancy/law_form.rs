@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn kin_is_the_effect_itself_in_a_window() {
+    fn a_windowed_effect_equals_the_effect_in_its_window() {
         let cubic = ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
             values: vec![2e4, -2e12],
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn loops_in_a_window_of_voltage_are_those_of_the_effect_there() {
+    fn windowed_hysteresis_loops_equal_those_of_the_effect_in_the_window() {
         let loops = ActiveEffect {
             spec: find("hysteresis_memory").unwrap(),
             values: vec![1.0, 1.0, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -397,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn every_effect_fits_into_its_kin() {
+    fn every_effect_fits_into_the_wrapper() {
         for effect in CATALOGUE {
             assert!(effect.parameters.len() <= WRAPPED_VALUES, "{}", effect.id);
         }

@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn without_dry_friction_there_is_nothing_beside_it() {
+    fn without_dry_friction_its_probe_has_no_gain() {
         let paper = Preset::embedded("paper").unwrap().model;
         let workspace = test_support::bench_of(&paper, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
         let base = workspace.baseline(&paper, &QUIET).unwrap();
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_at_heights_shows_beside_dry_friction_where_it_is_not_everywhere() {
+    fn friction_limited_to_some_heights_is_distinguished_from_dry_friction() {
         let dry = gain_share_with_dry_friction(ActiveEffect {
             spec: find("dry_friction").unwrap(),
             values: vec![2e-8],
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stiffness_that_comes_and_goes_shows_beside_a_vibration_and_not_where_there_is_none() {
+    fn an_oscillating_stiffness_is_distinguished_from_a_base_vibration() {
         let swing = |t: f64| (TAU * 3.1 * t + 0.4).sin();
         let vibration = gain_with_base_vibration(&|t, _| -0.05 * swing(t));
         assert!(vibration < 15.0, "{vibration}");
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_by_both_displacements_shows_beside_a_stiffness_that_is_none() {
+    fn a_force_of_the_product_of_displacements_is_distinguished_from_a_stiffness() {
         let stiffness = gain_share_with_stiffness(ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
             values: vec![2e4, 0.0],

@@ -216,7 +216,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    const RATE: f64 = 50e3;
+    const SAMPLING_RATE: f64 = 50e3;
 
     /// Stretches of white noise in which a mode of `frequency` rings, `decay` samples long, of
     /// `size` at the proof mass and half of that at the cantilever.
@@ -227,7 +227,7 @@ mod tests {
                 let phase = 2.4 * k as f64;
                 let mut channel = |share: f64| -> Vec<f64> {
                     let ring = |i: usize| {
-                        let turn = TAU * frequency * i as f64 / RATE + phase;
+                        let turn = TAU * frequency * i as f64 / SAMPLING_RATE + phase;
                         share * size * (-(i as f64) / decay).exp() * turn.sin()
                     };
                     (0..600)
@@ -241,7 +241,7 @@ mod tests {
                     channels: [channel(1.0), channel(0.5)],
                     recording: 0,
                     start: 0.0,
-                    interval: 1.0 / RATE,
+                    interval: 1.0 / SAMPLING_RATE,
                     colour: Colour::WHITE,
                 }
             })
@@ -250,13 +250,13 @@ mod tests {
 
     fn highest(left: &[SegmentResiduals], length: usize) -> SpectralPeak {
         let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
-        let all = spectral_peaks(left, (&frequencies, RATE), length, true);
+        let all = spectral_peaks(left, (&frequencies, SAMPLING_RATE), length, true);
         let top = all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
         *top.expect("a spectrum")
     }
 
     #[test]
-    fn noise_has_no_hump() {
+    fn noise_has_no_peak() {
         let left = stretches(7e3, 100.0, 0.0);
         for length in [usize::MAX, EARLY_SAMPLES] {
             let ring = highest(&left, length);
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_that_rings_on_is_found_with_its_shape() {
+    fn a_lightly_damped_mode_is_found_with_its_shape() {
         let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
         assert!(ring.significance > 2.0 * PEAK_MIN_SIGNIFICANCE, "{ring:?}");
         assert!(
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_that_dies_away_is_found_in_the_beginnings() {
+    fn a_damped_mode_is_found_in_the_early_samples() {
         let left = stretches(18e3, 15.0, 1.2);
         let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY_SAMPLES));
         assert!(
@@ -291,11 +291,11 @@ mod tests {
     }
 
     #[test]
-    fn the_flank_of_a_hump_is_no_hump() {
+    fn the_flank_of_a_peak_is_not_a_peak() {
         let left = stretches(7e3, 40.0, 4.0);
         let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
         for length in [usize::MAX, EARLY_SAMPLES] {
-            for ring in spectral_peaks(&left, (&frequencies, RATE), length, true) {
+            for ring in spectral_peaks(&left, (&frequencies, SAMPLING_RATE), length, true) {
                 let beside = (ring.frequency - 7e3).abs() > 1e3;
                 assert!(
                     !beside || ring.significance < PEAK_MIN_SIGNIFICANCE,

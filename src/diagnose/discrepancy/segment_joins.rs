@@ -152,14 +152,14 @@ mod tests {
     }
 
     #[test]
-    fn a_kick_that_hides_in_the_states_of_the_stretches_shows_where_they_join() {
+    fn a_kick_absorbed_by_initial_states_shows_at_the_joins() {
         let undisturbed = of_a_ring_down(0.0);
         assert!(undisturbed.sigmas.abs() < 4.0, "{undisturbed:?}");
         assert!(undisturbed.sigmas != 0.0, "there are joins");
-        // A four hundredth of the ring's speed, which the states of the stretches take over.
+        // A four hundredth of the ring's speed, which the initial states absorb.
         let kicked = of_a_ring_down(2e-3);
         assert!(kicked.sigmas > 10.0, "{kicked:?}");
-        // What is broken beyond the cap is told by the rise.
+        // Breaks beyond the cap show in the rise.
         let hard = of_a_ring_down(2e-2);
         assert!(hard.rise > 20.0 * kicked.rise, "{hard:?} {kicked:?}");
         assert!(kicked.rise > 100.0, "{kicked:?}");

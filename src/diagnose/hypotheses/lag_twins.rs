@@ -272,7 +272,7 @@ mod tests {
     use crate::model::with_effect;
 
     #[test]
-    fn bounces_tell_only_with_one_voice() {
+    fn bounces_decide_only_if_they_agree() {
         let check = |falls: &[f64], fall: f64, sure: bool| {
             assert_eq!(combine_falls(falls), ImpactComparison { fall, sure });
         };
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn only_lags_of_the_reading_and_of_the_drive_look_alike() {
+    fn only_lags_of_sensor_and_amplifier_are_twins() {
         assert!(are_lag_twins("sensor_lag", "amplifier_lag"));
         assert!(are_lag_twins("amplifier_lag", "sensor_lag"));
         assert!(!are_lag_twins("sensor_lag", "sensor_lag"));
@@ -309,7 +309,7 @@ mod tests {
         test_support::bench_of(concealed, &drives, 25e3, 50e-9)
     }
 
-    /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the
+    /// Fall of chi2 around the bounces of a device with the lag `concealed`: below 0 that it is the
     /// reading's, above 0 the drive's.
     fn fall_around_impacts(concealed: &str) -> Option<f64> {
         let with = |id: &str| with(id, 0, 25e-6);
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn bounces_tell_a_late_reading_from_a_late_drive() {
+    fn bounces_distinguish_a_sensor_lag_from_an_amplifier_lag() {
         let late_readings = fall_around_impacts("sensor_lag").unwrap();
         assert!(late_readings < -LAG_TWINS_MIN_GAIN, "{late_readings}");
         let late_drive = fall_around_impacts("amplifier_lag").unwrap();
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn bounces_tell_how_the_drive_is_shared() {
+    fn bounces_determine_how_the_drive_is_shared() {
         let paper = Preset::embedded("paper").unwrap().model;
         let workspace = bench_of(&paper);
         let fit = workspace.baseline(&paper, &QUIET).unwrap();
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_delay_that_begins_far_off_is_found() {
+    fn a_delay_is_found_from_a_distant_start() {
         let delayed = |by: f64| with("sensor_lag", 1, by);
         let workspace = bench_of(&delayed(100e-6));
         // The clocks have taken all of it.

@@ -187,10 +187,10 @@ mod tests {
     use crate::diagnose::test_support::{QUIET, bench_of, stepping};
 
     #[test]
-    fn a_step_while_the_mass_lies_is_told_by_the_next_stay() {
-        const HEIGHT: f64 = -1e-6;
+    fn a_step_under_a_resting_mass_shows_at_the_next_contact() {
+        const STEP_HEIGHT: f64 = -1e-6;
         let bench_on = |ground: &Model| bench_of(ground, &[("square:40Hz:8V", 0.1)], 50e3, 20e-9);
-        // It sets out anew in each period: when, a ground without a step shows.
+        // The motion repeats in each period; a ground without a step shows its timing.
         let plain = bench_on(&stepping(0.0, 0.0));
         let mut landed: Vec<f64> = plain
             .train
@@ -201,11 +201,11 @@ mod tests {
         landed.dedup();
         let third = landed.iter().position(|t| *t > 0.05).unwrap();
         let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
-        let workspace = bench_on(&stepping(HEIGHT, flies));
+        let workspace = bench_on(&stepping(STEP_HEIGHT, flies));
         let fit = |model: &Model| workspace.fit_cold_start(model, &[], &[], &QUIET).unwrap();
-        // As it comes under a mass that lies, which keeps its level until it has flown.
+        // Under a resting mass, which keeps its level until it has lifted off, the step shows late.
         for time in [flies, lies] {
-            let per_value = fit(&stepping(HEIGHT, time)).per_value();
+            let per_value = fit(&stepping(STEP_HEIGHT, time)).per_value();
             assert!(per_value < 1.1, "{time}: {per_value}");
         }
         let without = fit(&stepping(0.0, 0.0));
@@ -218,7 +218,7 @@ mod tests {
             .unwrap();
         assert!(best.since < flies && flies < best.time, "{best:?}");
         assert!(
-            (PROBE_RISE * best.height / HEIGHT - 1.0).abs() < 0.3,
+            (PROBE_RISE * best.height / STEP_HEIGHT - 1.0).abs() < 0.3,
             "{best:?}"
         );
     }

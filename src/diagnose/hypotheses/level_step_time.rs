@@ -157,23 +157,23 @@ mod tests {
     use crate::model::effects::find;
 
     #[test]
-    fn a_step_under_a_mass_that_lies_is_told_to_a_sample() {
-        const RISE: f64 = 0.4e-6;
+    fn the_time_of_a_step_under_a_resting_mass_is_found_to_a_sample() {
+        const STEP_RISE: f64 = 0.4e-6;
         // No more than the noise of a few samples: what moves by more seems to fly.
         let bench_on = |time: f64| {
             let drives = [("square:15Hz:8V", 0.1), ("ramped:10Hz:8V:0.15", 0.1)];
-            bench_of(&stepping(RISE, time), &drives, 50e3, 100e-9)
+            bench_of(&stepping(STEP_RISE, time), &drives, 50e3, 100e-9)
         };
         let lies = 20e-3;
         let workspace = bench_on(lies);
         let spec = find("gap_step").unwrap();
         for off in [-3e-3, 1.5e-3, 3.5e-3] {
-            let fit = workspace.fit_cold_start(&stepping(RISE, lies + off), &[], &[], &QUIET);
+            let fit = workspace.fit_cold_start(&stepping(STEP_RISE, lies + off), &[], &[], &QUIET);
             let time = better_time(&[&fit.unwrap()], spec).unwrap();
             let time = time.expect("a better time");
             assert!((time - lies).abs() < 4e-5, "{off}: {time}");
         }
-        let right = workspace.fit_cold_start(&stepping(RISE, lies), &[], &[], &QUIET);
+        let right = workspace.fit_cold_start(&stepping(STEP_RISE, lies), &[], &[], &QUIET);
         let time = better_time(&[&right.unwrap()], spec).unwrap();
         assert!(time.is_none_or(|t| (t - lies).abs() < 2e-5), "{time:?}");
     }

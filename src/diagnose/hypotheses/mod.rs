@@ -8,4 +8,5 @@ pub(super) mod level_step;
 pub(super) mod level_step_time;
 pub mod propose;
 pub(super) mod raised_level;
+pub(super) mod second_mode;
 pub(super) mod vibration_clock;

@@ -12,12 +12,12 @@ use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{LEVEL_MIN_STAYS, RAISED_LEVEL_MIN_GAIN};
 use crate::sim::SimError;
 
-/// Those of either side of `state` that may hover; none where its ground steps already, or where
-/// readings or drive lag and all is far off for that.
+/// Fitted and held-out recordings of `state` that may hover; none where the ground steps already,
+/// or where a lag of sensor or drive puts everything far off.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn lifted(
+pub fn raised_recordings(
     workspace: &Workspace,
     state: &ModelState,
 ) -> Result<(Vec<usize>, Vec<usize>), SimError> {
@@ -27,19 +27,19 @@ pub fn lifted(
     if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
         return Ok((Vec::new(), Vec::new()));
     }
-    let train = workspace.may_hover(&workspace.train, of(&state.train, 0)?);
+    let train = workspace.may_hover(&workspace.train, raised_in_fit(&state.train, 0)?);
     let held_out = match (&workspace.held_out, &state.held_out) {
         (Some(side), Some(fitted)) => {
             let locked = fitted.problem.space.len();
-            workspace.may_hover(side, of(fitted, locked)?)
+            workspace.may_hover(side, raised_in_fit(fitted, locked)?)
         }
         _ => Vec::new(),
     };
     Ok((train, held_out))
 }
 
-/// Those of a fit, of which the first `locked` unknowns stay as they are.
-fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
+/// Recordings with a raised ground in a fit, its first `locked` unknowns fixed.
+fn raised_in_fit(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
     let segments = &fitted.point.segments;
     let stays = |k: usize| {
         let own = segments.iter().zip(&fitted.point.used);
@@ -91,16 +91,16 @@ mod tests {
             on(third, "sine:50Hz:8V", 0.1),
         ];
         let fit = workspace(&parts.concat()).baseline(&stepping(plain.0, plain.1), &QUIET);
-        of(&fit.unwrap(), 0).unwrap()
+        raised_in_fit(&fit.unwrap(), 0).unwrap()
     }
 
     #[test]
-    fn the_recording_with_a_higher_ground_is_found() {
-        const ALWAYS: f64 = -1e9;
+    fn a_recording_with_raised_ground_is_found() {
+        const BEFORE_RECORDING: f64 = -1e9;
         let by = 0.25e-6;
-        assert!(higher((0.0, ALWAYS), (0.0, ALWAYS)).is_empty());
-        assert_eq!(higher((0.0, ALWAYS), (by, ALWAYS)), [2]);
-        // It lies higher in part of one: it steps.
-        assert!(higher((by, 0.15), (0.0, ALWAYS)).is_empty());
+        assert!(higher((0.0, BEFORE_RECORDING), (0.0, BEFORE_RECORDING)).is_empty());
+        assert_eq!(higher((0.0, BEFORE_RECORDING), (by, BEFORE_RECORDING)), [2]);
+        // Raised in a part of one recording only: a step.
+        assert!(higher((by, 0.15), (0.0, BEFORE_RECORDING)).is_empty());
     }
 }

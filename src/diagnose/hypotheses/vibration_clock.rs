@@ -290,7 +290,7 @@ mod tests {
     use crate::model::with_effect;
 
     #[test]
-    fn amplitudes_of_one_vibration_are_alike() {
+    fn amplitudes_of_one_vibration_agree() {
         let shaken = [(9.6, 0.1), (9.7, 0.2), (9.5, 0.05), (8.0, 0.6)];
         assert!(amplitudes_agree(&shaken));
         // What follows the drive is larger where that is.
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_are_told_by_the_clock_of_what_shakes_them() {
+    fn recordings_are_shifted_to_the_clock_of_the_vibration() {
         let parts = shaken_in(&[0.4, 2.2]);
         let clocks = clocks_of(&parts).unwrap();
         let late = (2.2 - 0.4) / (TAU * 137.0);
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn one_phase_for_all_asks_for_no_other_clock() {
+    fn one_phase_for_all_needs_no_other_clock() {
         assert_eq!(clocks_of(&shaken_in(&[0.4, 0.4])), None);
     }
 }

@@ -105,7 +105,7 @@ impl Scale {
     /// Of `model`, moving over `length` \[m\] and read every `interval` \[s\].
     pub fn new(model: &Model, length: f64, interval: f64) -> Self {
         /// Acceleration of a mass without a spring \[m/s^2\].
-        const FALL: f64 = 9.81;
+        const GRAVITY: f64 = 9.81;
         let structure = model.structure();
         let mass = 1.0 / structure.mobility();
         let springs = structure.modes.iter().filter(|m| m.frequency > 0.0);
@@ -121,8 +121,8 @@ impl Scale {
         } else {
             Self {
                 length,
-                speed: (FALL * length).sqrt(),
-                force: mass * FALL,
+                speed: (GRAVITY * length).sqrt(),
+                force: mass * GRAVITY,
                 interval,
             }
         }

@@ -120,7 +120,7 @@ pub fn choose_best(
                 rejected_twin = Some((trials[other].0, around.fall.abs()));
                 lower = around.fall;
             } else {
-                // Two that look alike are rejected_twin beside each other, the likelier first.
+                // Undecided twins are reported together, the likelier first.
                 lower += around.fall;
             }
         }
@@ -143,7 +143,7 @@ pub fn choose_best(
     let alike = others.map(|(spec, _)| spec.id).collect();
     let rejected_twin = rejected_twin.map(|(other, fall)| {
         format!(
-            "{} would do as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
+            "{} would fit as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
             other.name, first.0.name
         )
     });

@@ -77,7 +77,7 @@ pub fn with_shape_parameters(
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.id == "extra_mode" {
-        match crate::diagnose::hypotheses::extra_mode::with_second_mode(
+        match crate::diagnose::hypotheses::second_mode::with_second_mode(
             &workspace.train,
             whole,
             &trial.train,
@@ -194,7 +194,7 @@ fn with_both_amplifier_limits(
     }
     let edge = Some(edge()).filter(|e| *e > 0.0)?;
     let late = tau + 0.5 * pace * edge;
-    // Bound by its pace for so long, it is late by r V/2 + tau^2 / (2 r V).
+    // Limited by its slew rate, it is late by r V/2 + tau^2 / (2 r V).
     let pace = 2.0 * SLEW_SHARE_OF_DELAY * late / edge;
     let tau = (2.0 * (1.0 - SLEW_SHARE_OF_DELAY) * late * pace * edge).sqrt();
     Some(ActiveEffect {
@@ -282,10 +282,10 @@ mod tests {
 
     /// Mean time by which an edge of `edge` \[V\] is late, by small steps.
     fn late(values: &[f64], edge: f64) -> f64 {
-        const STEP: f64 = 1e-9;
+        const TIME_STEP: f64 = 1e-9;
         let (mut voltage, mut area) = (0.0, 0.0);
         while edge - voltage > 1e-9 * edge {
-            area += (edge - voltage) * STEP;
+            area += (edge - voltage) * TIME_STEP;
             let settles = if values[0] > 0.0 {
                 (edge - voltage) / values[0]
             } else {
@@ -296,13 +296,13 @@ mod tests {
             } else {
                 f64::INFINITY
             };
-            voltage = (voltage + settles.min(most) * STEP).min(edge);
+            voltage = (voltage + settles.min(most) * TIME_STEP).min(edge);
         }
         area / edge
     }
 
     #[test]
-    fn creep_of_two_times_is_as_large_and_as_slow_as_that_of_one() {
+    fn creep_with_two_time_constants_has_the_size_and_mean_time_of_one() {
         let spec = find("piezo_creep").unwrap();
         let values = vec![0.05, 12e-3, 0.0, 0.2];
         let one = ActiveEffect { spec, values };
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn an_amplifier_with_both_is_as_late_as_with_one() {
+    fn an_amplifier_with_both_limits_has_the_same_delay() {
         let spec = find("amplifier_lag").unwrap();
         for values in [[20e-6, 0.0], [0.0, 2e-6]] {
             let effect = ActiveEffect {

@@ -118,7 +118,7 @@ fn is_driven(
         _ => None,
     };
     log::debug!(
-        "in step with blows {train:.1} of {:.1}, kept out {held_out:?} of {:.1}",
+        "in phase with its excitation {train:.1} of {:.1}, held out {held_out:?} of {:.1}",
         trial.gain,
         trial.held_gain
     );

@@ -63,7 +63,7 @@ impl Fitted {
         self.per_value() > LOST_TRACK_CHI2
     }
 
-    /// The stretches' Jacobians under [`ROBUST_LOSS`]; `None` for those that are set aside or cannot be
+    /// Jacobians of the segments under [`ROBUST_LOSS`]; `None` for those that are set aside or cannot be
     /// simulated.
     ///
     /// # Errors
@@ -84,7 +84,7 @@ impl Fitted {
         local_unknowns(&self.point.segments)
     }
 
-    /// Rows minus the stretches' own unknowns.
+    /// Rows minus the segments' own unknowns.
     pub fn freedom(&self) -> f64 {
         let rows = self.point.rows.saturating_sub(self.local_unknowns());
         rows.max(1) as f64

@@ -151,7 +151,7 @@ fn clocks_of<'a>(problem: &'a Problem, point: &Point) -> Vec<Clock<'a>> {
     all.map(one).collect()
 }
 
-/// Unknowns of the stretches of a recording.
+/// Unknowns of the segments of a recording.
 type Unknowns = Vec<Vec<f64>>;
 
 fn set_locals(point: &mut Point, own: &[usize], unknowns: Unknowns) {
@@ -294,7 +294,7 @@ mod tests {
     use crate::model::preset::Preset;
 
     #[test]
-    fn clocks_give_up_what_they_have_alike() {
+    fn clocks_return_the_delay_that_they_share() {
         let paper = Preset::embedded("paper").unwrap().model;
         let drives = [
             ("square:40Hz:8V", 0.05),
@@ -320,11 +320,11 @@ mod tests {
             none.abs() < 1e-12 && nothing.abs() < 1e-9,
             "{none} {nothing}"
         );
-        // All alike: all of it, and all that it costs.
+        // All alike: the whole offset and its whole cost.
         let (shift, fall) = set([-100e-6; 3]);
         assert!((shift - 100e-6).abs() < 1e-9, "{shift}");
         assert!((fall - 3.0 * cost(100e-6)).abs() < 1e-6, "{fall}");
-        // One that is elsewhere draws by the loss's bound at most: what two agree about stays.
+        // An outlier pulls by at most the loss's bound: the value that two agree on prevails.
         let (shift, fall) = set([-100e-6, 40e-6, -100e-6]);
         let pull = 6.0 * sigma / 2.0;
         assert!((shift - (100e-6 - pull)).abs() < 1e-8, "{shift}");
