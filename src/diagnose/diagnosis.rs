@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::findings::{Finding, Remark};
 use crate::model::Model;
 
 /// The answer.
@@ -291,47 +292,6 @@ pub struct NextExperiment {
     pub expected: f64,
 }
 
-/// What is still there beyond the noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Inadequacy {
-    /// The mean square of the residuals, in units of the noise's.
-    Mean(f64),
-    /// A force that depends on this, and the fall of chi2 that it would bring.
-    Force(&'static str, f64),
-    /// One stretch, standard deviations above what chance leaves.
-    Stretch(f64),
-    /// The motion from one stretch of flight to the next, in standard deviations of chance.
-    Joins(f64),
-    /// What rings by itself at this frequency \[Hz\].
-    Ring(f64),
-    /// This effect takes so much chi2 away where it is fitted, and none elsewhere.
-    Unproved(&'static str, f64),
-}
-
-impl Inadequacy {
-    /// As a sentence without a full stop.
-    pub fn text(self) -> String {
-        match self {
-            Self::Mean(worst) => format!(
-                "what is left is {worst:.2} times the noise in the mean square: something is still not explained"
-            ),
-            Self::Force(what, gain) => {
-                format!("a force that depends on {what} would still take away {gain:.0} of chi2")
-            }
-            Self::Stretch(local) => {
-                format!("one stretch is {local:.0} standard deviations above what noise leaves")
-            }
-            Self::Joins(sigmas) => format!(
-                "the flight does not go on from stretch to stretch as it is simulated, by {sigmas:.0} standard deviations of chance in all"
-            ),
-            Self::Ring(f) => format!("something rings by itself at {:.2} kHz", 1e-3 * f),
-            Self::Unproved(name, gain) => format!(
-                "{name} would take away {gain:.0} of chi2 where it is fitted, far more than chance does, and that does not hold on the recordings kept out: either something else is there, or they do not ask for it"
-            ),
-        }
-    }
-}
-
 /// A diagnosis from beginning to end.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
@@ -365,10 +325,17 @@ pub struct Diagnosis {
     pub baseline: Model,
     /// The model with the named effects.
     pub model: Model,
-    /// What limits the answer, and what was done about it: one sentence each.
-    pub remarks: Vec<String>,
+    /// What limits the answer, and what was done about it.
+    pub remarks: Vec<Remark>,
     /// Whether it was cancelled: then it is what was found so far.
     pub cancelled: bool,
-    /// What is still there beyond the noise, if anything.
-    pub left: Option<Inadequacy>,
+    /// What is still missing, and why names were refused.
+    pub findings: Vec<Finding>,
+}
+
+impl Diagnosis {
+    /// What is still missing beyond the noise, if anything.
+    pub fn inadequacy(&self) -> Option<&Finding> {
+        self.findings.iter().find(|f| !f.kind.refuses_names())
+    }
 }

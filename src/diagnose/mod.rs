@@ -18,6 +18,7 @@ pub mod contact;
 pub mod data;
 pub mod diagnosis;
 pub mod discrepancy;
+pub mod findings;
 pub mod hypotheses;
 pub mod options;
 pub mod pipeline;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::diagnose::data::reading_assumptions::{ContactAmbiguity, ReadingAssumptions};
 use crate::diagnose::data::side::Split;
+use crate::diagnose::findings::Remark;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::latency;
@@ -43,8 +44,8 @@ pub struct Tuned {
     pub train: Fitted,
     /// Those kept out, judged; `None` if there are none.
     pub held_out: Option<Fitted>,
-    /// What was found out, in sentences.
-    pub remarks: Vec<String>,
+    /// What was found out.
+    pub remarks: Vec<Remark>,
     /// Recordings of either side in which the mass might hover.
     pub doubted: (Vec<usize>, Vec<usize>),
 }
@@ -286,13 +287,10 @@ impl Workspace {
     }
 }
 
-/// That the mass hovers in some recordings of a side.
-fn said(side: &Split, hovers: &[usize]) -> Vec<String> {
-    let one = |&k: &usize| {
-        format!(
-            "{}: the mass comes to rest over the ground without touching it, and says nothing of contact",
-            side.parts[k].recording.name
-        )
+/// That the mass rests above the ground in some recordings of a side.
+fn said(side: &Split, hovers: &[usize]) -> Vec<Remark> {
+    let one = |&k: &usize| Remark::RestsAboveGround {
+        recording: side.parts[k].recording.name.clone(),
     };
     hovers.iter().map(one).collect()
 }

@@ -25,7 +25,13 @@ pub fn fails_held_out(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> boo
     let mode = hypothesis.start.spec.id == "extra_mode";
     let refuted = hypothesis.look_elsewhere && held_gain < -gain;
     let asked = hypothesis.estimated_on_held_out.is_none() && !mode && !refuted;
-    asked && gain > UNPROVED_FACTOR * least(hypothesis) && held_gain < HELD_GAIN
+    asked && gain > unproved_gain(hypothesis) && held_gain < HELD_GAIN
+}
+
+/// Gain on the fitted recordings from which a failure on held-out ones speaks for something
+/// missing.
+pub fn unproved_gain(hypothesis: &Hypothesis) -> f64 {
+    UNPROVED_FACTOR * least(hypothesis)
 }
 
 /// Whether chance lets chi2 fall by `gain` where each stretch has a beginning of its own besides,

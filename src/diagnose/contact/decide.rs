@@ -3,9 +3,13 @@
 
 use super::adhesion;
 use super::compliance::compliance;
+use super::event_readings;
 use super::event_readings::Ground;
 use super::law_test::LawTest;
 use super::restitution::restitution;
+use crate::diagnose::comparison::trial::ModelState;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
     COMPLIANCE_DESPITE_MODE_GAIN, CONTACT_LAW_STANDS_SHARE, HELD_GAIN, TRAIN_GAIN,
 };
@@ -102,8 +106,77 @@ impl Rules<'_> {
     }
 }
 
+/// The events at the ground as a model reads them, and what they say of each contact law.
+pub struct ContactEvents {
+    /// The readings.
+    pub ground: Ground,
+    /// One test for each law that the model may lack.
+    pub tests: Vec<LawTest>,
+}
+
+impl ContactEvents {
+    /// Reads the events by a model as fitted. Segments that were read `before` are taken as they
+    /// were read then.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn read(
+        workspace: &Workspace,
+        state: &ModelState,
+        before: Option<&Self>,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Self, DiagnoseError> {
+        let held_out = state.held_out.as_ref();
+        let before = before.map(|before| &before.ground);
+        let ground = event_readings::read(workspace, &state.train, held_out, before, control)?;
+        let tests = tests(&ground);
+        Ok(Self { ground, tests })
+    }
+}
+
+/// The contact laws that the events call for.
+pub struct ContactLaws {
+    /// The last test of each law.
+    pub tests: Vec<LawTest>,
+    /// Those that are named.
+    pub named: Vec<LawTest>,
+}
+
+impl ContactLaws {
+    /// No law is named.
+    pub fn none(events: &ContactEvents) -> Self {
+        Self {
+            tests: events.tests.clone(),
+            named: Vec::new(),
+        }
+    }
+
+    /// Decides by the events as read by the baseline and, if effects were named, by them once more.
+    /// `again` is called before that.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub fn decide(
+        workspace: &Workspace,
+        first: &ContactEvents,
+        state: &ModelState,
+        rules: &Rules<'_>,
+        again: &dyn Fn(),
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Self, DiagnoseError> {
+        let tests = if state.named.is_empty() {
+            first.tests.clone()
+        } else {
+            again();
+            ContactEvents::read(workspace, state, Some(first), control)?.tests
+        };
+        let named = rules.named(&first.tests, &tests, &state.specs());
+        Ok(Self { tests, named })
+    }
+}
+
 /// All laws of the ground that the model may lack.
-pub fn tests(ground: &Ground) -> Vec<LawTest> {
+fn tests(ground: &Ground) -> Vec<LawTest> {
     let all = [
         restitution(ground),
         adhesion::test(ground),

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use crate::diagnose::findings::Remark;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{SATURATION_MIN_RUN, SHORT_RECORDING_SAMPLES};
 use crate::fit::inspect::preconditions::check;
@@ -20,7 +21,7 @@ pub struct Condition {
     /// Kept out.
     pub held_out: Vec<Part>,
     /// What limits the answer, and what was done.
-    pub remarks: Vec<String>,
+    pub remarks: Vec<Remark>,
     /// Whether an effect may be named at all.
     pub may_name: bool,
 }
@@ -58,42 +59,32 @@ pub fn condition(
     let of_one = check(model, &all, &findings, &options)
         .and_then(|()| same_ring(model, &all, &findings).map(|_| ()));
     match of_one {
-        Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(format!(
-            "no contact was found ({reason}): nothing can be said of impact, adhesion and film"
-        )),
+        Err(FitError::NoContact { reason, .. }) if model.has_ground => {
+            remarks.push(Remark::NoContact { reason })
+        }
         Err(error @ FitError::DifferentDevices { .. }) => {
             may_name = false;
-            remarks.push(format!("{error}; so nothing is named"));
+            let error = error.to_string();
+            remarks.push(Remark::DifferentDevices { error });
         }
         _ => {}
     }
     let samples: usize = train.iter().map(|p| p.samples.len()).sum();
     if samples < SHORT_RECORDING_SAMPLES {
-        remarks.push(format!(
-            "{samples} samples are few: effects that show slowly or rarely cannot be seen"
-        ));
+        remarks.push(Remark::FewSamples(samples));
     }
     if train.iter().all(|p| p.recording.cantilever.is_none()) && model.has_cantilever {
-        remarks.push(
-            "only the proof mass was recorded: what moves the cantilever alone cannot be told from the drive"
-                .to_owned(),
-        );
+        remarks.push(Remark::ProofMassOnly);
     }
     if train.len() == 1 && model.piezo.is_some() {
-        remarks.push(
-            "one excitation cannot tell many effects apart; record two or three more waveforms"
-                .to_owned(),
-        );
+        remarks.push(Remark::SingleExcitation);
     }
     // A device that is read at other points on one side would be judged by what it is not.
     let lone = |p: &Part| p.recording.cantilever.is_none();
     if train.iter().all(lone) != held_out.iter().all(lone) && !held_out.is_empty() {
         let with_both = held_out.len();
         held_out.retain(|p| lone(p) == train.iter().all(lone));
-        remarks.push(format!(
-            "{} recordings kept out were left aside: they read other points than the fitted ones",
-            with_both - held_out.len()
-        ));
+        remarks.push(Remark::HeldOutReadOtherPoints(with_both - held_out.len()));
     }
     Ok(Condition {
         train,
@@ -104,7 +95,7 @@ pub fn condition(
 }
 
 /// The part without samples at the end of the sensor's range.
-fn unclipped(part: &Part, remarks: &mut Vec<String>) -> Part {
+fn unclipped(part: &Part, remarks: &mut Vec<Remark>) -> Part {
     let r = &part.recording;
     let mut clean: Option<Recording> = None;
     for channel in [Channel::ProofMass, Channel::Cantilever] {
@@ -115,13 +106,12 @@ fn unclipped(part: &Part, remarks: &mut Vec<String>) -> Part {
         if clipped.is_empty() {
             continue;
         }
-        remarks.push(format!(
-            "{}: {} of {} samples of {} stand at the end of the sensor's range and were left out",
-            r.name,
-            clipped.len(),
-            values.len(),
-            channel.symbol()
-        ));
+        remarks.push(Remark::ClippedSamples {
+            recording: r.name.clone(),
+            channel: channel.symbol(),
+            clipped: clipped.len(),
+            samples: values.len(),
+        });
         let copy = clean.get_or_insert_with(|| (**r).clone());
         let target = match channel {
             Channel::Cantilever => copy.cantilever.as_mut(),

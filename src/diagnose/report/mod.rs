@@ -10,6 +10,7 @@ pub mod ground;
 mod html;
 mod json;
 pub mod rest;
+pub mod sentences;
 mod svg;
 #[cfg(test)]
 mod tests;
