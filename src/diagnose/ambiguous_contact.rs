@@ -46,7 +46,7 @@ pub fn diagnose(
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
     let sides = (train, held_out);
     let (mut first, first_reading) =
-        diagnose_as_read(model, sides, (options, &ContactAmbiguity::AsTold), control)?;
+        diagnose_as_read(model, sides, (options, &ContactAmbiguity::AsFitted), control)?;
     log::debug!(
         "chi2 per value without the recordings in which the mass may hover: {:?}",
         first_reading.chi2_of_certain
@@ -73,7 +73,7 @@ pub fn diagnose(
     // against it. If only the level of the ground made contact uncertain, a missing effect may have
     // raised that level: then it counts only if nothing is missing.
     let explained = match other.verdict {
-        Verdict::MissingPhysics => first_reading.alternative == ContactAmbiguity::Otherwise,
+        Verdict::MissingPhysics => first_reading.alternative == ContactAmbiguity::Opposite,
         Verdict::Adequate => {
             other_reading.set_aside < first_reading.set_aside + REREAD_MAX_MORE_ASIDE
         }

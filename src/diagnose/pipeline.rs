@@ -12,13 +12,13 @@
 
 use super::answer::assemble::{Parts, assemble};
 use super::answer::proof::Proof;
-use super::baseline::retune::Tuned;
+use super::baseline::retune::RetunedBaseline;
 use super::comparison::trial::{ModelState, SelectionResult};
 use super::contact::decide::{ContactEvents, ContactLaws, Rules};
 use super::data::reading_assumptions::ContactAmbiguity;
-use super::data::screening::{Condition, condition};
+use super::data::screening::{ScreenedRecordings, screen};
 use super::diagnosis::{Diagnosis, Verdict};
-use super::discrepancy::missing_force::{self, Evidence};
+use super::discrepancy::missing_force::{self, MissingForces};
 use super::findings::Remark;
 use super::hypotheses::raised_level::lifted;
 use super::hypotheses::vibration_clock::VibrationClock;
@@ -58,9 +58,9 @@ struct Baseline {
 }
 
 /// Forces that are missing, whatever their form.
-struct MissingForces {
-    before: Evidence,
-    after: Evidence,
+struct MissingForceChange {
+    before: MissingForces,
+    after: MissingForces,
 }
 
 /// Diagnoses `train`, judged on `held_out`, with the recordings read as `ambiguity` says.
@@ -75,7 +75,7 @@ pub fn diagnose_as_read(
 ) -> Result<(Diagnosis, Reading), DiagnoseError> {
     let stages = Stages::begin(control);
     stages.enter("recordings", detail(ambiguity), 0.0);
-    let screened = condition(model, train, held_out)?;
+    let screened = screen(model, train, held_out)?;
 
     let baseline = fit_baseline(model, &screened, (options, ambiguity), &stages)?;
     let (workspace, uncertain) = (baseline.workspace, baseline.uncertain);
@@ -137,16 +137,16 @@ pub fn diagnose_as_read(
     }
     let mut reading = Reading {
         chi2_of_certain,
-        alternative: ContactAmbiguity::Otherwise,
+        alternative: ContactAmbiguity::Opposite,
         set_aside,
     };
-    let at_first = *ambiguity == ContactAmbiguity::AsTold;
+    let at_first = *ambiguity == ContactAmbiguity::AsFitted;
     // Effects chosen by hand are not doubted.
     let doubts = at_first && options.by_hand.is_none() && !control.cancelled();
     if doubts && decision.verdict == Verdict::Unexplained && chi2_of_certain.is_none() {
         let raised = lifted(&workspace, &decision.found.baseline)?;
         reading.chi2_of_certain = chi2_without(&decision.found.baseline, &raised)?;
-        reading.alternative = ContactAmbiguity::Over(raised.0, raised.1);
+        reading.alternative = ContactAmbiguity::HoveringIn(raised.0, raised.1);
     }
     Ok((diagnosis, reading))
 }
@@ -154,8 +154,8 @@ pub fn diagnose_as_read(
 /// What the first stage says about the way of reading.
 fn detail(ambiguity: &ContactAmbiguity) -> &'static str {
     match ambiguity {
-        ContactAmbiguity::AsTold => "",
-        ContactAmbiguity::Otherwise | ContactAmbiguity::Over(..) => {
+        ContactAmbiguity::AsFitted => "",
+        ContactAmbiguity::Opposite | ContactAmbiguity::HoveringIn(..) => {
             "again, with another reading of the stays above the ground"
         }
     }
@@ -165,7 +165,7 @@ fn detail(ambiguity: &ContactAmbiguity) -> &'static str {
 /// phase.
 fn fit_baseline(
     model: &Model,
-    screened: &Condition,
+    screened: &ScreenedRecordings,
     (options, ambiguity): (&DiagnoseOptions, &ContactAmbiguity),
     stages: &Stages<'_>,
 ) -> Result<Baseline, DiagnoseError> {
@@ -177,18 +177,18 @@ fn fit_baseline(
     }
     stages.enter("baseline", "re-tuning", 0.05);
     let judging = || stages.enter("baseline", "held-out recordings", 0.25);
-    let mut tuned: Tuned = workspace.tuned(model, (options, ambiguity), control, &judging)?;
+    let mut tuned: RetunedBaseline = workspace.retune_baseline(model, (options, ambiguity), control, &judging)?;
     let mut clock = None;
     // A baseline that is lost without an effect that the re-tuning has found determines no phases.
-    let sound = tuned.workspace.found.is_none() && screened.may_name;
+    let sound = tuned.workspace.required_effect.is_none() && screened.may_name;
     if options.asks("base_vibration") && sound && !control.cancelled() {
         clock = VibrationClock::of(&tuned.train, tuned.held_out.as_ref())?;
     }
     if let Some(clock) = &clock {
         remarks.push(Remark::VibrationPhasesDiffer);
-        let (train, held_out) = clock.told(&screened.train, &screened.held_out);
+        let (train, held_out) = clock.shift_recordings(&screened.train, &screened.held_out);
         let workspace = Workspace::new(model, &train, &held_out, options)?;
-        tuned = workspace.tuned(model, (options, ambiguity), control, &judging)?;
+        tuned = workspace.retune_baseline(model, (options, ambiguity), control, &judging)?;
     }
     remarks.extend(tuned.remarks);
     Ok(Baseline {
@@ -199,7 +199,7 @@ fn fit_baseline(
             named: Vec::new(),
             misread: false,
         },
-        uncertain: tuned.doubted,
+        uncertain: tuned.ambiguous,
         clock,
         remarks,
     })
@@ -218,23 +218,23 @@ fn select_effects(
         ..options.clone()
     };
     let report = |detail: &str, share: f64| stages.enter("naming", detail, 0.35 + 0.4 * share);
-    forward::explain(workspace, baseline, &options, stages.control, &report)
+    forward::select_effects(workspace, baseline, &options, stages.control, &report)
 }
 
-fn measure_missing_forces(found: &SelectionResult) -> Result<MissingForces, DiagnoseError> {
+fn measure_missing_forces(found: &SelectionResult) -> Result<MissingForceChange, DiagnoseError> {
     let before = missing_force::measure(&found.baseline.train)?;
     let after = if found.stand.named.is_empty() {
         before.clone()
     } else {
         missing_force::measure(&found.stand.train)?
     };
-    Ok(MissingForces { before, after })
+    Ok(MissingForceChange { before, after })
 }
 
 /// Share of the rows that were set aside on the fitted recordings, plus that on held-out ones.
 fn set_aside(state: &ModelState) -> f64 {
-    let held_out = state.held_out.as_ref().map_or(0.0, Fitted::aside);
-    state.train.aside() + held_out
+    let held_out = state.held_out.as_ref().map_or(0.0, Fitted::set_aside_share);
+    state.train.set_aside_share() + held_out
 }
 
 /// Chi2 per value of all but these recordings of either side; `None` if there are none of these.
@@ -242,9 +242,9 @@ fn chi2_without(state: &ModelState, recordings: &Recordings) -> Result<Option<f6
     if recordings.0.is_empty() && recordings.1.is_empty() {
         return Ok(None);
     }
-    let (mut cost, mut rows) = state.train.cost_beside(&recordings.0)?;
+    let (mut cost, mut rows) = state.train.cost_without(&recordings.0)?;
     if let Some(held_out) = &state.held_out {
-        let own = held_out.cost_beside(&recordings.1)?;
+        let own = held_out.cost_without(&recordings.1)?;
         (cost, rows) = (cost + own.0, rows + own.1);
     }
     Ok(Some(cost / rows as f64))

@@ -70,7 +70,9 @@ pub fn names(
                 ),
             }];
             evidence.extend(n.told.clone());
-            evidence.extend(crate::diagnose::hypotheses::extra_mode::beside_it(effect));
+            evidence.extend(crate::diagnose::hypotheses::extra_mode::second_mode_remark(
+                effect,
+            ));
             if n.hypothesis.sequential_time {
                 evidence
                     .push("its time counts through the recordings in the order given".to_owned());

@@ -4,7 +4,7 @@
 use crate::diagnose::comparison::trial::{ModelState, SelectionResult};
 use crate::diagnose::diagnosis::{BeforeAfter, Distance, ProofOf, Regime, Strip};
 use crate::diagnose::discrepancy::residual_map;
-use crate::diagnose::discrepancy::residual_map::{Sample, mean_square};
+use crate::diagnose::discrepancy::residual_map::{Sample, sum_of_squares};
 use crate::diagnose::findings::Remark;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
@@ -91,9 +91,9 @@ fn strips(
             samples_after: residuals(&a),
         });
         let of = |samples: &[Sample]| {
-            let (sum, n) = mean_square(samples.iter().map(|s| s.miss_p));
+            let (sum, n) = sum_of_squares(samples.iter().map(|s| s.miss_p));
             let white = samples.iter().flat_map(|s| [s.white.0, s.white.1]);
-            let (square, m) = mean_square(white);
+            let (square, m) = sum_of_squares(white);
             Distance {
                 rms: (sum / n.max(1) as f64).sqrt(),
                 chi2: square / m.max(1) as f64,
@@ -138,20 +138,20 @@ pub struct Proof {
 
 impl Proof {
     /// Brings both to the same segments, also where one of them set some aside: see
-    /// [`Workspace::alike`].
+    /// [`Workspace::on_common_segments`].
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
     pub fn new(workspace: &Workspace, found: &SelectionResult) -> Result<Self, DiagnoseError> {
         let (mut baseline, mut state) = (found.baseline.clone(), found.stand.clone());
         let train = [&found.baseline.train, &found.stand.train];
-        [baseline.train, state.train] = workspace.alike(&workspace.train, train)?;
+        [baseline.train, state.train] = workspace.on_common_segments(&workspace.train, train)?;
         if let (Some(side), Some(a), Some(b)) = (
             &workspace.held_out,
             &found.baseline.held_out,
             &found.stand.held_out,
         ) {
-            let held_out = workspace.alike(side, [a, b])?;
+            let held_out = workspace.on_common_segments(side, [a, b])?;
             [baseline.held_out, state.held_out] = held_out.map(Some);
         }
         let (before, after) = (SplitSamples::look(&baseline)?, SplitSamples::look(&state)?);
@@ -165,8 +165,8 @@ impl Proof {
 
     /// How much of either side was set aside as misread, if that is much.
     pub fn misread(&self) -> Option<Remark> {
-        let held_out = self.baseline.held_out.as_ref().map_or(0.0, Fitted::aside);
-        let (train, held_out) = (100.0 * self.baseline.train.aside(), 100.0 * held_out);
+        let held_out = self.baseline.held_out.as_ref().map_or(0.0, Fitted::set_aside_share);
+        let (train, held_out) = (100.0 * self.baseline.train.set_aside_share(), 100.0 * held_out);
         (train.max(held_out) > SET_ASIDE_REMARK_PERCENT)
             .then_some(Remark::MisreadReadings { train, held_out })
     }

@@ -7,9 +7,8 @@ use std::sync::Arc;
 
 use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
-use crate::diagnose::score_test::forms::{LEAST_LAG, shape_of};
-use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::found::RequiredEffect;
+use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, pace_parameters};
+use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
     LAG_MAX_CHI2_RATIO, LAG_SUBSET_MAX_RATIO, SENSOR_LAG_ASKED_CHI2,
@@ -21,12 +20,12 @@ use crate::recording::extremes;
 
 /// What makes readings late by rounding edges off, and which of its parameters says by how much:
 /// an amplifier that settles, one that slews, an instrument.
-const LAGS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEWING, SENSOR];
-const SLEWING: (&str, usize) = ("amplifier_lag", 1);
-const SENSOR: (&str, usize) = ("sensor_lag", 0);
+const LAG_PARAMETERS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEW_PARAMETER, SENSOR_PARAMETER];
+const SLEW_PARAMETER: (&str, usize) = ("amplifier_lag", 1);
+const SENSOR_PARAMETER: (&str, usize) = ("sensor_lag", 0);
 
 /// Steps of the fit with readings that lag.
-const STEPS: usize = 5;
+const FIT_STEPS: usize = 5;
 
 impl Workspace {
     /// Where the data show that the readings lag \[s\]: the recordings cut as they were before
@@ -36,7 +35,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub(crate) fn behind(
+    pub(crate) fn sensor_lag_baseline(
         &self,
         model: &Model,
         options: &DiagnoseOptions,
@@ -44,11 +43,11 @@ impl Workspace {
         again: &dyn Fn(&Self, &ReadingAssumptions) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
         let told = || lag_of(&self.train.parts, &self.train.findings);
-        let asked = model.has_ground && options.asks(SENSOR.0);
+        let asked = model.has_ground && options.asks(SENSOR_PARAMETER.0);
         let Some(tau) = asked.then(told).flatten() else {
             return Ok(None);
         };
-        let Some((start, free, bounds)) = lag(SENSOR, tau, model) else {
+        let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, tau, model) else {
             return Ok(None);
         };
         let known = ReadingAssumptions {
@@ -59,7 +58,8 @@ impl Workspace {
             return Ok(None);
         };
         let with = with_effect(model, start.clone());
-        let Some(fitted) = simulated(sharp.from(&with, (&free, &bounds), true, control))? else {
+        let Some(fitted) = simulated(sharp.fit_multistart(&with, (&free, &bounds), true, control))?
+        else {
             return Ok(None);
         };
         log::debug!(
@@ -72,17 +72,17 @@ impl Workspace {
         }
         let mut plain = fitted.model.clone();
         plain.effects.retain(|e| e.spec != start.spec);
-        let plain = sharp.fit(&plain, &[], &[], &fitted, STEPS, control);
+        let plain = sharp.fit(&plain, &[], &[], &fitted, FIT_STEPS, control);
         let Some(train) = simulated(plain)? else {
             return Ok(None);
         };
         // A mass that is slow enough falls as through a lag.
-        let rival = train.whole_per_value(&sharp)?;
-        if fitted.whole_per_value(&sharp)? > LAG_MAX_CHI2_RATIO * rival {
+        let rival = train.chi2_with_set_aside(&sharp)?;
+        if fitted.chi2_with_set_aside(&sharp)? > LAG_MAX_CHI2_RATIO * rival {
             return Ok(None);
         }
-        sharp.found = Some(Arc::new(RequiredEffect {
-            shape: shape_of_lag(start.spec, &free),
+        sharp.required_effect = Some(Arc::new(RequiredEffect {
+            shape: other_lag_parameters(start.spec, &free),
             start,
             free,
             bounds,
@@ -97,7 +97,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub(crate) fn lagging(
+    pub(crate) fn best_lag(
         &self,
         late: f64,
         (cut_again, tuned): (&Self, &Fitted),
@@ -105,36 +105,39 @@ impl Workspace {
         control: &DiagnoseControl<'_>,
     ) -> Result<Option<RequiredEffect>, DiagnoseError> {
         let mut best: Option<(f64, RequiredEffect)> = None;
-        let mut rival = tuned.whole_per_value(cut_again)?;
+        let mut rival = tuned.chi2_with_set_aside(cut_again)?;
         // Readings that lag are found from near by, unless what the edges do was set aside.
-        let asked = LAGS
+        let asked = LAG_PARAMETERS
             .iter()
-            .filter(|lag| rival > SENSOR_LAG_ASKED_CHI2 || **lag != SENSOR);
+            .filter(|lag| rival > SENSOR_LAG_ASKED_CHI2 || **lag != SENSOR_PARAMETER);
         for which in asked.filter(|(id, _)| options.asks(id)) {
             // The middle of an edge is late by half of what it takes.
-            let slews = *which == SLEWING;
+            let slews = *which == SLEW_PARAMETER;
             let size = if slews {
-                2.0 * late / self.swing()
+                2.0 * late / self.voltage_range()
             } else {
                 late
             };
-            let Some((start, free, bounds)) = lag(*which, size, &self.outset) else {
+            let Some((start, free, bounds)) = lag_start(*which, size, &self.initial_model) else {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
             // A rule of thumb, for the whole takes three times as long: rows set aside count more
             // here than there, and other films are not tried.
             let least = best.as_ref().map_or(rival, |best| best.0.min(rival));
-            let asked = (self.share_open(&free), LAG_SUBSET_MAX_RATIO * least);
-            let fitted = self.within(&with, (&free, &bounds), asked, control);
+            let asked = (
+                self.drive_share_is_free(&free),
+                LAG_SUBSET_MAX_RATIO * least,
+            );
+            let fitted = self.fit_multistart_within(&with, (&free, &bounds), asked, control);
             let Some(fitted) = simulated(fitted)?.flatten() else {
                 continue;
             };
-            let own = fitted.whole_per_value(self)?;
+            let own = fitted.chi2_with_set_aside(self)?;
             log::debug!("{}: {own:.3} per value", free[0]);
             if best.as_ref().is_none_or(|best| own < best.0) {
                 let found = RequiredEffect {
-                    shape: shape_of_lag(start.spec, &free),
+                    shape: other_lag_parameters(start.spec, &free),
                     start,
                     free,
                     bounds,
@@ -149,11 +152,12 @@ impl Workspace {
         if control.cancelled() {
             return Ok(None);
         }
-        if let Some((start, free, bounds)) = lag(SENSOR, late, &self.outset) {
+        if let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, late, &self.initial_model)
+        {
             let with = with_effect(&tuned.model, start);
-            let near = cut_again.fit(&with, &free, &bounds, tuned, STEPS, control);
+            let near = cut_again.fit(&with, &free, &bounds, tuned, FIT_STEPS, control);
             if let Some(near) = simulated(near)? {
-                rival = rival.min(near.whole_per_value(cut_again)?);
+                rival = rival.min(near.chi2_with_set_aside(cut_again)?);
             }
         }
         log::debug!("{own:.3} per value, cut again {rival:.3}");
@@ -161,7 +165,7 @@ impl Workspace {
     }
 
     /// From the lowest voltage of the fitted recordings to the highest \[V\].
-    fn swing(&self) -> f64 {
+    fn voltage_range(&self) -> f64 {
         let parts = self.train.parts.iter();
         let all = parts.filter_map(|p| p.recording.voltage.as_deref());
         let ends = all.map(extremes);
@@ -174,24 +178,24 @@ impl Workspace {
 
 impl Fitted {
     /// Cost per value of the fitted recordings of `workspace`, all stretches counted.
-    fn whole_per_value(&self, workspace: &Workspace) -> Result<f64, DiagnoseError> {
+    fn chi2_with_set_aside(&self, workspace: &Workspace) -> Result<f64, DiagnoseError> {
         let segments = &self.point.segments;
         let rows: usize = segments.iter().map(|s| self.problem.rows(s).len()).sum();
-        Ok(self.whole_cost(workspace.train.segments())? / rows.max(1) as f64)
+        Ok(self.cost_with_set_aside(workspace.train.segments())? / rows.max(1) as f64)
     }
 }
 
 /// What else shapes a lag of which `free` is fitted.
-fn shape_of_lag(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
+fn other_lag_parameters(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
     let first = own_ids(spec, &[0]);
-    let mut all: Vec<String> = first.into_iter().chain(shape_of(spec)).collect();
+    let mut all: Vec<String> = first.into_iter().chain(pace_parameters(spec)).collect();
     all.retain(|id| !free.contains(id));
     all
 }
 
-/// An effect of [`LAGS`] of that size, what is fitted of it and within which bounds; `None` if
+/// An effect of [`LAG_PARAMETERS`] of that size, what is fitted of it and within which bounds; `None` if
 /// `model` has it already or nothing drives it.
-fn lag(
+fn lag_start(
     (id, which): (&str, usize),
     late: f64,
     model: &Model,
@@ -206,7 +210,7 @@ fn lag(
     effect.values.iter_mut().for_each(|v| *v = 0.0);
     effect.values[which] = late;
     let free = own_ids(spec, &[which]);
-    let bounds = vec![(free[0].clone(), (LEAST_LAG * late, f64::INFINITY))];
+    let bounds = vec![(free[0].clone(), (MIN_LAG_SHARE * late, f64::INFINITY))];
     Some((effect, free, bounds))
 }
 
@@ -231,14 +235,14 @@ mod tests {
         let paper = Preset::embedded("paper").unwrap().model;
         let options = DiagnoseOptions::default();
         let tuned = workspace
-            .tuned(
+            .retune_baseline(
                 &paper,
-                (&options, &ContactAmbiguity::AsTold),
+                (&options, &ContactAmbiguity::AsFitted),
                 &QUIET,
                 &|| (),
             )
             .unwrap();
-        let known = tuned.workspace.found?;
+        let known = tuned.workspace.required_effect?;
         known.fitted.model.get(&known.free[0])
     }
 

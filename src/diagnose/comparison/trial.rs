@@ -54,7 +54,9 @@ impl CandidateFit {
     /// hypothesis has in each stretch, beside those that `stand` has.
     pub(crate) fn within_initial_state_dof(&self, stand: &ModelState) -> bool {
         let more = |before: &Fitted, after: &Fitted| {
-            after.beginnings().saturating_sub(before.beginnings())
+            after
+                .local_unknowns()
+                .saturating_sub(before.local_unknowns())
         };
         let side =
             |before, after, gain| significance::within_initial_state_dof(more(before, after), gain);

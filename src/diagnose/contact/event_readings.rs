@@ -2,11 +2,12 @@
 //! model of flight as fitted and no law of the ground; the laws are then fitted to the
 //! readings, and each that the model lacks is a hypothesis like any other.
 
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::warm_start::warm_start;
-use crate::diagnose::shooting::workspace::{LOSS, Workspace};
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::contact_readings;
 use crate::fit::contact_readings::Readings;
 use crate::fit::problem::Problem;
@@ -119,16 +120,23 @@ fn read_again(
     let control = control.quiet();
     let eligible = point.used.clone();
     let problem = &prepared.problem;
-    set_suspects_aside(problem, &mut point, LOSS, &control)?;
+    set_suspects_aside(problem, &mut point, ROBUST_LOSS, &control)?;
     // How near the model is, the others say.
-    point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    point = settle(
+        problem,
+        &point.x,
+        &point.segments,
+        &point.used,
+        ROBUST_LOSS,
+        1,
+    )?;
     if hopeless(&point) {
         // Whatever is read again is misread again.
         point.used = eligible;
         return Ok((point, None));
     }
     let watch = (&control, &Clock::new(1));
-    let back = revise(problem, &mut point, &prepared.segments, LOSS, watch)?;
+    let back = revise(problem, &mut point, &prepared.segments, ROBUST_LOSS, watch)?;
     let aside = eligible.iter().zip(&point.used);
     let aside = aside.filter(|(e, u)| **e && !**u).count();
     log::debug!("{back} stretches read again, {aside} not");
@@ -181,7 +189,7 @@ fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, D
         let segment = &of.segments[i];
         let nuisances = problem.nuisances_of(&of.x, segment.recording);
         let (states, locals) = (&states[i], &segment.locals);
-        problem.cost(segment, states, &simulator, &nuisances, locals, LOSS)
+        problem.cost(segment, states, &simulator, &nuisances, locals, ROBUST_LOSS)
     };
     for i in (0..other.len()).filter(|&i| other[i] && point.used[i]) {
         if cost(i, &point) < cost(i, &there) {
@@ -225,7 +233,7 @@ fn near_by(
     used: &[bool],
 ) -> Result<Point, DiagnoseError> {
     let point = settle(problem, x, segments, used, Huber(1e3), 6)?;
-    Ok(settle(problem, x, &point.segments, used, LOSS, 5)?)
+    Ok(settle(problem, x, &point.segments, used, ROBUST_LOSS, 5)?)
 }
 
 #[cfg(test)]

@@ -7,15 +7,15 @@ use crate::fit::solve::point::Point;
 use crate::sim::StretchSimulator;
 
 /// Ways between samples over the ground up to which a reading that lags may turn.
-const LATE: f64 = 2.0;
+const MAX_TURNING_HEIGHT: f64 = 2.0;
 /// Samples before the lowest one that may be of a touch already: of a reading that lags.
-const BEFORE: usize = 6;
+const PRE_CONTACT_SAMPLES: usize = 6;
 /// Fewest samples of a stretch that tell whether it was flown.
-const LEAST: usize = 16;
+const MIN_FLIGHT_SAMPLES: usize = 16;
 
 /// Where a stretch of flight is lowest from sample `from` of it on, and how high that is over the
 /// ground, in units of the longest way between two of its samples.
-fn lowest(
+fn lowest_point(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
@@ -36,7 +36,7 @@ fn lowest(
 
 /// Whether a stretch of flight comes down and goes up again so low that the mass may have
 /// touched the ground between two of its samples.
-pub(crate) fn grazes(
+pub(crate) fn may_have_touched(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
@@ -45,12 +45,12 @@ pub(crate) fn grazes(
     let segment = &point.segments[i];
     let inside = |at: usize| at >= 2 && at + 2 < segment.samples.len();
     let low = |(at, height): (usize, f64)| height < 1.0 && inside(at);
-    !segment.starts_held && lowest(problem, point, simulator, (i, 0)).is_some_and(low)
+    !segment.starts_held && lowest_point(problem, point, simulator, (i, 0)).is_some_and(low)
 }
 
 /// A stretch of flight up to where it comes so low after the drive's last jump that the mass may
 /// have touched the ground, by a reading that may lag.
-pub(crate) fn until_lowest(
+pub(crate) fn flight_before_contact(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
@@ -60,9 +60,9 @@ pub(crate) fn until_lowest(
     let time = &problem.data[flown.recording].recording.time;
     let last = flown.joints.last()?.time;
     let after = time[flown.samples.clone()].partition_point(|t| *t <= last);
-    let (at, height) = lowest(problem, point, simulator, (i, after))?;
-    flown.samples.end = flown.samples.start + at.saturating_sub(BEFORE).max(after);
-    (height < LATE && flown.samples.len() >= LEAST).then_some(flown)
+    let (at, height) = lowest_point(problem, point, simulator, (i, after))?;
+    flown.samples.end = flown.samples.start + at.saturating_sub(PRE_CONTACT_SAMPLES).max(after);
+    (height < MAX_TURNING_HEIGHT && flown.samples.len() >= MIN_FLIGHT_SAMPLES).then_some(flown)
 }
 
 #[cfg(test)]

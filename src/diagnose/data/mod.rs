@@ -6,5 +6,6 @@ pub(super) mod misread_segments;
 pub(super) mod missed_contacts;
 pub mod noise_model;
 pub(super) mod reading_assumptions;
+pub(super) mod robust_loss;
 pub mod screening;
 pub(super) mod side;

@@ -15,7 +15,7 @@ use crate::recording::{Channel, Recording};
 
 /// Recordings fit to be diagnosed.
 #[derive(Debug, Clone)]
-pub struct Condition {
+pub struct ScreenedRecordings {
     /// To fit.
     pub train: Vec<Part>,
     /// Kept out.
@@ -30,17 +30,20 @@ pub struct Condition {
 ///
 /// # Errors
 /// [`DiagnoseError`] where no answer is possible.
-pub fn condition(
+pub fn screen(
     model: &Model,
     train: &[Part],
     held_out: &[Part],
-) -> Result<Condition, DiagnoseError> {
+) -> Result<ScreenedRecordings, DiagnoseError> {
     if train.is_empty() {
         return Err(DiagnoseError::NoRecording);
     }
     let mut remarks = Vec::new();
     let mut unclip = |parts: &[Part]| -> Vec<Part> {
-        parts.iter().map(|p| unclipped(p, &mut remarks)).collect()
+        parts
+            .iter()
+            .map(|p| without_clipped_samples(p, &mut remarks))
+            .collect()
     };
     let (train, mut held_out) = (unclip(train), unclip(held_out));
     let options = FitOptions::for_model(model);
@@ -59,9 +62,7 @@ pub fn condition(
     let of_one = check(model, &all, &findings, &options)
         .and_then(|()| same_ring(model, &all, &findings).map(|_| ()));
     match of_one {
-        Err(FitError::NoContact { reason, .. }) if model.has_ground => {
-            remarks.push(Remark::NoContact { reason })
-        }
+        Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(Remark::NoContact { reason }),
         Err(error @ FitError::DifferentDevices { .. }) => {
             may_name = false;
             let error = error.to_string();
@@ -86,7 +87,7 @@ pub fn condition(
         held_out.retain(|p| lone(p) == train.iter().all(lone));
         remarks.push(Remark::HeldOutReadOtherPoints(with_both - held_out.len()));
     }
-    Ok(Condition {
+    Ok(ScreenedRecordings {
         train,
         held_out,
         remarks,
@@ -95,7 +96,7 @@ pub fn condition(
 }
 
 /// The part without samples at the end of the sensor's range.
-fn unclipped(part: &Part, remarks: &mut Vec<Remark>) -> Part {
+fn without_clipped_samples(part: &Part, remarks: &mut Vec<Remark>) -> Part {
     let r = &part.recording;
     let mut clean: Option<Recording> = None;
     for channel in [Channel::ProofMass, Channel::Cantilever] {

@@ -9,7 +9,7 @@ use nalgebra::{Complex, Matrix2, SymmetricEigen, Vector2};
 use rayon::prelude::*;
 
 use super::residual_spectrum;
-use super::residual_spectrum::{LOWEST, Left};
+use super::residual_spectrum::{MIN_FREQUENCY, SegmentResiduals};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::{RING_MIN_CONTRAST, RING_MIN_GAIN};
@@ -21,19 +21,19 @@ use crate::recording::events::Impact;
 use crate::sim::SimError;
 
 /// Dampings that are tried, as shares of critical damping.
-const DAMPINGS: [f64; 3] = [0.003, 0.008, 0.02];
+const DAMPING_GRID: [f64; 3] = [0.003, 0.008, 0.02];
 /// Distance of the frequencies that are tried, in units of the damping: half of what passes for
 /// the same.
-const STEP: f64 = 1.2;
+const FREQUENCY_STEP: f64 = 1.2;
 
 /// Share of the frequencies that most are.
-const MOST: f64 = 0.8;
+const TYPICAL_QUANTILE: f64 = 0.8;
 /// Most turns from one sample to the next.
-const TURNS: f64 = 1.7;
+const MAX_TURNS_PER_SAMPLE: f64 = 1.7;
 /// Least share of the proof mass in a shape: a blow on it must have set it off.
-const LEAST_SHARE: f64 = 0.02;
+const MIN_PROOF_MASS_SHARE: f64 = 0.02;
 /// A ring is over after so many of its times.
-const OVER: f64 = 8.0;
+const DECAYED_TIME_CONSTANTS: f64 = 8.0;
 
 /// A ring in step with what sets it off.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,7 @@ pub struct PhaseLockedRing {
     /// Fall of chi2 if it were taken out.
     pub gain: f64,
     /// What an impact sets off at proof mass and cantilever \[m\], by its change of speed \[m/s\].
-    pub by_blow: [f64; 2],
+    pub by_impact: [f64; 2],
     /// What a jump of the drive sets off \[m\], by that of its gain.
     pub by_jump: [f64; 2],
 }
@@ -57,13 +57,14 @@ impl PhaseLockedRing {
     pub fn mode(&self, model: &Model, usual: f64) -> [f64; 5] {
         let omega = TAU * self.frequency;
         let mass = 1.0 / model.structure().mobility();
-        let [blow, jump] = [self.by_blow, self.by_jump].map(Vector2::from);
+        let [blow, jump] = [self.by_impact, self.by_jump].map(Vector2::from);
         let eta = model.parameters[ParameterId::Eta];
         // In both it is the mode's shape, times what it is coupled by to what moves it.
         let swings = mass * omega * blow.norm() > eta * jump.norm();
         let shape = if swings { blow } else { jump };
         let shape = shape / shape.norm().max(1e-300);
-        let at_mass = if shape.x < 0.0 { -1.0 } else { 1.0 } * shape.x.abs().max(LEAST_SHARE);
+        let at_mass =
+            if shape.x < 0.0 { -1.0 } else { 1.0 } * shape.x.abs().max(MIN_PROOF_MASS_SHARE);
         let square = omega * blow.dot(&shape) / (mass * at_mass);
         let size = if square.abs() > 0.0 {
             square.abs().sqrt()
@@ -95,7 +96,7 @@ type Kicks = [Vec<Kick>; 2];
 
 /// What a fit leaves, and what may have set it ringing.
 pub struct ImpactExcitations {
-    left: Vec<Left>,
+    residuals: Vec<SegmentResiduals>,
     kicks: Vec<Kicks>,
     /// Noise of both readings \[m\].
     noise: [f64; 2],
@@ -113,12 +114,12 @@ impl ImpactExcitations {
                 time: impact.time,
                 size: impact.v_after - impact.v_before,
             };
-            [own.iter().map(kick).collect(), jumps(fitted, k)]
+            [own.iter().map(kick).collect(), drive_jumps(fitted, k)]
         });
         let data = &fitted.problem.data;
         Ok(Self {
             kicks: kicks.collect(),
-            left: residual_spectrum::residuals(fitted)?,
+            residuals: residual_spectrum::flight_residuals(fitted)?,
             noise: data
                 .first()
                 .map_or([0.0; 2], |d| [d.sigmas.xp, d.sigmas.xc]),
@@ -127,35 +128,37 @@ impl ImpactExcitations {
 
     /// The ring up to `quickest` \[Hz\] that stands out, if any does. Its phase also tells one that
     /// swings further between the samples.
-    pub fn outstanding(&self, quickest: f64) -> Option<PhaseLockedRing> {
-        let rates = self.left.iter().map(|own| 1.0 / own.interval);
+    pub fn strongest(&self, quickest: f64) -> Option<PhaseLockedRing> {
+        let rates = self.residuals.iter().map(|own| 1.0 / own.interval);
         let rate = rates.fold(f64::INFINITY, f64::min);
-        let highest = quickest.min(TURNS * rate);
-        if highest <= LOWEST {
+        let highest = quickest.min(MAX_TURNS_PER_SAMPLE * rate);
+        if highest <= MIN_FREQUENCY {
             return None;
         }
-        let mut all = self.rings(LOWEST, highest);
+        let mut all = self.scan(MIN_FREQUENCY, highest);
         // What is slow is read as this too.
-        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > LOWEST);
+        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > MIN_FREQUENCY);
         let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
         all.retain(|p| p.zeta == best.zeta);
         let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
-        let usual = crate::recording::quantile_in_place(&mut gains, MOST);
+        let usual = crate::recording::quantile_in_place(&mut gains, TYPICAL_QUANTILE);
         log::debug!("{best:?} where {usual:.1} is usual");
         (best.gain > RING_MIN_GAIN && best.gain > RING_MIN_CONTRAST * usual).then_some(best)
     }
 
     /// The best within `reach` of `frequency` \[Hz\].
-    pub fn near(&self, frequency: f64, reach: f64) -> Option<PhaseLockedRing> {
+    pub fn best_near(&self, frequency: f64, reach: f64) -> Option<PhaseLockedRing> {
         let (low, high) = ((frequency - reach).max(1.0), frequency + reach);
-        let all = self.rings(low, high).into_iter();
+        let all = self.scan(low, high).into_iter();
         all.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
     /// Rings between those frequencies \[Hz\].
-    fn rings(&self, low: f64, high: f64) -> Vec<PhaseLockedRing> {
-        let tried = DAMPINGS.iter().flat_map(|&zeta| {
-            let count = ((high / low).ln() / (STEP * zeta)).ceil().max(0.0) as usize;
+    fn scan(&self, low: f64, high: f64) -> Vec<PhaseLockedRing> {
+        let tried = DAMPING_GRID.iter().flat_map(|&zeta| {
+            let count = ((high / low).ln() / (FREQUENCY_STEP * zeta))
+                .ceil()
+                .max(0.0) as usize;
             // As many as it takes, evenly.
             let count = count.max(1);
             (0..=count).map(move |k| (low * (high / low).powf(k as f64 / count as f64), zeta))
@@ -163,25 +166,25 @@ impl ImpactExcitations {
         let tried: Vec<(f64, f64)> = tried.collect();
         tried
             .into_par_iter()
-            .filter_map(|(frequency, zeta)| self.ring(frequency, zeta))
+            .filter_map(|(frequency, zeta)| self.fit_ring(frequency, zeta))
             .collect()
     }
 
     /// What a ring of that frequency \[Hz\] and damping would bring; `None` if nothing tells it.
-    fn ring(&self, frequency: f64, zeta: f64) -> Option<PhaseLockedRing> {
+    fn fit_ring(&self, frequency: f64, zeta: f64) -> Option<PhaseLockedRing> {
         let omega = TAU * frequency;
         let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
         let mut normal = [Matrix2::zeros(); 2];
         let mut slopes = [Vector2::zeros(); 2];
-        for own in &self.left {
+        for own in &self.residuals {
             let [blows, jumps] = &self.kicks[own.recording];
             // A blow sets the speed off, a jump of the drive the rest that it rings about.
-            let mut struck: Vec<f64> = course(own, blows, rate).map(|c| c.im).collect();
-            let mut driven: Vec<f64> = course(own, jumps, rate).map(|c| -c.re).collect();
-            own.colour.whiten(&mut struck);
+            let mut by_impacts: Vec<f64> = ring_course(own, blows, rate).map(|c| c.im).collect();
+            let mut driven: Vec<f64> = ring_course(own, jumps, rate).map(|c| -c.re).collect();
+            own.colour.whiten(&mut by_impacts);
             own.colour.whiten(&mut driven);
             let rows = || {
-                struck
+                by_impacts
                     .iter()
                     .zip(&driven)
                     .map(|(a, b)| Vector2::new(*a, *b))
@@ -189,7 +192,7 @@ impl ImpactExcitations {
             let squares: Matrix2<f64> = rows().map(|row| row * row.transpose()).sum();
             for (channel, values) in own.channels.iter().enumerate() {
                 // Where samples are missing the two do not go together.
-                if values.len() != struck.len() {
+                if values.len() != by_impacts.len() {
                     continue;
                 }
                 normal[channel] += squares;
@@ -217,14 +220,14 @@ impl ImpactExcitations {
             frequency,
             zeta,
             gain,
-            by_blow: theta.map(|t| t.x),
+            by_impact: theta.map(|t| t.x),
             by_jump: theta.map(|t| t.y),
         })
     }
 }
 
 /// Jumps of the drive in recording number `index`, where the fit has them.
-fn jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
+fn drive_jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let data = &problem.data[index];
     let Some(piezo) = fitted.model.piezo else {
@@ -240,7 +243,7 @@ fn jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
             let [before, after] = [&pieces[edge.piece - 1], &pieces[edge.piece]];
             Kick {
                 time: own()
-                    .find_map(|s| instant(s, edge.time))
+                    .find_map(|s| fitted_edge_time(s, edge.time))
                     .unwrap_or(edge.time - skew),
                 size: gain(after, edge.time) - gain(before, edge.time),
             }
@@ -252,7 +255,7 @@ fn jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
 
 /// When a jump of the drive that was guessed at `guess` \[s\] is in `segment`, by the reading's
 /// clock \[s\]; `None` if it is not in it.
-fn instant(segment: &Segment, guess: f64) -> Option<f64> {
+fn fitted_edge_time(segment: &Segment, guess: f64) -> Option<f64> {
     let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
     let mut k = segment.locals.len() - joints;
     for joint in &segment.joints {
@@ -265,13 +268,13 @@ fn instant(segment: &Segment, guess: f64) -> Option<f64> {
 }
 
 /// A ring that begins with `kicks` and turns at `rate` \[1/s\], at the samples of `own`.
-fn course<'a>(
-    own: &'a Left,
+fn ring_course<'a>(
+    own: &'a SegmentResiduals,
     kicks: &'a [Kick],
     rate: Complex<f64>,
 ) -> impl Iterator<Item = Complex<f64>> + 'a {
     let since = move |at: f64, kick: &Kick| (rate * (at - kick.time)).exp() * kick.size;
-    let first = kicks.partition_point(|k| (own.start - k.time) * -rate.re > OVER);
+    let first = kicks.partition_point(|k| (own.start - k.time) * -rate.re > DECAYED_TIME_CONSTANTS);
     let mut next = kicks.partition_point(|k| k.time < own.start).max(first);
     let mut state: Complex<f64> = kicks[first..next].iter().map(|k| since(own.start, k)).sum();
     let turn = (rate * own.interval).exp();
@@ -338,7 +341,7 @@ mod tests {
                     .map(|i| shape * ring(i) / NOISE + noise())
                     .collect()
             };
-            left.push(Left {
+            left.push(SegmentResiduals {
                 channels: [channel(phi_p), channel(phi_c)],
                 recording: 0,
                 start,
@@ -349,7 +352,7 @@ mod tests {
             kicks[1].push(jump);
         }
         ImpactExcitations {
-            left,
+            residuals: left,
             kicks: vec![kicks],
             noise: [NOISE; 2],
         }
@@ -358,7 +361,7 @@ mod tests {
     #[test]
     fn noise_is_in_step_with_nothing() {
         assert_eq!(
-            blows([7e3, 0.01, 0.0, 0.0, 0.0], false).outstanding(40e3),
+            blows([7e3, 0.01, 0.0, 0.0, 0.0], false).strongest(40e3),
             None
         );
     }
@@ -366,7 +369,7 @@ mod tests {
     #[test]
     fn a_ring_in_step_is_found_with_its_mode() {
         let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
-        let ring = blows(own, false).outstanding(40e3).expect("it stands out");
+        let ring = blows(own, false).strongest(40e3).expect("it stands out");
         assert!((ring.frequency / own[0] - 1.0).abs() < own[1], "{ring:?}");
         let model = Preset::embedded("paper").unwrap().model;
         let mode = ring.mode(&model, 0.0);
@@ -380,7 +383,7 @@ mod tests {
     fn one_that_is_read_at_another_frequency_is_told_from_it() {
         let own = [41e3, 0.006, -9000.0, 9000.0, -2500.0];
         let blows = blows(own, false);
-        let gain = |f: f64| blows.near(f, 100.0).map_or(0.0, |ring| ring.gain);
+        let gain = |f: f64| blows.best_near(f, 100.0).map_or(0.0, |ring| ring.gain);
         assert!(gain(own[0]) > 4.0 * gain(RATE - own[0]));
     }
 
@@ -388,7 +391,7 @@ mod tests {
     fn a_ring_out_of_step_is_none() {
         let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
         let gain = |out_of_step: bool| {
-            let ring = blows(own, out_of_step).near(own[0], 50.0);
+            let ring = blows(own, out_of_step).best_near(own[0], 50.0);
             ring.expect("a spectrum").gain
         };
         assert!(

@@ -7,10 +7,10 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::diagnose::score_test::basis_forces;
-use crate::diagnose::score_test::basis_forces::{Against, hat, side_by_side, window};
+use crate::diagnose::score_test::basis_forces::{Against, hat, window, window_grid};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
-use crate::diagnose::score_test::state_range::spans;
+use crate::diagnose::score_test::state_range::state_ranges;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::drive::Segment;
 use crate::model::effects::{Action, ActiveEffect, CATALOGUE, EffectSpec, Kinematics, Need};
@@ -20,19 +20,19 @@ use crate::model::sensor::Point;
 use crate::sim::SimError;
 
 /// By what share a law may be off in a window.
-const OFF: f64 = 0.3;
+const MAX_FORM_ERROR: f64 = 0.3;
 /// Windows of height, velocity or voltage.
-const WINDOWS: usize = 5;
+const WINDOW_COUNT: usize = 5;
 /// Time constants of kin, over that of the effect.
-const TIMES: [f64; 3] = [0.2, 0.5, 3.0];
+const TIME_CONSTANT_FACTORS: [f64; 3] = [0.2, 0.5, 3.0];
 /// Largest `gc` of the paper's transducer, in its unit.
-const GAIN: f64 = 5.0;
+const MAX_DRIVE_GAIN: f64 = 5.0;
 /// In place of a quantity where there is no window.
-const NOWHERE: f64 = -1.0;
+const NO_WINDOW: f64 = -1.0;
 /// Values of the wrapped effect that are passed on.
-const VALUES: usize = 11;
+const WRAPPED_VALUES: usize = 11;
 /// Values before those.
-const OWN: usize = 4;
+const WRAPPER_VALUES: usize = 4;
 
 static SPEC: EffectSpec = EffectSpec {
     id: "kin",
@@ -45,8 +45,9 @@ static SPEC: EffectSpec = EffectSpec {
     build: |values, around| {
         let index = (values[0].max(0.0) as usize).min(CATALOGUE.len() - 1);
         let spec = CATALOGUE[index];
-        let own = &values[OWN..OWN + spec.parameters.len().min(VALUES)];
-        Box::new(Kin {
+        let own =
+            &values[WRAPPER_VALUES..WRAPPER_VALUES + spec.parameters.len().min(WRAPPED_VALUES)];
+        Box::new(WindowedEffect {
             inner: (spec.build)(own, around),
             against: Against::of(values[1]),
             middle: values[2],
@@ -55,22 +56,22 @@ static SPEC: EffectSpec = EffectSpec {
     },
 };
 
-static PARAMETERS: [ParameterSpec; OWN + VALUES] = [
-    basis_forces::number("which"),
-    basis_forces::number("against"),
-    basis_forces::number("middle"),
-    basis_forces::number("width"),
-    basis_forces::number("a"),
-    basis_forces::number("b"),
-    basis_forces::number("c"),
-    basis_forces::number("d"),
-    basis_forces::number("e"),
-    basis_forces::number("f"),
-    basis_forces::number("g"),
-    basis_forces::number("h"),
-    basis_forces::number("i"),
-    basis_forces::number("j"),
-    basis_forces::number("k"),
+static PARAMETERS: [ParameterSpec; WRAPPER_VALUES + WRAPPED_VALUES] = [
+    basis_forces::numeric_parameter("which"),
+    basis_forces::numeric_parameter("against"),
+    basis_forces::numeric_parameter("middle"),
+    basis_forces::numeric_parameter("width"),
+    basis_forces::numeric_parameter("a"),
+    basis_forces::numeric_parameter("b"),
+    basis_forces::numeric_parameter("c"),
+    basis_forces::numeric_parameter("d"),
+    basis_forces::numeric_parameter("e"),
+    basis_forces::numeric_parameter("f"),
+    basis_forces::numeric_parameter("g"),
+    basis_forces::numeric_parameter("h"),
+    basis_forces::numeric_parameter("i"),
+    basis_forces::numeric_parameter("j"),
+    basis_forces::numeric_parameter("k"),
 ];
 
 /// `effect` with other values, wrapped so that it stands beside the effect itself; in a
@@ -81,12 +82,12 @@ fn wrapped(
     window: Option<(Against, f64, f64)>,
 ) -> Option<ActiveEffect> {
     let index = CATALOGUE.iter().position(|e| *e == effect.spec)?;
-    let (against, middle, width) = window.map_or((NOWHERE, 0.0, 1.0), |(against, m, w)| {
+    let (against, middle, width) = window.map_or((NO_WINDOW, 0.0, 1.0), |(against, m, w)| {
         (against.number(), m, w)
     });
     let mut all = vec![index as f64, against, middle, width];
     all.extend_from_slice(values);
-    all.resize(OWN + VALUES, 0.0);
+    all.resize(WRAPPER_VALUES + WRAPPED_VALUES, 0.0);
     Some(ActiveEffect {
         spec: &SPEC,
         values: all,
@@ -94,16 +95,16 @@ fn wrapped(
 }
 
 /// Directions of kin of an effect, each of the size by which its law may be off.
-fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
-    let (height, speed, volts) = spans(fitted);
+fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
+    let (height, speed, volts) = state_ranges(fitted);
     let v = &effect.values;
     let windows = |against: Against, range: (f64, f64)| -> Vec<(Against, f64, f64)> {
-        let (middles, width) = side_by_side(range, WINDOWS).unwrap_or_default();
+        let (middles, width) = window_grid(range, WINDOW_COUNT).unwrap_or_default();
         middles.into_iter().map(|m| (against, m, width)).collect()
     };
     let scaled = |strength: usize, over: Option<(usize, f64)>| {
         let mut values = v.clone();
-        values[strength] *= OFF;
+        values[strength] *= MAX_FORM_ERROR;
         if let Some((i, factor)) = over {
             values[i] *= factor;
         }
@@ -116,7 +117,7 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .collect()
     };
     let other_times = |strength: usize, constant: usize| -> Vec<ActiveEffect> {
-        TIMES
+        TIME_CONSTANT_FACTORS
             .iter()
             .filter_map(|t| wrapped(effect, &scaled(strength, Some((constant, *t))), None))
             .collect()
@@ -124,7 +125,7 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
     match effect.spec.id {
         // Both terms are one force.
         "cubic_stiffness" => {
-            let values: Vec<f64> = v.iter().map(|k| OFF * k).collect();
+            let values: Vec<f64> = v.iter().map(|k| MAX_FORM_ERROR * k).collect();
             let all = windows(Against::Height, height).into_iter();
             all.filter_map(|w| wrapped(effect, &values, Some(w)))
                 .collect()
@@ -142,15 +143,17 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
         }
         "dry_friction" => windows(Against::Velocity, speed)
             .into_iter()
-            .map(|(_, middle, width)| window(Against::Velocity, middle, width, OFF * v[0]))
+            .map(|(_, middle, width)| {
+                window(Against::Velocity, middle, width, MAX_FORM_ERROR * v[0])
+            })
             .collect(),
         "zero_drift" => other_times(0, 1),
         // One more element beside those that there are.
         "piezo_creep" => {
             let shares = v.iter().step_by(2);
             let own = v.chunks_exact(2).filter(|e| e[0] != 0.0);
-            let times = own.flat_map(|e| TIMES.map(|factor| factor * e[1]));
-            let share = OFF * shares.sum::<f64>();
+            let times = own.flat_map(|e| TIME_CONSTANT_FACTORS.map(|factor| factor * e[1]));
+            let share = MAX_FORM_ERROR * shares.sum::<f64>();
             times
                 .filter_map(|tau| wrapped(effect, &[share, tau, 0.0, tau], None))
                 .collect()
@@ -178,7 +181,7 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
         "hysteresis_memory" => {
             let all = windows(Against::Voltage, volts);
             let branches = all.iter().map(|(_, middle, width)| {
-                let size = OFF * v[0] * GAIN;
+                let size = MAX_FORM_ERROR * v[0] * MAX_DRIVE_GAIN;
                 window(Against::Drive, *middle, *width, size)
             });
             // Loops of another width at some voltages than at others, as those of relays
@@ -196,7 +199,11 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .into_iter()
             .flat_map(|harmonic| [(harmonic, 0.0), (harmonic, FRAC_PI_2)])
             .filter_map(|(harmonic, phase)| {
-                wrapped(effect, &[OFF * v[0], harmonic * v[1], phase], None)
+                wrapped(
+                    effect,
+                    &[MAX_FORM_ERROR * v[0], harmonic * v[1], phase],
+                    None,
+                )
             })
             .collect(),
         _ => Vec::new(),
@@ -210,7 +217,7 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
 /// [`SimError`] if the model makes no sense.
 pub fn form_error_gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimError> {
     let own = |e: &&ActiveEffect| named.contains(&e.spec);
-    let of = |e: &ActiveEffect| directions(e, fitted);
+    let of = |e: &ActiveEffect| form_errors(e, fitted);
     let probes: Vec<ActiveEffect> = fitted
         .model
         .effects
@@ -223,21 +230,21 @@ pub fn form_error_gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result
     }
     let linear = Linearized::new(fitted)?;
     // All stand side by side, of which a model has one each by kind: one after the other.
-    let scan = ScoreScan::of(&linear, &fitted.model, &probes)?;
-    Ok(scan.within(1.0).map_or(0.0, |joint| joint.gain))
+    let scan = ScoreScan::of_effects(&linear, &fitted.model, &probes)?;
+    Ok(scan.joint_with_prior(1.0).map_or(0.0, |joint| joint.gain))
 }
 
 /// An effect in a window: of those places where the effects that have kin by being wrapped
 /// attach.
 #[derive(Debug)]
-struct Kin {
+struct WindowedEffect {
     inner: Box<dyn Action>,
     against: Option<Against>,
     middle: f64,
     width: f64,
 }
 
-impl Kin {
+impl WindowedEffect {
     /// How much of the effect there is, by the window that it is in.
     fn share(&self, at: &Kinematics) -> f64 {
         let within = |u: f64| hat(u, self.middle, self.width);
@@ -250,7 +257,7 @@ impl Kin {
     }
 }
 
-impl Action for Kin {
+impl Action for WindowedEffect {
     fn does_nothing(&self) -> bool {
         self.inner.does_nothing()
     }
@@ -393,7 +400,7 @@ mod tests {
     #[test]
     fn every_effect_fits_into_its_kin() {
         for effect in CATALOGUE {
-            assert!(effect.parameters.len() <= VALUES, "{}", effect.id);
+            assert!(effect.parameters.len() <= WRAPPED_VALUES, "{}", effect.id);
         }
     }
 }

@@ -14,12 +14,12 @@ use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
 /// Nearer to the ground than this share of the travel counts as near.
-const NEAR: f64 = 0.15;
+const NEAR_GROUND_SHARE: f64 = 0.15;
 /// Bins of a marginal.
-const COARSE: usize = 24;
+const MARGINAL_BINS: usize = 24;
 
 /// Most mismatches told.
-const MOST: usize = 40;
+const MAX_MISMATCHES: usize = 40;
 
 /// A sample with its residuals.
 #[derive(Debug, Clone, Copy)]
@@ -56,8 +56,8 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
-    let heights = near_ground(problem);
-    let calm = calm_since(problem, &point.segments);
+    let heights = near_ground_heights(problem);
+    let undisturbed = event_free_since(problem, &point.segments);
     let one = |(i, segment): (usize, &Segment)| -> Vec<Sample> {
         if !point.used[i] {
             return Vec::new();
@@ -135,7 +135,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
                     xp,
                     vp,
                     voltage: r.voltage.as_ref().map_or(f64::NAN, |v| v[k]),
-                    since: r.time[k] - calm[i].0,
+                    since: r.time[k] - undisturbed[i].0,
                     miss_p: p[n],
                     miss_c: c[n],
                     white: (wp[n], wc[n]),
@@ -154,7 +154,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
 
 /// For each stretch, when what it is part of began that no event breaks \[s\], and whether
 /// with an event: a recording may begin in the midst.
-pub(crate) fn calm_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, bool)> {
+pub(crate) fn event_free_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, bool)> {
     let mut out: Vec<(f64, bool)> = Vec::with_capacity(segments.len());
     for (i, s) in segments.iter().enumerate() {
         let own = problem.data[s.recording].recording.time[s.samples.start];
@@ -171,17 +171,17 @@ pub(crate) fn calm_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, b
 }
 
 /// Height of each recording below which the mass is near the ground \[m\].
-pub(crate) fn near_ground(problem: &Problem) -> Vec<f64> {
+pub(crate) fn near_ground_heights(problem: &Problem) -> Vec<f64> {
     let of = |data: &Data| {
         let mut x = data.recording.proof_mass.clone();
         x.retain(|x| x.is_finite());
         let low = quantile_in_place(&mut x, 0.002);
-        low + NEAR * (quantile_in_place(&mut x, 0.998) - low)
+        low + NEAR_GROUND_SHARE * (quantile_in_place(&mut x, 0.998) - low)
     };
     problem.data.iter().map(of).collect()
 }
 
-pub(crate) fn mean_square(values: impl Iterator<Item = f64>) -> (f64, usize) {
+pub(crate) fn sum_of_squares(values: impl Iterator<Item = f64>) -> (f64, usize) {
     let (mut sum, mut n) = (0.0, 0);
     for v in values.filter(|v| v.is_finite()) {
         sum += v * v;
@@ -192,7 +192,7 @@ pub(crate) fn mean_square(values: impl Iterator<Item = f64>) -> (f64, usize) {
 
 /// Rms of the proof mass, and chi2 as the fit has it.
 pub fn distance(fitted: &Fitted, samples: &[Sample]) -> Distance {
-    let (sum, n) = mean_square(samples.iter().map(|s| s.miss_p));
+    let (sum, n) = sum_of_squares(samples.iter().map(|s| s.miss_p));
     Distance {
         rms: (sum / n.max(1) as f64).sqrt(),
         chi2: fitted.cost / fitted.point.rows.max(1) as f64,
@@ -216,7 +216,7 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
             let values = group
                 .iter()
                 .map(|s| if pick == 0 { s.white.0 } else { s.white.1 });
-            let (sum, n) = mean_square(values);
+            let (sum, n) = sum_of_squares(values);
             if n < 4 {
                 continue;
             }
@@ -241,7 +241,7 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
         }
     }
     out.sort_by(|a, b| b.0.total_cmp(&a.0));
-    out.truncate(MOST);
+    out.truncate(MAX_MISMATCHES);
     out.into_iter()
         .map(|(excess, m)| Mismatch {
             share: excess / total.max(1e-300),
@@ -271,10 +271,10 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
             continue;
         }
         let bins = |samples: &[Sample]| -> Vec<f64> {
-            let mut sums = vec![(0.0, 0usize); COARSE];
+            let mut sums = vec![(0.0, 0usize); MARGINAL_BINS];
             for s in samples {
-                let at = (pick(s) - low) / (high - low) * COARSE as f64;
-                if at >= 0.0 && at < COARSE as f64 {
+                let at = (pick(s) - low) / (high - low) * MARGINAL_BINS as f64;
+                if at >= 0.0 && at < MARGINAL_BINS as f64 {
                     let bin = &mut sums[at as usize];
                     for w in [s.white.0, s.white.1] {
                         if w.is_finite() {
@@ -287,11 +287,11 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
             let mean = |(sum, n): (f64, usize)| if n > 10 { sum / n as f64 } else { f64::NAN };
             sums.into_iter().map(mean).collect()
         };
-        let width = (high - low) / COARSE as f64;
+        let width = (high - low) / MARGINAL_BINS as f64;
         out.push(Marginal {
             against,
             unit,
-            at: (0..COARSE)
+            at: (0..MARGINAL_BINS)
                 .map(|i| low + (i as f64 + 0.5) * width)
                 .collect(),
             before: bins(before),
@@ -302,21 +302,21 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
 }
 
 /// A stay shorter than this may be no stay \[s\].
-const LANDING: f64 = 1e-3;
+const MIN_STAY_TIME: f64 = 1e-3;
 
 /// How far the worst stretch is above the usual, in units of what chance leaves.
-pub fn most_local(fitted: &Fitted) -> f64 {
+pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
     let Ok(samples) = samples(fitted) else {
         return 0.0;
     };
     let mut all: Vec<(f64, f64)> = Vec::new();
     for group in samples.chunk_by(|a, b| a.segment == b.segment) {
         let white = group.iter().flat_map(|s| [s.white.0, s.white.1]);
-        let (sum, n) = mean_square(white.map(|w| w.clamp(-6.0, 6.0)));
+        let (sum, n) = sum_of_squares(white.map(|w| w.clamp(-6.0, 6.0)));
         // In a short stay the mass may still hop, too low to be seen by itself.
         let lands = group
             .last()
-            .is_some_and(|s| s.regime == Regime::Contact && s.since < LANDING);
+            .is_some_and(|s| s.regime == Regime::Contact && s.since < MIN_STAY_TIME);
         if n > 30 && !lands {
             all.push((sum / n as f64, n as f64));
         }

@@ -14,20 +14,20 @@ use crate::fit::solve::point::residuals_at;
 use crate::sim::SimError;
 
 /// Spacing of the frequencies looked at \[Hz\].
-pub(crate) const SPACING: f64 = 100.0;
+pub(crate) const FREQUENCY_SPACING: f64 = 100.0;
 /// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
-pub(crate) const LOWEST: f64 = 1500.0;
+pub(crate) const MIN_FREQUENCY: f64 = 1500.0;
 
 /// Stretches shorter than this many samples tell no frequency.
-const LEAST: usize = 40;
+const MIN_SEGMENT_SAMPLES: usize = 40;
 /// The beginning of a stretch, in samples: a damped mode rings no longer.
-const EARLY: usize = 60;
+const EARLY_SAMPLES: usize = 60;
 
 /// Where a frequency that is read as another may lie: multiples of the sampling rate, and the
 /// sign with which the other is added.
-const MIRRORS: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
+const ALIASES: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
 /// A top is higher than so many frequencies on either side.
-const FLANK: usize = 4;
+const FLANK_BINS: usize = 4;
 
 /// A hump in the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,13 +46,13 @@ pub struct SpectralPeak {
 
 impl SpectralPeak {
     /// Quicker frequencies that are read as this one \[Hz\].
-    pub fn mirrors(&self) -> [f64; 3] {
-        MIRRORS.map(|(n, sign)| n * self.rate + sign * self.frequency)
+    pub fn aliases(&self) -> [f64; 3] {
+        ALIASES.map(|(n, sign)| n * self.rate + sign * self.frequency)
     }
 }
 
 /// Residuals of a stretch of flight: proof mass and cantilever, in units of the noise.
-pub(crate) struct Left {
+pub(crate) struct SegmentResiduals {
     pub(crate) channels: [Vec<f64>; 2],
     /// Which recording it is of.
     pub(crate) recording: usize,
@@ -75,19 +75,19 @@ pub(crate) fn slowest_rate(fitted: &Fitted) -> Option<f64> {
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
-pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
+pub fn strongest_peak(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let Some(rate) = slowest_rate(fitted) else {
         return Ok(None);
     };
-    let count = ((0.48 * rate - LOWEST) / SPACING).floor();
+    let count = ((0.48 * rate - MIN_FREQUENCY) / FREQUENCY_SPACING).floor();
     if count < 5.0 {
         return Ok(None);
     }
     let frequencies: Vec<f64> = (0..count as usize)
-        .map(|k| LOWEST + k as f64 * SPACING)
+        .map(|k| MIN_FREQUENCY + k as f64 * FREQUENCY_SPACING)
         .collect();
-    let left = residuals(fitted)?;
+    let left = flight_residuals(fitted)?;
     if left.len() < 5 {
         return Ok(None);
     }
@@ -104,7 +104,8 @@ pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
             f < KNOWN_MODE_FREQUENCY_RATIO * known && known < KNOWN_MODE_FREQUENCY_RATIO * f
         })
     };
-    let humps = [usize::MAX, EARLY].map(|length| humps(&left, (&frequencies, rate), length, both));
+    let humps = [usize::MAX, EARLY_SAMPLES]
+        .map(|length| spectral_peaks(&left, (&frequencies, rate), length, both));
     let highest = |which: &dyn Fn(f64) -> bool| {
         let all = humps.iter().flatten();
         all.filter(|ring| which(ring.frequency) && ring.gain.is_finite())
@@ -118,10 +119,10 @@ pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
 }
 
 /// What the fit leaves of the stretches of flight that are long enough.
-pub(crate) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
+pub(crate) fn flight_residuals(fitted: &Fitted) -> Result<Vec<SegmentResiduals>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let all = residuals_at(problem, point, |i, s| {
-        point.used[i] && s.samples.len() >= LEAST && !s.starts_held
+        point.used[i] && s.samples.len() >= MIN_SEGMENT_SAMPLES && !s.starts_held
     })?;
     let left = |(segment, r): (&Segment, Option<Vec<f64>>)| {
         let (rows, r) = (problem.rows(segment), r?);
@@ -130,7 +131,7 @@ pub(crate) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
             own.map(|(_, r)| r.clamp(-5.0, 5.0)).collect()
         };
         let data = &problem.data[segment.recording];
-        Some(Left {
+        Some(SegmentResiduals {
             channels: [of(Row::ProofMass), of(Row::Cantilever)],
             recording: segment.recording,
             start: data.recording.time[segment.samples.start],
@@ -143,13 +144,13 @@ pub(crate) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
 
 /// The spectrum of the first `length` samples of all stretches at each of the `frequencies`,
 /// its tops against what is usual.
-fn humps(
-    left: &[Left],
+fn spectral_peaks(
+    left: &[SegmentResiduals],
     (frequencies, rate): (&[f64], f64),
     length: usize,
     both: bool,
 ) -> Vec<SpectralPeak> {
-    let spectrum = |own: &Left, f: f64| {
+    let spectrum = |own: &SegmentResiduals, f: f64| {
         own.channels.each_ref().map(|values| {
             let turn = Complex::from_polar(1.0, -TAU * f * own.interval);
             let mut phase = Complex::new(1.0, 0.0);
@@ -195,7 +196,7 @@ fn humps(
     let top = |k: usize| {
         // What only grows towards an end has its top beyond it, if it has one.
         let inside = k > 0 && k + 1 < powers.len();
-        let around = k.saturating_sub(FLANK)..(k + FLANK + 1).min(powers.len());
+        let around = k.saturating_sub(FLANK_BINS)..(k + FLANK_BINS + 1).min(powers.len());
         inside && powers[around].iter().all(|p| p.0 <= powers[k].0)
     };
     // The flank of a hump is no hump.
@@ -220,7 +221,7 @@ mod tests {
 
     /// Stretches of white noise in which a mode of `frequency` rings, `decay` samples long, of
     /// `size` at the proof mass and half of that at the cantilever.
-    fn stretches(frequency: f64, decay: f64, size: f64) -> Vec<Left> {
+    fn stretches(frequency: f64, decay: f64, size: f64) -> Vec<SegmentResiduals> {
         let mut dice = ChaCha8Rng::seed_from_u64(3);
         (0..60)
             .map(|k| {
@@ -237,7 +238,7 @@ mod tests {
                         })
                         .collect()
                 };
-                Left {
+                SegmentResiduals {
                     channels: [channel(1.0), channel(0.5)],
                     recording: 0,
                     start: 0.0,
@@ -248,9 +249,9 @@ mod tests {
             .collect()
     }
 
-    fn highest(left: &[Left], length: usize) -> SpectralPeak {
+    fn highest(left: &[SegmentResiduals], length: usize) -> SpectralPeak {
         let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
-        let all = humps(left, (&frequencies, RATE), length, true);
+        let all = spectral_peaks(left, (&frequencies, RATE), length, true);
         let top = all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
         *top.expect("a spectrum")
     }
@@ -258,7 +259,7 @@ mod tests {
     #[test]
     fn noise_has_no_hump() {
         let left = stretches(7e3, 100.0, 0.0);
-        for length in [usize::MAX, EARLY] {
+        for length in [usize::MAX, EARLY_SAMPLES] {
             let ring = highest(&left, length);
             assert!(ring.significance < PEAK_MIN_SIGNIFICANCE, "{ring:?}");
         }
@@ -268,28 +269,34 @@ mod tests {
     fn a_mode_that_rings_on_is_found_with_its_shape() {
         let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
         assert!(ring.significance > 2.0 * PEAK_MIN_SIGNIFICANCE, "{ring:?}");
-        assert!((ring.frequency - 7e3).abs() <= SPACING, "{ring:?}");
+        assert!(
+            (ring.frequency - 7e3).abs() <= FREQUENCY_SPACING,
+            "{ring:?}"
+        );
         assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
     }
 
     #[test]
     fn a_mode_that_dies_away_is_found_in_the_beginnings() {
         let left = stretches(18e3, 15.0, 1.2);
-        let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY));
+        let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY_SAMPLES));
         assert!(
             early.significance > 1.5 * PEAK_MIN_SIGNIFICANCE,
             "{early:?}"
         );
         assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
-        assert!((early.frequency - 18e3).abs() <= 5.0 * SPACING, "{early:?}");
+        assert!(
+            (early.frequency - 18e3).abs() <= 5.0 * FREQUENCY_SPACING,
+            "{early:?}"
+        );
     }
 
     #[test]
     fn the_flank_of_a_hump_is_no_hump() {
         let left = stretches(7e3, 40.0, 4.0);
         let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
-        for length in [usize::MAX, EARLY] {
-            for ring in humps(&left, (&frequencies, RATE), length, true) {
+        for length in [usize::MAX, EARLY_SAMPLES] {
+            for ring in spectral_peaks(&left, (&frequencies, RATE), length, true) {
                 let beside = (ring.frequency - 7e3).abs() > 1e3;
                 assert!(
                     !beside || ring.significance < PEAK_MIN_SIGNIFICANCE,

@@ -14,19 +14,19 @@ use crate::model::effects::{ActiveEffect, EffectSpec};
 use crate::sim::SimError;
 
 /// Frequencies that are looked at \[Hz\].
-const LINES: (f64, f64) = (8.0, 2100.0);
+const FREQUENCY_RANGE: (f64, f64) = (8.0, 2100.0);
 /// Distance of those that are simulated \[Hz\].
-const SPACING: f64 = 100.0;
+const SIMULATED_SPACING: f64 = 100.0;
 /// Amplitude with which they are \[m/s^2\].
-pub const SHAKE: f64 = 0.05;
+pub const PROBE_ACCELERATION: f64 = 0.05;
 /// Distance of all, in turns over the time that a phase is turned for.
-const FINE: f64 = 0.2;
+const PHASE_STEP_TURNS: f64 = 0.2;
 /// Most frequencies between two that are simulated, on either side.
-const MOST_STEPS: f64 = 2000.0;
+const MAX_PHASE_STEPS: f64 = 2000.0;
 
 /// A vibration of the base, and what it would bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct VibrationLine {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// Amplitude \[m/s^2\].
@@ -38,16 +38,16 @@ pub struct Line {
 }
 
 /// A sine and a cosine of `f` \[Hz\] by `spec`, the vibration of the base, both as large as
-/// [`SHAKE`].
-pub fn probes(spec: &'static EffectSpec, f: f64) -> [ActiveEffect; 2] {
+/// [`PROBE_ACCELERATION`].
+pub fn sine_and_cosine(spec: &'static EffectSpec, f: f64) -> [ActiveEffect; 2] {
     [0.0, FRAC_PI_2].map(|phase| ActiveEffect {
         spec,
-        values: vec![SHAKE, f, phase],
+        values: vec![PROBE_ACCELERATION, f, phase],
     })
 }
 
 /// Products of some stretches with a sine and a cosine.
-pub struct Turned {
+pub struct PhaseShiftedGram {
     /// With the baseline's own directions.
     pub cross: [DVector<f64>; 2],
     /// Of the two with each other.
@@ -56,7 +56,7 @@ pub struct Turned {
     pub slope: Vector2<f64>,
 }
 
-impl Turned {
+impl PhaseShiftedGram {
     /// Of no stretch yet, with `unknowns` of the baseline.
     pub fn new(unknowns: usize) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Turned {
         }
     }
 
-    /// How far to go against each of the two, in units of [`SHAKE`], and the fall of chi2;
+    /// How far to go against each of the two, in units of [`PROBE_ACCELERATION`], and the fall of chi2;
     /// `None` if nothing tells them.
     pub fn solve(&self, base: &NuisanceProjector) -> Option<(Vector2<f64>, f64)> {
         let mut left = self.gram;
@@ -103,7 +103,7 @@ impl Turned {
 }
 
 /// The frequencies that are simulated, with their products.
-pub struct Comb {
+pub struct FrequencyComb {
     coarse: Vec<f64>,
     /// Half the distance of two \[Hz\].
     half: f64,
@@ -113,7 +113,7 @@ pub struct Comb {
     pub base: NuisanceProjector,
 }
 
-impl Comb {
+impl FrequencyComb {
     /// Of the vibrations that the recordings show; `None` if they show none.
     ///
     /// # Errors
@@ -126,18 +126,23 @@ impl Comb {
         // A recorder does not show what is quicker than half its rate.
         let data = linear.problem().data.iter();
         let rate = data.map(|d| d.recording.sampling_rate());
-        let low = LINES.0;
-        let high = LINES.1.min(0.4 * rate.fold(f64::INFINITY, f64::min));
+        let low = FREQUENCY_RANGE.0;
+        let high = FREQUENCY_RANGE
+            .1
+            .min(0.4 * rate.fold(f64::INFINITY, f64::min));
         if high <= 2.0 * low {
             return Ok(None);
         }
-        let count = ((high - low) / SPACING).ceil().max(1.0) as usize;
+        let count = ((high - low) / SIMULATED_SPACING).ceil().max(1.0) as usize;
         let coarse: Vec<f64> = (0..count)
             .map(|i| low + (i as f64 + 0.5) * (high - low) / count as f64)
             .collect();
-        let effects: Vec<ActiveEffect> = coarse.iter().flat_map(|&f| probes(spec, f)).collect();
-        let products = linear.products(model, &effects)?;
-        let base = ScoreScan::gather(linear, &products, effects.len()).base();
+        let effects: Vec<ActiveEffect> = coarse
+            .iter()
+            .flat_map(|&f| sine_and_cosine(spec, f))
+            .collect();
+        let products = linear.segment_grams(model, &effects)?;
+        let base = ScoreScan::assemble(linear, &products, effects.len()).nuisance_projector();
         Ok(base.map(|base| Self {
             coarse,
             half: 0.5 * (high - low) / count as f64,
@@ -148,9 +153,9 @@ impl Comb {
 
     /// Frequencies that are told apart where the phase is turned for `span` \[s\], and their
     /// distance \[Hz\]: each as the number of one that is simulated, and what it is higher by.
-    pub fn all(&self, span: f64) -> (Vec<(usize, f64)>, f64) {
-        let fine = FINE / span;
-        let steps = (self.half / fine).ceil().min(MOST_STEPS) as i64;
+    pub fn frequencies(&self, span: f64) -> (Vec<(usize, f64)>, f64) {
+        let fine = PHASE_STEP_TURNS / span;
+        let steps = (self.half / fine).ceil().min(MAX_PHASE_STEPS) as i64;
         let own = |c| (-steps..=steps).map(move |d| (c, self.half * d as f64 / steps as f64));
         let all = (0..self.coarse.len()).flat_map(own).collect();
         (all, self.half / steps as f64)
@@ -162,7 +167,7 @@ impl Comb {
     }
 
     /// Number of its sine among the probes.
-    pub fn sine((coarse, _): (usize, f64)) -> usize {
+    pub fn sine_index((coarse, _): (usize, f64)) -> usize {
         2 * coarse
     }
 }
@@ -171,33 +176,33 @@ impl Comb {
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn find_line(
+pub fn find_vibration(
     linear: &Linearized<'_>,
     model: &Model,
     spec: &'static EffectSpec,
-) -> Result<Option<Line>, SimError> {
-    let Some(comb) = Comb::new(linear, model, spec)? else {
+) -> Result<Option<VibrationLine>, SimError> {
+    let Some(comb) = FrequencyComb::new(linear, model, spec)? else {
         return Ok(None);
     };
     let unknowns = linear.problem().unknowns();
     let middles = comb.products.iter().map(|p| p.middle);
     let longest = middles.fold(0.0, f64::max).max(1e-3);
-    let weigh = |at: (usize, f64)| {
-        let mut turned = Turned::new(unknowns);
+    let fit_line = |at: (usize, f64)| {
+        let mut turned = PhaseShiftedGram::new(unknowns);
         for p in &comb.products {
-            turned.add(p, Comb::sine(at), at.1);
+            turned.add(p, FrequencyComb::sine_index(at), at.1);
         }
         let (solved, gain) = turned.solve(&comb.base)?;
         let (s, c) = (-solved[0], -solved[1]);
-        Some(Line {
+        Some(VibrationLine {
             frequency: comb.frequency(at),
-            amplitude: SHAKE * s.hypot(c),
+            amplitude: PROBE_ACCELERATION * s.hypot(c),
             phase: c.atan2(s),
             gain,
         })
     };
-    let all = comb.all(longest).0.into_par_iter();
-    let lines: Vec<Line> = all.filter_map(weigh).collect();
+    let all = comb.frequencies(longest).0.into_par_iter();
+    let lines: Vec<VibrationLine> = all.filter_map(fit_line).collect();
     let finite = lines.into_iter().filter(|l| l.gain.is_finite());
     Ok(finite.max_by(|a, b| a.gain.total_cmp(&b.gain)))
 }

@@ -11,24 +11,24 @@ use crate::model::effects::{ActiveEffect, find};
 use crate::sim::SimError;
 
 /// Height with which a step of the ground is looked for \[m\].
-pub const RISE: f64 = 1e-7;
+pub const PROBE_RISE: f64 = 1e-7;
 
-/// A ground that is higher by [`RISE`] all the time.
+/// A ground that is higher by [`PROBE_RISE`] all the time.
 ///
 /// # Panics
 /// If the catalogue has no step of the ground.
-pub(crate) fn always() -> ActiveEffect {
+pub(crate) fn raised_ground() -> ActiveEffect {
     let spec = find("gap_step").expect("the catalogue has it");
     ActiveEffect {
         spec,
-        values: vec![RISE, -1e9],
+        values: vec![PROBE_RISE, -1e9],
     }
 }
 
 /// A step of the ground's level, and what it would bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// By how much, in units of [`RISE`].
+pub struct LevelStep {
+    /// By how much, in units of [`PROBE_RISE`].
     pub height: f64,
     /// When \[s\]: in each recording, or through the series.
     pub time: f64,
@@ -47,15 +47,15 @@ pub struct Step {
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn find_step(
+pub fn find_level_steps(
     linear: &Linearized<'_>,
     model: &Model,
     locked: usize,
     epochs: &[f64],
-) -> Result<Vec<Step>, SimError> {
-    let products = linear.products(model, &[always()])?;
-    let whole = ScoreScan::gather(linear, &products, 1);
-    let Some(base) = whole.base_without(locked) else {
+) -> Result<Vec<LevelStep>, SimError> {
+    let products = linear.segment_grams(model, &[raised_ground()])?;
+    let whole = ScoreScan::assemble(linear, &products, 1);
+    let Some(base) = whole.projector_with_locked(locked) else {
         return Ok(Vec::new());
     };
     let n = linear.problem().unknowns();
@@ -71,9 +71,9 @@ pub fn find_step(
         .filter(|p| segments[p.segment].starts_held)
         .collect();
     let weigh = |on: &dyn Fn(&SegmentGram) -> bool| {
-        promise_of(&base, n, held.iter().copied().filter(|p| on(p)))
+        gain_in_segments(&base, n, held.iter().copied().filter(|p| on(p)))
     };
-    let mut best: [Option<Step>; 2] = [None, None];
+    let mut best: [Option<LevelStep>; 2] = [None, None];
     // A mass that lies on the ground may go with it, or keep lying where it is until it flies.
     let ways = [(false, false), (false, true), (true, false), (true, true)];
     for (i, at) in held.iter().enumerate() {
@@ -105,7 +105,7 @@ pub fn find_step(
                 let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
                 let in_series =
                     |p: &SegmentGram| epoch(segments[p.segment].recording) + begin(p, lies);
-                *best = Some(Step {
+                *best = Some(LevelStep {
                     height: p.theta,
                     time: in_series(at),
                     since: before()
@@ -121,7 +121,7 @@ pub fn find_step(
 }
 
 /// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
-fn promise_of<'a>(
+fn gain_in_segments<'a>(
     base: &NuisanceProjector,
     n: usize,
     some: impl Iterator<Item = &'a SegmentGram>,
@@ -134,12 +134,12 @@ fn promise_of<'a>(
         own += p.gram[(0, 0)];
         slope += p.slope[0];
     }
-    base.promise(&cross, own, slope)
+    base.predicted_gain(&cross, own, slope)
 }
 
-/// What another level of the ground in one `recording` would bring, in units of [`RISE`], of
-/// `products` with [`always`].
-pub fn level(
+/// What another level of the ground in one `recording` would bring, in units of [`PROBE_RISE`], of
+/// `products` with [`raised_ground`].
+pub fn level_gain(
     linear: &Linearized<'_>,
     base: &NuisanceProjector,
     products: &[SegmentGram],
@@ -149,20 +149,20 @@ pub fn level(
         let segment = &linear.point().segments[p.segment];
         segment.starts_held && segment.recording == recording
     });
-    promise_of(base, linear.problem().unknowns(), stays)
+    gain_in_segments(base, linear.problem().unknowns(), stays)
 }
 
 /// Another level of the ground in the first of the recordings of `linear` in which the mass
 /// stays on it, the model's parameters as they are: that recording and what it would bring
-/// there, in units of [`RISE`].
+/// there, in units of [`PROBE_RISE`].
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn first_level(
+pub fn first_level_gain(
     linear: &Linearized<'_>,
     model: &Model,
 ) -> Result<Option<(usize, ScoreGain)>, SimError> {
-    let products = linear.products(model, &[always()])?;
+    let products = linear.segment_grams(model, &[raised_ground()])?;
     let segments = &linear.point().segments;
     let count = |k: usize| {
         let own = products.iter().map(|p| &segments[p.segment]);
@@ -175,9 +175,9 @@ pub fn first_level(
     else {
         return Ok(None);
     };
-    let whole = ScoreScan::gather(linear, &products, 1);
-    let base = whole.base_without(linear.problem().space.len());
-    let promise = base.and_then(|base| level(linear, &base, &products, first));
+    let whole = ScoreScan::assemble(linear, &products, 1);
+    let base = whole.projector_with_locked(linear.problem().space.len());
+    let promise = base.and_then(|base| level_gain(linear, &base, &products, first));
     Ok(promise.map(|promise| (first, promise)))
 }
 
@@ -202,7 +202,7 @@ mod tests {
         let third = landed.iter().position(|t| *t > 0.05).unwrap();
         let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
         let workspace = bench_on(&stepping(HEIGHT, flies));
-        let fit = |model: &Model| workspace.from_afar(model, &[], &[], &QUIET).unwrap();
+        let fit = |model: &Model| workspace.fit_cold_start(model, &[], &[], &QUIET).unwrap();
         // As it comes under a mass that lies, which keeps its level until it has flown.
         for time in [flies, lies] {
             let per_value = fit(&stepping(HEIGHT, time)).per_value();
@@ -211,12 +211,15 @@ mod tests {
         let without = fit(&stepping(0.0, 0.0));
         assert!(without.per_value() > 2.0, "{}", without.per_value());
         let linear = Linearized::new(&without).unwrap();
-        let found = find_step(&linear, &without.model, 0, &workspace.epochs()).unwrap();
+        let found = find_level_steps(&linear, &without.model, 0, &workspace.epochs()).unwrap();
         let best = found
             .iter()
             .max_by(|a, b| a.gain.total_cmp(&b.gain))
             .unwrap();
         assert!(best.since < flies && flies < best.time, "{best:?}");
-        assert!((RISE * best.height / HEIGHT - 1.0).abs() < 0.3, "{best:?}");
+        assert!(
+            (PROBE_RISE * best.height / HEIGHT - 1.0).abs() < 0.3,
+            "{best:?}"
+        );
     }
 }

@@ -3,7 +3,7 @@
 //! level hides in that, and only the flights before and after tell.
 
 use super::lag_twins::twin;
-use super::level_step::{always, find_step, level};
+use super::level_step::{find_level_steps, level_gain, raised_ground};
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
@@ -21,9 +21,9 @@ pub fn lifted(
     workspace: &Workspace,
     stand: &ModelState,
 ) -> Result<(Vec<usize>, Vec<usize>), SimError> {
-    let step = always().spec;
+    let step = raised_ground().spec;
     let steps = stand.train.model.effects.iter().any(|e| e.spec == step);
-    let known = workspace.found.as_ref();
+    let known = workspace.required_effect.as_ref();
     if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
         return Ok((Vec::new(), Vec::new()));
     }
@@ -52,12 +52,13 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
         return Ok(asked);
     }
     let linear = Linearized::new(fitted)?;
-    let products = linear.products(&fitted.model, &[always()])?;
-    let Some(base) = ScoreScan::gather(&linear, &products, 1).base_without(locked) else {
+    let products = linear.segment_grams(&fitted.model, &[raised_ground()])?;
+    let Some(base) = ScoreScan::assemble(&linear, &products, 1).projector_with_locked(locked)
+    else {
         return Ok(Vec::new());
     };
     let gain = |k: usize| {
-        let promise = level(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
+        let promise = level_gain(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
         promise.map_or(0.0, |p| p.gain)
     };
     let mut higher: Vec<(usize, f64)> = asked.into_iter().map(|k| (k, gain(k))).collect();
@@ -65,7 +66,7 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
     if higher.is_empty() {
         return Ok(Vec::new());
     }
-    let steps = find_step(&linear, &fitted.model, locked, &[])?;
+    let steps = find_level_steps(&linear, &fitted.model, locked, &[])?;
     let step = steps.iter().fold(0.0f64, |most, s| most.max(s.gain));
     higher.retain(|(_, gain)| *gain > step - RAISED_LEVEL_MIN_GAIN);
     Ok(higher.into_iter().map(|(k, _)| k).collect())

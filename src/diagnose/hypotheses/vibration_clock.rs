@@ -8,7 +8,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::base_vibration::{Comb, SHAKE, Turned, probes};
+use super::base_vibration::{FrequencyComb, PROBE_ACCELERATION, PhaseShiftedGram, sine_and_cosine};
 use crate::diagnose::diagnosis::Diagnosis;
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::ScoreScan;
@@ -23,17 +23,17 @@ use crate::recording::Recording;
 use crate::sim::SimError;
 
 /// Steps by which a frequency is closed in on.
-const HALVINGS: usize = 24;
+const FREQUENCY_HALVINGS: usize = 24;
 
 /// When recordings begin by the clock of a vibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VibrationClock {
     /// To be added to the times of each recording: those fitted, those kept out \[s\].
-    late: (Vec<f64>, Vec<f64>),
+    offsets: (Vec<f64>, Vec<f64>),
 }
 
 /// Vibrations of one frequency in all recordings of a side.
-struct Shaken {
+struct RecordingVibrations {
     /// Sine and cosine of each recording \[m/s^2\].
     parts: Vec<Vector2<f64>>,
     /// Standard error of both.
@@ -62,7 +62,7 @@ impl VibrationClock {
         let Some(frequency) = frequency(&linear, train, spec)? else {
             return Ok(None);
         };
-        let Some(own) = shaken(&linear, train, (spec, frequency), 0)? else {
+        let Some(own) = recording_vibrations(&linear, train, (spec, frequency), 0)? else {
             return Ok(None);
         };
         let (gain, shared) = own.gains;
@@ -76,7 +76,7 @@ impl VibrationClock {
             Some(held) => {
                 let linear = Linearized::new(held)?;
                 let locked = held.problem.space.len();
-                match shaken(&linear, held, (spec, frequency), locked)? {
+                match recording_vibrations(&linear, held, (spec, frequency), locked)? {
                     Some(kept_out) => Some(kept_out),
                     None => return Ok(None),
                 }
@@ -87,7 +87,7 @@ impl VibrationClock {
         let sizes = all.flat_map(|side| side.parts.iter().map(|p| p.norm()).zip(&side.errors));
         let sizes: Vec<(f64, f64)> = sizes.map(|(size, error)| (size, *error)).collect();
         log::debug!("amplitudes {sizes:.3?}");
-        if !alike(&sizes) {
+        if !amplitudes_agree(&sizes) {
             return Ok(None);
         }
         let phase = |part: &Vector2<f64>| part.y.atan2(part.x);
@@ -96,28 +96,37 @@ impl VibrationClock {
             let turn = phase(part) - first;
             (turn - TAU * (turn / TAU).round()) / (TAU * frequency)
         };
-        let of = |side: &Shaken| side.parts.iter().map(late).collect();
+        let of = |side: &RecordingVibrations| side.parts.iter().map(late).collect();
         Ok(Some(Self {
-            late: (of(&own), kept_out.as_ref().map_or_else(Vec::new, of)),
+            offsets: (of(&own), kept_out.as_ref().map_or_else(Vec::new, of)),
         }))
     }
 
     /// Recordings by the vibration's clock.
-    pub fn told(&self, train: &[Part], held_out: &[Part]) -> (Vec<Part>, Vec<Part>) {
+    pub fn shift_recordings(&self, train: &[Part], held_out: &[Part]) -> (Vec<Part>, Vec<Part>) {
         let side = |parts: &[Part], late: &[f64]| -> Vec<Part> {
             let both = parts.iter().zip(late);
             both.map(|(part, late)| Part {
-                recording: Arc::new(later(&part.recording, *late)),
+                recording: Arc::new(shifted(&part.recording, *late)),
                 samples: part.samples.clone(),
             })
             .collect()
         };
-        (side(train, &self.late.0), side(held_out, &self.late.1))
+        (
+            side(train, &self.offsets.0),
+            side(held_out, &self.offsets.1),
+        )
     }
 
     /// Tells the times of a diagnosis by the recordings' own clocks again.
     pub fn undo(&self, diagnosis: &mut Diagnosis) {
-        let late: Vec<f64> = self.late.0.iter().chain(&self.late.1).copied().collect();
+        let late: Vec<f64> = self
+            .offsets
+            .0
+            .iter()
+            .chain(&self.offsets.1)
+            .copied()
+            .collect();
         // Strips are of one recording each, those fitted first.
         let names: Vec<String> = diagnosis
             .strips
@@ -154,14 +163,14 @@ impl VibrationClock {
     }
 }
 
-fn later(recording: &Recording, by: f64) -> Recording {
+fn shifted(recording: &Recording, by: f64) -> Recording {
     let mut out = recording.clone();
     out.time.iter_mut().for_each(|t| *t += by);
     out
 }
 
 /// Whether those amplitudes with their errors may be of one vibration.
-fn alike(sizes: &[(f64, f64)]) -> bool {
+fn amplitudes_agree(sizes: &[(f64, f64)]) -> bool {
     let weights = sizes.iter().map(|(size, error)| (size, error.powi(-2)));
     let (sum, weight) = weights.fold((0.0, 0.0), |(s, w), (size, own)| (s + own * size, w + own));
     let mean = sum / weight;
@@ -178,22 +187,23 @@ fn frequency(
     fitted: &Fitted,
     spec: &'static EffectSpec,
 ) -> Result<Option<f64>, SimError> {
-    let Some(comb) = Comb::new(linear, &fitted.model, spec)? else {
+    let Some(comb) = FrequencyComb::new(linear, &fitted.model, spec)? else {
         return Ok(None);
     };
     let spans = fitted.problem.data.iter().map(|d| d.recording.span());
     let longest = spans.map(|(begin, end)| end - begin).fold(1e-3, f64::max);
     let gain = |at: (usize, f64)| -> f64 {
-        let all = each(linear, &comb.products, Comb::sine(at), at.1).into_iter();
+        let all = gram_per_recording(linear, &comb.products, FrequencyComb::sine_index(at), at.1)
+            .into_iter();
         all.filter_map(|own| Some(own.solve(&comb.base)?.1)).sum()
     };
-    let (all, mut reach) = comb.all(longest);
+    let (all, mut reach) = comb.frequencies(longest);
     let gains: Vec<((usize, f64), f64)> = all.into_par_iter().map(|at| (at, gain(at))).collect();
     let best = gains.into_iter().filter(|g| g.1.is_finite());
     let Some((mut at, mut most)) = best.max_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(None);
     };
-    for _ in 0..HALVINGS {
+    for _ in 0..FREQUENCY_HALVINGS {
         let beside = [at.1 - reach, at.1 + reach].map(|shift| (shift, gain((at.0, shift))));
         match beside.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((shift, gain)) if gain > most => (at.1, most) = (shift, gain),
@@ -203,16 +213,16 @@ fn frequency(
     Ok(Some(comb.frequency(at)))
 }
 
-/// Products of each recording with a sine and a cosine; see [`Turned::add`].
-fn each(
+/// Products of each recording with a sine and a cosine; see [`PhaseShiftedGram::add`].
+fn gram_per_recording(
     linear: &Linearized<'_>,
     products: &[SegmentGram],
     which: usize,
     shift: f64,
-) -> Vec<Turned> {
+) -> Vec<PhaseShiftedGram> {
     let (problem, segments) = (linear.problem(), &linear.point().segments);
-    let own = |_| Turned::new(problem.unknowns());
-    let mut out: Vec<Turned> = problem.data.iter().map(own).collect();
+    let own = |_| PhaseShiftedGram::new(problem.unknowns());
+    let mut out: Vec<PhaseShiftedGram> = problem.data.iter().map(own).collect();
     for p in products {
         out[segments[p.segment].recording].add(p, which, shift);
     }
@@ -221,17 +231,17 @@ fn each(
 
 /// The vibrations of a side, its first `locked` unknowns as they are; `None` where they cannot be
 /// told.
-fn shaken(
+fn recording_vibrations(
     linear: &Linearized<'_>,
     fitted: &Fitted,
     (spec, frequency): (&'static EffectSpec, f64),
     locked: usize,
-) -> Result<Option<Shaken>, SimError> {
-    let products = linear.products(&fitted.model, &probes(spec, frequency))?;
-    let Some(base) = ScoreScan::gather(linear, &products, 2).base_without(locked) else {
+) -> Result<Option<RecordingVibrations>, SimError> {
+    let products = linear.segment_grams(&fitted.model, &sine_and_cosine(spec, frequency))?;
+    let Some(base) = ScoreScan::assemble(linear, &products, 2).projector_with_locked(locked) else {
         return Ok(None);
     };
-    let each = each(linear, &products, 0, 0.0);
+    let each = gram_per_recording(linear, &products, 0, 0.0);
     let m = 2 * each.len();
     let cross = |i: usize| &each[i / 2].cross[i % 2];
     let normal = DMatrix::from_fn(m, m, |i, j| {
@@ -260,11 +270,11 @@ fn shaken(
         .map_or(0.0, |inverse| along.dot(&(inverse * along)));
     let error = |k: usize| {
         let variance = inverse[(2 * k, 2 * k)] + inverse[(2 * k + 1, 2 * k + 1)];
-        SHAKE * (0.5 * variance).sqrt()
+        PROBE_ACCELERATION * (0.5 * variance).sqrt()
     };
-    Ok(Some(Shaken {
+    Ok(Some(RecordingVibrations {
         parts: (0..each.len())
-            .map(|k| SHAKE * Vector2::new(solved[2 * k], solved[2 * k + 1]))
+            .map(|k| PROBE_ACCELERATION * Vector2::new(solved[2 * k], solved[2 * k + 1]))
             .collect(),
         errors: (0..each.len()).map(error).collect(),
         gains: (gain, of_all),
@@ -283,11 +293,16 @@ mod tests {
     #[test]
     fn amplitudes_of_one_vibration_are_alike() {
         let shaken = [(9.6, 0.1), (9.7, 0.2), (9.5, 0.05), (8.0, 0.6)];
-        assert!(alike(&shaken));
+        assert!(amplitudes_agree(&shaken));
         // What follows the drive is larger where that is.
-        assert!(!alike(&[(9.6, 0.1), (4.7, 0.2), (0.5, 0.05), (8.0, 0.6)]));
+        assert!(!amplitudes_agree(&[
+            (9.6, 0.1),
+            (4.7, 0.2),
+            (0.5, 0.05),
+            (8.0, 0.6)
+        ]));
         // One recording that shows it proves nothing of phases.
-        assert!(!alike(&[(9.6, 0.1), (9.0, 4.0), (8.0, 6.0)]));
+        assert!(!amplitudes_agree(&[(9.6, 0.1), (9.0, 4.0), (8.0, 6.0)]));
     }
 
     /// Recordings of the paper's device on a base that shakes in those phases.
@@ -318,9 +333,12 @@ mod tests {
         let parts = shaken_in(&[0.4, 2.2]);
         let clocks = clocks_of(&parts).unwrap();
         let late = (2.2 - 0.4) / (TAU * 137.0);
-        assert_eq!(clocks.late.0[0], 0.0);
-        assert!((clocks.late.0[1] - late).abs() < 2e-5, "{clocks:?} {late}");
-        let (told, _) = clocks.told(&parts, &[]);
+        assert_eq!(clocks.offsets.0[0], 0.0);
+        assert!(
+            (clocks.offsets.0[1] - late).abs() < 2e-5,
+            "{clocks:?} {late}"
+        );
+        let (told, _) = clocks.shift_recordings(&parts, &[]);
         let first = |part: &Part| part.recording.time[0];
         assert!((first(&told[1]) - first(&parts[1]) - late).abs() < 2e-5);
         // By that clock there is one phase.

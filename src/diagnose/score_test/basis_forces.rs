@@ -66,10 +66,10 @@ impl Against {
     }
 }
 
-const ANY: (f64, f64) = (-1e300, 1e300);
+const UNLIMITED: (f64, f64) = (-1e300, 1e300);
 
 /// A number of a force without a name.
-pub(crate) const fn number(id: &'static str) -> ParameterSpec {
+pub(crate) const fn numeric_parameter(id: &'static str) -> ParameterSpec {
     ParameterSpec {
         id,
         symbol: id,
@@ -77,7 +77,7 @@ pub(crate) const fn number(id: &'static str) -> ParameterSpec {
         unit: "",
         default: 0.0,
         range: (-1.0, 1.0),
-        limits: ANY,
+        limits: UNLIMITED,
         scale: Scale::Linear,
         rank: Rank::Advanced,
         meaning: "of a force without a name",
@@ -93,10 +93,10 @@ static SPEC: EffectSpec = EffectSpec {
     needs: Need::Nothing,
     source: "",
     parameters: &[
-        number("against"),
-        number("middle"),
-        number("width"),
-        number("size"),
+        numeric_parameter("against"),
+        numeric_parameter("middle"),
+        numeric_parameter("width"),
+        numeric_parameter("size"),
     ],
     build: |values, _| {
         Box::new(Window {
@@ -134,7 +134,7 @@ impl Window {
 
 /// Middles of `count` windows side by side over a range, and their width; `None` for a range
 /// of nothing.
-pub(crate) fn side_by_side((low, high): (f64, f64), count: usize) -> Option<(Vec<f64>, f64)> {
+pub(crate) fn window_grid((low, high): (f64, f64), count: usize) -> Option<(Vec<f64>, f64)> {
     // A device without a drive has no voltage to speak of.
     if high.is_nan() || high <= low {
         return None;

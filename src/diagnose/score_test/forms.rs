@@ -8,12 +8,12 @@ use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, own_ids};
 use crate::model::parameter::ParameterId;
 
 /// Shortest lag that is tried, as a share of that of its form.
-pub const LEAST_LAG: f64 = 0.3;
+pub const MIN_LAG_SHARE: f64 = 0.3;
 /// Shortest time constant of an amplifier that is looked at \[s\].
-pub const SHORTEST_LAG: f64 = 1e-6;
+pub const MIN_TIME_CONSTANT: f64 = 1e-6;
 
 /// Least distance of electrodes at contact \[m\].
-const LEAST_GAP: f64 = 2e-6;
+const MIN_ELECTRODE_GAP: f64 = 2e-6;
 
 /// One effect at one set of its nonlinear constants.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,10 +29,10 @@ pub struct CatalogueDirection {
     /// Which parameters are fitted.
     pub free: Vec<usize>,
     /// Constants other than the strength make no sense below this.
-    pub least_constant: f64,
+    pub min_constant: f64,
     /// Values to begin with, and which are fitted, where the law is too strong for any model
     /// without it, if those are others.
-    pub full: Option<(Vec<f64>, Vec<usize>)>,
+    pub cold_start: Option<(Vec<f64>, Vec<usize>)>,
     /// Which parameters shape the law, to be fitted besides once it has shown up.
     pub shape: &'static [usize],
 }
@@ -57,11 +57,11 @@ impl CatalogueDirection {
     /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
     /// a lag, whose answer goes as its square beside a shift of the clocks, calls for a
     /// shorter form.
-    pub fn least(&self) -> f64 {
+    pub fn min_strength(&self) -> f64 {
         if self.signed {
             f64::NEG_INFINITY
         } else {
-            let share = if self.is_lag() { LEAST_LAG } else { 1e-4 };
+            let share = if self.is_lag() { MIN_LAG_SHARE } else { 1e-4 };
             share * self.values[self.strength]
         }
     }
@@ -81,7 +81,7 @@ impl CatalogueDirection {
 }
 
 /// Ids of what shapes a law with a time constant of `spec`.
-pub fn shape_of(spec: &EffectSpec) -> Vec<String> {
+pub fn pace_parameters(spec: &EffectSpec) -> Vec<String> {
     let all = spec.parameters.iter().enumerate();
     let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
     own_ids(spec, &paces.collect::<Vec<_>>())
@@ -129,7 +129,7 @@ impl Scale {
 
     /// Whether a step of the quintic stiffness, which a fit makes in units of its range, is
     /// small where the device moves: on one that moves by centimetres it is not.
-    fn tells_quintic(&self, spec: &EffectSpec) -> bool {
+    fn resolves_quintic(&self, spec: &EffectSpec) -> bool {
         let step = STEP * linear_unit(&spec.parameters[1]);
         step * self.length.powi(5) < 1e-3 * self.force
     }
@@ -137,7 +137,7 @@ impl Scale {
 
 /// Forms of all effects that the linear scan can weigh on this device. Further modes,
 /// vibrations and what happens at the ground are looked for in ways of their own.
-pub fn forms(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
+pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
     let mut out = Vec::new();
     for spec in CATALOGUE.iter().copied() {
         let mut add = |values: &[f64], strength, signed, free: &[usize]| {
@@ -148,14 +148,14 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
                 signed,
                 free: free.to_vec(),
                 // The electrodes are apart even where the mass touches the ground.
-                least_constant: if spec.id == "electrostatic" {
-                    model.parameters[ParameterId::Dp] + LEAST_GAP
+                min_constant: if spec.id == "electrostatic" {
+                    model.parameters[ParameterId::Dp] + MIN_ELECTRODE_GAP
                 } else {
                     0.0
                 },
                 // A device has either the branches or the loops: between them there is
                 // nothing. At zero the past would not show which way to go.
-                full: (spec.id == "hysteresis_memory").then(|| {
+                cold_start: (spec.id == "hysteresis_memory").then(|| {
                     let parameters = spec.parameters.iter();
                     let mut values: Vec<f64> = parameters.map(|p| p.default).collect();
                     values[8] = 1e-3;
@@ -163,7 +163,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
                 }),
                 shape: match spec.id {
                     "hysteresis_memory" => &[3, 4, 5, 6, 7, 9, 10],
-                    "cubic_stiffness" if scale.tells_quintic(spec) => &[1],
+                    "cubic_stiffness" if scale.resolves_quintic(spec) => &[1],
                     "long_range_attraction" => &[2],
                     "amplifier_lag" if strength == 0 => &[1],
                     "amplifier_lag" => &[0],
@@ -179,7 +179,7 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
         let sprung = model.parameters[ParameterId::F1] > 0.0;
         match spec.id {
             "amplifier_lag" if driven => {
-                for tau in [SHORTEST_LAG, 3e-6, 1e-5, 5e-5, 2e-4] {
+                for tau in [MIN_TIME_CONSTANT, 3e-6, 1e-5, 5e-5, 2e-4] {
                     add(&[tau, 0.0], 0, false, &[0]);
                 }
                 for pace in [1e-6, 5e-6, 2e-5] {

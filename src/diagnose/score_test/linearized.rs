@@ -35,7 +35,7 @@ pub struct SegmentGram {
 impl SegmentGram {
     /// The same with the only probe as number `which` of `count`, the others zero; all are
     /// where it is none.
-    pub(crate) fn spread(&self, which: Option<usize>, count: usize) -> Self {
+    pub(crate) fn in_group(&self, which: Option<usize>, count: usize) -> Self {
         let mut out = Self {
             cross: DMatrix::zeros(self.cross.nrows(), count),
             gram: DMatrix::zeros(count, count),
@@ -87,7 +87,7 @@ impl<'a> Linearized<'a> {
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
-    pub fn products(
+    pub fn segment_grams(
         &self,
         model: &Model,
         effects: &[ActiveEffect],

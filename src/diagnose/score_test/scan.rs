@@ -12,9 +12,9 @@ use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
 /// Weight that keeps an unknown where it is, over what the data give it.
-const LOCKED: f64 = 1e12;
+const LOCKING_WEIGHT: f64 = 1e12;
 /// Ridge of the baseline's own directions, as a share of each.
-const RIDGE: f64 = 1e-10;
+const RELATIVE_RIDGE: f64 = 1e-10;
 
 /// What a direction would bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,25 +44,25 @@ impl ScoreScan {
         forms: &[CatalogueDirection],
     ) -> Result<Self, SimError> {
         let effects: Vec<ActiveEffect> = forms.iter().map(|f| f.effect(1.0)).collect();
-        Self::of(linear, model, &effects)
+        Self::of_effects(linear, model, &effects)
     }
 
     /// Weighs effects as they are.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
-    pub fn of(
+    pub fn of_effects(
         linear: &Linearized<'_>,
         model: &Model,
         effects: &[ActiveEffect],
     ) -> Result<Self, SimError> {
-        let products = linear.products(model, effects)?;
-        Ok(Self::gather(linear, &products, effects.len()))
+        let products = linear.segment_grams(model, effects)?;
+        Ok(Self::assemble(linear, &products, effects.len()))
     }
 
     /// What all directions would bring together, each known beforehand to be zero but for
     /// `sigma` times itself.
-    pub fn within(&self, sigma: f64) -> Option<Joint> {
+    pub fn joint_with_prior(&self, sigma: f64) -> Option<Joint> {
         let all: Vec<usize> = (0..self.gradient.len() - self.unknowns).collect();
         self.solve(&all, 1.0 / (sigma * sigma))
     }
@@ -74,7 +74,7 @@ impl ScoreScan {
 
     fn solve(&self, which: &[usize], prior: f64) -> Option<Joint> {
         let n = self.unknowns;
-        let base = self.base()?;
+        let base = self.nuisance_projector()?;
         let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
         let columns: Vec<DVector<f64>> = which.iter().map(|&k| column(k)).collect();
         let m = which.len();
@@ -91,21 +91,25 @@ impl ScoreScan {
     }
 
     /// The baseline's own directions, `None` if they are singular.
-    pub(crate) fn base(&self) -> Option<NuisanceProjector> {
+    pub(crate) fn nuisance_projector(&self) -> Option<NuisanceProjector> {
         NuisanceProjector::new(&self.normal, &self.gradient, self.unknowns)
     }
 
     /// The same where the first `locked` unknowns, the model's parameters, stay as they are.
-    pub(crate) fn base_without(&self, locked: usize) -> Option<NuisanceProjector> {
+    pub(crate) fn projector_with_locked(&self, locked: usize) -> Option<NuisanceProjector> {
         let mut normal = self.normal.clone();
         for i in 0..locked.min(self.unknowns) {
-            normal[(i, i)] = LOCKED * normal[(i, i)].max(1e-200);
+            normal[(i, i)] = LOCKING_WEIGHT * normal[(i, i)].max(1e-200);
         }
         NuisanceProjector::new(&normal, &self.gradient, self.unknowns)
     }
 
     /// Normal equations from products with so many probes each.
-    pub(crate) fn gather(linear: &Linearized<'_>, products: &[SegmentGram], probes: usize) -> Self {
+    pub(crate) fn assemble(
+        linear: &Linearized<'_>,
+        products: &[SegmentGram],
+        probes: usize,
+    ) -> Self {
         let (problem, point) = (linear.problem, linear.point);
         let n = problem.unknowns();
         let mut normal = DMatrix::zeros(n + probes, n + probes);
@@ -141,11 +145,11 @@ impl ScoreScan {
     }
 
     /// What form `k` would bring, all other unknowns adjusted.
-    pub fn promise(&self, k: usize) -> Option<ScoreGain> {
+    pub fn predicted_gain(&self, k: usize) -> Option<ScoreGain> {
         let at = self.unknowns + k;
-        let base = self.base()?;
+        let base = self.nuisance_projector()?;
         let cross = self.normal.view((0, at), (self.unknowns, 1)).into_owned();
-        base.promise(
+        base.predicted_gain(
             &cross.column(0).into_owned(),
             self.normal[(at, at)],
             self.gradient[at],
@@ -153,9 +157,9 @@ impl ScoreScan {
     }
 
     /// What re-tuning alone would still bring.
-    pub fn own_promise(&self) -> f64 {
+    pub fn nuisance_gain(&self) -> f64 {
         let n = self.unknowns;
-        self.base().map_or(0.0, |base| {
+        self.nuisance_projector().map_or(0.0, |base| {
             let g = self.gradient.rows(0, n).into_owned();
             base.inner(&g, &g)
         })
@@ -165,7 +169,7 @@ impl ScoreScan {
     /// apart.
     pub fn cosine(&self, j: usize, k: usize) -> f64 {
         let n = self.unknowns;
-        let Some(base) = self.base() else {
+        let Some(base) = self.nuisance_projector() else {
             return 0.0;
         };
         let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
@@ -194,7 +198,7 @@ impl NuisanceProjector {
     pub fn new(normal: &DMatrix<f64>, gradient: &DVector<f64>, n: usize) -> Option<Self> {
         let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
         let base = DMatrix::from_fn(n, n, |i, j| {
-            normal[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { RELATIVE_RIDGE } else { 0.0 }
         });
         let factor = base.cholesky()?;
         let right = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);
@@ -219,7 +223,7 @@ impl NuisanceProjector {
 
     /// What a direction would bring, from its products with the baseline's own, with itself
     /// and with the residuals; `None` if it cannot be told from those.
-    pub fn promise(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<ScoreGain> {
+    pub fn predicted_gain(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<ScoreGain> {
         let left = own - self.inner(cross, cross);
         if left.is_nan() || left <= UNIDENTIFIABLE_SHARE * own || own <= 0.0 {
             return None;

@@ -19,7 +19,7 @@ pub struct Choice {
     /// Others that do as well.
     pub alike: Vec<&'static str>,
     /// Why one that does as well in flight is not among those.
-    pub told: Option<String>,
+    pub rejected_twin: Option<String>,
 }
 
 /// Adds to what was `weighed` the one that looks like the best in flight, begun from its fit,
@@ -82,7 +82,7 @@ pub fn add_twin(
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn best(
+pub fn choose_best(
     workspace: &Workspace,
     stand: &ModelState,
     weighed: &mut [CandidateScore],
@@ -97,11 +97,11 @@ pub fn best(
     };
     // In flight the twin may even suit better, where the law is of somewhat other form.
     let twin = trials.iter().position(|(spec, t)| {
-        lag_twins::looks_like(first.0.id, spec.id)
+        lag_twins::are_lag_twins(first.0.id, spec.id)
             && t.worth() > TWIN_MIN_SHARE * first.1.worth()
             && !first.1.excels(t)
     });
-    let mut told = None;
+    let mut rejected_twin = None;
     let mut best = 0;
     if let Some(twin) = twin {
         // A law of another form would leave around bounces what is no matter of the two.
@@ -116,10 +116,10 @@ pub fn best(
             let around = lag_twins::compare_around_impacts(workspace, fits(0), fits(twin))?;
             if around.sure {
                 let other = if around.fall > 0.0 { 0 } else { twin };
-                told = Some((trials[other].0, around.fall.abs()));
+                rejected_twin = Some((trials[other].0, around.fall.abs()));
                 lower = around.fall;
             } else {
-                // Two that look alike are told beside each other, the likelier first.
+                // Two that look alike are rejected_twin beside each other, the likelier first.
                 lower += around.fall;
             }
         }
@@ -131,15 +131,16 @@ pub fn best(
     let most = most.fold(f64::NEG_INFINITY, f64::max);
     let first = &trials[best];
     let least = most - (INDISTINGUISHABLE_SHARE * most).max(INDISTINGUISHABLE_GAIN);
-    let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
+    let other =
+        |spec: &EffectSpec| *spec != *first.0 && rejected_twin.is_none_or(|t| *spec != *t.0);
     let others = trials.iter().filter(|(spec, t)| {
-        let twin = lag_twins::looks_like(first.0.id, spec.id);
+        let twin = lag_twins::are_lag_twins(first.0.id, spec.id);
         let close =
             t.worth() > least || twin && t.worth() > (1.0 - TWIN_INDISTINGUISHABLE_SHARE) * most;
         other(spec) && close && !first.1.excels(t)
     });
     let alike = others.map(|(spec, _)| spec.id).collect();
-    let told = told.map(|(other, fall)| {
+    let rejected_twin = rejected_twin.map(|(other, fall)| {
         format!(
             "{} would do as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
             other.name, first.0.name
@@ -149,6 +150,6 @@ pub fn best(
         spec: first.0,
         trial: first.1.clone(),
         alike,
-        told,
+        rejected_twin,
     }))
 }

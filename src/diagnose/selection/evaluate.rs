@@ -3,12 +3,13 @@
 //! kept out.
 
 use super::refit::{
-    begun_from, best_start_on_subset, found, from_afar, from_near, others, with_constants,
+    MAX_FIT_STEPS, alternative_hypotheses, best_start_on_subset, fit_cold_start, fit_from,
+    fit_of_required_effect, fit_warm_start, with_fixed_constants,
 };
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::hypotheses::level_step_time;
-use crate::diagnose::hypotheses::propose::promises;
+use crate::diagnose::hypotheses::propose::propose;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{MIN_SHARE_OF_BEST, REFIT_MIN_SCORE, SEARCHED_REFIT_MIN_SCORE};
@@ -16,17 +17,15 @@ use crate::model::effects::EffectSpec;
 
 /// Most hypotheses refitted in a round.
 const MAX_REFITS: usize = 4;
-/// Steps of a fit at most.
-pub(crate) const ITERATIONS: usize = 12;
 /// A ground that steps leaves the flight as it is.
-const STEP: &str = "gap_step";
+const LEVEL_STEP_ID: &str = "gap_step";
 
 /// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it
 /// promises.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn weigh(
+pub fn evaluate_hypotheses(
     workspace: &Workspace,
     stand: &ModelState,
     options: &DiagnoseOptions,
@@ -35,8 +34,8 @@ pub fn weigh(
     about: &dyn Fn(&str, f64),
 ) -> Result<Vec<CandidateScore>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
-    let asked = |spec: &EffectSpec| is_asked(stand, options, only, spec);
-    let mut hypotheses = promises(workspace, stand, &asked)?;
+    let asked = |spec: &EffectSpec| is_candidate(stand, options, only, spec);
+    let mut hypotheses = propose(workspace, stand, &asked)?;
     hypotheses.sort_by(|a, b| b.predicted_gain.total_cmp(&a.predicted_gain));
     for h in &hypotheses {
         let start = &h.start;
@@ -51,7 +50,11 @@ pub fn weigh(
     let mut best = 0.0f64;
     let mut afar_asked = false;
     // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
-    if let Some(known) = workspace.found.as_ref().filter(|_| stand.named.is_empty()) {
+    if let Some(known) = workspace
+        .required_effect
+        .as_ref()
+        .filter(|_| stand.named.is_empty())
+    {
         let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
         hypotheses.sort_by_key(|h| !is_known(h));
         hypotheses.dedup_by(|later, earlier| is_known(later) && is_known(earlier));
@@ -79,9 +82,10 @@ pub fn weigh(
             );
             // From afar takes as long as the re-tuning did: only for what promises most of all
             // that acts in flight, where that has gone astray.
-            let afar = !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != STEP;
+            let afar =
+                !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != LEVEL_STEP_ID;
             afar_asked |= afar;
-            trial = attempt(workspace, stand, &hypothesis, afar, control)?;
+            trial = refit_hypothesis(workspace, stand, &hypothesis, afar, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
         let own = CandidateScore {
@@ -105,7 +109,7 @@ pub fn weigh(
 }
 
 /// Whether an effect is a candidate, or the `only` one, and not named yet.
-pub fn is_asked(
+pub fn is_candidate(
     stand: &ModelState,
     options: &DiagnoseOptions,
     only: Option<&str>,
@@ -120,14 +124,14 @@ pub fn is_asked(
 
 /// A fit with one more effect, or `None` if it cannot be simulated; also from `afar` if the
 /// fit there is has lost its way.
-fn attempt(
+fn refit_hypothesis(
     workspace: &Workspace,
     stand: &ModelState,
     hypothesis: &Hypothesis,
     afar: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    if let Some(trial) = found(workspace, stand, hypothesis, control)? {
+    if let Some(trial) = fit_of_required_effect(workspace, stand, hypothesis, control)? {
         return Ok(Some(trial));
     }
     // A further mode begins with what a fit has left to it.
@@ -135,47 +139,47 @@ fn attempt(
     let astray = afar && !stand.misread && !further && stand.train.is_lost();
     if astray
         && hypothesis.cold_start.is_some()
-        && let Some(trial) = from_afar(workspace, stand, hypothesis, control)?
+        && let Some(trial) = fit_cold_start(workspace, stand, hypothesis, control)?
         && trial.worth() > 0.0
     {
         return Ok(Some(trial));
     }
-    let series = hypothesis.sequential_time.then(|| workspace.in_series());
+    let series = hypothesis.sequential_time.then(|| workspace.as_sequence());
     let nearby = series.as_ref().unwrap_or(workspace);
     let near = if further {
         best_start_on_subset(
             nearby,
             stand,
             hypothesis,
-            (&stand.train, ITERATIONS),
+            (&stand.train, MAX_FIT_STEPS),
             control,
         )?
     } else {
-        from_near(nearby, stand, hypothesis, control)?
+        fit_warm_start(nearby, stand, hypothesis, control)?
     };
     let Some(mut near) = near else {
         return Ok(None);
     };
     let better = |near: CandidateFit, other: &Hypothesis| {
         // They look alike to the fitted recordings: the fit of the one is all but the other's.
-        let start = with_constants(&near.train.model, other);
-        let tried = begun_from(nearby, stand, other, (&start, &near.train), control)?;
+        let start = with_fixed_constants(&near.train.model, other);
+        let tried = fit_from(nearby, stand, other, (&start, &near.train), control)?;
         let tried = tried.filter(|tried| tried.worth() > near.worth());
         Ok::<CandidateFit, DiagnoseError>(tried.unwrap_or(near))
     };
-    for other in others(hypothesis).filter(|_| !further) {
+    for other in alternative_hypotheses(hypothesis).filter(|_| !further) {
         near = better(near, &other)?;
     }
-    if hypothesis.start.spec.id == STEP
+    if hypothesis.start.spec.id == LEVEL_STEP_ID
         && hypothesis.estimated_on_held_out.is_none()
-        && let Some(finer) = level_step_time::finer(&near)?
+        && let Some(finer) = level_step_time::refine_step_time(&near)?
     {
         near = better(near, &finer)?;
     }
     if astray
         && hypothesis.cold_start.is_none()
         && near.train.is_lost()
-        && let Some(other) = from_afar(workspace, stand, hypothesis, control)?
+        && let Some(other) = fit_cold_start(workspace, stand, hypothesis, control)?
     {
         log::debug!(
             "from afar {:.0} in place of {:.0}",

@@ -1,12 +1,14 @@
 //! Naming: hypotheses are promised by the scan, refitted, judged on the recordings kept
 //! out, and added one by one as long as both sides improve beyond chance.
 
-use super::evaluate::{is_asked, weigh};
+use super::evaluate::{evaluate_hypotheses, is_candidate};
 use super::law_shape::{drop_second_time_constant, with_shape_parameters};
-use super::stopping::{cannot_reach_target, formal};
+use super::stopping::{cannot_reach_target, is_form_error};
 use super::{choose, prune, self_ringing};
 use crate::diagnose::comparison::significance;
-use crate::diagnose::comparison::trial::{ModelState, SelectedEffect, SelectionResult};
+use crate::diagnose::comparison::trial::{
+    CandidateFit, ModelState, SelectedEffect, SelectionResult,
+};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
@@ -22,14 +24,14 @@ use crate::model::effects::EffectSpec;
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn explain(
+pub fn select_effects(
     workspace: &Workspace,
     baseline: ModelState,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
 ) -> Result<SelectionResult, DiagnoseError> {
-    let aside = baseline.train.aside();
+    let aside = baseline.train.set_aside_share();
     log::debug!("{:.1} % of the rows are set aside", 100.0 * aside);
     // What spoils recordings kept out may have been set aside in those fitted.
     let odd = baseline.held_out.as_ref().is_some_and(|held| {
@@ -41,7 +43,7 @@ pub fn explain(
     if look
         && !baseline.train.is_lost()
         && options.by_hand.is_none()
-        && let Some(found) = among_aside(workspace, &baseline, options, control, report)?
+        && let Some(found) = select_with_set_aside(workspace, &baseline, options, control, report)?
     {
         return Ok(found);
     }
@@ -50,19 +52,19 @@ pub fn explain(
         baseline,
         weighed: Vec::new(),
     };
-    search(workspace, from, options, control, report)
+    search_forward(workspace, from, options, control, report)
 }
 
 /// Looks for an effect that tells most of what was set aside as misread, and for others
 /// beside it; `None` if there is none.
-fn among_aside(
+fn select_with_set_aside(
     workspace: &Workspace,
     baseline: &ModelState,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
 ) -> Result<Option<SelectionResult>, DiagnoseError> {
-    let all = |side: &Split, fitted: &Fitted| workspace.with_all(side, fitted);
+    let all = |side: &Split, fitted: &Fitted| workspace.with_all_segments(side, fitted);
     let held_out = workspace.held_out.as_ref().zip(baseline.held_out.as_ref());
     let whole = ModelState {
         train: all(&workspace.train, &baseline.train)?,
@@ -81,41 +83,42 @@ fn among_aside(
         stand: whole,
         weighed: Vec::new(),
     };
-    let mut found = search(workspace, from, &once, control, report)?;
+    let mut found = search_forward(workspace, from, &once, control, report)?;
     if found.stand.named.is_empty() {
         return Ok(None);
     }
     let stand = &mut found.stand;
     let series = stand.named.iter().any(|n| n.hypothesis.sequential_time);
     let workspace = if series {
-        workspace.in_series()
+        workspace.as_sequence()
     } else {
         workspace.clone()
     };
-    look_after(&workspace, stand, control)?;
+    recheck_misread(&workspace, stand, control)?;
     stand.misread = false;
-    let left = stand.train.aside();
+    let left = stand.train.set_aside_share();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
     // An effect that shows as well in the rest may have been fitted astray by them.
     let astray = stand.train.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value().max(1.0);
-    if astray || left > (1.0 - RECOVERED_MIN_SHARE) * baseline.train.aside() {
+    if astray || left > (1.0 - RECOVERED_MIN_SHARE) * baseline.train.set_aside_share() {
         return Ok(None);
     }
-    search(&workspace, found, options, control, report).map(Some)
+    search_forward(&workspace, found, options, control, report).map(Some)
 }
 
 /// Sets aside what is misread for the model of `stand`.
-fn look_after(
+fn recheck_misread(
     workspace: &Workspace,
     stand: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    stand.train = workspace.healed(&workspace.train, stand.train.clone(), false, control)?;
+    stand.train =
+        workspace.without_misread(&workspace.train, stand.train.clone(), false, control)?;
     if let (Some(side), Some(held_out)) = (&workspace.held_out, stand.held_out.take()) {
         let near = (&stand.train, Some(&held_out));
-        let judged = workspace.judge(&stand.train.model, near, control)?;
+        let judged = workspace.fit_held_out(&stand.train.model, near, control)?;
         stand.held_out = judged
-            .map(|judged| workspace.healed(side, judged, true, control))
+            .map(|judged| workspace.without_misread(side, judged, true, control))
             .transpose()?;
     }
     Ok(())
@@ -125,7 +128,7 @@ fn look_after(
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-fn search(
+fn search_forward(
     workspace: &Workspace,
     from: SelectionResult,
     options: &DiagnoseOptions,
@@ -153,11 +156,12 @@ fn search(
         if only.is_none() && (little || cannot_reach_target(&stand, rounds - round)?) {
             break;
         }
-        let mut round_weighed = weigh(&workspace, &stand, options, only, control, &about)?;
-        let is_asked = |spec: &EffectSpec| is_asked(&stand, options, only, spec);
+        let mut round_weighed =
+            evaluate_hypotheses(&workspace, &stand, options, only, control, &about)?;
+        let is_asked = |spec: &EffectSpec| is_candidate(&stand, options, only, spec);
         choose::add_twin(&workspace, &stand, &mut round_weighed, &is_asked, control)?;
-        let best = choose::best(&workspace, &stand, &mut round_weighed, control)?;
-        let vibration = self_ringing::vibration(&round_weighed);
+        let best = choose::choose_best(&workspace, &stand, &mut round_weighed, control)?;
+        let vibration = self_ringing::significant_vibration(&round_weighed);
         if weighed.is_empty() {
             weighed = round_weighed;
         }
@@ -169,19 +173,14 @@ fn search(
             break;
         };
         let mut trial = with_shape_parameters(&workspace, &stand, best.trial, control)?;
-        let held = workspace.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        let little = trial.worth() < FURTHER_MIN_SHARE * stand.explained();
-        let chance = trial.is_insignificant()
-            || !held
-            || little
-            || significance::is_at_lower_bound(&trial.hypothesis, &trial.train.model);
-        if only.is_none() && (chance || formal(&stand, &trial)?) {
+        if only.is_none() && is_rejected(&workspace, &stand, &trial)? {
             break;
         }
         if only.is_none()
             && let Some(f) = self_ringing::is_self_excited(&workspace, &stand, &trial, control)?
         {
-            if let Some(vibration) = vibration.filter(|v| self_ringing::as_well(v, &trial)) {
+            if let Some(vibration) = vibration.filter(|v| self_ringing::explains_as_well(v, &trial))
+            {
                 (best.spec, trial) = (vibration.hypothesis.start.spec, vibration);
                 best.alike.clear();
             } else {
@@ -195,26 +194,17 @@ fn search(
             }
         }
         if trial.hypothesis.sequential_time {
-            workspace = workspace.in_series();
+            workspace = workspace.as_sequence();
         }
-        stand.named.push(SelectedEffect {
+        let effect = SelectedEffect {
             spec: best.spec,
             hypothesis: trial.hypothesis,
             gain: (trial.gain, trial.held_gain),
             alike: best.alike,
-            told: best.told,
-        });
-        // What was misread did not stand out while all was far off.
-        let clears = |(before, after): (&Fitted, &Fitted)| {
-            before.per_value() > REVIEW_MIN_CHI2_RATIO * after.per_value()
+            told: best.rejected_twin,
         };
-        let kept_out = stand.held_out.as_ref().zip(trial.held_out.as_ref());
-        let clearer = clears((&stand.train, &trial.train)) || kept_out.is_some_and(clears);
-        stand.train = trial.train;
-        stand.held_out = trial.held_out;
-        if (clearer || stand.train.aside() > SET_ASIDE_REVIEW_SHARE) && !stand.misread {
-            look_after(&workspace, &mut stand, control)?;
-        }
+        let fits = (trial.train, trial.held_out);
+        add_effect(&workspace, &mut stand, effect, fits, control)?;
         if only.is_none() {
             prune::backward_eliminate(&workspace, &mut stand, control)?;
             if stand.named.is_empty() {
@@ -231,4 +221,44 @@ fn search(
         stand,
         weighed,
     })
+}
+
+/// Whether `trial` must not be named: its gain is insignificant, not confirmed by the held-out
+/// recordings, small against what the effects named so far explain, or within the error of
+/// their laws' form.
+fn is_rejected(
+    workspace: &Workspace,
+    stand: &ModelState,
+    trial: &CandidateFit,
+) -> Result<bool, DiagnoseError> {
+    let held = workspace.held_out.is_none() || trial.held_gain > HELD_GAIN;
+    let little = trial.worth() < FURTHER_MIN_SHARE * stand.explained();
+    let insignificant = trial.is_insignificant()
+        || !held
+        || little
+        || significance::is_at_lower_bound(&trial.hypothesis, &trial.train.model);
+    Ok(insignificant || is_form_error(stand, trial)?)
+}
+
+/// Adds an effect with the fits to both splits, and looks for misread segments anew where the
+/// fits became clearer: what was misread did not stand out while everything was far off.
+fn add_effect(
+    workspace: &Workspace,
+    stand: &mut ModelState,
+    effect: SelectedEffect,
+    (train, held_out): (Fitted, Option<Fitted>),
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    stand.named.push(effect);
+    let clears = |(before, after): (&Fitted, &Fitted)| {
+        before.per_value() > REVIEW_MIN_CHI2_RATIO * after.per_value()
+    };
+    let both = stand.held_out.as_ref().zip(held_out.as_ref());
+    let clearer = clears((&stand.train, &train)) || both.is_some_and(clears);
+    stand.train = train;
+    stand.held_out = held_out;
+    if (clearer || stand.train.set_aside_share() > SET_ASIDE_REVIEW_SHARE) && !stand.misread {
+        recheck_misread(workspace, stand, control)?;
+    }
+    Ok(())
 }

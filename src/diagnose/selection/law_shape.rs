@@ -1,12 +1,12 @@
 //! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
 
-use super::refit::{begun_from, best_start_on_subset, refitted, with_freedoms};
+use super::refit::{best_start_on_subset, fit_from, parameters_with, refit};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::is_at_lower_bound;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::score_test::forms::{LEAST_LAG, SHORTEST_LAG, shape_of};
-use crate::diagnose::score_test::state_range::spans;
+use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, MIN_TIME_CONSTANT, pace_parameters};
+use crate::diagnose::score_test::state_range::state_ranges;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
     CONFIRMED_SHAPE_GAINS, LARGE_LAG_GAIN, LEAVES_MUCH_RATIO, SHAPE_FITTED_MIN_GAIN, SHAPE_MIN_GAIN,
@@ -16,14 +16,14 @@ use crate::model::with_effect;
 
 /// Share of its delay that an amplifier owes to its pace to begin with, where it has a time
 /// constant as well.
-const BY_PACE: f64 = 0.75;
+const SLEW_SHARE_OF_DELAY: f64 = 0.75;
 
 /// Steps of a fit with one more mode beside a further one, which takes long: after these, what is
 /// left goes along what hardly tells, how much moves it and how much of it is seen.
-const BESIDE: usize = 6;
+const SECOND_MODE_STEPS: usize = 6;
 
 /// Creep of two times begins with them so many times shorter and longer than one of them all.
-const APART_BY: f64 = 3.0;
+const CREEP_TIME_RATIO: f64 = 3.0;
 
 /// `trial` with its law given the shape that suits best, if that brings more than chance on
 /// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
@@ -55,17 +55,17 @@ pub fn with_shape_parameters(
         ..hypothesis.clone()
     };
     let edge = || {
-        let (_, _, volts) = spans(&trial.train);
+        let (_, _, volts) = state_ranges(&trial.train);
         volts.1 - volts.0
     };
-    if let Some(both) = settling(effect, edge) {
+    if let Some(both) = with_both_amplifier_limits(effect, edge) {
         let tau = own_ids(both.spec, &[0])[0].clone();
         whole.bounds.retain(|(id, _)| *id != tau);
         whole
             .bounds
-            .push((tau, (LEAST_LAG * SHORTEST_LAG, f64::INFINITY)));
+            .push((tau, (MIN_LAG_SHARE * MIN_TIME_CONSTANT, f64::INFINITY)));
         whole.start = both;
-    } else if let Some(both) = creeping(effect) {
+    } else if let Some(both) = with_two_creep_times(effect) {
         let ids = own_ids(both.spec, &[0, 1, 2, 3]);
         for (own, further) in ids[..2].iter().zip(&ids[2..]) {
             let bound = whole.bounds.iter().find(|(id, _)| id == own);
@@ -76,18 +76,22 @@ pub fn with_shape_parameters(
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.id == "extra_mode" {
-        match crate::diagnose::hypotheses::extra_mode::one_more(
+        match crate::diagnose::hypotheses::extra_mode::with_second_mode(
             &workspace.train,
             whole,
             &trial.train,
         )? {
-            Some(both) => {
-                best_start_on_subset(workspace, stand, &both, (&trial.train, BESIDE), control)?
-            }
+            Some(both) => best_start_on_subset(
+                workspace,
+                stand,
+                &both,
+                (&trial.train, SECOND_MODE_STEPS),
+                control,
+            )?,
             None => None,
         }
     } else {
-        begun_from(workspace, stand, &whole, (&start, &trial.train), control)?
+        fit_from(workspace, stand, &whole, (&start, &trial.train), control)?
     };
     let Some(mut other) = other else {
         return Ok(trial);
@@ -105,14 +109,14 @@ pub fn with_shape_parameters(
     let held_more = stand.held_out.as_ref();
     let held_more = held_more.map(|_| other.held_gain - trial.held_gain);
     // What has left its own strength to its shape is no better told by it.
-    let better = tells(other.gain - trial.gain, held_more)
+    let better = shape_is_significant(other.gain - trial.gain, held_more)
         && !is_at_lower_bound(&other.hypothesis, &other.train.model);
     Ok(if better { other } else { trial })
 }
 
 /// Whether a shape that brings so much on the fitted recordings, and on those kept out if there
 /// are any, is a better one by more than chance.
-fn tells(more: f64, held_more: Option<f64>) -> bool {
+fn shape_is_significant(more: f64, held_more: Option<f64>) -> bool {
     let (own, both) = CONFIRMED_SHAPE_GAINS;
     let held = held_more.unwrap_or(0.0);
     let confirmed = more.min(held) > own && more + held > both;
@@ -132,20 +136,20 @@ pub fn drop_second_time_constant(
     let latest = stand.named.last().map(|n| n.spec);
     let mut effects = stand.train.model.effects.clone();
     effects.retain(|e| Some(e.spec) != latest && stand.named.iter().any(|n| n.spec == e.spec));
-    for plain in effects.iter().filter_map(of_one_time) {
+    for plain in effects.iter().filter_map(with_one_creep_time) {
         if control.cancelled() {
             break;
         }
         let spec = plain.spec;
         let start = with_effect(&stand.train.model, plain);
-        let Some((train, held_out)) = refitted(workspace, &start, stand, stand, control)? else {
+        let Some((train, held_out)) = refit(workspace, &start, stand, stand, control)? else {
             continue;
         };
         let held = held_out.as_ref().zip(stand.held_out.as_ref());
         let held_more = held.map(|(plain, shaped)| plain.cost - shaped.cost);
         let more = train.cost - stand.train.cost;
         log::debug!("a shape brings {more:.0}, {held_more:?} kept out beside the latest name");
-        if !tells(more, held_more) {
+        if !shape_is_significant(more, held_more) {
             for own in stand.named.iter_mut().filter(|n| n.spec == spec) {
                 own.gain.0 -= more;
                 own.gain.1 -= held_more.unwrap_or(0.0);
@@ -158,7 +162,7 @@ pub fn drop_second_time_constant(
 }
 
 /// Creep of two times as that of one between them; `None` for other effects.
-fn of_one_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
+fn with_one_creep_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
     let [share, tau, further, tau2] = effect.values[..] else {
         return None;
     };
@@ -177,7 +181,10 @@ fn of_one_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
 /// An amplifier that has a time constant or a bounded pace with both, as late as before for an
 /// edge of `edge()` \[V\]: where one of them is nothing, or too small for the other to matter, no
 /// slope leads away from there. `None` for other effects.
-fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffect> {
+fn with_both_amplifier_limits(
+    effect: &ActiveEffect,
+    edge: impl Fn() -> f64,
+) -> Option<ActiveEffect> {
     let [tau, pace] = effect.values[..] else {
         return None;
     };
@@ -187,8 +194,8 @@ fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffec
     let edge = Some(edge()).filter(|e| *e > 0.0)?;
     let late = tau + 0.5 * pace * edge;
     // Bound by its pace for so long, it is late by r V/2 + tau^2 / (2 r V).
-    let pace = 2.0 * BY_PACE * late / edge;
-    let tau = (2.0 * (1.0 - BY_PACE) * late * pace * edge).sqrt();
+    let pace = 2.0 * SLEW_SHARE_OF_DELAY * late / edge;
+    let tau = (2.0 * (1.0 - SLEW_SHARE_OF_DELAY) * late * pace * edge).sqrt();
     Some(ActiveEffect {
         spec: effect.spec,
         values: vec![tau, pace],
@@ -197,13 +204,18 @@ fn settling(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<ActiveEffec
 
 /// Creep of one time as half of it each of a shorter and of a longer one; `None` for other
 /// effects.
-fn creeping(effect: &ActiveEffect) -> Option<ActiveEffect> {
+fn with_two_creep_times(effect: &ActiveEffect) -> Option<ActiveEffect> {
     let [share, tau, 0.0, _] = effect.values[..] else {
         return None;
     };
     (effect.spec.id == "piezo_creep").then(|| ActiveEffect {
         spec: effect.spec,
-        values: vec![0.5 * share, tau / APART_BY, 0.5 * share, tau * APART_BY],
+        values: vec![
+            0.5 * share,
+            tau / CREEP_TIME_RATIO,
+            0.5 * share,
+            tau * CREEP_TIME_RATIO,
+        ],
     })
 }
 
@@ -235,10 +247,10 @@ pub fn as_lag_twin(
     let hypothesis = Hypothesis {
         start: effect.clone(),
         alternative_starts: Vec::new(),
-        bounds: vec![(free[0].clone(), (LEAST_LAG * lag, f64::INFINITY))],
+        bounds: vec![(free[0].clone(), (MIN_LAG_SHARE * lag, f64::INFINITY))],
         free,
         cold_start: None,
-        shape: shape_of(spec),
+        shape: pace_parameters(spec),
         predicted_gain: 0.0,
         look_elsewhere: false,
         sequential_time: trial.hypothesis.sequential_time,
@@ -247,13 +259,13 @@ pub fn as_lag_twin(
     let start = with_effect(&start, effect);
     if trial.worth() > LARGE_LAG_GAIN && trial.leaves_nothing() {
         // A part of the stretches tells where the two are far apart.
-        let (free, bounds) = with_freedoms(stand, &hypothesis);
-        let sketch = workspace.sketch(&start, &free, &bounds, &trial.train, control);
+        let (free, bounds) = parameters_with(stand, &hypothesis);
+        let sketch = workspace.fit_subset(&start, &free, &bounds, &trial.train, control);
         if sketch.is_ok_and(|s| s.per_value() > LEAVES_MUCH_RATIO * trial.train.per_value()) {
             return Ok(None);
         }
     }
-    begun_from(
+    fit_from(
         workspace,
         stand,
         &hypothesis,
@@ -293,10 +305,10 @@ mod tests {
         let spec = find("piezo_creep").unwrap();
         let values = vec![0.05, 12e-3, 0.0, 0.2];
         let one = ActiveEffect { spec, values };
-        let two = creeping(&one).unwrap();
+        let two = with_two_creep_times(&one).unwrap();
         assert!(two.values[1] < 12e-3 && two.values[3] > 12e-3, "{two:?}");
-        assert!(creeping(&two).is_none() && of_one_time(&one).is_none());
-        let back = of_one_time(&two).unwrap();
+        assert!(with_two_creep_times(&two).is_none() && with_one_creep_time(&one).is_none());
+        let back = with_one_creep_time(&two).unwrap();
         for (back, one) in back.values[..3].iter().zip(&one.values) {
             assert!((back - one).abs() < 1e-12, "{back} {one}");
         }
@@ -310,13 +322,13 @@ mod tests {
                 spec,
                 values: values.to_vec(),
             };
-            let both = settling(&effect, || 16.0).unwrap();
+            let both = with_both_amplifier_limits(&effect, || 16.0).unwrap();
             assert!(both.values.iter().all(|v| *v > 0.0), "{both:?}");
             let (before, after) = (late(&values, 16.0), late(&both.values, 16.0));
             assert!((after / before - 1.0).abs() < 1e-3, "{before} {after}");
             // No edge, and nothing to share out.
-            assert!(settling(&effect, || 0.0).is_none());
-            assert!(settling(&both, || 16.0).is_none());
+            assert!(with_both_amplifier_limits(&effect, || 0.0).is_none());
+            assert!(with_both_amplifier_limits(&both, || 16.0).is_none());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Names that a later one has made needless.
 
-use super::refit::refitted;
+use super::refit::refit;
 use crate::diagnose::comparison::significance::is_insignificant;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -11,7 +11,7 @@ use crate::diagnose::thresholds::{
 use crate::model::Model;
 
 /// Whether a further mode in `model` lies so near one of the device's own.
-fn beside_its_own(model: &Model) -> bool {
+fn is_near_own_mode(model: &Model) -> bool {
     let near = |f: f64| {
         let own = ["f1", "f2"]
             .iter()
@@ -40,7 +40,7 @@ pub fn backward_eliminate(
         // The latest one is asked where it brought little, or far more than was promised: the fit
         // before may have stopped halfway, and this one have gone on for it.
         let n = &stand.named[k];
-        let stands_in = n.spec.id == "extra_mode" && beside_its_own(&stand.train.model);
+        let stands_in = n.spec.id == "extra_mode" && is_near_own_mode(&stand.train.model);
         let foreseen = !stands_in && n.gain.0 < UNFORESEEN_GAIN_RATIO * n.hypothesis.predicted_gain;
         if k + 1 == stand.named.len() && foreseen && n.gain.0 > CLEARLY_NEEDED_RATIO * TRAIN_GAIN {
             break;
@@ -60,7 +60,7 @@ pub fn backward_eliminate(
         let dropped = without.named.remove(k);
         let mut start: Model = stand.train.model.clone();
         start.effects.retain(|e| e.spec != dropped.spec);
-        let Some((train, held_out)) = refitted(workspace, &start, &without, stand, control)? else {
+        let Some((train, held_out)) = refit(workspace, &start, &without, stand, control)? else {
             k += 1;
             continue;
         };

@@ -1,15 +1,17 @@
 //! A fit with one more effect, judged against the one without on both sides.
 
-use super::evaluate::ITERATIONS;
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::coarse_fit::SubsetFit;
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::local_fit::modes;
+use crate::diagnose::shooting::local_fit::mode_count;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::{Model, with_effect};
+
+/// Steps of a fit at most.
+pub(crate) const MAX_FIT_STEPS: usize = 12;
 
 /// A fit with one more effect against that of `stand`.
 ///
@@ -22,7 +24,8 @@ pub fn evaluate_held_out(
     train: Fitted,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
-    let held_out = workspace.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
+    let held_out =
+        workspace.fit_held_out(&train.model, (&train, stand.held_out.as_ref()), control)?;
     let mut gain = stand.train.cost - train.cost;
     let mut held_gain = match (&stand.held_out, &held_out) {
         (Some(before), Some(after)) => before.cost - after.cost,
@@ -33,7 +36,10 @@ pub fn evaluate_held_out(
     if let (Some(k), Some(before), Some(after)) =
         (hypothesis.estimated_on_held_out, &stand.held_out, &held_out)
     {
-        let falls = before.costs()?.into_iter().zip(after.costs()?);
+        let falls = before
+            .recording_costs()?
+            .into_iter()
+            .zip(after.recording_costs()?);
         let falls: Vec<f64> = falls.map(|(before, after)| before - after).collect();
         gain = falls[k];
         held_gain = falls.iter().sum::<f64>() - gain;
@@ -58,8 +64,8 @@ pub fn evaluate_from_scratch(
     train: Fitted,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
-    let held_out = workspace.judge(&train.model, (&train, None), control)?;
-    let (gain, held_gain) = whole_gains(workspace, stand, &train, held_out.as_ref())?;
+    let held_out = workspace.fit_held_out(&train.model, (&train, None), control)?;
+    let (gain, held_gain) = gains_on_all_segments(workspace, stand, &train, held_out.as_ref())?;
     Ok(CandidateFit {
         gain,
         held_gain,
@@ -71,7 +77,7 @@ pub fn evaluate_from_scratch(
 
 /// Falls of chi2 against the fit of `stand` on either side, all stretches counted, whatever
 /// either sets aside.
-fn whole_gains(
+fn gains_on_all_segments(
     workspace: &Workspace,
     stand: &ModelState,
     train: &Fitted,
@@ -79,7 +85,9 @@ fn whole_gains(
 ) -> Result<(f64, f64), DiagnoseError> {
     let gain = |side: &Split, before: &Fitted, after: &Fitted| {
         let first = side.segments();
-        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
+        Ok::<f64, DiagnoseError>(
+            before.cost_with_set_aside(first)? - after.cost_with_set_aside(first)?,
+        )
     };
     let held_gain = match (&workspace.held_out, &stand.held_out, held_out) {
         (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
@@ -90,13 +98,16 @@ fn whole_gains(
 
 /// The fit with what the re-tuning has found without which the baseline is lost; `None` for other
 /// hypotheses and elsewhere.
-pub(crate) fn found(
+pub(crate) fn fit_of_required_effect(
     workspace: &Workspace,
     stand: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    let known = workspace.found.as_ref().filter(|_| stand.named.is_empty());
+    let known = workspace
+        .required_effect
+        .as_ref()
+        .filter(|_| stand.named.is_empty());
     let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
         return Ok(None);
     };
@@ -112,7 +123,7 @@ pub(crate) fn found(
 }
 
 /// `model` with the effect of a hypothesis that it has already, but for what is not fitted.
-pub(crate) fn with_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
+pub(crate) fn with_fixed_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
     let mut with = model.clone();
     let own = &hypothesis.start;
     for effect in with.effects.iter_mut().filter(|e| e.spec == own.spec) {
@@ -128,7 +139,9 @@ pub(crate) fn with_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
 }
 
 /// The hypotheses that look like `hypothesis`.
-pub(crate) fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
+pub(crate) fn alternative_hypotheses(
+    hypothesis: &Hypothesis,
+) -> impl Iterator<Item = Hypothesis> + '_ {
     hypothesis
         .alternative_starts
         .iter()
@@ -150,10 +163,10 @@ pub fn best_start_on_subset(
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
     let mut best: Option<(SubsetFit, Hypothesis)> = None;
-    for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
-        let (free, bounds) = with_freedoms(stand, &own);
+    for own in std::iter::once(hypothesis.clone()).chain(alternative_hypotheses(hypothesis)) {
+        let (free, bounds) = parameters_with(stand, &own);
         let start = with_effect(&near.model, own.start.clone());
-        let sketch = workspace.sketch(&start, &free, &bounds, near, control);
+        let sketch = workspace.fit_subset(&start, &free, &bounds, near, control);
         let Some(sketch) = simulated(sketch)? else {
             continue;
         };
@@ -165,28 +178,28 @@ pub fn best_start_on_subset(
     let Some((sketch, own)) = best else {
         return Ok(None);
     };
-    let train = simulated(workspace.complete(sketch, steps, control))?;
+    let train = simulated(workspace.fit_all_from(sketch, steps, control))?;
     let judged = train.map(|train| evaluate_held_out(workspace, stand, &own, train, control));
     judged.transpose()
 }
 
 /// What is fitted with one more effect, and its bounds.
-pub fn with_freedoms(stand: &ModelState, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
-    let (mut free, mut bounds) = freedoms(stand);
+pub fn parameters_with(stand: &ModelState, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
+    let (mut free, mut bounds) = selected_parameters(stand);
     free.extend_from_slice(&hypothesis.free);
     bounds.extend_from_slice(&hypothesis.bounds);
     (free, bounds)
 }
 
 /// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
-pub(crate) fn from_near(
+pub(crate) fn fit_warm_start(
     workspace: &Workspace,
     stand: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
     let start = with_effect(&stand.train.model, hypothesis.start.clone());
-    begun_from(
+    fit_from(
         workspace,
         stand,
         hypothesis,
@@ -197,15 +210,15 @@ pub(crate) fn from_near(
 
 /// A fit with one more effect that begins with a model and the states of another fit; `None`
 /// if it cannot be simulated.
-pub fn begun_from(
+pub fn fit_from(
     workspace: &Workspace,
     stand: &ModelState,
     hypothesis: &Hypothesis,
     (start, near): (&Model, &Fitted),
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    let (free, bounds) = with_freedoms(stand, hypothesis);
-    let train = simulated(workspace.fit(start, &free, &bounds, near, ITERATIONS, control))?;
+    let (free, bounds) = parameters_with(stand, hypothesis);
+    let train = simulated(workspace.fit(start, &free, &bounds, near, MAX_FIT_STEPS, control))?;
     let judged = train.map(|train| evaluate_held_out(workspace, stand, hypothesis, train, control));
     judged.transpose()
 }
@@ -216,35 +229,36 @@ pub fn begun_from(
 ///
 /// # Errors
 /// [`DiagnoseError`] if the recordings cannot be used.
-pub fn refitted(
+pub fn refit(
     workspace: &Workspace,
     start: &Model,
     stand: &ModelState,
     near: &ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<(Fitted, Option<Fitted>)>, DiagnoseError> {
-    let (free, bounds) = freedoms(stand);
-    let train = if modes(start) == modes(&near.train.model) {
-        workspace.fit(start, &free, &bounds, &near.train, ITERATIONS, control)
+    let (free, bounds) = selected_parameters(stand);
+    let train = if mode_count(start) == mode_count(&near.train.model) {
+        workspace.fit(start, &free, &bounds, &near.train, MAX_FIT_STEPS, control)
     } else {
-        let sketch = workspace.sketch(start, &free, &bounds, &near.train, control);
+        let sketch = workspace.fit_subset(start, &free, &bounds, &near.train, control);
         if let Ok(sketch) = &sketch
-            && sketch.is_lost_beside(&near.train)
+            && sketch.is_lost_compared_to(&near.train)
         {
             return Ok(None);
         }
-        sketch.and_then(|sketch| workspace.complete(sketch, ITERATIONS, control))
+        sketch.and_then(|sketch| workspace.fit_all_from(sketch, MAX_FIT_STEPS, control))
     };
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };
-    let held_out = workspace.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
+    let held_out =
+        workspace.fit_held_out(&train.model, (&train, near.held_out.as_ref()), control)?;
     Ok(Some((train, held_out)))
 }
 
 /// A fit with the first effect from where the re-tuning began, for `stand` has been drawn
 /// along by what it lacks; `None` if it cannot be simulated.
-pub(crate) fn from_afar(
+pub(crate) fn fit_cold_start(
     workspace: &Workspace,
     stand: &ModelState,
     hypothesis: &Hypothesis,
@@ -256,8 +270,8 @@ pub(crate) fn from_afar(
         hypothesis.free = free;
         hypothesis.bounds.clear();
     }
-    let start = with_effect(&workspace.outset, hypothesis.start.clone());
-    let train = workspace.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control);
+    let start = with_effect(&workspace.initial_model, hypothesis.start.clone());
+    let train = workspace.fit_cold_start(&start, &hypothesis.free, &hypothesis.bounds, control);
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };
@@ -265,7 +279,7 @@ pub(crate) fn from_afar(
 }
 
 /// Freedoms and bounds of the effects named so far.
-pub(crate) fn freedoms(stand: &ModelState) -> (Vec<String>, Vec<Bound>) {
+pub(crate) fn selected_parameters(stand: &ModelState) -> (Vec<String>, Vec<Bound>) {
     let all = stand.named.iter().map(|n| &n.hypothesis);
     (
         all.clone().flat_map(|h| h.free.clone()).collect(),

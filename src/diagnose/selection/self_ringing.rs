@@ -2,7 +2,7 @@
 //! the next may leave enough to look like something else, a lag above all. And what is none,
 //! for it rings by itself.
 
-use super::refit::with_freedoms;
+use super::refit::parameters_with;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::discrepancy::impact_ring::ImpactExcitations;
@@ -16,22 +16,16 @@ use crate::diagnose::thresholds::{
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::SimError;
 
-/// Most places that are looked at: each takes a fit.
-pub(crate) const MOST: usize = 2;
-/// Frequencies of neighbouring bending modes, quick ones, one over the other.
-pub(crate) const NEXT: f64 = 2.0;
 /// The shapes of a mode come after its frequency and damping.
-const SHAPES: usize = 2;
+const FIRST_SHAPE_INDEX: usize = 2;
 /// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
-const STILL: f64 = 1e-3;
+const UNDRIVEN_FACTOR: f64 = 1e-3;
 
 /// How far off that frequency may be, as a share.
-const NEAR: f64 = 0.03;
+const FREQUENCY_TOLERANCE: f64 = 0.03;
 
 /// Steps of the fit with such a mode.
-const STEPS: usize = 8;
-/// Its shape at first, as a share of that of the mode that is known: enough for a direction.
-pub(crate) const FIRST: f64 = 0.01;
+const UNDRIVEN_FIT_STEPS: usize = 8;
 
 /// Frequency of a further mode that nothing moves \[Hz\], if `trial`, a fit with one more effect
 /// than `stand` has, is of one. What drives and strikes a device moves its modes; what rings by
@@ -56,7 +50,7 @@ pub fn is_self_excited(
     let Some(frequency) = effect.map(|e| e.values[0]) else {
         return Ok(None);
     };
-    if in_step(workspace, stand, trial, frequency)? {
+    if is_driven(workspace, stand, trial, frequency)? {
         return Ok(None);
     }
     let mut still = fitted.model.clone();
@@ -64,22 +58,23 @@ pub fn is_self_excited(
     for effect in still.effects.iter_mut().filter(|e| *e.spec == EFFECT) {
         let all = effect.spec.parameters.iter().zip(&mut effect.values);
         for (i, (parameter, value)) in all.enumerate() {
-            if i % OF_ONE >= SHAPES {
-                *value *= STILL;
+            if i % OF_ONE >= FIRST_SHAPE_INDEX {
+                *value *= UNDRIVEN_FACTOR;
                 shapes.push(format!("{}.{}", EFFECT.id, parameter.id));
             }
         }
     }
-    let (mut free, bounds) = with_freedoms(stand, &trial.hypothesis);
+    let (mut free, bounds) = parameters_with(stand, &trial.hypothesis);
     free.retain(|id| !shapes.contains(id));
-    let sketch = workspace.sketch(&still, &free, &bounds, fitted, control);
+    let sketch = workspace.fit_subset(&still, &free, &bounds, fitted, control);
     // What rings by itself goes on as it did: where it does not, all stretches need not be asked.
     if let Ok(sketch) = &sketch
-        && sketch.is_lost_beside(fitted)
+        && sketch.is_lost_compared_to(fitted)
     {
         return Ok(None);
     }
-    let unmoved = sketch.and_then(|sketch| workspace.complete(sketch, STEPS, control));
+    let unmoved =
+        sketch.and_then(|sketch| workspace.fit_all_from(sketch, UNDRIVEN_FIT_STEPS, control));
     // What cannot be simulated says nothing against the mode.
     let Some(unmoved) = simulated(unmoved)? else {
         return Ok(None);
@@ -91,7 +86,7 @@ pub fn is_self_excited(
 }
 
 /// The vibration of the base among what was `weighed`, if chance does not do as well.
-pub fn vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
+pub fn significant_vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
     let own = weighed.iter().find(|w| w.spec.id == "base_vibration")?;
     let held = |t: &CandidateFit| t.held_out.is_none() || t.held_gain > HELD_GAIN;
     let trial = own.trial.as_ref();
@@ -99,20 +94,21 @@ pub fn vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
 }
 
 /// Whether the `vibration` of the base does as well as `ringing`, a mode that rings by itself.
-pub fn as_well(vibration: &CandidateFit, ringing: &CandidateFit) -> bool {
+pub fn explains_as_well(vibration: &CandidateFit, ringing: &CandidateFit) -> bool {
     vibration.worth() > STEADY_VIBRATION_SHARE * ringing.worth()
 }
 
 /// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what
 /// `stand` leaves, on both sides, and is not too small a part of what `trial` brings beyond it.
-fn in_step(
+fn is_driven(
     workspace: &Workspace,
     stand: &ModelState,
     trial: &CandidateFit,
     frequency: f64,
 ) -> Result<bool, SimError> {
     let near = |side: &Split, fitted: &Fitted| -> Result<f64, SimError> {
-        let ring = ImpactExcitations::new(side, fitted)?.near(frequency, NEAR * frequency);
+        let ring = ImpactExcitations::new(side, fitted)?
+            .best_near(frequency, FREQUENCY_TOLERANCE * frequency);
         Ok(ring.map_or(0.0, |ring| ring.gain))
     };
     let train = near(&workspace.train, &stand.train)?;

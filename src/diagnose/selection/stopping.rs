@@ -4,14 +4,17 @@ use crate::diagnose::comparison::significance::is_insignificant;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::discrepancy::law_form;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::shooting::fitted::excess;
+use crate::diagnose::shooting::fitted::excess_chi2;
 use crate::diagnose::thresholds::{
     FAR_OFF_CHI2, FORM_OUTWEIGHS_RATIO, HELD_GAIN, MIN_CARRIED_SHARE,
 };
 
 /// Whether what `trial` brings is little more, or far less, than the effects named before would
 /// bring if their laws were of somewhat other form.
-pub(crate) fn formal(stand: &ModelState, trial: &CandidateFit) -> Result<bool, DiagnoseError> {
+pub(crate) fn is_form_error(
+    stand: &ModelState,
+    trial: &CandidateFit,
+) -> Result<bool, DiagnoseError> {
     let named = stand.specs();
     if named.is_empty() {
         return Ok(false);
@@ -39,19 +42,19 @@ pub(crate) fn formal(stand: &ModelState, trial: &CandidateFit) -> Result<bool, D
 /// [`DiagnoseError`] if the model makes no sense.
 pub fn cannot_reach_target(stand: &ModelState, more: usize) -> Result<bool, DiagnoseError> {
     let gains: Vec<f64> = stand.named.iter().map(|n| n.gain.0).collect();
-    let rest = excess(&stand.train);
+    let rest = excess_chi2(&stand.train);
     let far = !stand.misread && stand.train.per_value() > FAR_OFF_CHI2;
-    if !far || !fall_short(&gains, more, rest, 0.0) {
+    if !far || !falls_short(&gains, more, rest, 0.0) {
         return Ok(false);
     }
     let formal = law_form::form_error_gain(&stand.train, &stand.specs())?;
     log::debug!("those named carry {gains:.0?}, their kin {formal:.0}, and leave {rest:.0}");
-    Ok(fall_short(&gains, more, rest, formal))
+    Ok(falls_short(&gains, more, rest, formal))
 }
 
 /// Whether those that bring `gains`, and so many `more` like the best of them, carry too little
 /// where `rest` is left, of which `formal` goes by laws of other form.
-pub(crate) fn fall_short(gains: &[f64], more: usize, rest: f64, formal: f64) -> bool {
+pub(crate) fn falls_short(gains: &[f64], more: usize, rest: f64, formal: f64) -> bool {
     let best = gains.iter().copied().fold(0.0, f64::max);
     let carried: f64 = gains.iter().sum();
     let most = carried + more as f64 * best + formal;

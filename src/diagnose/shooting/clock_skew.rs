@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::workspace::{FORSAKEN, LOSS, WIDE};
+use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MISREAD_CHI2, ROBUST_LOSS};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{
     SKEW_MIN_COST_DROP, SKEW_PROMISING_COST_RATIO, SKEW_WELL_EXPLAINED_CHI2,
@@ -15,19 +15,19 @@ use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator};
 
 /// Skews that every recording is tried with \[s\].
-const TRIED: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
+const SKEW_GRID: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
 /// Skews nearer than this agree \[s\].
-pub(crate) const NEAR: f64 = 5e-6;
+pub(crate) const SAME_SKEW: f64 = 5e-6;
 
 /// Steps of each stretch's own fit, by a loss that forgives nothing and by the usual one.
-pub(crate) const ROUNDS: [usize; 2] = [3, 3];
+pub(crate) const LOCAL_FIT_STEPS: [usize; 2] = [3, 3];
 /// The same for a first look.
-const LOOK: [usize; 2] = [1, 0];
+const SCREENING_STEPS: [usize; 2] = [1, 0];
 /// And for none.
-const AS_IT_IS: [usize; 2] = [0, 0];
+const NO_STEPS: [usize; 2] = [0, 0];
 
 /// The stretches of a fit, to be told what they come to by another clock.
-pub(crate) struct Stretches<'a> {
+pub(crate) struct SkewTrials<'a> {
     problem: &'a Problem,
     x: Vec<f64>,
     segments: Vec<Segment>,
@@ -35,9 +35,9 @@ pub(crate) struct Stretches<'a> {
     states: Vec<Vec<f64>>,
 }
 
-impl<'a> Stretches<'a> {
+impl<'a> SkewTrials<'a> {
     /// Those of `point`.
-    pub(crate) fn of(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
+    pub(crate) fn new(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
         let simulator = problem.simulator(&point.x)?;
         Ok(Self {
             states: problem.states(&point.x, &simulator, &point.segments),
@@ -51,7 +51,7 @@ impl<'a> Stretches<'a> {
     /// What the stretches `own` of one recording cost, its skew, which is unknown number `at`,
     /// being `skew` \[s\], and their unknowns, fitted in so many `rounds` by either loss from
     /// where `start` has them.
-    pub(crate) fn told<'s>(
+    pub(crate) fn cost_at<'s>(
         &self,
         own: &[usize],
         start: &(dyn Fn(usize) -> &'s [f64] + Sync),
@@ -71,11 +71,11 @@ impl<'a> Stretches<'a> {
                     let (states, simulator) = (&self.states[i], &self.simulator);
                     problem.refine(segment, states, simulator, &nuisances, locals, loss, rounds)
                 };
-                let near = fit(start(i).to_vec(), WIDE, rounds[0]);
-                let told = fit(near.locals, LOSS, rounds[1]);
+                let near = fit(start(i).to_vec(), LEAST_SQUARES, rounds[0]);
+                let refined = fit(near.locals, ROBUST_LOSS, rounds[1]);
                 // What was misread must not decide.
-                let most = FORSAKEN * problem.rows(segment).len() as f64;
-                (told.locals, told.cost.min(most))
+                let most = MISREAD_CHI2 * problem.rows(segment).len() as f64;
+                (refined.locals, refined.cost.min(most))
             })
             .collect();
         let cost = fits.iter().map(|(_, cost)| cost).sum();
@@ -84,8 +84,8 @@ impl<'a> Stretches<'a> {
 }
 
 /// What it costs that a clock has that skew \[s\].
-pub(crate) fn prior(nuisance: &FreeNuisance, skew: f64) -> f64 {
-    LOSS.cost((skew - nuisance.mean) / nuisance.sigma)
+pub(crate) fn skew_prior_cost(nuisance: &FreeNuisance, skew: f64) -> f64 {
+    ROBUST_LOSS.cost((skew - nuisance.mean) / nuisance.sigma)
 }
 
 /// Sets the clocks of recordings that another skew tells far better, be it one of some or
@@ -101,22 +101,22 @@ pub fn set_clocks(
     eligible: &[bool],
 ) -> Result<bool, DiagnoseError> {
     let space = problem.space.len();
-    let clocks: Vec<usize> = skews(problem);
+    let clocks: Vec<usize> = skew_indices(problem);
     let unit = |i: usize| problem.nuisances[i - space].unit;
     let mut tried: Vec<f64> = clocks.iter().map(|&i| point.x[i] * unit(i)).collect();
-    for &skew in &TRIED {
-        if tried.iter().all(|t| (t - skew).abs() > NEAR) {
+    for &skew in &SKEW_GRID {
+        if tried.iter().all(|t| (t - skew).abs() > SAME_SKEW) {
             tried.push(skew);
         }
     }
-    let with = Stretches::of(problem, point)?;
+    let trials = SkewTrials::new(problem, point)?;
     let mut changed = false;
     for &at in &clocks {
         let nuisance = &problem.nuisances[at - space];
         let own: Vec<usize> = (0..point.segments.len())
             .filter(|&i| eligible[i] && point.segments[i].recording == nuisance.recording)
             .collect();
-        let told = |skew: f64, rounds| {
+        let cost_at = |skew: f64, rounds| {
             let start = |i: usize| {
                 let own = if point.used[i] {
                     &point.segments[i]
@@ -125,8 +125,8 @@ pub fn set_clocks(
                 };
                 &own.locals[..]
             };
-            let (cost, locals) = with.told(&own, &start, (at, skew), rounds);
-            (cost + prior(nuisance, skew), locals)
+            let (cost, locals) = trials.cost_at(&own, &start, (at, skew), rounds);
+            (cost + skew_prior_cost(nuisance, skew), locals)
         };
         let present = point.x[at] * nuisance.unit;
         let rows: usize = own
@@ -135,19 +135,19 @@ pub fn set_clocks(
             .sum();
         let well = |cost: f64| cost < SKEW_WELL_EXPLAINED_CHI2 * rows as f64;
         // What is told well as it stands need not be fitted to see that.
-        if well(told(present, AS_IT_IS).0) {
+        if well(cost_at(present, NO_STEPS).0) {
             continue;
         }
-        let now = told(present, ROUNDS).0;
+        let now = cost_at(present, LOCAL_FIT_STEPS).0;
         if well(now) {
             continue;
         }
-        let looked = told(present, LOOK).0.max(now);
+        let looked = cost_at(present, SCREENING_STEPS).0.max(now);
         let best = tried
             .iter()
-            .filter(|skew| (**skew - present).abs() > NEAR)
-            .filter(|skew| told(**skew, LOOK).0 < SKEW_PROMISING_COST_RATIO * looked)
-            .map(|&skew| (skew, told(skew, ROUNDS)))
+            .filter(|skew| (**skew - present).abs() > SAME_SKEW)
+            .filter(|skew| cost_at(**skew, SCREENING_STEPS).0 < SKEW_PROMISING_COST_RATIO * looked)
+            .map(|&skew| (skew, cost_at(skew, LOCAL_FIT_STEPS)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((skew, (cost, locals))) = best
             && cost < now - SKEW_MIN_COST_DROP
@@ -167,13 +167,20 @@ pub fn set_clocks(
         }
     }
     if changed {
-        *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+        *point = settle(
+            problem,
+            &point.x,
+            &point.segments,
+            &point.used,
+            ROBUST_LOSS,
+            1,
+        )?;
     }
     Ok(changed)
 }
 
 /// Which unknowns are skews.
-pub fn skews(problem: &Problem) -> Vec<usize> {
+pub fn skew_indices(problem: &Problem) -> Vec<usize> {
     let all = problem.nuisances.iter().enumerate();
     all.filter(|(_, n)| n.what == Nuisance::Skew)
         .map(|(i, _)| problem.space.len() + i)
@@ -181,15 +188,15 @@ pub fn skews(problem: &Problem) -> Vec<usize> {
 }
 
 /// Skews of all recordings of a fit against what they were cut for \[s\].
-pub fn skews_of(problem: &Problem, point: &Point) -> Vec<f64> {
+pub fn fitted_skews(problem: &Problem, point: &Point) -> Vec<f64> {
     let first = problem.space.len();
     let value = |i: usize| point.x[i] * problem.nuisances[i - first].unit;
-    skews(problem).into_iter().map(value).collect()
+    skew_indices(problem).into_iter().map(value).collect()
 }
 
 /// Skew of the clocks in most recordings of a fit \[s\].
-pub fn usual_skew(problem: &Problem, point: &Point) -> f64 {
-    let skew = quantile_in_place(&mut skews_of(problem, point), 0.5);
+pub fn median_skew(problem: &Problem, point: &Point) -> f64 {
+    let skew = quantile_in_place(&mut fitted_skews(problem, point), 0.5);
     if skew.is_finite() { skew } else { 0.0 }
 }
 
@@ -197,7 +204,7 @@ pub fn usual_skew(problem: &Problem, point: &Point) -> f64 {
 /// of them, or left to them.
 pub fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
     let first = problem.space.len();
-    for i in skews(problem) {
+    for i in skew_indices(problem) {
         x[i] += by / problem.nuisances[i - first].unit;
     }
 }

@@ -2,17 +2,19 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::workspace::LOSS;
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
+use crate::diagnose::thresholds::LOST_TRACK_CHI2;
 use crate::fit::problem::{Jacobian, Problem};
 use crate::fit::residual::simulate_segment::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
 use crate::model::Model;
+use crate::model::effects::ActiveEffect;
 use crate::sim::{SimError, StretchSimulator};
 
 /// Noise of a first reading that is taken over, by those that follow, counts for no more than
 /// so many values.
-const MOST_TAKEN: f64 = 20.0;
+const MAX_FIRST_READING_VALUES: f64 = 20.0;
 
 /// A model fitted to one side.
 #[derive(Debug, Clone)]
@@ -23,23 +25,25 @@ pub struct Fitted {
     pub problem: Problem,
     /// Where it ended.
     pub point: Point,
-    /// Robust cost by [`LOSS`], corrected for the stretches' own unknowns.
+    /// Robust cost by [`ROBUST_LOSS`], corrected for the stretches' own unknowns.
     pub cost: f64,
     /// The stretches' Jacobians there, once they were asked for.
     pub(crate) jacobians: Arc<OnceLock<Vec<Option<Jacobian>>>>,
 }
 
 impl Fitted {
-    /// What has ended at `point`, settled under [`LOSS`].
+    /// What has ended at `point`, settled under [`ROBUST_LOSS`].
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense there.
     pub(crate) fn at(problem: Problem, point: Point) -> Result<Self, SimError> {
-        let own = unknowns_of(&point.segments);
+        let own = local_unknowns(&point.segments);
         let model = problem.space.model(&point.x);
         let simulator = problem.simulator(&point.x)?;
         let segments = point.segments.iter();
-        let taken_over: f64 = segments.map(|s| taken_over(&problem, &simulator, s)).sum();
+        let taken_over: f64 = segments
+            .map(|s| first_reading_correction(&problem, &simulator, s))
+            .sum();
         Ok(Self {
             model,
             cost: point.cost + own as f64 + taken_over,
@@ -54,7 +58,12 @@ impl Fitted {
         self.cost / self.point.rows.max(1) as f64
     }
 
-    /// The stretches' Jacobians under [`LOSS`]; `None` for those that are set aside or cannot be
+    /// Whether the fit has lost its way.
+    pub fn is_lost(&self) -> bool {
+        self.per_value() > LOST_TRACK_CHI2
+    }
+
+    /// The stretches' Jacobians under [`ROBUST_LOSS`]; `None` for those that are set aside or cannot be
     /// simulated.
     ///
     /// # Errors
@@ -66,18 +75,18 @@ impl Fitted {
         let Point {
             x, segments, used, ..
         } = &self.point;
-        let fresh = self.problem.jacobians(x, segments, used, LOSS)?;
+        let fresh = self.problem.jacobians(x, segments, used, ROBUST_LOSS)?;
         Ok(self.jacobians.get_or_init(|| fresh))
     }
 
     /// Number of the stretches' own unknowns.
-    pub fn beginnings(&self) -> usize {
-        unknowns_of(&self.point.segments)
+    pub fn local_unknowns(&self) -> usize {
+        local_unknowns(&self.point.segments)
     }
 
     /// Rows minus the stretches' own unknowns.
     pub fn freedom(&self) -> f64 {
-        let rows = self.point.rows.saturating_sub(self.beginnings());
+        let rows = self.point.rows.saturating_sub(self.local_unknowns());
         rows.max(1) as f64
     }
 }
@@ -85,7 +94,11 @@ impl Fitted {
 /// By how much taking the first readings of `segment` over lowers its cost: a lasting lag of
 /// the readings begins there, so that they are met exactly, and their noise fades in the ones
 /// that follow.
-pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Segment) -> f64 {
+pub fn first_reading_correction(
+    problem: &Problem,
+    simulator: &StretchSimulator,
+    segment: &Segment,
+) -> f64 {
     let Some(at) = simulator
         .reading_states()
         .filter(|_| begins_from_reading(segment, simulator))
@@ -96,19 +109,34 @@ pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Seg
     let data = &problem.data[segment.recording].recording;
     let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
     let fades = (-2.0 * rate * segment.interval).exp();
-    channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN))
+    channels * (1.0 - (fades / (1.0 - fades)).min(MAX_FIRST_READING_VALUES))
 }
 
 /// Number of the segments' own unknowns.
-pub(crate) fn unknowns_of(segments: &[Segment]) -> usize {
+pub(crate) fn local_unknowns(segments: &[Segment]) -> usize {
     segments.iter().map(|s| s.locals.len()).sum()
 }
 
 /// Chi2 above the floor, all together.
-pub fn excess(fitted: &Fitted) -> f64 {
+pub fn excess_chi2(fitted: &Fitted) -> f64 {
     let rows = fitted.point.rows as f64;
     (fitted.cost - 1.03 * rows).max(0.0)
 }
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
+
+/// An effect without which the baseline is far off, as fitted with all else from afar.
+#[derive(Debug, Clone)]
+pub struct RequiredEffect {
+    /// The effect that the fit began with.
+    pub start: ActiveEffect,
+    /// Ids of what was fitted of it.
+    pub free: Vec<String>,
+    /// Bounds of that.
+    pub bounds: Vec<Bound>,
+    /// Ids of what else its law may have.
+    pub shape: Vec<String>,
+    /// The fit.
+    pub fitted: Fitted,
+}

@@ -4,17 +4,17 @@ use super::fitted::Bound;
 use crate::model::Model;
 
 /// Factor by which the frequencies of the modes may be off.
-const FREQUENCY: f64 = 1.5;
+const MAX_FREQUENCY_FACTOR: f64 = 1.5;
 /// The same of their dampings.
-const DAMPING: f64 = 20.0;
+const MAX_DAMPING_FACTOR: f64 = 20.0;
 /// A damping ratio may be as large as this whatever it was thought to be.
-const DAMPED: f64 = 0.3;
+const MIN_DAMPING_BOUND: f64 = 0.3;
 /// The same of their shapes.
-const SHAPE: f64 = 3.0;
+const MAX_SHAPE_FACTOR: f64 = 3.0;
 
 /// What re-tuning may move: the baseline's own parameters that calm stretches tell, and
 /// how the readings and the drive share in the modes.
-pub(crate) fn freedoms(model: &Model, lone: bool) -> Vec<String> {
+pub(crate) fn free_parameters(model: &Model, lone: bool) -> Vec<String> {
     use crate::model::parameter::ParameterId as P;
     let own = [
         P::Eta,
@@ -50,14 +50,14 @@ pub(crate) fn structure_bounds(model: &Model) -> Vec<Bound> {
         let value = model.parameters[id];
         (id.spec().id.to_owned(), (value / factor, value * factor))
     };
-    let frequencies = [P::F1, P::F2].map(|id| near(id, FREQUENCY));
+    let frequencies = [P::F1, P::F2].map(|id| near(id, MAX_FREQUENCY_FACTOR));
     let dampings = [P::Zeta1, P::Zeta2].map(|id| {
-        let (id, (least, most)) = near(id, DAMPING);
-        (id, (least, most.max(DAMPED)))
+        let (id, (least, most)) = near(id, MAX_DAMPING_FACTOR);
+        (id, (least, most.max(MIN_DAMPING_BOUND)))
     });
     // Shapes may have either sign: so may the drive's share in a mode.
     let shapes = [P::ShapeC1, P::ShapeC2, P::ShapeP2].map(|id| {
-        let most = SHAPE * model.parameters[id].abs();
+        let most = MAX_SHAPE_FACTOR * model.parameters[id].abs();
         (id.spec().id.to_owned(), (-most, most))
     });
     frequencies

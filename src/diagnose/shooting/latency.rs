@@ -1,9 +1,12 @@
 //! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
 //! the clocks have taken.
 
-use super::clock_skew::{NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
+use super::clock_skew::{
+    LOCAL_FIT_STEPS, SAME_SKEW, SkewTrials, fitted_skews, shift_skews, skew_indices,
+    skew_prior_cost,
+};
 use super::fitted::Fitted;
-use super::workspace::LOSS;
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{
     RECUT_MIN_LAG, SKEW_MAX_Z, SKEW_MIN_COST_DROP, SKEWS_ASKED_CHI2,
@@ -15,27 +18,27 @@ use crate::recording::extremes;
 use crate::sim::{SimError, StretchSimulator};
 
 /// Skews nearer than this are one that was taken over \[s\].
-const SAME: f64 = 1e-9;
+const COPIED_SKEW: f64 = 1e-9;
 /// Skews farther apart are not those of one rig \[s\].
-const APART: f64 = 15e-6;
+const MAX_SKEW_SPREAD: f64 = 15e-6;
 
 /// A delay of the readings.
 pub const DELAY: &str = "sensor_lag.delay";
 /// Steps in which it takes its share of the clocks.
-const SHARED: usize = 30;
+const SHARING_ITERATIONS: usize = 30;
 
 /// Time by which readings are later against the voltage than they were cut for, where that is
 /// more than stretches bear \[s\]: what most recordings agree about, for one cut for another
 /// clock may be told by a wrong one.
-pub fn late(fitted: &Fitted) -> Option<f64> {
+pub fn common_latency(fitted: &Fitted) -> Option<f64> {
     let data = fitted.problem.data.iter();
     let longest = data.map(|d| d.recording.interval()).fold(0.0, f64::max);
-    let all = skews_of(&fitted.problem, &fitted.point);
+    let all = fitted_skews(&fitted.problem, &fitted.point);
     // One that took another's has no voice of its own.
-    let own = |k: usize| all[..k].iter().all(|b| (all[k] - b).abs() > SAME);
+    let own = |k: usize| all[..k].iter().all(|b| (all[k] - b).abs() > COPIED_SKEW);
     let voices: Vec<f64> = (0..all.len()).filter(|k| own(*k)).map(|k| all[k]).collect();
     let agreed = |a: f64| -> f64 {
-        let with = voices.iter().map(|b| (-(a - b).abs() / NEAR).exp());
+        let with = voices.iter().map(|b| (-(a - b).abs() / SAME_SKEW).exp());
         with.sum()
     };
     let most = all
@@ -47,20 +50,20 @@ pub fn late(fitted: &Fitted) -> Option<f64> {
 /// By how much the readings of one recording are later than those of another \[s\], where that is
 /// more than clocks of one rig differ by and something is missing: an amplifier that lags delays
 /// the jumps of a voltage, and slow voltages hardly.
-pub fn disagreement(fitted: &Fitted) -> Option<f64> {
-    let all = skews_of(&fitted.problem, &fitted.point);
+pub fn clock_disagreement(fitted: &Fitted) -> Option<f64> {
+    let all = fitted_skews(&fitted.problem, &fitted.point);
     let (low, high) = extremes(&all);
     let apart = high - low;
-    (apart > APART && fitted.per_value() > SKEWS_ASKED_CHI2).then_some(apart)
+    (apart > MAX_SKEW_SPREAD && fitted.per_value() > SKEWS_ASKED_CHI2).then_some(apart)
 }
 
 /// A delay of the readings that the clocks may have taken \[s\]: by how much it grows where all of
 /// them give up alike what they lack to be as known, and by how much less they cost then. The two
 /// fit alike, only what is known of the clocks tells them apart.
-pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
+pub fn delay_absorbed_by_clocks(problem: &Problem, x: &[f64]) -> (f64, f64) {
     let first = problem.space.len();
     // What each clock lacks to be as known, and how well it is known.
-    let lacks: Vec<(f64, f64)> = skews(problem)
+    let lacks: Vec<(f64, f64)> = skew_indices(problem)
         .into_iter()
         .map(|i| {
             let nuisance = &problem.nuisances[i - first];
@@ -68,9 +71,9 @@ pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
         })
         .collect();
     let mut shift = 0.0;
-    for _ in 0..SHARED {
+    for _ in 0..SHARING_ITERATIONS {
         let weighed = lacks.iter().map(|(lack, sigma)| {
-            let weight = (LOSS.root_weight((lack - shift) / sigma) / sigma).powi(2);
+            let weight = (ROBUST_LOSS.root_weight((lack - shift) / sigma) / sigma).powi(2);
             (weight * lack, weight)
         });
         let (sum, weight) = weighed.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
@@ -80,19 +83,19 @@ pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
     }
     let cost = |by: f64| -> f64 {
         let all = lacks.iter();
-        all.map(|(lack, sigma)| LOSS.cost((lack - by) / sigma))
+        all.map(|(lack, sigma)| ROBUST_LOSS.cost((lack - by) / sigma))
             .sum()
     };
     (shift, cost(0.0) - cost(shift))
 }
 
-/// Gives a delay of the readings that is free what the clocks have [`taken`] of it: steps of a
+/// Gives a delay of the readings that is free what the clocks have [`delay_absorbed_by_clocks`] of it: steps of a
 /// fit that foresee how the readings change hardly lead that way.
-pub fn share_delay(problem: &Problem, x: &mut [f64]) {
+pub fn return_delay_from_clocks(problem: &Problem, x: &mut [f64]) {
     let Some(at) = problem.space.position(DELAY) else {
         return;
     };
-    let (shift, _) = taken(problem, x);
+    let (shift, _) = delay_absorbed_by_clocks(problem, x);
     let mut model = problem.space.model(x);
     let Some(delay) = model.get(DELAY) else {
         return;
@@ -110,7 +113,7 @@ pub fn share_delay(problem: &Problem, x: &mut [f64]) {
 struct Clock<'a> {
     /// Number of the unknown.
     at: usize,
-    known: &'a FreeNuisance,
+    prior: &'a FreeNuisance,
     /// Its skew \[s\].
     skew: f64,
     /// Stretches that are used.
@@ -119,36 +122,38 @@ struct Clock<'a> {
 
 impl Clock<'_> {
     /// By how much it lacks what is known of it \[s\].
-    fn lacks(&self) -> f64 {
-        self.known.mean - self.skew
+    fn prior_offset(&self) -> f64 {
+        self.prior.mean - self.skew
     }
 
-    fn is_off(&self) -> bool {
-        self.lacks().abs() > SKEW_MAX_Z * self.known.sigma
+    fn is_far_from_prior(&self) -> bool {
+        self.prior_offset().abs() > SKEW_MAX_Z * self.prior.sigma
     }
 }
 
 fn clocks_of<'a>(problem: &'a Problem, point: &Point) -> Vec<Clock<'a>> {
     let one = |(at, skew): (usize, f64)| {
-        let known = &problem.nuisances[at - problem.space.len()];
+        let prior = &problem.nuisances[at - problem.space.len()];
         let all = point.segments.iter().enumerate();
-        let used = all.filter(|(k, s)| point.used[*k] && s.recording == known.recording);
+        let used = all.filter(|(k, s)| point.used[*k] && s.recording == prior.recording);
         let own = used.map(|(k, _)| k).collect();
         Clock {
             at,
-            known,
+            prior,
             skew,
             own,
         }
     };
-    let all = skews(problem).into_iter().zip(skews_of(problem, point));
+    let all = skew_indices(problem)
+        .into_iter()
+        .zip(fitted_skews(problem, point));
     all.map(one).collect()
 }
 
 /// Unknowns of the stretches of a recording.
 type Unknowns = Vec<Vec<f64>>;
 
-fn take_over(point: &mut Point, own: &[usize], unknowns: Unknowns) {
+fn set_locals(point: &mut Point, own: &[usize], unknowns: Unknowns) {
     for (&k, locals) in own.iter().zip(unknowns) {
         point.segments[k].locals = locals;
     }
@@ -159,28 +164,39 @@ fn take_over(point: &mut Point, own: &[usize], unknowns: Unknowns) {
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn rest_clocks(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
-    let with = Stretches::of(problem, point)?;
+pub fn reset_clocks(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
+    let trials = SkewTrials::new(problem, point)?;
     let mut changed = false;
-    for clock in clocks_of(problem, point).iter().filter(|c| c.is_off()) {
-        let told = |skew: f64| {
+    for clock in clocks_of(problem, point)
+        .iter()
+        .filter(|c| c.is_far_from_prior())
+    {
+        let cost_at = |skew: f64| {
             let start = |k: usize| &point.segments[k].locals[..];
-            let (cost, unknowns) = with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
-            (cost + prior(clock.known, skew), unknowns)
+            let (cost, unknowns) =
+                trials.cost_at(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS);
+            (cost + skew_prior_cost(clock.prior, skew), unknowns)
         };
-        let (now, (there, unknowns)) = (told(clock.skew).0, told(clock.known.mean));
+        let (now, (there, unknowns)) = (cost_at(clock.skew).0, cost_at(clock.prior.mean));
         if there < now - SKEW_MIN_COST_DROP {
             log::debug!(
                 "recording {} back: {now:.0} to {there:.0}",
-                clock.known.recording
+                clock.prior.recording
             );
-            point.x[clock.at] = clock.known.mean / clock.known.unit;
-            take_over(point, &clock.own, unknowns);
+            point.x[clock.at] = clock.prior.mean / clock.prior.unit;
+            set_locals(point, &clock.own, unknowns);
             changed = true;
         }
     }
     if changed {
-        *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+        *point = settle(
+            problem,
+            &point.x,
+            &point.segments,
+            &point.used,
+            ROBUST_LOSS,
+            1,
+        )?;
     }
     Ok(changed)
 }
@@ -191,29 +207,32 @@ pub fn rest_clocks(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
+pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
     let Some(entry) = problem.space.position(DELAY) else {
         return Ok(false);
     };
     let clocks = clocks_of(problem, point);
-    if !clocks.iter().any(Clock::is_off) {
+    if !clocks.iter().any(Clock::is_far_from_prior) {
         return Ok(false);
     }
-    let with = Stretches::of(problem, point)?;
+    let trials = SkewTrials::new(problem, point)?;
     let start = |k: usize| &point.segments[k].locals[..];
-    let told =
-        |clock: &Clock<'_>, skew: f64| with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
-    let now: Vec<f64> = clocks.iter().map(|c| told(c, c.skew).0).collect();
+    let cost_at = |clock: &Clock<'_>, skew: f64| {
+        trials.cost_at(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS)
+    };
+    let now: Vec<f64> = clocks.iter().map(|c| cost_at(c, c.skew).0).collect();
     let of_now = clocks.iter().zip(&now);
-    let of_now: f64 = of_now.map(|(c, cost)| cost + prior(c.known, c.skew)).sum();
+    let of_now: f64 = of_now
+        .map(|(c, cost)| cost + skew_prior_cost(c.prior, c.skew))
+        .sum();
     // Clocks that have given the delay what they lack, against those that have kept it.
     let shared = |by: f64| -> (f64, Vec<Option<Unknowns>>) {
         let mut sum = 0.0;
         let one = |(clock, now): (&Clock<'_>, &f64)| {
-            let given = now + prior(clock.known, clock.skew + by);
+            let given = now + skew_prior_cost(clock.prior, clock.skew + by);
             // What one keeps, it reads later by.
-            let (cost, unknowns) = told(clock, clock.skew - by);
-            let kept = cost + prior(clock.known, clock.skew);
+            let (cost, unknowns) = cost_at(clock, clock.skew - by);
+            let kept = cost + skew_prior_cost(clock.prior, clock.skew);
             sum += given.min(kept);
             (kept < given).then_some(unknowns)
         };
@@ -221,8 +240,8 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
         (sum, kept)
     };
     let mut asked: Vec<f64> = Vec::new();
-    for by in clocks.iter().map(Clock::lacks) {
-        if by.abs() > NEAR && asked.iter().all(|other| (other - by).abs() > NEAR) {
+    for by in clocks.iter().map(Clock::prior_offset) {
+        if by.abs() > SAME_SKEW && asked.iter().all(|other| (other - by).abs() > SAME_SKEW) {
             asked.push(by);
         }
     }
@@ -245,16 +264,23 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
     point.x[entry] = wanted;
     for (clock, kept) in clocks.iter().zip(kept) {
         match kept {
-            None => point.x[clock.at] = (clock.skew + by) / clock.known.unit,
-            Some(unknowns) => take_over(point, &clock.own, unknowns),
+            None => point.x[clock.at] = (clock.skew + by) / clock.prior.unit,
+            Some(unknowns) => set_locals(point, &clock.own, unknowns),
         }
     }
-    *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    *point = settle(
+        problem,
+        &point.x,
+        &point.segments,
+        &point.used,
+        ROBUST_LOSS,
+        1,
+    )?;
     Ok(true)
 }
 
 /// Time by which the effects make readings late \[s\].
-pub fn delay(model: &Model) -> Result<f64, SimError> {
+pub fn reading_delay(model: &Model) -> Result<f64, SimError> {
     let options = crate::sim::Options::default();
     Ok(StretchSimulator::new(model, &options)?.reading_delay())
 }
@@ -277,17 +303,17 @@ mod tests {
         let fit = test_support::bench_of(&paper, &drives, 25e3, 50e-9);
         let fit = fit.baseline(&paper, &QUIET).unwrap();
         let problem = &fit.problem;
-        let clocks = skews(problem);
+        let clocks = skew_indices(problem);
         let set = |all: [f64; 3]| {
             let mut x = fit.point.x.clone();
             for (&i, skew) in clocks.iter().zip(all) {
                 let nuisance = &problem.nuisances[i - problem.space.len()];
                 x[i] = (nuisance.mean + skew) / nuisance.unit;
             }
-            taken(problem, &x)
+            delay_absorbed_by_clocks(problem, &x)
         };
         let sigma = problem.nuisances[clocks[0] - problem.space.len()].sigma;
-        let cost = |away: f64| LOSS.cost(away / sigma);
+        let cost = |away: f64| ROBUST_LOSS.cost(away / sigma);
         let (none, nothing) = set([0.0; 3]);
         assert!(
             none.abs() < 1e-12 && nothing.abs() < 1e-9,

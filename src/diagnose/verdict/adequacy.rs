@@ -4,9 +4,9 @@
 
 use crate::diagnose::comparison::significance::unproved_gain;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
-use crate::diagnose::discrepancy::missing_force::Evidence;
+use crate::diagnose::discrepancy::missing_force::MissingForces;
 use crate::diagnose::discrepancy::residual_map;
-use crate::diagnose::discrepancy::segment_joins::{Breaks, joins};
+use crate::diagnose::discrepancy::segment_joins::{JoinBreaks, join_breaks};
 use crate::diagnose::findings::{Finding, FindingKind};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
@@ -19,9 +19,9 @@ pub struct Adequacy<'a> {
     /// Every hypothesis that was scored.
     pub scores: &'a [CandidateScore],
     /// Forces of any form that `state` still lacks.
-    pub missing_force: &'a Evidence,
+    pub missing_force: &'a MissingForces,
     /// How motion continues from segment to segment.
-    pub joins: Breaks,
+    pub joins: JoinBreaks,
     /// Chi2 per value up to which nothing is missing.
     pub chi2_limit: f64,
     /// Whether an effect that fails on held-out recordings speaks for something missing.
@@ -79,8 +79,8 @@ fn missing_force(of: &Adequacy<'_>) -> Option<Finding> {
 
 fn local_segment(of: &Adequacy<'_>) -> Option<Finding> {
     let held_out = of.state.held_out.as_ref();
-    let local = residual_map::most_local(&of.state.train)
-        .max(held_out.map_or(0.0, residual_map::most_local));
+    let local = residual_map::largest_segment_excess(&of.state.train)
+        .max(held_out.map_or(0.0, residual_map::largest_segment_excess));
     above(FindingKind::LocalSegment, local, SEGMENT_MAX_Z)
 }
 
@@ -124,13 +124,13 @@ fn fails_held_out(of: &Adequacy<'_>) -> Option<Finding> {
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn breaks(state: &ModelState) -> Result<Breaks, DiagnoseError> {
-    let train = joins(&state.train)?;
+pub fn breaks(state: &ModelState) -> Result<JoinBreaks, DiagnoseError> {
+    let train = join_breaks(&state.train)?;
     let Some(held) = &state.held_out else {
         return Ok(train);
     };
-    let held = joins(held)?;
-    Ok(Breaks {
+    let held = join_breaks(held)?;
+    Ok(JoinBreaks {
         sigmas: (train.sigmas + held.sigmas) / std::f64::consts::SQRT_2,
         rise: train.rise + held.rise,
     })

@@ -5,12 +5,12 @@ use super::adequacy::{Adequacy, breaks};
 use crate::diagnose::comparison::trial::{ModelState, SelectionResult};
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::Verdict;
-use crate::diagnose::discrepancy::missing_force::Evidence;
-use crate::diagnose::discrepancy::segment_joins::Breaks;
-use crate::diagnose::discrepancy::{law_form, probes, product, swing};
+use crate::diagnose::discrepancy::missing_force::MissingForces;
+use crate::diagnose::discrepancy::segment_joins::JoinBreaks;
+use crate::diagnose::discrepancy::{law_form, probes};
 use crate::diagnose::findings::{Finding, FindingKind};
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::shooting::fitted::{Fitted, excess};
+use crate::diagnose::shooting::fitted::{Fitted, excess_chi2};
 use crate::diagnose::thresholds::{
     ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, NOISE_MAX_Z,
 };
@@ -20,7 +20,7 @@ use crate::sim::SimError;
 /// What the verdict rests on besides the search's result.
 pub struct Grounds<'a> {
     /// Forces of any form that are still missing with the named effects.
-    pub missing_force: &'a Evidence,
+    pub missing_force: &'a MissingForces,
     /// Relative standard error of the noise.
     pub noise_error: f64,
     /// Whether the effects were chosen by hand: then nothing is refused.
@@ -122,8 +122,8 @@ fn verdict(named: bool, findings: &[Finding]) -> Verdict {
 /// What the named effects leave.
 fn abstention_evidence(
     found: &SelectionResult,
-    missing_force: &Evidence,
-    joins: Breaks,
+    missing_force: &MissingForces,
+    joins: JoinBreaks,
     inadequacy: Option<Finding>,
 ) -> Result<AbstentionEvidence, DiagnoseError> {
     let state = &found.stand;
@@ -145,9 +145,9 @@ fn abstention_evidence(
             .is_some_and(|s| s.0.symbol() == "xp"),
         any_force_gain: missing_force.joint,
         form_gain,
-        vibration_gain: swing::gain(&state.train)?,
-        friction_gains: probe_gains(state, &|spec| spec.id == "dry_friction", probes::gain)?,
-        product_gains: probe_gains(state, &of_displacement, product::gain)?,
+        vibration_gain: probes::swinging_stiffness_gain(&state.train)?,
+        friction_gains: probe_gains(state, &|spec| spec.id == "dry_friction", probes::friction_at_height_gain)?,
+        product_gains: probe_gains(state, &of_displacement, probes::displacement_product_gain)?,
         carried_share: carried.overall,
         carried_of_segments: carried.of_segments,
     })
@@ -163,19 +163,19 @@ struct CarriedShares {
 
 fn carried_shares(
     found: &SelectionResult,
-    missing_force: &Evidence,
-    joins: Breaks,
+    missing_force: &MissingForces,
+    joins: JoinBreaks,
     form_gain: f64,
     inadequacy: Option<&Finding>,
 ) -> Result<CarriedShares, DiagnoseError> {
     let state = &found.stand;
     let carried: f64 = state.named.iter().map(|n| n.gain.0).sum();
-    let rest = missing_force.joint.max(0.0) + excess(&state.train);
+    let rest = missing_force.joint.max(0.0) + excess_chi2(&state.train);
     let mut share = carried / (carried + (rest - form_gain).max(0.0));
     if let Some(held) = &state.held_out {
         let held_carried: f64 = state.named.iter().map(|n| n.gain.1).sum();
         let form_gain = form_gain * (held_carried / carried).clamp(0.0, 1.0);
-        let rest = (excess(held) - form_gain).max(0.0);
+        let rest = (excess_chi2(held) - form_gain).max(0.0);
         share = share.min(held_carried / (held_carried + rest));
     }
     let of_segments = share;
