@@ -45,15 +45,19 @@ pub fn diagnose(
         .check()
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
     let sides = (train, held_out);
-    let (mut first, first_reading) =
-        diagnose_as_read(model, sides, (options, &ContactAmbiguity::AsFitted), control)?;
+    let (mut first, first_reading) = diagnose_as_read(
+        model,
+        sides,
+        (options, &ContactAmbiguity::AsFitted),
+        control,
+    )?;
     log::debug!(
         "chi2 per value without the recordings in which the mass may hover: {:?}",
         first_reading.chi2_of_certain
     );
     // If the other recordings are far off as well, the reading of these is not the cause.
-    let again = told
-        .beside_doubted
+    let again = first_reading
+        .chi2_of_certain
         .is_some_and(|chi2| chi2 < CONTACT_DOUBT_MAX_CHI2 || chi2.is_nan())
         && first.verdict == Verdict::Unexplained;
     if !again || options.by_hand.is_some() || control.cancelled() {

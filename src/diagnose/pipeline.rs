@@ -177,7 +177,8 @@ fn fit_baseline(
     }
     stages.enter("baseline", "re-tuning", 0.05);
     let judging = || stages.enter("baseline", "held-out recordings", 0.25);
-    let mut tuned: RetunedBaseline = workspace.retune_baseline(model, (options, ambiguity), control, &judging)?;
+    let mut tuned: RetunedBaseline =
+        workspace.retune_baseline(model, (options, ambiguity), control, &judging)?;
     let mut clock = None;
     // A baseline that is lost without an effect that the re-tuning has found determines no phases.
     let sound = tuned.workspace.required_effect.is_none() && screened.may_name;

@@ -165,8 +165,15 @@ impl Proof {
 
     /// How much of either side was set aside as misread, if that is much.
     pub fn misread(&self) -> Option<Remark> {
-        let held_out = self.baseline.held_out.as_ref().map_or(0.0, Fitted::set_aside_share);
-        let (train, held_out) = (100.0 * self.baseline.train.set_aside_share(), 100.0 * held_out);
+        let held_out = self
+            .baseline
+            .held_out
+            .as_ref()
+            .map_or(0.0, Fitted::set_aside_share);
+        let (train, held_out) = (
+            100.0 * self.baseline.train.set_aside_share(),
+            100.0 * held_out,
+        );
         (train.max(held_out) > SET_ASIDE_REMARK_PERCENT)
             .then_some(Remark::MisreadReadings { train, held_out })
     }

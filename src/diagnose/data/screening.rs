@@ -62,7 +62,9 @@ pub fn screen(
     let of_one = check(model, &all, &findings, &options)
         .and_then(|()| same_ring(model, &all, &findings).map(|_| ()));
     match of_one {
-        Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(Remark::NoContact { reason }),
+        Err(FitError::NoContact { reason, .. }) if model.has_ground => {
+            remarks.push(Remark::NoContact { reason })
+        }
         Err(error @ FitError::DifferentDevices { .. }) => {
             may_name = false;
             let error = error.to_string();

@@ -56,7 +56,7 @@ pub struct AbstentionEvidence {
 }
 
 /// The checks that refuse names, in the order in which they are asked.
-const CHECKS: [fn(&AbstentionMissingForces) -> Option<Finding>; 5] = [
+const CHECKS: [fn(&AbstentionEvidence) -> Option<Finding>; 5] = [
     vibration_with_displacement,
     force_of_both_displacements,
     friction_by_height,
@@ -104,7 +104,7 @@ impl AbstentionEvidence {
 
 /// A vibration of the base has one amplitude; one that grows with the displacement is a stiffness
 /// that varies in time.
-fn vibration_with_displacement(of: &AbstentionMissingForces) -> Option<Finding> {
+fn vibration_with_displacement(of: &AbstentionEvidence) -> Option<Finding> {
     (of.vibration_gain > TRAIN_GAIN).then_some(Finding {
         kind: FindingKind::VibrationWithDisplacement,
         statistic: of.vibration_gain,
@@ -113,7 +113,7 @@ fn vibration_with_displacement(of: &AbstentionMissingForces) -> Option<Finding> 
 }
 
 /// Laws over the stroke of the mass imitate a force that depends on both displacements.
-fn force_of_both_displacements(of: &AbstentionMissingForces) -> Option<Finding> {
+fn force_of_both_displacements(of: &AbstentionEvidence) -> Option<Finding> {
     let found = of.over_stroke() > 0 && exceeds(of.product_gains, PRODUCT_FORCE_LIMITS);
     found.then(|| Finding {
         kind: FindingKind::ForceOfBothDisplacements,
@@ -123,7 +123,7 @@ fn force_of_both_displacements(of: &AbstentionMissingForces) -> Option<Finding> 
 }
 
 /// Dry friction imitates a friction that depends on the load.
-fn friction_by_height(of: &AbstentionMissingForces) -> Option<Finding> {
+fn friction_by_height(of: &AbstentionEvidence) -> Option<Finding> {
     let found = of.inadequacy.is_some() && exceeds(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS);
     found.then(|| Finding {
         kind: FindingKind::FrictionByHeight,
@@ -133,7 +133,7 @@ fn friction_by_height(of: &AbstentionMissingForces) -> Option<Finding> {
 }
 
 /// Laws of displacement imitate one law that is not in the catalogue.
-fn one_force_in_their_place(of: &AbstentionMissingForces) -> Option<Finding> {
+fn one_force_in_their_place(of: &AbstentionEvidence) -> Option<Finding> {
     // A single segment that is off says nothing about a force.
     let force = of.inadequacy.as_ref().is_some_and(|f| {
         matches!(
@@ -152,7 +152,7 @@ fn one_force_in_their_place(of: &AbstentionMissingForces) -> Option<Finding> {
 }
 
 /// Effects that carry too little of what is missing.
-fn too_small_share(of: &AbstentionMissingForces) -> Option<Finding> {
+fn too_small_share(of: &AbstentionEvidence) -> Option<Finding> {
     let found = of.inadequacy.is_some() && of.carried_share < MIN_CARRIED_SHARE;
     found.then(|| Finding {
         kind: FindingKind::TooSmallShare {

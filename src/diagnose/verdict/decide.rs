@@ -146,7 +146,11 @@ fn abstention_evidence(
         any_force_gain: missing_force.joint,
         form_gain,
         vibration_gain: probes::swinging_stiffness_gain(&state.train)?,
-        friction_gains: probe_gains(state, &|spec| spec.id == "dry_friction", probes::friction_at_height_gain)?,
+        friction_gains: probe_gains(
+            state,
+            &|spec| spec.id == "dry_friction",
+            probes::friction_at_height_gain,
+        )?,
         product_gains: probe_gains(state, &of_displacement, probes::displacement_product_gain)?,
         carried_share: carried.overall,
         carried_of_segments: carried.of_segments,
