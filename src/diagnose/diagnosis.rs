@@ -1,4 +1,4 @@
-//! What a diagnosis says, with all that supports it. SI throughout.
+//! The result of a diagnosis, with its evidence. SI throughout.
 
 use serde::Serialize;
 
@@ -13,11 +13,11 @@ pub enum Verdict {
     Adequate,
     /// The named effects were left out.
     MissingPhysics,
-    /// Something is there that no effect of the catalogue carries.
+    /// Something is missing that no effect of the catalogue explains.
     Unexplained,
 }
 
-/// What the mass is doing in a stretch.
+/// What the mass is doing in a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Regime {
@@ -66,8 +66,8 @@ pub struct Estimate {
     pub id: String,
     /// Value, SI.
     pub value: f64,
-    /// Standard error, SI, with what the readings' scale and the device's mass leave open;
-    /// infinite if the data do not tell it.
+    /// Standard error, SI, statistical and systematic (scale of the readings, mass of the device);
+    /// infinite if the data do not determine it.
     pub std_error: f64,
     /// SI unit.
     pub unit: &'static str,
@@ -80,41 +80,41 @@ pub struct NamedEffect {
     pub id: String,
     /// The term of the field.
     pub name: String,
-    /// How sure, 0 to 1, among all that were weighed.
+    /// Probability, 0 to 1, among all that were compared.
     pub probability: f64,
     /// Largest force over the recordings \[N\]; NaN where the effect is no force.
     pub size: f64,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
-    /// Ids that the data cannot tell from it.
+    /// Ids of effects that the data cannot distinguish from it.
     pub alike: Vec<String>,
-    /// Sentences on what speaks for it.
+    /// Evidence for it, one sentence each.
     pub evidence: Vec<String>,
 }
 
-/// An effect that was weighed.
+/// An effect that was compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// Id in the catalogue.
     pub id: String,
     /// The term of the field.
     pub name: String,
-    /// How sure, 0 to 1.
+    /// Probability, 0 to 1.
     pub probability: f64,
     /// Fall of chi2 over the fitted recordings when it alone is added, as a first
     /// estimate from the linearised problem.
     pub score: f64,
-    /// The same after a fit with it; NaN if it was not worth one.
+    /// The same after a fit with it; NaN if it was not fitted.
     pub gain: f64,
-    /// Fall of chi2 over the recordings kept out; NaN if it was not fitted.
+    /// Fall of chi2 on held-out recordings; NaN if it was not fitted.
     pub held_out_gain: f64,
-    /// Chi2 per value on the recordings kept out with it; NaN if it was not fitted.
+    /// Chi2 per value on held-out recordings with it; NaN if it was not fitted.
     pub held_out_chi2: f64,
-    /// What speaks for or against it, one sentence each.
+    /// Evidence for or against it, one sentence each.
     pub remarks: Vec<String>,
 }
 
-/// A stretch where simulation and recording differ more than the noise allows.
+/// A span where simulation and recording differ by more than the noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mismatch {
     /// Name of the recording.
@@ -168,7 +168,7 @@ pub struct ForceCurve {
 pub struct Strip {
     /// Name of the recording.
     pub recording: String,
-    /// Whether it was kept out.
+    /// Whether it was held out.
     pub held_out: bool,
     /// Middle of each bin \[s\].
     pub time: Vec<f64>,
@@ -179,10 +179,10 @@ pub struct Strip {
     pub after: Vec<f64>,
     /// Mean of the recording in each bin \[m\], for orientation.
     pub xp: Vec<f64>,
-    /// Regime that rules the bin.
+    /// Regime of the last sample in the bin.
     pub regime: Vec<Regime>,
     /// Time \[s\] and residual, measured minus simulated \[m\], of every sample compared,
-    /// baseline; NaN between stretches.
+    /// baseline; NaN between segments.
     pub samples_before: Vec<[f64; 2]>,
     /// With the named effects.
     pub samples_after: Vec<[f64; 2]>,
@@ -235,7 +235,7 @@ pub struct LevelSeen {
     pub error: f64,
 }
 
-/// What the events at the ground say.
+/// Contact events.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventsSeen {
     /// Bounces.
@@ -269,7 +269,7 @@ pub struct BeforeAfter {
 pub struct ProofOf {
     /// Name of the recording.
     pub recording: String,
-    /// Whether it was kept out.
+    /// Whether it was held out.
     pub held_out: bool,
     /// Noise of the proof mass's reading \[m\].
     pub noise: f64,
@@ -297,9 +297,9 @@ pub struct NextExperiment {
 pub struct Diagnosis {
     /// The answer.
     pub verdict: Verdict,
-    /// What was left out, strongest first.
+    /// The effects that were left out, largest gain first.
     pub named: Vec<NamedEffect>,
-    /// Every effect that was weighed, most probable first.
+    /// Every effect that was compared, most probable first.
     pub candidates: Vec<Candidate>,
     /// Where simulation and recordings differ, largest share first.
     pub mismatch: Vec<Mismatch>,
@@ -315,9 +315,9 @@ pub struct Diagnosis {
     pub noise: f64,
     /// On the recordings that were fitted.
     pub train: BeforeAfter,
-    /// On those kept out.
+    /// On held-out recordings.
     pub held_out: BeforeAfter,
-    /// One by one.
+    /// Recording by recording.
     pub proof: Vec<ProofOf>,
     /// What to record next.
     pub next_experiment: Option<NextExperiment>,

@@ -4,7 +4,7 @@ use super::candidate_table::candidates;
 use super::effect_size;
 use super::events_seen::{events_seen, mismatches};
 use super::named_effects::names;
-use super::next_experiment::next;
+use super::next_experiment;
 use super::proof::Proof;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::contact::event_readings::Ground;
@@ -53,7 +53,8 @@ pub fn assemble(
     let candidates = candidates(found, parts.law_tests, laws, decision.verdict);
     let data = &found.baseline.train.problem.data;
     let noise = median_noise(data);
-    let next_experiment = next(found, &named, largest_voltage(data), noise, &baseline);
+    let next_experiment =
+        next_experiment::next_experiment(found, &named, largest_voltage(data), noise, &baseline);
     let mut mismatch = residual_map::mismatches(&proof.baseline.train, &before.train);
     mismatch.extend(mismatches(laws, parts.events, &found.baseline));
     let (strips, proof_of) = proof.of_recordings();

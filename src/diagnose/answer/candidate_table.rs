@@ -1,4 +1,4 @@
-//! TODO-doc
+//! The table of all effects of the catalogue: scores, probabilities, and a remark on each.
 
 use super::named_effects::probability;
 use crate::diagnose::comparison::trial::SelectionResult;
@@ -7,7 +7,7 @@ use crate::diagnose::diagnosis::{Candidate, Verdict};
 use crate::diagnose::thresholds::{FALSE_ABSTENTION_RATE, HELD_GAIN, REFIT_MIN_SCORE};
 use crate::model::effects::CATALOGUE;
 
-/// All effects of the catalogue, as far as they were weighed.
+/// All effects of the catalogue, most probable first.
 pub fn candidates(
     found: &SelectionResult,
     tests: &[LawTest],
@@ -74,7 +74,7 @@ pub fn candidates(
                         .find(|n| n.alike.contains(&spec.id));
                     match (alike, trial) {
                         (Some(n), Some(t)) => probability(t.worth(), n.alike.len()),
-                        // What others explain better has no odds of its own.
+                        // An effect that others explain better has no odds of its own.
                         _ if found.stand.named.is_empty() && gain.is_finite() => {
                             probability(gain.min(gain + held_gain), 0).min(0.5)
                         }
@@ -95,7 +95,7 @@ pub fn candidates(
         })
         .collect();
     if verdict == Verdict::Unexplained {
-        // They share what chance there is that it was one of them after all.
+        // They share the probability that it was one of them after all.
         let all: f64 = out.iter().map(|c| c.probability).sum();
         let share = FALSE_ABSTENTION_RATE / all.max(FALSE_ABSTENTION_RATE);
         out.iter_mut().for_each(|c| c.probability *= share);

@@ -12,7 +12,7 @@ use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::SET_ASIDE_REMARK_PERCENT;
 
 /// Bins of a strip.
-const BINS: usize = 240;
+const STRIP_BINS: usize = 240;
 
 /// Residuals of the proof mass with their times, broken where a segment ends.
 fn residuals(samples: &[Sample]) -> Vec<[f64; 2]> {
@@ -38,7 +38,7 @@ fn strips(
     for (k, data) in fitted.problem.data.iter().enumerate() {
         let r = &data.recording;
         let (begin, end) = r.span();
-        let width = ((end - begin) / BINS as f64).max(1e-12);
+        let width = ((end - begin) / STRIP_BINS as f64).max(1e-12);
         let own = |samples: &[Sample]| -> Vec<Sample> {
             samples
                 .iter()
@@ -48,9 +48,9 @@ fn strips(
         };
         let (b, a) = (own(before), own(after));
         let bins = |samples: &[Sample]| -> Vec<f64> {
-            let mut sums = vec![(0.0, 0usize); BINS];
+            let mut sums = vec![(0.0, 0usize); STRIP_BINS];
             for s in samples.iter().filter(|s| s.miss_p.is_finite()) {
-                let bin = &mut sums[(((s.time - begin) / width) as usize).min(BINS - 1)];
+                let bin = &mut sums[(((s.time - begin) / width) as usize).min(STRIP_BINS - 1)];
                 bin.0 += s.miss_p * s.miss_p;
                 bin.1 += 1;
             }
@@ -64,20 +64,20 @@ fn strips(
                 })
                 .collect()
         };
-        let mut xp = vec![(0.0, 0usize); BINS];
+        let mut xp = vec![(0.0, 0usize); STRIP_BINS];
         for (t, x) in r.time.iter().zip(&r.proof_mass).filter(|p| p.1.is_finite()) {
-            let bin = &mut xp[(((t - begin) / width) as usize).min(BINS - 1)];
+            let bin = &mut xp[(((t - begin) / width) as usize).min(STRIP_BINS - 1)];
             bin.0 += x;
             bin.1 += 1;
         }
-        let mut regime = vec![Regime::Impact; BINS];
+        let mut regime = vec![Regime::Impact; STRIP_BINS];
         for s in &b {
-            regime[(((s.time - begin) / width) as usize).min(BINS - 1)] = s.regime;
+            regime[(((s.time - begin) / width) as usize).min(STRIP_BINS - 1)] = s.regime;
         }
         strips.push(Strip {
             recording: r.name.clone(),
             held_out,
-            time: (0..BINS)
+            time: (0..STRIP_BINS)
                 .map(|i| begin + (i as f64 + 0.5) * width)
                 .collect(),
             before: bins(&b),

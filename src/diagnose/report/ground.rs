@@ -24,7 +24,7 @@ pub struct Seen {
 
 /// Measured points without those of large errors, and how many these are: drawn, they would shrink
 /// all others to a line.
-pub fn told(points: impl Iterator<Item = Seen>) -> (Vec<Seen>, usize) {
+pub fn without_large_errors(points: impl Iterator<Item = Seen>) -> (Vec<Seen>, usize) {
     let all: Vec<Seen> = points.collect();
     let mut errors: Vec<f64> = all.iter().map(|d| d.error).collect();
     errors.retain(|e| e.is_finite());

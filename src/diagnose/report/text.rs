@@ -1,7 +1,7 @@
 //! The summary for the terminal.
 
 use super::words::{
-    alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, stretch,
+    alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, time_span,
     verdict_sentence, with_error,
 };
 use super::{rest, sentences};
@@ -93,7 +93,7 @@ fn location(out: &mut Lines, diagnosis: &Diagnosis) {
             columns([
                 &share(m.share),
                 m.recording.as_str(),
-                &stretch(m),
+                &time_span(m),
                 m.channel,
                 m.regime.text(),
             ])

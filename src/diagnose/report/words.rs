@@ -232,7 +232,7 @@ fn number_or_dash(value: f64, write: impl Fn(f64) -> String) -> String {
 }
 
 /// The span of time of a mismatch, in milliseconds.
-pub fn stretch(m: &Mismatch) -> String {
+pub fn time_span(m: &Mismatch) -> String {
     // As many digits as the length of the span deserves.
     let decimals = if m.end - m.start < 1e-3 { 2 } else { 1 };
     format!(

@@ -2,7 +2,7 @@
 
 use super::{HALF, Page};
 use crate::diagnose::diagnosis::{BounceSeen, Diagnosis, EventsSeen};
-use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
+use crate::diagnose::report::ground::{GroundLaws, Seen, grid, without_large_errors};
 use crate::diagnose::report::svg::axis::Axis;
 use crate::diagnose::report::svg::plot::{Dot, Plot};
 use crate::diagnose::report::words::with_named;
@@ -79,7 +79,7 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
 /// The points that are drawn, and how many are not because of their large errors.
 fn dots(points: impl Iterator<Item = (f64, (f64, f64))>) -> (Vec<Dot>, usize) {
     let seen = points.map(|(x, (y, error))| Seen { x, y, error });
-    let (kept, left) = told(seen);
+    let (kept, left) = without_large_errors(seen);
     let dot = |Seen { x, y, error }| Dot { x, y, error };
     (kept.into_iter().map(dot).collect(), left)
 }

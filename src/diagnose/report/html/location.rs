@@ -7,7 +7,7 @@ use crate::diagnose::diagnosis::{Diagnosis, Marginal, Regime};
 use crate::diagnose::report::svg::axis::Axis;
 use crate::diagnose::report::svg::escape;
 use crate::diagnose::report::svg::plot::{Dot, Plot};
-use crate::diagnose::report::words::{share, stretch, with_named};
+use crate::diagnose::report::words::{share, time_span, with_named};
 
 /// Segments that get a number, in the table and in the strips.
 const NUMBERED: usize = 12;
@@ -89,7 +89,7 @@ fn worst(page: &mut Page, d: &Diagnosis) {
                 (i + 1).to_string(),
                 share(m.share),
                 m.recording.clone(),
-                stretch(m),
+                time_span(m),
                 m.channel.to_owned(),
                 m.regime.text().to_owned(),
             ]

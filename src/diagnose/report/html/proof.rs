@@ -179,7 +179,7 @@ fn table(page: &mut Page, d: &Diagnosis, kept: &[&ProofOf], fitted: &[&ProofOf])
         page.raw("</tr>\n");
     };
     let sets = [
-        ("all kept out", kept, &d.held_out),
+        ("all held-out", kept, &d.held_out),
         ("all fitted to", fitted, &d.train),
     ];
     for (title, these, all) in sets {
