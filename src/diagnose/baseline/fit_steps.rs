@@ -1,4 +1,5 @@
-//! TODO-doc
+//! The steps of a cold start of the baseline: parameters are released in stages on a subset of the
+//! segments, then all segments are fitted.
 
 use crate::diagnose::data::misread_segments::reassign_misread_segments;
 use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MISREAD_CHI2, ROBUST_LOSS};
@@ -12,11 +13,12 @@ use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
 
-/// What is not moved at first.
+/// Ids of parameters that the first step does not move.
 const INITIALLY_LOCKED: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
 ];
-/// What shapes the loops of the drive: it runs off where their size is not known yet.
+/// Ids of parameters that shape the loops of the drive. They run away while the size of the loops
+/// is unknown.
 const HYSTERESIS_SHAPE: [&str; 5] = [
     "hysteresis_memory.q",
     "hysteresis_memory.k",
@@ -24,15 +26,15 @@ const HYSTERESIS_SHAPE: [&str; 5] = [
     "hysteresis_memory.b4",
     "hysteresis_memory.v_past",
 ];
-/// Steps of each stretch's own fit from its first guess.
+/// Iterations of each segment's own fit from its first guess.
 const LOCAL_FIT_STEPS: usize = 3;
 
-/// A problem with where a fit of it stands.
+/// A problem and the point that a fit of it has reached.
 pub(super) type Start = (Problem, Point);
 
 impl Workspace {
-    /// The first step of a fit of `start` to the `subset` stretches: sizes, and what damps
-    /// the slow motion.
+    /// The first step of a fit of `start` to the `subset` of segments: sizes, and the damping
+    /// of the slow motion.
     pub(super) fn first_step(
         &self,
         start: &Model,
@@ -62,7 +64,7 @@ impl Workspace {
         Ok((problem, point))
     }
 
-    /// Goes on with all but the film's thickness.
+    /// Releases all parameters but the film's thickness.
     pub(super) fn release_parameters(
         &self,
         problem: &Problem,
@@ -71,8 +73,8 @@ impl Workspace {
         control: &DiagnoseControl<'_>,
     ) -> Result<Point, DiagnoseError> {
         let segments = &self.train.event_free.prepared.segments;
-        // What acts most comes first: frequencies and dampings of motions that are far off
-        // in size would go astray.
+        // The strongest influences come first: frequencies and dampings of motions whose
+        // size is far off would go astray.
         let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
         for ids in late {
             let mut locked = positions(problem, ids);
@@ -87,7 +89,7 @@ impl Workspace {
             point = self.improve(problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
             set_clocks(problem, &mut point, segments, subset)?;
             if reassign_misread_segments(problem, &mut point, segments)? {
-                // What was set aside must not count any more.
+                // Segments set aside no longer count.
                 point = settle(
                     problem,
                     &point.x,
@@ -101,13 +103,14 @@ impl Workspace {
         Ok(point)
     }
 
-    /// Positions of what the recordings say by themselves better than a fit that is far off.
+    /// Positions of the parameters that the level of the ground determines better than a fit
+    /// that is far off.
     fn fixed_by_level(&self, problem: &Problem) -> Vec<usize> {
         let ids = self.train.drift.iter().flat_map(|(_, ids)| ids);
         positions(problem, &ids.map(String::as_str).collect::<Vec<_>>())
     }
 
-    /// Goes on with all stretches where a fit was to the `subset` only.
+    /// Goes on with all segments after a fit to the `subset`.
     pub(super) fn fit_all_segments(
         &self,
         problem: Problem,
@@ -135,7 +138,8 @@ pub(super) fn chi2_per_value(point: &Point) -> f64 {
     point.cost / point.rows.max(1) as f64
 }
 
-/// Cost per value of the `subset` stretches, those set aside included.
+/// Cost per value of the `subset` of segments, those set aside included at [`MISREAD_CHI2`] per
+/// row.
 pub(super) fn subset_chi2(problem: &Problem, point: &Point, subset: &[bool]) -> f64 {
     let subset = point.segments.iter().zip(subset).filter(|(_, f)| **f);
     let rows: usize = subset.map(|(s, _)| problem.rows(s).len()).sum();

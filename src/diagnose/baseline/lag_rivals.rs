@@ -1,7 +1,7 @@
-//! Readings that seem late by more than stretches bear, where something lags: an amplifier
-//! delays by as much, and rounds the edges of the voltage off besides; an instrument rounds off
-//! what the device makes of them. Recordings that were cut again for late readings have the edges
-//! in the wrong place for it, and what cannot be told so is set aside.
+//! Readings that seem late by more than segments tolerate although something lags. An amplifier
+//! delays as much and rounds the edges of the voltage; a sensor rounds the motion that it reads.
+//! Recordings cut again for late readings have the edges in the wrong place, and segments that
+//! cannot be described so are set aside.
 
 use std::sync::Arc;
 
@@ -18,20 +18,20 @@ use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 use crate::model::{Model, with_effect};
 use crate::recording::extremes;
 
-/// What makes readings late by rounding edges off, and which of its parameters says by how much:
-/// an amplifier that settles, one that slews, an instrument.
+/// Effects that make readings late by rounding edges, each with the index of the parameter that
+/// determines by how much: an amplifier's time constant, its slew rate, a sensor's time constant.
 const LAG_PARAMETERS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEW_PARAMETER, SENSOR_PARAMETER];
 const SLEW_PARAMETER: (&str, usize) = ("amplifier_lag", 1);
 const SENSOR_PARAMETER: (&str, usize) = ("sensor_lag", 0);
 
-/// Steps of the fit with readings that lag.
+/// Iterations of the fit with lagging readings.
 const FIT_STEPS: usize = 5;
 
 impl Workspace {
-    /// Where the data show that the readings lag \[s\]: the recordings cut as they were before
-    /// that, with the fit found with the lag, and the fit of the baseline to them; `again` makes
-    /// recordings ready for what is known. `None` where they do not lag, or not that alone comes
-    /// near.
+    /// Where the data show a lag of the readings \[s\]: the recordings cut for it, with the
+    /// fit that includes the lag, the fit of the baseline to them, and the lag. `again` makes
+    /// recordings ready under other assumptions. `None` without a lag, or where it alone does
+    /// not come near.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
@@ -42,9 +42,9 @@ impl Workspace {
         control: &DiagnoseControl<'_>,
         again: &dyn Fn(&Self, &ReadingAssumptions) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
-        let told = || lag_of(&self.train.parts, &self.train.findings);
+        let lag_in_data = || lag_of(&self.train.parts, &self.train.findings);
         let asked = model.has_ground && options.asks(SENSOR_PARAMETER.0);
-        let Some(tau) = asked.then(told).flatten() else {
+        let Some(tau) = asked.then(lag_in_data).flatten() else {
             return Ok(None);
         };
         let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, tau, model) else {
@@ -76,7 +76,7 @@ impl Workspace {
         let Some(train) = simulated(plain)? else {
             return Ok(None);
         };
-        // A mass that is slow enough falls as through a lag.
+        // A slow enough mass moves as if read through a lag.
         let rival = train.chi2_with_set_aside(&sharp)?;
         if fitted.chi2_with_set_aside(&sharp)? > LAG_MAX_CHI2_RATIO * rival {
             return Ok(None);
@@ -91,9 +91,9 @@ impl Workspace {
         Ok(Some((sharp, train, tau)))
     }
 
-    /// The fit with an amplifier or an instrument that lags by about `late` \[s\], if that suits the
-    /// recordings as they were cut at first better than late readings do: those of `cut_again`,
-    /// for which `tuned` is the baseline.
+    /// The fit with a lag of the amplifier or the sensor of about `late` \[s\], if it
+    /// describes the recordings as first cut better than late readings do: those of
+    /// `cut_again`, with the baseline `tuned`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
@@ -106,12 +106,13 @@ impl Workspace {
     ) -> Result<Option<RequiredEffect>, DiagnoseError> {
         let mut best: Option<(f64, RequiredEffect)> = None;
         let mut rival = tuned.chi2_with_set_aside(cut_again)?;
-        // Readings that lag are found from near by, unless what the edges do was set aside.
+        // A sensor's lag is found from a warm start, unless the segments with edges were
+        // set aside.
         let asked = LAG_PARAMETERS
             .iter()
             .filter(|lag| rival > SENSOR_LAG_ASKED_CHI2 || **lag != SENSOR_PARAMETER);
         for which in asked.filter(|(id, _)| options.asks(id)) {
-            // The middle of an edge is late by half of what it takes.
+            // The middle of an edge is late by half its duration.
             let slews = *which == SLEW_PARAMETER;
             let size = if slews {
                 2.0 * late / self.voltage_range()
@@ -122,8 +123,9 @@ impl Workspace {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
-            // A rule of thumb, for the whole takes three times as long: rows set aside count more
-            // here than there, and other films are not tried.
+            // A rule of thumb, because a fit to all segments takes three times as
+            // long: rows set aside count more here, and other film thicknesses are not
+            // tried.
             let least = best.as_ref().map_or(rival, |best| best.0.min(rival));
             let asked = (
                 self.drive_share_is_free(&free),
@@ -164,7 +166,7 @@ impl Workspace {
         Ok((own < LAG_MAX_CHI2_RATIO * rival).then_some(found))
     }
 
-    /// From the lowest voltage of the fitted recordings to the highest \[V\].
+    /// Range of the voltage in the fitted recordings \[V\].
     fn voltage_range(&self) -> f64 {
         let parts = self.train.parts.iter();
         let all = parts.filter_map(|p| p.recording.voltage.as_deref());
@@ -177,7 +179,7 @@ impl Workspace {
 }
 
 impl Fitted {
-    /// Cost per value of the fitted recordings of `workspace`, all stretches counted.
+    /// Chi2 per value of the fitted recordings of `workspace`, segments set aside included.
     fn chi2_with_set_aside(&self, workspace: &Workspace) -> Result<f64, DiagnoseError> {
         let segments = &self.point.segments;
         let rows: usize = segments.iter().map(|s| self.problem.rows(s).len()).sum();
@@ -185,7 +187,7 @@ impl Fitted {
     }
 }
 
-/// What else shapes a lag of which `free` is fitted.
+/// Parameters that shape a lag, besides those in `free`.
 fn other_lag_parameters(spec: &'static EffectSpec, free: &[String]) -> Vec<String> {
     let first = own_ids(spec, &[0]);
     let mut all: Vec<String> = first.into_iter().chain(pace_parameters(spec)).collect();
@@ -193,7 +195,7 @@ fn other_lag_parameters(spec: &'static EffectSpec, free: &[String]) -> Vec<Strin
     all
 }
 
-/// An effect of [`LAG_PARAMETERS`] of that size, what is fitted of it and within which bounds; `None` if
+/// An effect of [`LAG_PARAMETERS`] of that size, its fitted parameter and its bounds; `None` if
 /// `model` has it already or nothing drives it.
 fn lag_start(
     (id, which): (&str, usize),

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! The baseline: the nominal model re-tuned to the fitted recordings, so that only missing physics
+//! remains in its residuals.
 
 pub(super) mod fit_steps;
 pub(super) mod lag_rivals;

@@ -1,4 +1,5 @@
-//! The baseline re-tuned to the fitted recordings: from far off, in steps.
+//! The baseline re-tuned to the fitted recordings from a cold start: several starts on a subset of
+//! the segments, the best of them on all.
 
 use super::fit_steps::{Start, chi2_per_value, subset_chi2};
 use crate::diagnose::data::level_drift;
@@ -16,12 +17,12 @@ use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
 
-/// Others that are tried where much is left.
+/// Film thicknesses that are tried where chi2 stays high, as shares of `dp`.
 const RETRY_FILM_SHARES: [f64; 3] = [0.25, 0.6, 0.08];
 
-/// Steps without a drift that was fitted.
+/// Iterations after a fitted drift was removed.
 const NO_DRIFT_STEPS: usize = 10;
-/// Thickness of the film at contact at first, as a share of `dp`.
+/// Initial thickness of the film at contact, as a share of `dp`.
 const INITIAL_FILM_SHARE: f64 = 0.2;
 
 /// A fit to all segments, reached from a start on the subset.
@@ -44,9 +45,9 @@ impl Workspace {
         Ok(self.with_and_without_drift(model, control)?.0)
     }
 
-    /// The baseline, re-tuned to the fitted recordings from `model`, and the fit with the drift if
-    /// the ground's level shows one: that would lead the film astray, to where it is too thin and
-    /// takes long, and the baseline begins with the fit with it.
+    /// The baseline re-tuned to the fitted recordings from `model`, and the fit with a drift
+    /// if the level of the ground shows one. Such a drift would lead the film to be too thin
+    /// and the fit to be slow, so the baseline starts from the fit with it.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -75,7 +76,7 @@ impl Workspace {
 
     /// The same with the parameters of `free` moved too, from their values in `model` and
     /// within `bounds`: an effect so strong that no model without it comes near is fitted
-    /// with all else from far off.
+    /// together with everything else from a cold start.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -94,14 +95,14 @@ impl Workspace {
         )
     }
 
-    /// Whether it is asked how the drive is shared among the modes in a fit of the parameters of
-    /// `free` besides: with an effect it is known from the model without it.
+    /// Whether a fit of the additional parameters `free` also tries how the drive is shared
+    /// among the modes. With an effect, that is known from the model without it.
     pub(crate) fn drive_share_is_free(&self, free: &[String]) -> bool {
         free.is_empty() || self.train.drift.is_some()
     }
 
-    /// The baseline, re-tuned from `known`, a fit of `model` to the same recordings that were cut
-    /// otherwise, and the fit with the drift if the level shows one.
+    /// The baseline re-tuned from `known`, a fit of `model` to the same recordings cut
+    /// otherwise, and the fit with a drift if the level shows one.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -120,8 +121,8 @@ impl Workspace {
         ))
     }
 
-    /// A fit from far off; where `drive_share_is_free`, it is asked how the drive is shared among the
-    /// modes.
+    /// A fit from a cold start. With `drive_share_is_free` it also tries how the drive is
+    /// shared among the modes.
     pub(crate) fn fit_multistart(
         &self,
         model: &Model,

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! How far the segments of each recording are from a fit, and in which recordings the mass may
+//! hover over the ground.
 
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::{
@@ -8,10 +9,10 @@ use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
 use crate::sim::SimError;
 
-/// How far a stretch is from the model.
+/// How far a segment is from the model.
 struct SegmentDistance {
     recording: usize,
-    /// Whether it is a stay on the ground.
+    /// Whether it is a contact.
     stays: bool,
     rows: usize,
     /// Chi2 per value.
@@ -19,7 +20,7 @@ struct SegmentDistance {
 }
 
 impl Fitted {
-    /// How far each stretch is that is not set aside.
+    /// Distance of each segment that is not set aside.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -36,7 +37,7 @@ impl Fitted {
         Ok(all.filter_map(one).collect())
     }
 
-    /// Cost of each recording's stretches that are not set aside, residuals clipped.
+    /// Cost of each recording's segments that are not set aside, residuals clipped.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -48,7 +49,7 @@ impl Fitted {
         Ok(costs)
     }
 
-    /// Cost and number of the values of all recordings but `these`, residuals clipped.
+    /// Cost and number of values of all recordings but `these`, residuals clipped.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -60,14 +61,14 @@ impl Fitted {
         }))
     }
 
-    /// Recordings in whose stays on the ground the mass may be elsewhere: most of them were set
-    /// aside as misread, or are farther from the model than those of other recordings.
+    /// Recordings whose contacts may be none: most of them were set aside as misread, or are
+    /// farther from the model than those of other recordings.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
     pub(super) fn ambiguous_recordings(&self) -> Result<Vec<usize>, SimError> {
         let distances = self.segment_distances()?;
-        let told: Vec<(usize, f64)> = distances
+        let distances_by_recording: Vec<(usize, f64)> = distances
             .iter()
             .filter(|s| s.stays)
             .map(|s| (s.recording, s.mean))
@@ -75,34 +76,39 @@ impl Fitted {
         let doubtful = |&k: &usize| {
             let stays = self.point.segments.iter();
             let all = stays.filter(|s| s.recording == k && s.starts_held).count();
-            let used = told.iter().filter(|s| s.0 == k).count();
+            let used = distances_by_recording.iter().filter(|s| s.0 == k).count();
             let aside = all - used;
             let misread =
                 aside >= HOVER_MIN_STAYS && aside as f64 > HOVER_MIN_MISREAD_SHARE * all as f64;
-            misread || (used >= HOVER_MIN_STAYS && is_far_off(&told, k, &[k]))
+            misread || (used >= HOVER_MIN_STAYS && is_far_off(&distances_by_recording, k, &[k]))
         };
         let all: Vec<usize> = (0..self.problem.data.len()).filter(doubtful).collect();
-        // Where the others are far off too, something is missing that says nothing of stays.
-        let beside = |k| !all.contains(&k);
-        let told: Vec<(usize, f64)> = distances.iter().map(|s| (s.recording, s.mean)).collect();
-        Ok(if median_distance(&told, beside) > LOST_TRACK_CHI2 {
-            Vec::new()
-        } else {
-            all
-        })
+        // Where the other segments are far off too, what is missing has nothing to do with
+        // contacts.
+        let is_other = |k| !all.contains(&k);
+        let distances_by_recording: Vec<(usize, f64)> =
+            distances.iter().map(|s| (s.recording, s.mean)).collect();
+        Ok(
+            if median_distance(&distances_by_recording, is_other) > LOST_TRACK_CHI2 {
+                Vec::new()
+            } else {
+                all
+            },
+        )
     }
 
-    /// Whether `other`, for which recordings are `flown` through, sets no more aside, and comes
-    /// as near to those as to others.
+    /// Whether `other`, for which the recordings `flown` have no contacts, sets no more
+    /// segments aside and describes those recordings as well as the others.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
     pub(super) fn is_beaten_by(&self, other: &Self, flown: &[usize]) -> Result<bool, SimError> {
-        let told = other.segment_distances()?;
-        let told: Vec<(usize, f64)> = told.iter().map(|s| (s.recording, s.mean)).collect();
+        let segments = other.segment_distances()?;
+        let distances_by_recording: Vec<(usize, f64)> =
+            segments.iter().map(|s| (s.recording, s.mean)).collect();
         let far = flown
             .iter()
-            .filter(|&&k| is_far_off(&told, k, flown))
+            .filter(|&&k| is_far_off(&distances_by_recording, k, flown))
             .count();
         log::debug!(
             "flown through: {:.1} % aside in place of {:.1} %, {far} of {} far off",
@@ -114,16 +120,21 @@ impl Fitted {
     }
 }
 
-/// Whether the stretches of recording `k` are farther off than those of all but `these`, of
-/// which each has its recording and its distance.
-fn is_far_off(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
-    let usual = median_distance(told, |r| !these.contains(&r));
-    median_distance(told, |r| r == k) > HOVER_MIN_CHI2_RATIO * if usual > 1.0 { usual } else { 1.0 }
+/// Whether the segments of recording `k` are farther off than those of all but `these`. Each
+/// distance is given with its recording.
+fn is_far_off(distances: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
+    let usual = median_distance(distances, |r| !these.contains(&r));
+    median_distance(distances, |r| r == k)
+        > HOVER_MIN_CHI2_RATIO * if usual > 1.0 { usual } else { 1.0 }
 }
 
-/// The median distance of stretches, of which each has its recording and its distance, of some
-/// recordings.
-fn median_distance(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
-    let mut own: Vec<f64> = told.iter().filter(|s| which(s.0)).map(|s| s.1).collect();
+/// Median of the distances, each given with its recording, over the recordings that satisfy
+/// `which`.
+fn median_distance(distances: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
+    let mut own: Vec<f64> = distances
+        .iter()
+        .filter(|s| which(s.0))
+        .map(|s| s.1)
+        .collect();
     quantile_in_place(&mut own, 0.5)
 }

@@ -1,5 +1,5 @@
-//! The baseline re-tuned, with the recordings cut again for it where they turn out to have been
-//! misread: readings that are late, a mass that rests over the ground without touching it.
+//! The baseline re-tuned, with the recordings cut again where they turn out to have been misread:
+//! readings that are late, or a mass that comes to rest above the ground without touching it.
 
 use std::mem::replace;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::diagnose::shooting::latency;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::Model;
 
-/// How often recordings are cut again for readings that are late.
+/// How often recordings are cut again for late readings.
 const MAX_RECUTS: usize = 2;
 
 /// The re-tuned baseline.
@@ -23,7 +23,7 @@ pub struct RetunedBaseline {
     pub workspace: Workspace,
     /// Its fit.
     pub train: Fitted,
-    /// Those kept out, judged; `None` if there are none.
+    /// The fit to the held-out recordings; `None` if there are none.
     pub held_out: Option<Fitted>,
     /// What was found out.
     pub remarks: Vec<Remark>,
@@ -32,9 +32,9 @@ pub struct RetunedBaseline {
 }
 
 impl Workspace {
-    /// Those of `doubtful` recordings of `side` that may hover over the ground: not one in which the
-    /// ground drifts or steps by all its signs. None at all where it steps in a recording that is
-    /// not doubtful: others lie higher or lower for that.
+    /// Those of the `doubtful` recordings of `side` that may hover over the ground: not those
+    /// whose ground clearly drifts or steps. None at all where the ground steps in a recording
+    /// that is not doubtful, because others lie higher or lower for that.
     pub fn may_hover(&self, side: &Split, mut doubtful: Vec<usize>) -> Vec<usize> {
         let steps = |s: &Split| {
             let ambiguous = |k: usize| std::ptr::eq(s, side) && doubtful.contains(&k);
@@ -279,7 +279,7 @@ impl<'a, 'c> Retuning<'a, 'c> {
     }
 }
 
-/// That the mass hovers in some recordings of a side.
+/// Remarks that the mass hovers in some recordings of a split.
 fn hovering_remarks(side: &Split, hovers: &[usize]) -> Vec<Remark> {
     let one = |&k: &usize| Remark::RestsAboveGround {
         recording: side.parts[k].recording.name.clone(),

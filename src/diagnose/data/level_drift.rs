@@ -1,4 +1,5 @@
-//! A drift of the zero that the level of the ground shows: the law that comes nearest to it.
+//! A drift of the sensor's zero as shown by the level of the ground: the law `a (1 - exp(-t/tau))
+//! + b t` with the fewest terms that describes it.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,27 +10,28 @@ use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 use crate::recording::extremes;
 use crate::recording::level_change::LevelDrift;
 
-/// Times at which a course is looked at.
+/// Times at which a drift is sampled.
 const COURSE_SAMPLES: usize = 60;
-/// Shortest and longest time constants, as shares of the longest recording, and how many.
+/// Shortest and longest time constants that are tried, as shares of the longest recording, and
+/// their number.
 const TIME_CONSTANT_GRID: (f64, f64, usize) = (0.02, 5.0, 120);
 
-/// A settling that began so many recordings' lengths ago is a line.
+/// A drift that began more than this many recording lengths ago is indistinguishable from a line.
 const MAX_START_IN_LENGTHS: f64 = 3.0;
 
-/// Numbers of the law `a (1 - exp(-t/tau)) + b t` and how far it is off \[m\].
+/// Parameters `a`, `tau`, `b` of the law `a (1 - exp(-t/tau)) + b t`, and its rms error \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Law {
     values: [f64; 3],
     off: f64,
 }
 
-/// A course: times \[s\] and levels \[m\].
+/// A sampled drift: times \[s\] and levels \[m\].
 type Course = Vec<(f64, f64)>;
 
-/// The drift that `drifts` of the level show, and ids of what is to be fitted of it; `None` if
-/// there is none that leads a fit without it astray: smaller ones are told from such a fit.
-/// The noise of a sample \[m\] is that of the finest and the coarsest recording.
+/// The drift that `drifts` of the level show, with the ids of its fitted parameters. `None` if it
+/// is too small to mislead a fit without it; smaller drifts are found from such a fit. The noise
+/// of a sample \[m\] is given for the finest and the coarsest recording.
 pub fn drift_from_levels(
     drifts: &[LevelDrift],
     (finest, coarsest): (f64, f64),
@@ -57,7 +59,8 @@ pub fn drift_from_levels(
     Some((effect, own_ids(spec, free)))
 }
 
-/// Ids of what a drift may have besides what is fitted of it: a rate, where it only settles.
+/// Ids of parameters that a drift may have besides those fitted in it: a constant rate, where it
+/// only settles.
 pub fn shape_parameters(spec: &EffectSpec, free: &[String]) -> Vec<String> {
     if free.len() == 2 {
         own_ids(spec, &[2])
@@ -66,7 +69,7 @@ pub fn shape_parameters(spec: &EffectSpec, free: &[String]) -> Vec<String> {
     }
 }
 
-/// A drift from the first rest that shows it to the last.
+/// Samples a drift from the first contact that shows it to the last.
 fn sample_course(drift: &LevelDrift) -> Course {
     let (begin, end) = drift.shown();
     let at = |i: usize| {
@@ -76,12 +79,13 @@ fn sample_course(drift: &LevelDrift) -> Course {
     (0..COURSE_SAMPLES).map(at).collect()
 }
 
-/// The law with fewest numbers that is near enough to all courses, and which those are.
+/// The law with the fewest terms whose error is small in all courses, and the indices of its
+/// parameters.
 fn simplest_law(courses: &[Course], noise: f64) -> Option<(Law, &'static [usize])> {
     let times = |course: &Course| (course[0].0, course[course.len() - 1].0);
     let length = courses.iter().map(times).map(|(from, to)| to - from);
     let longest = length.fold(0.0, f64::max);
-    // The law counts from time zero.
+    // The law's time starts at zero.
     let mut since = courses.iter().map(|c| times(c).0);
     let long_ago = |t: f64| !(0.0..MAX_START_IN_LENGTHS * longest).contains(&t);
     let tau = |i: usize| {
@@ -106,8 +110,8 @@ fn simplest_law(courses: &[Course], noise: f64) -> Option<(Law, &'static [usize]
     })
 }
 
-/// The law of a time constant that comes nearest, with either or both of its parts; each
-/// course has a level of its own.
+/// The least-squares law for a given time constant, with either or both of its terms. Each course
+/// has a level of its own.
 fn fit_law(courses: &[Course], tau: f64, (settles, steady): (bool, bool)) -> Option<Law> {
     let parts = |t: f64| [-(-t / tau).exp_m1(), t];
     let mut rows = Vec::new();

@@ -1,5 +1,5 @@
-//! Stretches beside a fit: those that were misread are looked after, those of a device
-//! with other modes take their unknowns over, and a few stand for all on the way.
+//! Segments that were misread, found by comparing them with a fit: those that are far off where
+//! the others are not, and held ones in which the mass is in fact in the air.
 
 use rayon::prelude::*;
 
@@ -14,21 +14,21 @@ use crate::fit::solve::point::Point;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator, StretchState};
 
-/// So many in a recording make its others likely.
+/// This many clear cases in a recording make other segments of it likely ones.
 const MIN_HOVERING_SEGMENTS: usize = 2;
 
-/// Heights above the ground that may be taken for contact, in units of the noise.
+/// Heights above the ground that may be mistaken for contact, in standard deviations of the noise.
 const UNRESOLVED_HEIGHT_IN_NOISE: f64 = 6.0;
-/// Share of the stretches with a jump of the drive that are most of them.
+/// Quantile of the residuals of segments with a jump of the drive that counts as typical.
 const TYPICAL_JUMP_QUANTILE: f64 = 0.5;
-/// Fewer of those than this say nothing about all.
+/// Fewest such segments from which a typical residual is taken.
 const MIN_JUMP_SEGMENTS: usize = 5;
-/// Most steps of a stretch's own fit.
+/// Most iterations of a segment's own fit.
 const LOCAL_FIT_STEPS: usize = 8;
 
-/// Looks after stretches that are far off where the others are not: a new start from the
-/// first guess, or no say, for then an event in them was overlooked. Whether anything
-/// changed.
+/// Handles segments that are far off where the others are not. Each is fitted again from its first
+/// guess, and set aside if that does not help, for then an event in it was overlooked. Returns
+/// whether anything changed.
 pub fn reassign_misread_segments(
     problem: &Problem,
     point: &mut Point,
@@ -39,10 +39,10 @@ pub fn reassign_misread_segments(
     let fit = |i: usize, start: Vec<f64>, huber, rounds| {
         let segment = &point.segments[i];
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
-        let told = problem.refine(
+        let refined = problem.refine(
             segment, &states[i], &simulator, &nuisances, start, huber, rounds,
         );
-        (told.locals, told.cost)
+        (refined.locals, refined.cost)
     };
     let rows: Vec<usize> = point
         .segments
@@ -79,7 +79,8 @@ pub fn reassign_misread_segments(
             changed = true;
         }
     }
-    // Only what a new start does not mend was misread, and only here and there.
+    // Misread are only those that a new start does not improve, and only where most others
+    // fit.
     let usual = typical_residual(of_used(&now));
     let jumps = |i: usize| !point.segments[i].starts_held && point.segments[i].has_jump();
     let with_jump = (0..now.len()).filter(|&i| point.used[i] && jumps(i));
@@ -89,16 +90,18 @@ pub fn reassign_misread_segments(
         .filter(|&i| point.used[i])
         .filter(|&i| {
             let usual = if jumps(i) { with_jump } else { usual };
-            // A bounce between two samples makes a few samples far off, which the loss forgives.
+            // A bounce between two samples leaves a few samples far off, which the
+            // robust loss tolerates.
             let whole = || per_row(i, fit(i, now[i].0.clone(), LEAST_SQUARES, 0).1);
             let graze = || whole() > MISREAD_MIN_CHI2_RATIO * usual;
-            // What a jump does is off from the jump on, an overlooked touch where it is lowest.
+            // The effect of a jump shows from the jump on, an overlooked contact at
+            // the lowest point.
             let touched = || {
                 let flown =
                     jumps(i).then(|| flight_before_contact(problem, point, &simulator, i))??;
                 let nuisances = problem.nuisances_of(&point.x, flown.recording);
                 let (near, state, start) = (&nuisances, &states[i], now[i].0.clone());
-                let told = problem.refine(
+                let refined = problem.refine(
                     &flown,
                     state,
                     &simulator,
@@ -107,7 +110,7 @@ pub fn reassign_misread_segments(
                     ROBUST_LOSS,
                     LOCAL_FIT_STEPS,
                 );
-                let flown = (told.cost / problem.rows(&flown).len().max(1) as f64).sqrt();
+                let flown = (refined.cost / problem.rows(&flown).len().max(1) as f64).sqrt();
                 Some(
                     flown < MISREAD_MIN_CHI2_RATIO
                         && whole()
@@ -132,7 +135,7 @@ pub fn reassign_misread_segments(
     Ok(changed || !misread.is_empty() || !above.is_empty())
 }
 
-/// Where a stretch's own unknowns begin anew: at the first guess, unless that is of a model
+/// Initial values of a segment's own unknowns: the first guess, unless that belongs to a model
 /// with other modes.
 pub fn initial_guess<'a>(first: &'a Segment, now: &'a Segment) -> &'a [f64] {
     if first.locals.len() == now.locals.len() {
@@ -142,9 +145,9 @@ pub fn initial_guess<'a>(first: &'a Segment, now: &'a Segment) -> &'a [f64] {
     }
 }
 
-/// What nine in ten are told no worse than, of at least what noise leaves: nine in ten of
-/// the stretches, or of their rows, whichever is less. Neither the many short stretches
-/// between the hops of a landing nor a few long ones must pass for usual where they were
+/// The root-mean-square residual that nine in ten do not exceed, at least that of noise: nine in
+/// ten of the segments or of their rows, whichever is less. Neither the many short segments
+/// between the hops of a landing nor a few long ones must count as typical where they were
 /// misread.
 fn typical_residual(mut of_stretches: Vec<(f64, usize)>) -> f64 {
     of_stretches.retain(|(cost, _)| cost.is_finite());
@@ -161,9 +164,9 @@ fn typical_residual(mut of_stretches: Vec<(f64, usize)>) -> f64 {
     nine_in_ten(&|rows| rows).min(nine_in_ten(&|_| 1))
 }
 
-/// What is usual of stretches with a jump of the drive, where `usual` is so of all. If most of
-/// them are far off, that is what a jump does, of a drive or a reading that lags for one, and no
-/// misreading.
+/// The typical residual of segments with a jump of the drive, where `usual` is that of all
+/// segments. If most of them are far off, the cause is a lag of the drive or of the reading rather
+/// than misreading.
 fn typical_jump_residual(mut costs: Vec<f64>, usual: f64) -> f64 {
     costs.retain(|cost| cost.is_finite());
     if costs.len() < MIN_JUMP_SEGMENTS {
@@ -172,16 +175,16 @@ fn typical_jump_residual(mut costs: Vec<f64>, usual: f64) -> f64 {
     quantile_in_place(&mut costs, TYPICAL_JUMP_QUANTILE).max(usual)
 }
 
-/// Stretches read as held in which the mass is off the ground by less than the noise shows
-/// in a sample: they are far better told as flight, a little above the ground. Where a
-/// recording has some, its others need only be somewhat better told.
+/// Held segments in which the mass is off the ground by less than the noise shows in one sample:
+/// as flight, slightly above the ground, they fit far better. Where a recording has several such
+/// segments, a smaller improvement is enough for others.
 fn hovering_segments(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
     states: &[Vec<f64>],
 ) -> Vec<usize> {
-    // How much better it is told as flight, and whether it is told well then.
+    // The gain if it is flight, and whether the fit is good then.
     let one = |i: usize| -> Option<(usize, f64, bool)> {
         let held = &point.segments[i];
         let data = &problem.data[held.recording];
@@ -241,7 +244,7 @@ fn hovering_segments(
         .collect()
 }
 
-/// State at a stretch's start, and how many of its unknowns that takes.
+/// State at the start of a segment, and how many of its unknowns the state takes.
 pub(crate) fn start_state(segment: &Segment) -> (StretchState, usize) {
     let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
     let own = segment.locals.len() - joints;
@@ -254,7 +257,7 @@ pub(crate) fn start_state(segment: &Segment) -> (StretchState, usize) {
     (state, own)
 }
 
-/// A held stretch told as flight from the same state.
+/// A held segment described as flight from the same state.
 fn as_flight(held: &Segment, simulator: &StretchSimulator, level: f64, noise: f64) -> Segment {
     let (mut state, own) = start_state(held);
     simulator.lift(level, &mut state);

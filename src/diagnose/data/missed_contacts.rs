@@ -1,20 +1,21 @@
-//! Touches of the ground that were overlooked: a stretch that was read as one flight goes down and
-//! up again between two of its samples.
+//! Contacts that were overlooked: a segment read as one flight descends and rises again between
+//! two of its samples.
 
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
 use crate::sim::StretchSimulator;
 
-/// Ways between samples over the ground up to which a reading that lags may turn.
+/// Height over the ground up to which a lagging reading may turn, in units of the longest distance
+/// between two samples.
 const MAX_TURNING_HEIGHT: f64 = 2.0;
-/// Samples before the lowest one that may be of a touch already: of a reading that lags.
+/// Samples before the lowest one that a lagging reading may already show as contact \[samples\].
 const PRE_CONTACT_SAMPLES: usize = 6;
-/// Fewest samples of a stretch that tell whether it was flown.
+/// Fewest samples that show whether a segment was flight \[samples\].
 const MIN_FLIGHT_SAMPLES: usize = 16;
 
-/// Where a stretch of flight is lowest from sample `from` of it on, and how high that is over the
-/// ground, in units of the longest way between two of its samples.
+/// Lowest sample of a flight segment from its sample `from` on, and its height over the ground in
+/// units of the longest distance between two samples.
 fn lowest_point(
     problem: &Problem,
     point: &Point,
@@ -34,8 +35,8 @@ fn lowest_point(
     Some((at, (lowest - offset - level) / travel))
 }
 
-/// Whether a stretch of flight comes down and goes up again so low that the mass may have
-/// touched the ground between two of its samples.
+/// Whether a flight segment descends and rises again so low that the mass may have touched the
+/// ground between two samples.
 pub(crate) fn may_have_touched(
     problem: &Problem,
     point: &Point,
@@ -48,8 +49,8 @@ pub(crate) fn may_have_touched(
     !segment.starts_held && lowest_point(problem, point, simulator, (i, 0)).is_some_and(low)
 }
 
-/// A stretch of flight up to where it comes so low after the drive's last jump that the mass may
-/// have touched the ground, by a reading that may lag.
+/// A flight segment up to its lowest point after the last jump of the drive, if the mass may have
+/// touched the ground there. The reading may lag.
 pub(crate) fn flight_before_contact(
     problem: &Problem,
     point: &Point,

@@ -1,4 +1,6 @@
-//! TODO-doc
+//! What the recordings show before any model is fitted: whether they can be used at all, which of
+//! their segments are free of events at the ground, how noisy they are and how the level of the
+//! ground drifts.
 
 pub mod event_free_segments;
 pub(super) mod level_drift;

@@ -1,5 +1,5 @@
-//! The colour of the readings' noise, from stays on the ground: there the mass is still,
-//! and all that its reading does is the sensor's.
+//! Size and colour of the readings' noise, estimated from contacts: there the mass is at rest, and
+//! all that its reading does is the sensor's.
 
 use std::ops::Range;
 
@@ -11,21 +11,21 @@ use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::segment::event_sequence::Timeline;
 use crate::recording::Recording;
 
-/// Stays are looked at in windows this long \[s\].
+/// Length of the windows in which contacts are analysed \[s\].
 const WINDOW_LENGTH: f64 = 12e-3;
 /// Fewest samples of a window.
 const MIN_WINDOW_SAMPLES: usize = 40;
-/// Time after touch that is left out, for what is left of the landing \[s\].
+/// Time after touchdown that is skipped, for the rest of the landing \[s\].
 const LANDING_TIME: f64 = 5e-4;
-/// Fewest windows from which a colour is told.
+/// Fewest windows from which a colour is estimated.
 const MIN_WINDOWS: usize = 4;
-/// Shares of the variance that are tried.
+/// Shares of the variance with a memory that are tried.
 const COLOURED_SHARE_GRID: [f64; 12] = [
     0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 0.9,
 ];
 /// Memories that are tried \[samples\].
 const MEMORY_GRID: [f64; 10] = [1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 120.0];
-/// Neighbours of a place in share and memory, in steps.
+/// Neighbours of a grid point in share and memory, in steps.
 const GRID_NEIGHBOURS: [(i32, i32); 8] = [
     (-1, -1),
     (-1, 0),
@@ -39,36 +39,35 @@ const GRID_NEIGHBOURS: [(i32, i32); 8] = [
 /// Largest share of the variance with a memory.
 const MAX_COLOURED_SHARE: f64 = 0.95;
 
-/// Relative standard error of a noise from one sample's neighbours: medians of differences
-/// of a high order waste most of what independent samples would tell.
+/// Relative standard error of a noise estimate, times the root of the number of samples. Medians
+/// of high-order differences discard most of the information in independent samples.
 const NOISE_ESTIMATE_ERROR: f64 = 2.6;
 
 /// Noise of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Factor on the noise estimated from differences of neighbouring samples, which does
-    /// not see slow noise.
+    /// Factor on the noise estimated from differences of neighbouring samples, which do not
+    /// see slow noise.
     pub factor: f64,
     /// Its colour.
     pub colour: Colour,
 }
 
-/// A stretch of a recording in which the mass is held.
+/// A recording with its events, from whose contacts the noise is estimated.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactRecording<'a> {
     /// The recording.
     pub recording: &'a Recording,
-    /// Its events.
+    /// Its events at the ground.
     pub timeline: &'a Timeline,
-    /// The noise of the proof mass as estimated from neighbouring samples \[m\].
+    /// Noise of the proof mass estimated from neighbouring samples \[m\].
     pub sigma: f64,
 }
 
-/// One instrument has one noise: estimates from single recordings, each with its number
-/// of samples, become the one of all where they agree as far as so many samples tell. Where
-/// the motion itself is quick, it passes for noise of neighbouring samples: those far
-/// noisier than the quietest take the common one too. Returns the relative standard error
-/// of the common one; infinite if there is none.
+/// One instrument has one noise. Estimates from single recordings, each with its number of
+/// samples, are replaced by the common one where they agree within their errors. Quick motion
+/// passes for noise in neighbouring samples, so recordings far noisier than the quietest take the
+/// common value too. Returns its relative standard error; infinite if there is none.
 pub fn pool_noise(estimates: &mut [(usize, &mut f64)]) -> f64 {
     let known = |sigma: f64| sigma.is_finite() && sigma > 0.0;
     let least = estimates
@@ -96,8 +95,9 @@ pub fn pool_noise(estimates: &mut [(usize, &mut f64)]) -> f64 {
     error_of(samples)
 }
 
-/// Noise of the proof mass's reading from the stays of all recordings, as seen against
-/// each one's own level; white if there are too few.
+/// Size and colour of the noise of the proof mass's reading from the contacts of all recordings,
+/// each with a level of its own. White if there are too few. The colour maximises the restricted
+/// likelihood of an AR(1) plus white noise.
 pub fn estimate_noise(stays: &[ContactRecording<'_>]) -> Noise {
     let windows: Vec<Vec<f64>> = stays.iter().flat_map(contact_windows).collect();
     let white = Noise {
@@ -121,7 +121,7 @@ pub fn estimate_noise(stays: &[ContactRecording<'_>]) -> Noise {
             }
         }
     }
-    // Between the places of the grid, in smaller and smaller steps.
+    // Refined between the grid points in decreasing steps.
     for step in [1.25f64, 1.12, 1.06] {
         let Colour { share, keep } = best.colour;
         if share <= 0.0 {
@@ -170,7 +170,7 @@ fn contact_windows(stays: &ContactRecording<'_>) -> Vec<Vec<f64>> {
     out
 }
 
-/// Best size of the noise for a colour, and the log-likelihood; each window has a level
+/// Best size of the noise for a colour, and its restricted log-likelihood; each window has a level
 /// and a slope of its own.
 fn fit_size(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
     let (mut sum, mut freedom, mut determinant) = (0.0, 0.0, 0.0);
@@ -186,7 +186,8 @@ fn fit_size(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
                 remove_component(first, second);
             }
             remove_component(&columns[i], &mut values);
-            // A slow noise looks quieter about a line of its own: restricted likelihood.
+            // Slow noise looks quieter around a line fitted to it: hence the
+            // restricted likelihood.
             determinant += columns[i].iter().map(|c| c * c).sum::<f64>().ln();
         }
         sum += values.iter().map(|v| v * v).sum::<f64>();
@@ -201,7 +202,7 @@ fn fit_size(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
     (noise, -0.5 * (freedom * variance.ln() + determinant))
 }
 
-/// Takes from `values` what lies along `direction`.
+/// Removes from `values` the component along `direction`.
 fn remove_component(direction: &[f64], values: &mut [f64]) {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let share = dot(direction, values) / dot(direction, direction).max(1e-300);

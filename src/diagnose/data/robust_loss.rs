@@ -5,11 +5,11 @@
 
 use crate::fit::problem::huber::Huber;
 
-/// A loss that forgives nothing.
+/// A loss that is practically quadratic: it tolerates no outliers.
 pub const LEAST_SQUARES: Huber = Huber(1e4);
-/// Loss by which fits are compared, in units of the noise.
+/// The Huber loss by which fits are compared; its bound is in standard deviations of the noise.
 pub const ROBUST_LOSS: Huber = Huber(6.0);
-/// Residuals beyond this many standard deviations count no more where stretches are compared.
+/// Residuals are clipped at this many standard deviations where segments are compared.
 pub const MAX_RESIDUAL: f64 = 6.0;
-/// What a value counts for at most where its stretch may be misread [chi2].
+/// Largest cost of a value whose segment may be misread \[chi2\].
 pub const MISREAD_CHI2: f64 = 30.0;

@@ -1,5 +1,5 @@
-//! What is looked at before anything is computed: whether the recordings can be asked at
-//! all, and what in them must not be believed.
+//! Screening before anything is computed: whether the recordings can be used at all, and which of
+//! their samples must not be believed.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::recording::{Channel, Recording};
 pub struct ScreenedRecordings {
     /// To fit.
     pub train: Vec<Part>,
-    /// Kept out.
+    /// Held-out recordings.
     pub held_out: Vec<Part>,
     /// What limits the answer, and what was done.
     pub remarks: Vec<Remark>,
@@ -26,7 +26,7 @@ pub struct ScreenedRecordings {
     pub may_name: bool,
 }
 
-/// Looks at recordings.
+/// Checks recordings before a diagnosis.
 ///
 /// # Errors
 /// [`DiagnoseError`] where no answer is possible.
@@ -52,7 +52,7 @@ pub fn screen(
         let one = std::slice::from_ref(part);
         match check(model, one, &look(model, one), &options) {
             Ok(()) | Err(FitError::NoContact { .. } | FitError::Unused { .. }) => {}
-            // Nothing of the device need be free for a comparison.
+            // A comparison needs no free parameter.
             Err(FitError::NothingFree) => {}
             Err(error) => return Err(error.into()),
         }
@@ -82,7 +82,7 @@ pub fn screen(
     if train.len() == 1 && model.piezo.is_some() {
         remarks.push(Remark::SingleExcitation);
     }
-    // A device that is read at other points on one side would be judged by what it is not.
+    // Held-out recordings of other points of the device would test another device.
     let lone = |p: &Part| p.recording.cantilever.is_none();
     if train.iter().all(lone) != held_out.iter().all(lone) && !held_out.is_empty() {
         let with_both = held_out.len();
@@ -135,8 +135,8 @@ fn without_clipped_samples(part: &Part, remarks: &mut Vec<Remark>) -> Part {
     }
 }
 
-/// Samples in runs at the exact highest or lowest value. The lowest of a mass that rests
-/// on the ground is no clipping unless all else is noisy.
+/// Samples in runs at the exact highest or lowest value. A mass at rest on the ground gives such
+/// runs too; they are no clipping unless everything else is noisy.
 fn clipped_samples(values: &[f64]) -> Vec<usize> {
     let finite = values.iter().copied().filter(|v| v.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
@@ -150,7 +150,7 @@ fn clipped_samples(values: &[f64]) -> Vec<usize> {
             equal += usize::from(pair[0] == pair[1]);
         }
     }
-    // Where neighbours are equal everywhere the reading is noiseless or coarse, and equal
+    // Where neighbours are equal everywhere, the reading is noiseless or coarse, and equal
     // extremes mean nothing.
     if pairs == 0 || equal as f64 > 0.05 * pairs as f64 {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! One side: the recordings that are fitted, or those kept out, and what they show by themselves.
+//! One split of the recordings, fitted or held out, with what its recordings show by themselves.
 
 use super::event_free_segments::EventFreeSegments;
 use super::level_drift;
@@ -9,22 +9,22 @@ use crate::fit::segment::Segment;
 use crate::model::effects::ActiveEffect;
 use crate::recording::events::Impact;
 
-/// A drift of the zero, and ids of what is to be fitted of it.
+/// A drift of the zero, and the ids of its fitted parameters.
 pub type Drift = (ActiveEffect, Vec<String>);
 
-/// Recordings on one side: fitted, or kept out.
+/// Recordings of one split: fitted or held out.
 #[derive(Debug, Clone)]
 pub struct Split {
     /// The recordings.
     pub parts: Vec<Part>,
     pub(crate) findings: Vec<Findings>,
-    /// The drift of the zero that they show.
+    /// The drift of the zero that their contacts show.
     pub(crate) drift: Option<Drift>,
-    /// Cut into calm stretches.
+    /// The recordings cut into event-free segments.
     pub event_free: EventFreeSegments,
 }
 
-/// The drift of the zero that the ground's level shows.
+/// The drift of the zero that the level of the ground shows.
 pub(crate) fn level_drift_of(findings: &[Findings]) -> Option<Drift> {
     let noise = findings.iter().map(|f| f.noise.0);
     let drifts: Vec<_> = findings.iter().filter_map(|f| f.change?.drift()).collect();
@@ -33,7 +33,7 @@ pub(crate) fn level_drift_of(findings: &[Findings]) -> Option<Drift> {
 }
 
 impl Split {
-    /// Takes over what was found of the noise.
+    /// Applies the estimated size and colour of the noise.
     pub(crate) fn set_noise(&mut self, noise: &Noise) {
         for data in &mut self.event_free.prepared.problem.data {
             data.sigmas.xp *= noise.factor;
@@ -42,12 +42,12 @@ impl Split {
         }
     }
 
-    /// The stretches as first guessed.
+    /// The segments with their first guesses.
     pub fn segments(&self) -> &[Segment] {
         &self.event_free.prepared.segments
     }
 
-    /// Impacts of each recording, as its data show them; none where the ground is not known.
+    /// Impacts of each recording as its data show them; none where the ground is unknown.
     pub fn impacts(&self) -> Vec<Vec<Impact>> {
         let both = self.parts.iter().zip(&self.findings);
         both.map(|(part, finding)| finding.events(&part.recording).impacts)

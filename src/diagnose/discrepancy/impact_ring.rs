@@ -1,7 +1,7 @@
-//! View 3: a further mode that is too weak for a hump of its own shows in step with what sets it
-//! ringing. Each impact does so by as much as the speed of the mass jumps there, each jump of the
-//! drive by its force: the phase is known in every stretch, and few numbers tell the ring in all
-//! of them.
+//! A further mode that is too weak for a spectral peak of its own shows as a ring in phase with
+//! its excitation. Each impact excites it in proportion to the jump of the mass's velocity, each
+//! jump of the drive in proportion to its force. The phase is known in every segment, so that few
+//! parameters describe the ring in all of them.
 
 use std::f64::consts::TAU;
 
@@ -20,46 +20,47 @@ use crate::model::parameter::ParameterId;
 use crate::recording::events::Impact;
 use crate::sim::SimError;
 
-/// Dampings that are tried, as shares of critical damping.
+/// Damping ratios that are tried.
 const DAMPING_GRID: [f64; 3] = [0.003, 0.008, 0.02];
-/// Distance of the frequencies that are tried, in units of the damping: half of what passes for
-/// the same.
+/// Spacing of the frequencies that are tried, in units of the damping ratio: half of what is
+/// indistinguishable.
 const FREQUENCY_STEP: f64 = 1.2;
 
-/// Share of the frequencies that most are.
+/// Quantile of the gains over frequency that counts as typical.
 const TYPICAL_QUANTILE: f64 = 0.8;
 /// Most turns from one sample to the next.
 const MAX_TURNS_PER_SAMPLE: f64 = 1.7;
-/// Least share of the proof mass in a shape: a blow on it must have set it off.
+/// Least share of the proof mass in a shape: an impact on it must have excited the mode.
 const MIN_PROOF_MASS_SHARE: f64 = 0.02;
-/// A ring is over after so many of its times.
+/// A ring is neglected after this many of its time constants.
 const DECAYED_TIME_CONSTANTS: f64 = 8.0;
 
-/// A ring in step with what sets it off.
+/// A ring in phase with its excitation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLockedRing {
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// Damping, as a share of critical damping.
+    /// Damping ratio.
     pub zeta: f64,
-    /// Fall of chi2 if it were taken out.
+    /// Fall of chi2 if it were removed.
     pub gain: f64,
-    /// What an impact sets off at proof mass and cantilever \[m\], by its change of speed \[m/s\].
+    /// Amplitude at proof mass and cantilever \[m\] that an impact excites, per change of
+    /// velocity \[m/s\].
     pub by_impact: [f64; 2],
-    /// What a jump of the drive sets off \[m\], by that of its gain.
+    /// Amplitude at both \[m\] that a jump of the drive excites, per change of its gain.
     pub by_jump: [f64; 2],
 }
 
 impl PhaseLockedRing {
-    /// Frequency \[Hz\], damping, shapes at cantilever and proof mass and coupling to the drive
-    /// \[kg^-1/2\] of the mode of `model` that rings so; one that no blow tells moves the mass by
-    /// `usual`.
+    /// Frequency \[Hz\], damping ratio, shapes at cantilever and proof mass and coupling to
+    /// the drive \[kg^-1/2\] of the mode of `model` that rings like this. If impacts do not
+    /// determine its shape at the mass, that is `usual`.
     pub fn mode(&self, model: &Model, usual: f64) -> [f64; 5] {
         let omega = TAU * self.frequency;
         let mass = 1.0 / model.structure().mobility();
         let [blow, jump] = [self.by_impact, self.by_jump].map(Vector2::from);
         let eta = model.parameters[ParameterId::Eta];
-        // In both it is the mode's shape, times what it is coupled by to what moves it.
+        // Both amplitudes are the mode's shape times its coupling to the excitation.
         let swings = mass * omega * blow.norm() > eta * jump.norm();
         let shape = if swings { blow } else { jump };
         let shape = shape / shape.norm().max(1e-300);
@@ -82,19 +83,19 @@ impl PhaseLockedRing {
     }
 }
 
-/// What sets a mode ringing, and by how much.
+/// An excitation of a mode and its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kick {
-    /// When, by the reading's clock \[s\].
+    /// Time by the reading's clock \[s\].
     time: f64,
     size: f64,
 }
 
-/// Of one recording: impacts by their change of speed \[m/s\], jumps of the drive by that of its
-/// gain; each in order of time.
+/// Excitations in one recording, in order of time: impacts by their change of velocity \[m/s\],
+/// jumps of the drive by that of its gain.
 type Kicks = [Vec<Kick>; 2];
 
-/// What a fit leaves, and what may have set it ringing.
+/// Residuals of a fit, and what may have excited rings in them.
 pub struct ImpactExcitations {
     residuals: Vec<SegmentResiduals>,
     kicks: Vec<Kicks>,
@@ -103,7 +104,7 @@ pub struct ImpactExcitations {
 }
 
 impl ImpactExcitations {
-    /// Of what `fitted`, of the recordings of `side`, leaves.
+    /// Residuals of `fitted`, a fit to the recordings of `side`, with their excitations.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -126,8 +127,8 @@ impl ImpactExcitations {
         })
     }
 
-    /// The ring up to `quickest` \[Hz\] that stands out, if any does. Its phase also tells one that
-    /// swings further between the samples.
+    /// The ring up to `quickest` \[Hz\] that stands out, if any. Its phase also identifies
+    /// rings above the Nyquist frequency.
     pub fn strongest(&self, quickest: f64) -> Option<PhaseLockedRing> {
         let rates = self.residuals.iter().map(|own| 1.0 / own.interval);
         let rate = rates.fold(f64::INFINITY, f64::min);
@@ -136,7 +137,7 @@ impl ImpactExcitations {
             return None;
         }
         let mut all = self.scan(MIN_FREQUENCY, highest);
-        // What is slow is read as this too.
+        // Slow motion appears here too, by aliasing.
         all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > MIN_FREQUENCY);
         let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
         all.retain(|p| p.zeta == best.zeta);
@@ -146,20 +147,20 @@ impl ImpactExcitations {
         (best.gain > RING_MIN_GAIN && best.gain > RING_MIN_CONTRAST * usual).then_some(best)
     }
 
-    /// The best within `reach` of `frequency` \[Hz\].
+    /// The ring with the largest gain within `reach` of `frequency` \[Hz\].
     pub fn best_near(&self, frequency: f64, reach: f64) -> Option<PhaseLockedRing> {
         let (low, high) = ((frequency - reach).max(1.0), frequency + reach);
         let all = self.scan(low, high).into_iter();
         all.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    /// Rings between those frequencies \[Hz\].
+    /// Rings on a grid between those frequencies \[Hz\].
     fn scan(&self, low: f64, high: f64) -> Vec<PhaseLockedRing> {
         let tried = DAMPING_GRID.iter().flat_map(|&zeta| {
             let count = ((high / low).ln() / (FREQUENCY_STEP * zeta))
                 .ceil()
                 .max(0.0) as usize;
-            // As many as it takes, evenly.
+            // Evenly spaced in the logarithm.
             let count = count.max(1);
             (0..=count).map(move |k| (low * (high / low).powf(k as f64 / count as f64), zeta))
         });
@@ -170,7 +171,8 @@ impl ImpactExcitations {
             .collect()
     }
 
-    /// What a ring of that frequency \[Hz\] and damping would bring; `None` if nothing tells it.
+    /// The ring of that frequency \[Hz\] and damping ratio by linear least squares; `None` if
+    /// it is not determined.
     fn fit_ring(&self, frequency: f64, zeta: f64) -> Option<PhaseLockedRing> {
         let omega = TAU * frequency;
         let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
@@ -178,7 +180,7 @@ impl ImpactExcitations {
         let mut slopes = [Vector2::zeros(); 2];
         for own in &self.residuals {
             let [blows, jumps] = &self.kicks[own.recording];
-            // A blow sets the speed off, a jump of the drive the rest that it rings about.
+            // An impact changes the velocity, a jump of the drive the rest position.
             let mut by_impacts: Vec<f64> = ring_course(own, blows, rate).map(|c| c.im).collect();
             let mut driven: Vec<f64> = ring_course(own, jumps, rate).map(|c| -c.re).collect();
             own.colour.whiten(&mut by_impacts);
@@ -191,7 +193,7 @@ impl ImpactExcitations {
             };
             let squares: Matrix2<f64> = rows().map(|row| row * row.transpose()).sum();
             for (channel, values) in own.channels.iter().enumerate() {
-                // Where samples are missing the two do not go together.
+                // With missing samples the two do not match.
                 if values.len() != by_impacts.len() {
                     continue;
                 }
@@ -202,7 +204,7 @@ impl ImpactExcitations {
                     .sum::<Vector2<f64>>();
             }
         }
-        // Both readings share in it alike, whatever has set it off.
+        // Both readings share in it in the same ratio, whatever excited it.
         let roots = normal.map(|normal| {
             let eigen = SymmetricEigen::new(normal);
             let least = 1e-9 * eigen.eigenvalues.amax();
@@ -226,7 +228,7 @@ impl ImpactExcitations {
     }
 }
 
-/// Jumps of the drive in recording number `index`, where the fit has them.
+/// Jumps of the drive in recording number `index`, at their fitted times.
 fn drive_jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let data = &problem.data[index];
@@ -253,8 +255,8 @@ fn drive_jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
     all
 }
 
-/// When a jump of the drive that was guessed at `guess` \[s\] is in `segment`, by the reading's
-/// clock \[s\]; `None` if it is not in it.
+/// Fitted time of the jump of the drive guessed at `guess` \[s\] in `segment`, by the reading's
+/// clock \[s\]; `None` if it lies elsewhere.
 fn fitted_edge_time(segment: &Segment, guess: f64) -> Option<f64> {
     let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
     let mut k = segment.locals.len() - joints;
@@ -267,7 +269,7 @@ fn fitted_edge_time(segment: &Segment, guess: f64) -> Option<f64> {
     None
 }
 
-/// A ring that begins with `kicks` and turns at `rate` \[1/s\], at the samples of `own`.
+/// A ring excited by `kicks` with the complex rate `rate` \[1/s\], at the samples of `own`.
 fn ring_course<'a>(
     own: &'a SegmentResiduals,
     kicks: &'a [Kick],

@@ -1,8 +1,8 @@
-//! What an effect that was named would leave behind if its law were of another form than
-//! the catalogue's: the same force, somewhat larger or smaller in windows of height,
-//! velocity or voltage, or beside it one of another time constant. A strong effect whose
-//! law is a little off leaves more than a weak one brings, and must not be given a name
-//! of its own for that.
+//! Form errors: what a named effect would leave behind if its law had another form than the
+//! catalogue's. That is the same force, somewhat larger or smaller in windows of height, velocity
+//! or voltage, or in addition one of another time constant. A strong effect whose law is slightly
+//! wrong leaves more than a weak effect brings, and its residual must not be named as another
+//! effect.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,19 +19,19 @@ use crate::model::piezo::Branch;
 use crate::model::sensor::Point;
 use crate::sim::SimError;
 
-/// By what share a law may be off in a window.
+/// Relative error of a law in a window.
 const MAX_FORM_ERROR: f64 = 0.3;
 /// Windows of height, velocity or voltage.
 const WINDOW_COUNT: usize = 5;
-/// Time constants of kin, over that of the effect.
+/// Time constants of form errors, relative to that of the effect.
 const TIME_CONSTANT_FACTORS: [f64; 3] = [0.2, 0.5, 3.0];
 /// Largest `gc` of the paper's transducer, in its unit.
 const MAX_DRIVE_GAIN: f64 = 5.0;
 /// In place of a quantity where there is no window.
 const NO_WINDOW: f64 = -1.0;
-/// Values of the wrapped effect that are passed on.
+/// Number of values passed on to the wrapped effect.
 const WRAPPED_VALUES: usize = 11;
-/// Values before those.
+/// Number of values before those.
 const WRAPPER_VALUES: usize = 4;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -74,8 +74,8 @@ static PARAMETERS: [ParameterSpec; WRAPPER_VALUES + WRAPPED_VALUES] = [
     basis_forces::numeric_parameter("k"),
 ];
 
-/// `effect` with other values, wrapped so that it stands beside the effect itself; in a
-/// window of a quantity if there is one.
+/// `effect` with other values, wrapped so that a model can contain it in addition to the effect
+/// itself; in a window of a quantity if one is given.
 fn wrapped(
     effect: &ActiveEffect,
     values: &[f64],
@@ -94,7 +94,7 @@ fn wrapped(
     })
 }
 
-/// Directions of kin of an effect, each of the size by which its law may be off.
+/// Directions of the form errors of an effect, each of the size by which its law may be wrong.
 fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
     let (height, speed, volts) = state_ranges(fitted);
     let v = &effect.values;
@@ -123,7 +123,7 @@ fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             .collect()
     };
     match effect.spec.id {
-        // Both terms are one force.
+        // Both terms form one force.
         "cubic_stiffness" => {
             let values: Vec<f64> = v.iter().map(|k| MAX_FORM_ERROR * k).collect();
             let all = windows(Against::Height, height).into_iter();
@@ -148,7 +148,7 @@ fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
             })
             .collect(),
         "zero_drift" => other_times(0, 1),
-        // One more element beside those that there are.
+        // One more element in addition to the existing ones.
         "piezo_creep" => {
             let shares = v.iter().step_by(2);
             let own = v.chunks_exact(2).filter(|e| e[0] != 0.0);
@@ -158,8 +158,8 @@ fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
                 .filter_map(|tau| wrapped(effect, &[share, tau, 0.0, tau], None))
                 .collect()
         }
-        // A first-order lag or a bounded pace of another size, or the one that is as late in the
-        // place of the other.
+        // A time constant or slew rate of another size, or the other one with the same
+        // delay in its place.
         "amplifier_lag" => {
             let [tau, pace] = v[..] else {
                 return Vec::new();
@@ -184,8 +184,8 @@ fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
                 let size = MAX_FORM_ERROR * v[0] * MAX_DRIVE_GAIN;
                 window(Against::Drive, *middle, *width, size)
             });
-            // Loops of another width at some voltages than at others, as those of relays
-            // that do not lie evenly are; and none.
+            // Loops whose width depends on the voltage, as those of unevenly
+            // distributed relays, and no loops.
             let loops = [v[1], 0.0].into_iter().flat_map(|width| {
                 let mut values = scaled(0, None);
                 values[1] = width;
@@ -210,8 +210,8 @@ fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
     }
 }
 
-/// Fall of chi2 that kin of `named` would bring at a fit, none of them larger than the
-/// share by which a law may be off.
+/// Fall of chi2 that form errors of the effects `named` would bring at a fit, each under a prior
+/// of the size by which a law may be wrong.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -229,13 +229,12 @@ pub fn form_error_gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result
         return Ok(0.0);
     }
     let linear = Linearized::new(fitted)?;
-    // All stand side by side, of which a model has one each by kind: one after the other.
+    // A model holds one effect of a kind, so that each is tested in turn.
     let scan = ScoreScan::of_effects(&linear, &fitted.model, &probes)?;
     Ok(scan.joint_with_prior(1.0).map_or(0.0, |joint| joint.gain))
 }
 
-/// An effect in a window: of those places where the effects that have kin by being wrapped
-/// attach.
+/// An effect in a window, at those places where effects with windowed form errors act.
 #[derive(Debug)]
 struct WindowedEffect {
     inner: Box<dyn Action>,
@@ -245,7 +244,7 @@ struct WindowedEffect {
 }
 
 impl WindowedEffect {
-    /// How much of the effect there is, by the window that it is in.
+    /// Share of the effect that acts in the window.
     fn share(&self, at: &Kinematics) -> f64 {
         let within = |u: f64| hat(u, self.middle, self.width);
         match self.against {
@@ -275,7 +274,7 @@ impl Action for WindowedEffect {
     }
 
     fn acts_on_motion(&self) -> bool {
-        // Its states are no readings.
+        // Its states are not readings.
         self.inner.acts_on_motion() || !self.inner.state_rates().is_empty()
     }
 

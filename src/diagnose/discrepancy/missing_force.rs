@@ -1,5 +1,5 @@
-//! The force that is missing, measured point by point without a name ([`super::generic`]),
-//! and how much of the misfit such forces could take away at all.
+//! The missing force, measured point by point without a law (`score_test::basis_forces`), and how
+//! much of the misfit such forces could remove at all.
 
 use super::residual_map::event_free_since;
 use crate::diagnose::diagnosis::ForceCurve;
@@ -20,19 +20,20 @@ const TRIAL_STIFFNESS: f64 = 1e-5;
 /// Size of a trial change of `gc`.
 const TRIAL_DRIVE_GAIN: f64 = 1e-3;
 
-/// Width of a window that no height leaves \[m\].
+/// Width of a window that contains every height \[m\].
 const UNBOUNDED_WIDTH: f64 = 1e6;
-/// Groups of stretches by the time since contact.
+/// Groups of segments by the time since contact.
 const AGE_GROUPS: usize = 8;
-/// Fewest stretches in each.
+/// Fewest segments in each group.
 const MIN_SEGMENTS_PER_GROUP: usize = 4;
-/// What a force curve is drawn against in which the time since contact is.
+/// Abscissa of the force curve over the time since contact.
 pub(crate) const SINCE_CONTACT: &str = "time since contact";
 
-/// What forces without a name would bring.
+/// What forces without a law would bring.
 #[derive(Debug, Clone)]
 pub struct MissingForces {
-    /// Fall of chi2 if all were added at once, less what chance would bring.
+    /// Fall of chi2 if all were added at once, less its expectation by chance (one per
+    /// direction).
     pub joint: f64,
     /// Force against height, velocity, voltage and time since contact.
     pub curves: Vec<ForceCurve>,
@@ -40,7 +41,7 @@ pub struct MissingForces {
     pub strongest: Option<(Against, f64)>,
 }
 
-/// Weighs forces without a name at a fit.
+/// Measures forces without a law at a fit.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -102,9 +103,9 @@ pub fn measure(fitted: &Fitted) -> Result<MissingForces, SimError> {
     })
 }
 
-/// Force against the time that the mass has been off the ground: one that is the same all
-/// through each stretch, weighed in groups of stretches of like age. None where few stretches
-/// of flight follow a contact.
+/// Force against the time that the mass has been off the ground. It is constant within each
+/// segment and estimated in groups of segments of similar age. `None` where few flight segments
+/// follow a contact.
 fn force_since_contact(
     linear: &Linearized<'_>,
     fitted: &Fitted,
@@ -125,7 +126,7 @@ fn force_since_contact(
         return Ok(None);
     }
     ages.sort_by(f64::total_cmp);
-    // As many stretches in each group.
+    // Equally many segments in each group.
     let first = |group: usize| ages[group * ages.len() / AGE_GROUPS];
     let spread: Vec<SegmentGram> = products
         .iter()

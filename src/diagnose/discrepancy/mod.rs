@@ -1,4 +1,5 @@
-//! TODO-doc
+//! What a fit leaves: where its residuals are, which force would remove them, whether segments
+//! join, which spectral peaks and rings remain, and whether named laws have the wrong form.
 
 pub(super) mod impact_ring;
 pub mod law_form;

@@ -1,5 +1,7 @@
-//! Whether what passes for dry friction is one: friction that grows with the load rubs at some
-//! heights more than at others.
+//! Probes of named effects: whether what passes for one effect is another. Dry friction must be
+//! the same at all heights, a base vibration must not push harder the farther the mass is
+//! deflected, and a force of the mass's displacement must not follow the cantilever's. Each probe
+//! is a generic force tested at the fit with the effect.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -11,20 +13,20 @@ use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
 use crate::sim::SimError;
 
-/// Windows of height.
+/// Windows of height in which friction is probed.
 const HEIGHT_WINDOWS: usize = 7;
-/// Share of the friction that the probe has.
+/// Size of the friction probes, as a share of the fitted friction.
 const FRICTION_PROBE_SHARE: f64 = 0.1;
-/// Speed over which a probe turns with the motion, as a share of the largest: one without a jump
-/// needs no events.
+/// Speed over which a probe changes sign with the motion, as a share of the largest. Without a
+/// jump it needs no events.
 const TURNOVER_SPEED_SHARE: f64 = 0.02;
-/// Such shares of probes that are the same at all heights: a friction that goes with the speed.
+/// Such shares for probes that are the same at all heights: friction that depends on the speed.
 const SPEED_PROBE_SHARES: [f64; 2] = [TURNOVER_SPEED_SHARE, 0.2];
-/// Half width of a window that no height leaves \[m\].
+/// Half width of a window that contains every height \[m\].
 const UNBOUNDED_WIDTH: f64 = 1e6;
-/// Share of the vibration's force that the size of the probe has at the greatest height.
+/// Size of the stiffness probe's force at the greatest height, as a share of the vibration's.
 const STIFFNESS_PROBE_SHARE: f64 = 0.1;
-/// Force of the probe at the greatest height \[N\].
+/// Force of the product probe at the greatest height \[N\].
 const PRODUCT_PROBE_FORCE: f64 = 1e-10;
 
 static FRICTION_AT_HEIGHT: EffectSpec = EffectSpec {
@@ -68,8 +70,8 @@ impl Action for FrictionAtHeight {
     }
 }
 
-/// Fall of chi2 that friction would bring that goes with the height, beside the dry friction in
-/// the fitted model and one that goes with the speed, less what chance would bring; 0 without dry
+/// Fall of chi2 that friction depending on the height would bring in addition to the fitted dry
+/// friction and one depending on the speed, less its expectation by chance; 0 without dry
 /// friction.
 ///
 /// # Errors
@@ -149,8 +151,8 @@ impl Action for SwingingStiffness {
     }
 }
 
-/// Fall of chi2 that a stiffness would bring that swings with the vibration of the base in
-/// the fitted model; 0 without one.
+/// Fall of chi2 that a stiffness oscillating at the frequency of the fitted base vibration would
+/// bring; 0 without one.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -207,8 +209,8 @@ impl Action for DisplacementProduct {
     }
 }
 
-/// Fall of chi2 that a force by the product of both displacements would bring at a fit; 0 for a
-/// device whose mass does not move.
+/// Fall of chi2 that a force proportional to the product of both displacements would bring at a
+/// fit; 0 for a device whose mass does not move.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -244,8 +246,8 @@ mod tests {
     use crate::model::with_effect;
     use crate::recording::Recording;
 
-    /// What friction at heights would bring beside the dry friction fitted to recordings of a
-    /// device with `concealed`, as a share of what that brings.
+    /// What friction at heights would bring in addition to dry friction fitted to recordings
+    /// of a device with `concealed`, as a share of what that brings.
     fn gain_share_with_dry_friction(concealed: ActiveEffect) -> f64 {
         let dry = ActiveEffect {
             spec: find("dry_friction").unwrap(),
@@ -304,7 +306,7 @@ mod tests {
         ))
     }
 
-    /// What a stiffness would bring beside a vibration of 3.1 Hz that was fitted.
+    /// What an oscillating stiffness would bring in addition to a fitted vibration of 3.1 Hz.
     fn gain_with_base_vibration(force: &dyn Fn(f64, f64) -> f64) -> f64 {
         let model = Preset::embedded("oscillator").unwrap().model;
         let train = [ring(force, 1), ring(force, 2)];
@@ -330,8 +332,8 @@ mod tests {
         assert!(stiffness > 100.0, "{stiffness}");
     }
 
-    /// What a force by the product would bring beside the stiffness fitted to recordings of a
-    /// device with `concealed`, as a share of what that brings.
+    /// What a force of the product would bring in addition to the stiffness fitted to
+    /// recordings of a device with `concealed`, as a share of what that brings.
     fn gain_share_with_stiffness(concealed: ActiveEffect) -> f64 {
         let stiffness = ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),

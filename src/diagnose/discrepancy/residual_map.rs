@@ -1,5 +1,5 @@
-//! Where simulation and recordings differ: residuals sample by sample, gathered over
-//! time, regime, and the quantities that the mismatch may depend on.
+//! Where simulation and recordings differ: residuals sample by sample, summed over time, regime,
+//! and the quantities that the mismatch may depend on.
 
 use rayon::prelude::*;
 
@@ -13,12 +13,12 @@ use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
-/// Nearer to the ground than this share of the travel counts as near.
+/// Heights below this share of the travel count as near the ground.
 const NEAR_GROUND_SHARE: f64 = 0.15;
 /// Bins of a marginal.
 const MARGINAL_BINS: usize = 24;
 
-/// Most mismatches told.
+/// Most mismatches reported.
 const MAX_MISMATCHES: usize = 40;
 
 /// A sample with its residuals.
@@ -26,7 +26,7 @@ const MAX_MISMATCHES: usize = 40;
 pub struct Sample {
     /// Index of the recording.
     pub recording: usize,
-    /// Number of the stretch it lies in.
+    /// Index of the segment it lies in.
     pub segment: usize,
     /// Time \[s\].
     pub time: f64,
@@ -34,7 +34,7 @@ pub struct Sample {
     pub xp: f64,
     /// Its velocity \[m/s\].
     pub vp: f64,
-    /// Voltage \[V\]; NaN without.
+    /// Voltage \[V\]; NaN if not recorded.
     pub voltage: f64,
     /// Time since the last event, or since the recording began \[s\].
     pub since: f64,
@@ -44,11 +44,11 @@ pub struct Sample {
     pub miss_c: f64,
     /// Whitened residuals of both, in units of the noise.
     pub white: (f64, f64),
-    /// What the mass is doing.
+    /// Regime of the motion.
     pub regime: Regime,
 }
 
-/// All samples of a fit's stretches.
+/// All samples of a fit's segments.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -152,8 +152,8 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         .collect())
 }
 
-/// For each stretch, when what it is part of began that no event breaks \[s\], and whether
-/// with an event: a recording may begin in the midst.
+/// For each segment, when the event-free interval that it is part of began \[s\], and whether with
+/// an event: a recording may begin within one.
 pub(crate) fn event_free_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, bool)> {
     let mut out: Vec<(f64, bool)> = Vec::with_capacity(segments.len());
     for (i, s) in segments.iter().enumerate() {
@@ -181,6 +181,7 @@ pub(crate) fn near_ground_heights(problem: &Problem) -> Vec<f64> {
     problem.data.iter().map(of).collect()
 }
 
+/// Sum of squares and number of the finite values.
 pub(crate) fn sum_of_squares(values: impl Iterator<Item = f64>) -> (f64, usize) {
     let (mut sum, mut n) = (0.0, 0);
     for v in values.filter(|v| v.is_finite()) {
@@ -190,7 +191,7 @@ pub(crate) fn sum_of_squares(values: impl Iterator<Item = f64>) -> (f64, usize) 
     (sum, n)
 }
 
-/// Rms of the proof mass, and chi2 as the fit has it.
+/// Rms residual of the proof mass, and chi2 per value of the fit.
 pub fn distance(fitted: &Fitted, samples: &[Sample]) -> Distance {
     let (sum, n) = sum_of_squares(samples.iter().map(|s| s.miss_p));
     Distance {
@@ -199,7 +200,7 @@ pub fn distance(fitted: &Fitted, samples: &[Sample]) -> Distance {
     }
 }
 
-/// Stretches that differ more than noise allows.
+/// Segments that differ by more than noise allows.
 pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
     let mut out: Vec<(f64, Mismatch)> = Vec::new();
     let mut total = 0.0;
@@ -250,7 +251,7 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
         .collect()
 }
 
-/// Mean squares against one quantity, before and after.
+/// Mean squares against each quantity, before and after.
 pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
     type Pick = fn(&Sample) -> f64;
     let picks: [(&'static str, &'static str, Pick); 4] = [
@@ -301,10 +302,10 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
     out
 }
 
-/// A stay shorter than this may be no stay \[s\].
+/// Contacts shorter than this may be hops \[s\].
 const MIN_STAY_TIME: f64 = 1e-3;
 
-/// How far the worst stretch is above the usual, in units of what chance leaves.
+/// How far the worst segment is above the typical one, in units of the scatter expected by chance.
 pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
     let Ok(samples) = samples(fitted) else {
         return 0.0;
@@ -313,7 +314,7 @@ pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
     for group in samples.chunk_by(|a, b| a.segment == b.segment) {
         let white = group.iter().flat_map(|s| [s.white.0, s.white.1]);
         let (sum, n) = sum_of_squares(white.map(|w| w.clamp(-6.0, 6.0)));
-        // In a short stay the mass may still hop, too low to be seen by itself.
+        // In a short contact the mass may still hop, too low to be resolved.
         let lands = group
             .last()
             .is_some_and(|s| s.regime == Regime::Contact && s.since < MIN_STAY_TIME);
@@ -327,7 +328,7 @@ pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
         .iter()
         .map(|(mean, n)| (mean - usual) / usual.max(1e-12) * (0.5 * n).sqrt())
         .collect();
-    // Chance is measured by the stretches themselves.
+    // The scatter is measured on the segments themselves.
     let spread = quantile_in_place(&mut deviations, 0.84).max(1.0);
     deviations.sort_unstable_by(|a, b| b.total_cmp(a));
     log::debug!(

@@ -1,4 +1,4 @@
-//! View 3: a further mode shows as a narrow hump in the spectrum of what is left.
+//! Spectral peaks of the residuals: a further mode shows as a narrow one.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,65 +13,65 @@ use crate::fit::segment::Segment;
 use crate::fit::solve::point::residuals_at;
 use crate::sim::SimError;
 
-/// Spacing of the frequencies looked at \[Hz\].
+/// Spacing of the frequencies \[Hz\].
 pub(crate) const FREQUENCY_SPACING: f64 = 100.0;
-/// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
+/// Lowest frequency \[Hz\]: a slower mode would not ring within a segment.
 pub(crate) const MIN_FREQUENCY: f64 = 1500.0;
 
-/// Stretches shorter than this many samples tell no frequency.
+/// Fewest samples of a segment that is used.
 const MIN_SEGMENT_SAMPLES: usize = 40;
-/// The beginning of a stretch, in samples: a damped mode rings no longer.
+/// Length of the early part of a segment \[samples\]: a damped mode has decayed after it.
 const EARLY_SAMPLES: usize = 60;
 
-/// Where a frequency that is read as another may lie: multiples of the sampling rate, and the
-/// sign with which the other is added.
+/// Where an aliased frequency may lie: multiples of the sampling rate, and the sign with which the
+/// apparent frequency is added.
 const ALIASES: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
-/// A top is higher than so many frequencies on either side.
+/// A peak is higher than this many frequencies on either side.
 const FLANK_BINS: usize = 4;
 
-/// A hump in the spectrum.
+/// A peak in the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectralPeak {
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// At which the recordings are sampled \[Hz\].
+    /// Sampling rate of the recordings \[Hz\].
     pub rate: f64,
-    /// Unit vector of proof mass and cantilever: how they share in it.
+    /// Unit vector of proof mass and cantilever: their shares in the peak.
     pub shape: (f64, f64),
-    /// Power above the noise, in units of what chance leaves.
+    /// Power above the noise, in standard deviations of its scatter.
     pub significance: f64,
-    /// Roughly the fall of chi2 if it were taken out.
+    /// Approximate fall of chi2 if it were removed.
     pub gain: f64,
 }
 
 impl SpectralPeak {
-    /// Quicker frequencies that are read as this one \[Hz\].
+    /// Higher frequencies that appear at this one by aliasing \[Hz\].
     pub fn aliases(&self) -> [f64; 3] {
         ALIASES.map(|(n, sign)| n * self.rate + sign * self.frequency)
     }
 }
 
-/// Residuals of a stretch of flight: proof mass and cantilever, in units of the noise.
+/// Residuals of a flight segment: proof mass and cantilever, in units of the noise.
 pub(crate) struct SegmentResiduals {
     pub(crate) channels: [Vec<f64>; 2],
-    /// Which recording it is of.
+    /// Index of the recording.
     pub(crate) recording: usize,
-    /// When it begins \[s\].
+    /// Time of its first sample \[s\].
     pub(crate) start: f64,
     /// Time between samples \[s\].
     pub(crate) interval: f64,
-    /// Of the noise by which the residuals were made white.
+    /// Colour of the noise by which the residuals were whitened.
     pub(crate) colour: Colour,
 }
 
-/// At which the recordings of a fit are sampled, the slowest of them \[Hz\]; `None` without any.
+/// Lowest sampling rate among the recordings of a fit \[Hz\]; `None` without any.
 pub(crate) fn slowest_rate(fitted: &Fitted) -> Option<f64> {
     let data = fitted.problem.data.iter();
     data.map(|d| d.recording.sampling_rate()).reduce(f64::min)
 }
 
-/// The highest hump in the residuals of a fit, if there is any spectrum to speak of: of whole
-/// stretches, in which a mode rings on, or of their beginnings, after which it has died away.
+/// The highest peak in the residuals of a fit, if there are enough for a spectrum: of whole
+/// segments, in which a mode rings on, or of their early parts, after which it has decayed.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -95,8 +95,7 @@ pub fn strongest_peak(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError>
         .segments
         .first()
         .is_some_and(|s| problem.data[s.recording].recording.cantilever.is_some());
-    // What is left beside a mode that the model has is that mode's rather than
-    // another's, unless nothing else stands out.
+    // A peak next to a mode of the model belongs to that mode, unless nothing else stands out.
     let structure = fitted.model.structure_with_effects();
     let beside = |f: f64| {
         let known = structure.modes.iter().map(|m| m.frequency);
@@ -118,7 +117,7 @@ pub fn strongest_peak(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError>
     Ok(ring)
 }
 
-/// What the fit leaves of the stretches of flight that are long enough.
+/// Residuals of the flight segments that are long enough.
 pub(crate) fn flight_residuals(fitted: &Fitted) -> Result<Vec<SegmentResiduals>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let all = residuals_at(problem, point, |i, s| {
@@ -142,8 +141,8 @@ pub(crate) fn flight_residuals(fitted: &Fitted) -> Result<Vec<SegmentResiduals>,
     Ok(point.segments.iter().zip(all).filter_map(left).collect())
 }
 
-/// The spectrum of the first `length` samples of all stretches at each of the `frequencies`,
-/// its tops against what is usual.
+/// Peaks of the power spectrum of the first `length` samples of all segments, averaged over them
+/// and relative to its median, at the `frequencies` \[Hz\].
 fn spectral_peaks(
     left: &[SegmentResiduals],
     (frequencies, rate): (&[f64], f64),
@@ -156,7 +155,7 @@ fn spectral_peaks(
             let mut phase = Complex::new(1.0, 0.0);
             let (mut sum, mut power) = (Complex::new(0.0, 0.0), 0.0);
             for (i, v) in values.iter().take(length).enumerate() {
-                // Cut off, a hump would have others at its sides.
+                // A sharp cut would give the peak side lobes.
                 let weight = match length {
                     usize::MAX => 1.0,
                     _ => (0.5 * PI * i as f64 / length as f64).cos().powi(2),
@@ -194,12 +193,12 @@ fn spectral_peaks(
     let usual = crate::recording::quantile_in_place(&mut sorted, 0.5);
     let spread = usual / n.sqrt();
     let top = |k: usize| {
-        // What only grows towards an end has its top beyond it, if it has one.
+        // A spectrum that only rises towards an end has its peak beyond it.
         let inside = k > 0 && k + 1 < powers.len();
         let around = k.saturating_sub(FLANK_BINS)..(k + FLANK_BINS + 1).min(powers.len());
         inside && powers[around].iter().all(|p| p.0 <= powers[k].0)
     };
-    // The flank of a hump is no hump.
+    // The flank of a peak is not a peak.
     let tops = (0..powers.len()).filter(|k| top(*k));
     tops.map(|k| SpectralPeak {
         frequency: frequencies[k],

@@ -1,7 +1,7 @@
-//! Whether the motion goes on unbroken from one stretch to the next where nothing happens
-//! to the mass. Every stretch starts from a state of its own, which takes over a kick or a
-//! burst of force that came before: only where two stretches are told as one does it show.
-//! Near the ground the mass may have touched it unseen, and nothing is asked.
+//! Whether the motion continues from one segment to the next where nothing happens to the mass.
+//! Every segment starts from a state of its own, which absorbs a kick or a burst of force before
+//! it; it shows only where two segments are fitted as one. Near the ground the mass may have
+//! touched it unnoticed, so joins there are not tested.
 
 use rayon::prelude::*;
 
@@ -12,35 +12,36 @@ use crate::fit::problem::Data;
 use crate::fit::segment::Segment;
 use crate::sim::SimError;
 
-/// Steps of the fit of two stretches as one.
+/// Iterations of the fit of two segments as one.
 const JOINED_FIT_STEPS: usize = 6;
-/// Fewest joins that say something.
+/// Fewest joins for a result.
 const MIN_JOINS: usize = 8;
-/// No single join counts for more than this, in units of what chance gives.
+/// Largest contribution of a single join, in units of its expectation by chance.
 const MAX_RISE_PER_JOIN: f64 = 12.0;
-/// Share of the joins, the worst ones, that are left out of the sum of all: in one or two of them
-/// the mass may have touched something.
+/// Share of the joins, the worst ones, that are trimmed from the sum: in one or two of them the
+/// mass may have touched something.
 const TRIMMED_SHARE: f64 = 0.05;
 
-/// By how much chi2 rises where neighbouring stretches of flight are told as one.
+/// Rise of chi2 where neighbouring flight segments are fitted as one.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct JoinBreaks {
-    /// Of all together, each pair capped, in standard deviations of chance.
+    /// Of all joins, each capped, in standard deviations of its scatter by chance.
     pub sigmas: f64,
-    /// Of all but the worst, beyond chance.
+    /// Of all but the worst joins, beyond chance.
     pub rise: f64,
 }
 
-/// By how much chi2 rises where neighbouring stretches of flight away from the ground are told
-/// as one; 0 where there are few of them, or where the readings do not show all that moves.
+/// Rise of chi2 where neighbouring flight segments away from the ground are fitted as one; 0 where
+/// there are few, or where the readings do not show all that moves.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let simulator = problem.simulator(&point.x)?;
-    // From the proof mass alone single stretches hardly tell how the drive is shared among
-    // the modes, and joins at corners of the drive do: what they show is the baseline's.
+    // From the proof mass alone, single segments hardly determine how the drive is shared
+    // among the modes, but joins at corners of the drive do: what they show is an error of the
+    // baseline.
     let unseen = |d: &Data| d.recording.cantilever.is_none();
     if simulator.modes() > 1 && problem.data.iter().any(unseen) {
         return Ok(JoinBreaks::default());
@@ -56,7 +57,7 @@ pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
     let cost = |i: usize, segment: &Segment, rounds| {
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let start = segment.locals.clone();
-        let told = problem.refine(
+        let refined = problem.refine(
             segment,
             &states[i],
             &simulator,
@@ -65,7 +66,7 @@ pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
             ROBUST_LOSS,
             rounds,
         );
-        told.cost
+        refined.cost
     };
     // The state at the later one's start is no longer free.
     let unknowns = 2.0 * simulator.modes() as f64;
@@ -80,7 +81,7 @@ pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
         })
         .map(|i| {
             let (a, b) = (&point.segments[i - 1], &point.segments[i]);
-            // The later one no longer takes over its first readings.
+            // The later segment no longer starts from its first readings.
             let taken = first_reading_correction(problem, &simulator, b);
             let apart = cost(i - 1, a, 2) + cost(i, b, 2) + taken;
             (cost(i - 1, &joined(a, b), JOINED_FIT_STEPS) - apart) / unknowns
@@ -96,14 +97,14 @@ pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
     rises.sort_by(f64::total_cmp);
     let worst = rises.last().copied().unwrap_or(0.0);
     rises.truncate(rises.len() - (TRIMMED_SHARE * n).ceil() as usize);
-    // One that falls had not been told apart to the end.
+    // A fall means that the separate fits had not converged.
     let beyond: f64 = rises.iter().map(|rise| rise.max(0.0) - 1.0).sum();
     let rise = unknowns * beyond;
     log::debug!("{n} joins: {sigmas:.1}, worst {worst:.1}, all {rise:.0}");
     Ok(JoinBreaks { sigmas, rise })
 }
 
-/// Two stretches one after the other as one, from the state at the first one's start.
+/// Two consecutive segments as one, from the state at the start of the first.
 fn joined(a: &Segment, b: &Segment) -> Segment {
     let mut both = a.clone();
     both.samples = a.samples.start..b.samples.end;
@@ -152,9 +153,9 @@ mod tests {
 
     #[test]
     fn a_kick_that_hides_in_the_states_of_the_stretches_shows_where_they_join() {
-        let still = of_a_ring_down(0.0);
-        assert!(still.sigmas.abs() < 4.0, "{still:?}");
-        assert!(still.sigmas != 0.0, "there are joins");
+        let undisturbed = of_a_ring_down(0.0);
+        assert!(undisturbed.sigmas.abs() < 4.0, "{undisturbed:?}");
+        assert!(undisturbed.sigmas != 0.0, "there are joins");
         // A four hundredth of the ring's speed, which the states of the stretches take over.
         let kicked = of_a_ring_down(2e-3);
         assert!(kicked.sigmas > 10.0, "{kicked:?}");

@@ -1,5 +1,5 @@
-//! Vibrations of the base in the linearised problem: some frequencies are simulated, and between
-//! them the phase is turned stretch by stretch.
+//! Vibrations of the base in the linearised problem. Some frequencies are simulated; between them
+//! the phase is shifted segment by segment.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -13,18 +13,18 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
 use crate::sim::SimError;
 
-/// Frequencies that are looked at \[Hz\].
+/// Range of the frequencies \[Hz\].
 const FREQUENCY_RANGE: (f64, f64) = (8.0, 2100.0);
-/// Distance of those that are simulated \[Hz\].
+/// Spacing of the simulated frequencies \[Hz\].
 const SIMULATED_SPACING: f64 = 100.0;
-/// Amplitude with which they are \[m/s^2\].
+/// Amplitude of the simulated vibrations \[m/s^2\].
 pub const PROBE_ACCELERATION: f64 = 0.05;
-/// Distance of all, in turns over the time that a phase is turned for.
+/// Spacing of all frequencies, in turns over the time that a phase is followed.
 const PHASE_STEP_TURNS: f64 = 0.2;
-/// Most frequencies between two that are simulated, on either side.
+/// Most frequencies between two simulated ones, on either side.
 const MAX_PHASE_STEPS: f64 = 2000.0;
 
-/// A vibration of the base, and what it would bring.
+/// A vibration of the base, and its gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VibrationLine {
     /// Frequency \[Hz\].
@@ -37,7 +37,7 @@ pub struct VibrationLine {
     pub gain: f64,
 }
 
-/// A sine and a cosine of `f` \[Hz\] by `spec`, the vibration of the base, both as large as
+/// A sine and a cosine of `f` \[Hz\] by `spec`, the vibration of the base, both of amplitude
 /// [`PROBE_ACCELERATION`].
 pub fn sine_and_cosine(spec: &'static EffectSpec, f: f64) -> [ActiveEffect; 2] {
     [0.0, FRAC_PI_2].map(|phase| ActiveEffect {
@@ -46,18 +46,18 @@ pub fn sine_and_cosine(spec: &'static EffectSpec, f: f64) -> [ActiveEffect; 2] {
     })
 }
 
-/// Products of some stretches with a sine and a cosine.
+/// Products of some segments with a sine and a cosine.
 pub struct PhaseShiftedGram {
     /// With the baseline's own directions.
     pub cross: [DVector<f64>; 2],
-    /// Of the two with each other.
+    /// Products of the two with each other.
     pub gram: Matrix2<f64>,
-    /// Of the two with the residuals.
+    /// Products of the two with the residuals.
     pub slope: Vector2<f64>,
 }
 
 impl PhaseShiftedGram {
-    /// Of no stretch yet, with `unknowns` of the baseline.
+    /// Of no segment yet, with `unknowns` of the baseline.
     pub fn new(unknowns: usize) -> Self {
         Self {
             cross: [DVector::zeros(unknowns), DVector::zeros(unknowns)],
@@ -66,8 +66,8 @@ impl PhaseShiftedGram {
         }
     }
 
-    /// Adds a stretch, with its sine number `which` and the cosine that follows it turned to a
-    /// frequency that is higher by `shift` \[Hz\].
+    /// Adds a segment, its sine number `which` and the cosine after it shifted to a frequency
+    /// higher by `shift` \[Hz\].
     pub fn add(&mut self, p: &SegmentGram, which: usize, shift: f64) {
         let (sin, cos) = (TAU * shift * p.middle).sin_cos();
         // sin(w t + turn) and cos(w t + turn) from sin and cos.
@@ -82,8 +82,8 @@ impl PhaseShiftedGram {
         }
     }
 
-    /// How far to go against each of the two, in units of [`PROBE_ACCELERATION`], and the fall of chi2;
-    /// `None` if nothing tells them.
+    /// Steps along the two, in units of [`PROBE_ACCELERATION`], and the fall of chi2; `None`
+    /// if they are not determined.
     pub fn solve(&self, base: &NuisanceProjector) -> Option<(Vector2<f64>, f64)> {
         let mut left = self.gram;
         for i in 0..2 {
@@ -95,26 +95,26 @@ impl PhaseShiftedGram {
             base.slope(&self.cross[0], self.slope[0]),
             base.slope(&self.cross[1], self.slope[1]),
         );
-        // A line that re-tuning imitates must not divide by next to nothing.
+        // Guards the division where re-tuning can imitate the line.
         let floor = UNIDENTIFIABLE_SHARE * self.gram.trace();
         let solved = (left + Matrix2::identity() * floor).try_inverse()? * reduced;
         Some((solved, reduced.dot(&solved)))
     }
 }
 
-/// The frequencies that are simulated, with their products.
+/// The simulated frequencies, with their products.
 pub struct FrequencyComb {
     coarse: Vec<f64>,
-    /// Half the distance of two \[Hz\].
+    /// Half the spacing \[Hz\].
     half: f64,
-    /// Products of all stretches.
+    /// Products of all segments.
     pub products: Vec<SegmentGram>,
     /// The baseline's own directions.
     pub base: NuisanceProjector,
 }
 
 impl FrequencyComb {
-    /// Of the vibrations that the recordings show; `None` if they show none.
+    /// The comb of frequencies that the recordings can show; `None` if they can show none.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
@@ -123,7 +123,7 @@ impl FrequencyComb {
         model: &Model,
         spec: &'static EffectSpec,
     ) -> Result<Option<Self>, SimError> {
-        // A recorder does not show what is quicker than half its rate.
+        // A recording does not show frequencies above half its sampling rate.
         let data = linear.problem().data.iter();
         let rate = data.map(|d| d.recording.sampling_rate());
         let low = FREQUENCY_RANGE.0;
@@ -151,8 +151,9 @@ impl FrequencyComb {
         }))
     }
 
-    /// Frequencies that are told apart where the phase is turned for `span` \[s\], and their
-    /// distance \[Hz\]: each as the number of one that is simulated, and what it is higher by.
+    /// Frequencies that can be distinguished where the phase is followed for `span` \[s\],
+    /// each as the index of a simulated one and its offset from that \[Hz\], and their spacing
+    /// \[Hz\].
     pub fn frequencies(&self, span: f64) -> (Vec<(usize, f64)>, f64) {
         let fine = PHASE_STEP_TURNS / span;
         let steps = (self.half / fine).ceil().min(MAX_PHASE_STEPS) as i64;
@@ -161,18 +162,18 @@ impl FrequencyComb {
         (all, self.half / steps as f64)
     }
 
-    /// Such a frequency \[Hz\].
+    /// The frequency itself \[Hz\].
     pub fn frequency(&self, (coarse, shift): (usize, f64)) -> f64 {
         self.coarse[coarse] + shift
     }
 
-    /// Number of its sine among the probes.
+    /// Index of its sine among the simulated directions.
     pub fn sine_index((coarse, _): (usize, f64)) -> usize {
         2 * coarse
     }
 }
 
-/// Looks for a vibration of the base by `spec`, of one phase in all recordings.
+/// Searches for a vibration of the base by `spec` with one phase in all recordings.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.

@@ -1,5 +1,6 @@
-//! The hypothesis of a further mode: by a hump in the spectrum of what is left, or by a ring in it
-//! that is in step with what sets it off.
+//! Hypotheses of further modes: from a peak in the spectrum of the residuals, or from a ring in
+//! them that is in phase with its excitation. One more mode may be added to a further one, because
+//! a structure has infinitely many.
 
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::ModelState;
@@ -19,17 +20,17 @@ use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
 use crate::sim::SimError;
 
-/// Share of a further mode's motion at the mass, of that of all modes.
+/// Motion of a further mode at the mass, as a share of that of all modes.
 const HIDDEN_MODE_SHARE: f64 = 0.06;
 
-/// How far the frequency of a mode may move from where it was found, as shares of it.
+/// Bounds of a mode's frequency, relative to where it was found.
 const FREQUENCY_BOUND_FACTORS: (f64, f64) = (0.9, 1.1);
 
-/// Most places that are looked at: each takes a fit.
+/// Most frequencies that are tried for a second mode: each needs a fit.
 const MAX_SECOND_MODE_STARTS: usize = 2;
-/// Frequencies of neighbouring bending modes, quick ones, one over the other.
+/// Frequency ratio of neighbouring high bending modes.
 const NEXT_MODE_RATIO: f64 = 2.0;
-/// Its shape at first, as a share of that of the mode that is known: enough for a direction.
+/// Initial shape of a second mode relative to that of the known one: enough for a direction.
 const INITIAL_SHAPE_SHARE: f64 = 0.01;
 
 /// The hypothesis of a further mode, if there is a sign of one.
@@ -38,17 +39,17 @@ const INITIAL_SHAPE_SHARE: f64 = 0.01;
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn extra_mode_hypothesis(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     spec: &'static EffectSpec,
 ) -> Result<Option<Hypothesis>, DiagnoseError> {
-    let model = &stand.train.model;
-    let excitations = ImpactExcitations::new(&workspace.train, &stand.train)?;
-    let hump = residual_spectrum::strongest_peak(&stand.train)?
+    let model = &state.train.model;
+    let excitations = ImpactExcitations::new(&workspace.train, &state.train)?;
+    let hump = residual_spectrum::strongest_peak(&state.train)?
         .filter(|ring| ring.significance > crate::diagnose::thresholds::PEAK_MIN_SIGNIFICANCE);
-    // A mass-normalised shape is of the order of the structure's own; but a mode that
-    // has gone unnoticed hardly moves the mass.
+    // A mass-normalised shape is of the order of the structure's own, but an unnoticed mode
+    // hardly moves the mass.
     let usual = model.structure().mobility().sqrt();
-    // One more is looked for where this one has shown up.
+    // A second mode is searched for once this one is established.
     let with = |own: [f64; 5]| ActiveEffect {
         spec,
         values: own
@@ -56,10 +57,10 @@ pub fn extra_mode_hypothesis(
             .chain([own[0], 0.01, 0.0, 0.0, 0.0])
             .collect(),
     };
-    let rate = residual_spectrum::slowest_rate(&stand.train).unwrap_or(f64::INFINITY);
+    let rate = residual_spectrum::slowest_rate(&state.train).unwrap_or(f64::INFINITY);
     let near = |f: f64| mode_bounds(spec, [0, 1], f, rate).to_vec();
     let in_step = |ring: &PhaseLockedRing| (with(mode_of_ring(ring, model)), near(ring.frequency));
-    // Between the samples it may have swung further.
+    // By aliasing, the true frequency may be higher.
     let (_, quickest) = spec.parameters[0].range;
     let mut places = Vec::new();
     if let Some(hump) = &hump {
@@ -110,13 +111,13 @@ pub fn extra_mode_hypothesis(
     }))
 }
 
-/// The ring near `frequency` \[Hz\] that is in step with `excitations`, if one is.
+/// The ring near `frequency` \[Hz\] that is in phase with `excitations`, if there is one.
 pub fn ring_near(excitations: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
     let ring = excitations.best_near(frequency, residual_spectrum::FREQUENCY_SPACING);
     ring.filter(|ring| ring.gain > MODE_RING_MIN_GAIN)
 }
 
-/// Frequency, damping and shapes of a further mode of `model` that rings like `ring`.
+/// Frequency, damping ratio and shapes of a further mode of `model` that rings like `ring`.
 pub fn mode_of_ring(ring: &PhaseLockedRing, model: &Model) -> [f64; 5] {
     ring.mode(
         model,
@@ -124,9 +125,9 @@ pub fn mode_of_ring(ring: &PhaseLockedRing, model: &Model) -> [f64; 5] {
     )
 }
 
-/// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`, of
-/// recordings sampled at `rate` \[Hz\]: one that is free to be slow and dead would pass for any
-/// other force, and so would one that is read as slow.
+/// Bounds of the frequency and damping ratio, the parameters `which` of `spec`, of a mode near `f`
+/// \[Hz\] in recordings sampled at `rate` \[Hz\]. A mode that is free to become slow and
+/// overdamped could imitate any force, and so could one that appears slow by aliasing.
 pub fn mode_bounds(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bound; 2] {
     let (mut low, mut high) = (FREQUENCY_BOUND_FACTORS.0 * f, FREQUENCY_BOUND_FACTORS.1 * f);
     let turns = (f / rate).round() * rate;
@@ -143,8 +144,8 @@ pub fn mode_bounds(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [
     bounds.map(|bound| (ids.next().unwrap_or_default(), bound))
 }
 
-/// The hypothesis `known`, a further mode as fitted, with one more of which `fitted`, of the
-/// recordings of `side`, leaves a hump, or that rings in step with what sets it off; `None` if it
+/// The hypothesis `known`, a fitted further mode, with one more mode for which `fitted`, a fit to
+/// the recordings of `side`, leaves a peak or a ring in phase with its excitation; `None` if it
 /// leaves none.
 ///
 /// # Errors
@@ -155,20 +156,20 @@ pub fn with_second_mode(
     fitted: &Fitted,
 ) -> Result<Option<Hypothesis>, SimError> {
     let excitations = ImpactExcitations::new(side, fitted)?;
-    let told = |ring: PhaseLockedRing| (ring.gain, mode_of_ring(&ring, &fitted.model));
+    let mode = |ring: PhaseLockedRing| (ring.gain, mode_of_ring(&ring, &fitted.model));
     let hump = residual_spectrum::strongest_peak(fitted)?
         .filter(|r| r.significance > SELF_RINGING_MIN_SIGNIFICANCE);
     let (_, quickest) = EFFECT.parameters[OF_ONE].range;
     let signs = SecondModeSigns {
         rate: residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY),
         hump,
-        outstanding: excitations.strongest(quickest).map(told),
-        near: &|frequency| ring_near(&excitations, frequency).map(told),
+        outstanding: excitations.strongest(quickest).map(mode),
+        near: &|frequency| ring_near(&excitations, frequency).map(mode),
     };
     Ok(add_second_mode(known, &signs))
 }
 
-/// A line about one more mode beside a further one, if there is one.
+/// A remark on one more mode, if there is one.
 pub fn second_mode_remark(effect: &ActiveEffect) -> Option<String> {
     let f = second_mode_frequency(effect)?;
     Some(format!(
@@ -182,34 +183,35 @@ pub(crate) fn second_mode_frequency(effect: &ActiveEffect) -> Option<f64> {
     (*effect.spec == EFFECT && effect.bears(OF_ONE)).then(|| effect.values[OF_ONE])
 }
 
-/// What a ring in step with what sets it off brings, and the mode it is of.
+/// Gain of a ring in phase with its excitation, and the parameters of its mode.
 pub(crate) type RingMode = (f64, [f64; OF_ONE]);
 
 /// Signs of one more mode.
 pub(crate) struct SecondModeSigns<'a> {
-    /// At which the recordings are sampled \[Hz\].
+    /// Sampling rate of the recordings \[Hz\].
     rate: f64,
     hump: Option<SpectralPeak>,
-    /// The ring in step that stands out.
+    /// The ring in phase that stands out.
     outstanding: Option<RingMode>,
-    /// The one near a frequency \[Hz\].
+    /// The ring near a frequency \[Hz\].
     near: &'a dyn Fn(f64) -> Option<RingMode>,
 }
 
-/// `known` with one more mode, of which there are those signs.
+/// `known` with one more mode according to `signs`.
 pub(crate) fn add_second_mode(
     known: Hypothesis,
     signs: &SecondModeSigns<'_>,
 ) -> Option<Hypothesis> {
     let spec = known.start.spec;
     let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
-    // From the proof mass alone nothing is seen of the cantilever.
+    // From the proof mass alone the cantilever's shape is unknown.
     let size = known.start.values[2].abs().max(known.start.values[3].abs());
     let read = |hump: &SpectralPeak| {
         let (p, c) = hump.shape;
         let all = std::iter::once(hump.frequency).chain(hump.aliases());
         let one = move |place| {
-            // Its shape goes into the readings times what it is driven by, impacts and film apart.
+            // Apart from impacts and film, the readings show its shape times its
+            // coupling to the drive.
             let read = [
                 place,
                 0.02,
@@ -227,16 +229,16 @@ pub(crate) fn add_second_mode(
         other > KNOWN_MODE_FREQUENCY_RATIO * f || KNOWN_MODE_FREQUENCY_RATIO * other < f
     };
     places.retain(|place| apart(place.1[0]) && place.1[0] < quickest);
-    // Where one frequency is read as several, modes are most likely neighbours.
+    // Of several aliases, a neighbouring mode is the most likely.
     let unlikely = |own: &RingMode| (own.1[0] / (NEXT_MODE_RATIO * f)).ln().abs();
     places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
-    // But the phase in which it begins tells them apart.
+    // The phase at excitation distinguishes them.
     let best = places.iter().map(|p| p.0).fold(0.0, f64::max);
     if best > MODE_ALIAS_DECIDED_GAIN {
         places.retain(|place| place.0 > MODE_ALIAS_MIN_SHARE * best);
         places.sort_by(|a, b| b.0.total_cmp(&a.0));
     }
-    // One that stands out may be the hump's as well.
+    // The outstanding ring may belong to the same peak.
     places.dedup_by(|a, b| (a.1[0] / b.1[0]).ln().abs() < SAME_MODE_FREQUENCY_SHARE);
     let at = |(_, own): RingMode| {
         let mut start = known.start.clone();
@@ -315,10 +317,10 @@ mod neighbour_tests {
 
     /// A mode at `f` \[Hz\] with one more, of which a hump alone tells.
     fn read(f: f64, there: f64) -> Option<Hypothesis> {
-        add_second_mode(known(f), &told(Some(hump(there)), None, &|_| None))
+        add_second_mode(known(f), &signs(Some(hump(there)), None, &|_| None))
     }
 
-    fn told(
+    fn signs(
         hump: Option<SpectralPeak>,
         outstanding: Option<RingMode>,
         near: &dyn Fn(f64) -> Option<RingMode>,
@@ -359,7 +361,7 @@ mod neighbour_tests {
             shape,
             ..hump(10.8e3)
         };
-        let both = add_second_mode(known, &told(Some(seen), None, &|_| None));
+        let both = add_second_mode(known, &signs(Some(seen), None, &|_| None));
         let both = both.unwrap().start;
         assert!(second_mode_frequency(&both).is_some());
         assert!(both.values[9] != 0.0, "nothing drives it");
@@ -380,8 +382,8 @@ mod neighbour_tests {
                 39.2e3 => Some(at(near, f)),
                 _ => None,
             };
-            let signs = told(Some(hump(10.8e3)), None, &in_phase);
-            add_second_mode(known(19.2e3), &signs).unwrap()
+            let found = signs(Some(hump(10.8e3)), None, &in_phase);
+            add_second_mode(known(19.2e3), &found).unwrap()
         };
         let far = with(500.0, 100.0);
         assert_eq!(far.start.values[OF_ONE..], at(0.0, 60.8e3).1);
@@ -396,13 +398,13 @@ mod neighbour_tests {
     #[test]
     fn one_that_stands_out_needs_no_hump() {
         let out = (160.0, [38.5e3, 0.008, -6e4, 3e3, -7e4]);
-        let alone = told(None, Some(out), &|_| None);
+        let alone = signs(None, Some(out), &|_| None);
         let alone = add_second_mode(known(19.2e3), &alone).unwrap();
         assert_eq!(alone.start.values[OF_ONE..], out.1);
         assert!(alone.alternative_starts.is_empty());
         // It may be the hump's.
         let in_phase = |f: f64| (f == 39.2e3).then_some((150.0, [38.6e3, 0.008, -6e4, 3e3, -7e4]));
-        let both = told(Some(hump(10.8e3)), Some(out), &in_phase);
+        let both = signs(Some(hump(10.8e3)), Some(out), &in_phase);
         assert!(
             add_second_mode(known(19.2e3), &both)
                 .unwrap()
@@ -410,9 +412,9 @@ mod neighbour_tests {
                 .is_empty()
         );
         // The mode that is known is none beside it.
-        let same = told(None, Some((160.0, [19.0e3; OF_ONE])), &|_| None);
+        let same = signs(None, Some((160.0, [19.0e3; OF_ONE])), &|_| None);
         assert!(add_second_mode(known(19.2e3), &same).is_none());
-        assert!(add_second_mode(known(19.2e3), &told(None, None, &|_| None)).is_none());
+        assert!(add_second_mode(known(19.2e3), &signs(None, None, &|_| None)).is_none());
     }
 
     #[test]

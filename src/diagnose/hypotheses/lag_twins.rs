@@ -1,6 +1,5 @@
-//! A late reading or a late drive: in flight the two look alike. Where the mass strikes the
-//! ground they do not: a lag of the reading rounds the kink of the motion off, one of the drive
-//! leaves it.
+//! Lag of the sensor or of the amplifier: in flight the two look alike. At impacts they do not: a
+//! lag of the sensor rounds the kink of the motion, a lag of the drive leaves it sharp.
 
 use crate::diagnose::contact::event_readings::around_events;
 use crate::diagnose::options::DiagnoseError;
@@ -17,25 +16,26 @@ use crate::fit::segment::event_sequence::Kind;
 use crate::fit::segment::{JointKind, Segment};
 use crate::fit::solve::point::{Point, residuals_at, settle};
 
-/// The two.
+/// The two effects.
 const LAG_TWINS: [&str; 2] = ["sensor_lag", "amplifier_lag"];
-/// Residuals beyond this many standard deviations count in proportion.
+/// Residuals beyond this many standard deviations count linearly.
 const IMPACT_LOSS: Huber = Huber(4.0);
-/// Steps of a stretch from where the other model has it.
+/// Iterations of a segment from where the other model has it.
 const LOCAL_FIT_STEPS: usize = 8;
 
-/// Most events and edges of the drive in a stretch: where more happen, either fit may lose its
-/// way among them.
+/// Most events and edges of the drive in a segment: with more, either fit may go astray.
 const MAX_JOINTS: usize = 3;
-/// What flights hardly tell.
+/// Id of the parameter that flight hardly determines.
 const DRIVE_SHARE_ID: &str = "drive_p";
-/// Where it is looked for to either side, in its coordinate, and how well it is to be known.
+/// Step of the search to either side, in its coordinate.
 const SEARCH_STEP: f64 = 0.1;
+/// Number of those steps.
 const SEARCH_STEPS: i32 = 5;
+/// Step at which the search ends.
 const SEARCH_TOLERANCE: f64 = 2e-3;
-/// Mean square of the residuals that no stretch counts for more than in it.
+/// Largest chi2 per value of a segment in that search.
 const MAX_SEARCH_CHI2: f64 = 20.0;
-/// No stretch counts for more than this.
+/// Largest contribution of a segment to the comparison.
 const MAX_SEGMENT_FALL: f64 = 30.0;
 
 /// Whether `a` and `b` are the two that look alike in flight.
@@ -43,7 +43,7 @@ pub fn are_lag_twins(a: &str, b: &str) -> bool {
     twin(a) == Some(b)
 }
 
-/// The one of the two that `id` is not, if it is one of them.
+/// The other one of the two, if `id` is one of them.
 pub fn twin(id: &str) -> Option<&'static str> {
     let [a, b] = LAG_TWINS;
     match id {
@@ -53,9 +53,8 @@ pub fn twin(id: &str) -> Option<&'static str> {
     }
 }
 
-/// Which of two fits the stretches around bounces and landings tell for, and by how much less
-/// they cost with it: above 0 it is `b`, below `a`, each a fit to the recordings fitted and that
-/// to those kept out.
+/// Compares two fits by the segments around bounces and landings: a positive fall of chi2 favours
+/// `b`, a negative one `a`. Each is a fit to the fitted recordings and that to the held-out ones.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -76,19 +75,19 @@ pub fn compare_around_impacts(
     Ok(combine_falls(&falls))
 }
 
-/// What stretches around bounces tell.
+/// Result of the comparison around impacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImpactComparison {
-    /// By how much less they cost with the second of two fits than with the first.
+    /// Fall of chi2 from the first to the second fit.
     pub fall: f64,
-    /// Whether that is sure, and they tell it with one voice.
+    /// Whether it is decisive and the segments agree.
     pub sure: bool,
 }
 
-/// A side's short stretches, as a fit tells them.
+/// Short segments around impacts of one split, with their fit.
 type ImpactSegments = (Prepared, Point);
 
-/// Those of both sides.
+/// Those of both splits.
 fn impact_segments(
     workspace: &Workspace,
     (train, held_out): (&Fitted, Option<&Fitted>),
@@ -100,16 +99,16 @@ fn impact_segments(
     Ok(all)
 }
 
-/// The same where the drive is shared between the points as suits the bounces best. In flight
-/// the further mode may swing as it does by a strong drive on a small shape or by a weak one on a
-/// large one; only how hard a blow rings it tells which.
+/// The same with the drive shared between the modes as fits the bounces best. In flight a further
+/// mode may move alike by a strong drive on a small shape or a weak one on a large shape; only its
+/// excitation by impacts distinguishes them.
 fn with_best_drive_share(all: Vec<ImpactSegments>) -> Result<Vec<ImpactSegments>, DiagnoseError> {
     let place = |(prepared, _): &ImpactSegments| prepared.problem.space.position(DRIVE_SHARE_ID);
     let places: Option<Vec<usize>> = all.iter().map(place).collect();
     let Some(places) = places else {
         return Ok(all);
     };
-    // Each from where the stretches were found best.
+    // Each from the best segments found so far.
     let from = |points: &[Point], away: f64| -> Result<(f64, Vec<Point>), DiagnoseError> {
         let own = all.iter().zip(points).zip(&places);
         let (mut sum, mut points) = (0.0, Vec::with_capacity(all.len()));
@@ -139,7 +138,7 @@ fn with_best_drive_share(all: Vec<ImpactSegments>) -> Result<Vec<ImpactSegments>
     let lower = |a: (f64, Vec<Point>), b: (f64, Vec<Point>)| if b.0 < a.0 { b } else { a };
     let mut best = from(&begun, 0.0)?;
     let first = best.0;
-    // Stretches may settle otherwise from elsewhere: all of it is looked over first.
+    // Segments may settle elsewhere, so the whole range is scanned first.
     for k in 1..=SEARCH_STEPS {
         let away = f64::from(k) * SEARCH_STEP;
         best = lower(lower(best, from(&begun, away)?), from(&begun, -away)?);
@@ -162,13 +161,13 @@ fn with_best_drive_share(all: Vec<ImpactSegments>) -> Result<Vec<ImpactSegments>
     Ok(moved.collect())
 }
 
-/// Which stretches of a side may tell, by what happens in them.
+/// The segments that are used and satisfy `tells`.
 fn eligible_segments(point: &Point, tells: fn(&Segment) -> bool) -> Vec<bool> {
     let all = point.segments.iter().zip(&point.used);
     all.map(|(segment, used)| *used && tells(segment)).collect()
 }
 
-/// What the falls of single stretches say together.
+/// Combines the falls of single segments.
 fn combine_falls(falls: &[f64]) -> ImpactComparison {
     let fall: f64 = falls
         .iter()
@@ -182,10 +181,9 @@ fn combine_falls(falls: &[f64]) -> ImpactComparison {
     ImpactComparison { fall, sure }
 }
 
-/// By how much less each stretch around bounces costs with `b` than with `a`, where one of
-/// them comes near it.
+/// Fall of each segment's cost around impacts from `a` to `b`, where one of them describes it.
 fn cost_falls(a: &ImpactSegments, b: &ImpactSegments) -> Result<Vec<f64>, DiagnoseError> {
-    // Each may have lost its way in a stretch where the other has not.
+    // Either may have gone astray in a segment where the other has not.
     let (of_a, of_b) = (impact_costs(a, &b.1)?, impact_costs(b, &a.1)?);
     let own = a.1.segments.iter().zip(of_a);
     let pairs = own
@@ -203,7 +201,7 @@ fn same_segment(a: &Segment, b: &Segment) -> bool {
     (a.recording, &a.samples, a.joints.len()) == (b.recording, &b.samples, b.joints.len())
 }
 
-/// Whether the mass bounces in a stretch, and little else happens in it.
+/// Whether the mass bounces in a segment, and little else happens in it.
 fn has_bounce(segment: &Segment) -> bool {
     has_event(segment, |kind| matches!(kind, Kind::Bounce { .. }))
 }
@@ -215,14 +213,14 @@ fn has_impact(segment: &Segment) -> bool {
     })
 }
 
-/// Whether one of some kinds of events happens in a stretch, and little else.
+/// Whether an event of the wanted kind happens in a segment, and little else.
 fn has_event(segment: &Segment, wanted: fn(&Kind) -> bool) -> bool {
     let event = |k: &JointKind| matches!(k, JointKind::Event(kind) if wanted(kind));
     segment.joints.len() <= MAX_JOINTS && segment.joints.iter().any(|j| event(&j.what))
 }
 
-/// Cost of each stretch in which the mass strikes the ground, from where it is and from where
-/// `other` has it, whichever is less.
+/// Cost of each segment with an impact, from its own initial state or from that of `other`,
+/// whichever is less.
 fn impact_costs(
     (prepared, point): &ImpactSegments,
     other: &Point,
@@ -250,7 +248,7 @@ fn impact_costs(
     Ok(here.into_iter().zip(there).map(|(a, b)| a.min(b)).collect())
 }
 
-/// Cost of each stretch of those `asked`; infinite elsewhere.
+/// Cost of each of the `asked` segments; infinite for the others.
 fn costs_at(problem: &Problem, point: &Point, asked: &[bool]) -> Result<Vec<f64>, DiagnoseError> {
     let simulator = problem.simulator(&point.x)?;
     let all = residuals_at(problem, point, |i, _| asked[i])?;
@@ -275,16 +273,16 @@ mod tests {
 
     #[test]
     fn bounces_tell_only_with_one_voice() {
-        let told = |falls: &[f64], fall: f64, sure: bool| {
+        let check = |falls: &[f64], fall: f64, sure: bool| {
             assert_eq!(combine_falls(falls), ImpactComparison { fall, sure });
         };
-        told(&[], 0.0, false);
-        told(&[1.0, -2.0, 7.0, 3.0], 9.0, false);
-        told(&[25.0, 20.0, 500.0, -1.0], 74.0, true);
+        check(&[], 0.0, false);
+        check(&[1.0, -2.0, 7.0, 3.0], 9.0, false);
+        check(&[25.0, 20.0, 500.0, -1.0], 74.0, true);
         // Two may have been misread.
-        told(&[25.0, 3.0, 500.0, -1.0], 57.0, false);
-        told(&[-25.0, -20.0, -15.0, -9.0, -12.0, 9.0], -72.0, true);
-        told(&[25.0, 20.0, 30.0, -20.0], 55.0, false);
+        check(&[25.0, 3.0, 500.0, -1.0], 57.0, false);
+        check(&[-25.0, -20.0, -15.0, -9.0, -12.0, 9.0], -72.0, true);
+        check(&[25.0, 20.0, 30.0, -20.0], 55.0, false);
     }
 
     #[test]
@@ -318,8 +316,9 @@ mod tests {
         let workspace = bench_of(&with(concealed));
         let fit = |id: &str| workspace.baseline(&with(id), &QUIET).unwrap();
         let (sensor, amplifier) = (fit("sensor_lag"), fit("amplifier_lag"));
-        let told = compare_around_impacts(&workspace, (&sensor, None), (&amplifier, None)).unwrap();
-        told.sure.then_some(told.fall)
+        let compared =
+            compare_around_impacts(&workspace, (&sensor, None), (&amplifier, None)).unwrap();
+        compared.sure.then_some(compared.fall)
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Directions with a time that is searched for: the best of very many is found from the products
-//! of a few.
+//! Steps of the ground's level: the best of very many times is found from the products of a few
+//! directions.
 
 use nalgebra::DVector;
 
@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 use crate::sim::SimError;
 
-/// Height with which a step of the ground is looked for \[m\].
+/// Height of the step that is tested \[m\].
 pub const PROBE_RISE: f64 = 1e-7;
 
 /// A ground that is higher by [`PROBE_RISE`] all the time.
@@ -25,25 +25,25 @@ pub(crate) fn raised_ground() -> ActiveEffect {
     }
 }
 
-/// A step of the ground's level, and what it would bring.
+/// A step of the ground's level, and its gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelStep {
-    /// By how much, in units of [`PROBE_RISE`].
+    /// Height, in units of [`PROBE_RISE`].
     pub height: f64,
-    /// When \[s\]: in each recording, or through the series.
+    /// Time \[s\]: in each recording, or in the sequence of all.
     pub time: f64,
-    /// Beginning of the last stay before that \[s\]; the recordings do not tell when between
-    /// the two it happens.
+    /// Start of the last contact before that \[s\]. Between the two the time is not
+    /// determined.
     pub since: f64,
-    /// Whether it happens once in the series of recordings.
+    /// Whether it happens once in the sequence of recordings.
     pub series: bool,
     /// Fall of chi2.
     pub gain: f64,
 }
 
-/// Looks for a step of the ground's level, at the same time in each recording and once in
-/// the series, where `epochs` are the recordings' beginnings in it; the best of either. The first
-/// `locked` unknowns stay as they are.
+/// Searches for a step of the ground's level, at the same time in each recording and once in the
+/// sequence, where `epochs` are the recordings' start times in it \[s\]; the best of either. The
+/// first `locked` unknowns stay fixed.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
@@ -70,15 +70,15 @@ pub fn find_level_steps(
         .iter()
         .filter(|p| segments[p.segment].starts_held)
         .collect();
-    let weigh = |on: &dyn Fn(&SegmentGram) -> bool| {
+    let gain_of = |on: &dyn Fn(&SegmentGram) -> bool| {
         gain_in_segments(&base, n, held.iter().copied().filter(|p| on(p)))
     };
     let mut best: [Option<LevelStep>; 2] = [None, None];
-    // A mass that lies on the ground may go with it, or keep lying where it is until it flies.
+    // A mass at rest on the ground may follow it, or stay where it is until it lifts off.
     let ways = [(false, false), (false, true), (true, false), (true, true)];
     for (i, at) in held.iter().enumerate() {
         let k = segments[at.segment].recording;
-        // A stay that was cut begins once.
+        // A contact that was cut into segments begins once.
         let goes_on = i > 0 && {
             let [before, now] = [held[i - 1], at].map(|p| &segments[p.segment]);
             before.recording == now.recording && before.since.is_some() && before.since == now.since
@@ -92,12 +92,12 @@ pub fn find_level_steps(
                     false => begin(p, lies) >= t0,
                 }
             };
-            // A ground that has been elsewhere all the time has made no step.
+            // Without contacts before it, there is no step.
             let before = || held.iter().filter(|p| !later(p));
             if before().count() < LEVEL_MIN_STAYS {
                 continue;
             }
-            let Some(p) = weigh(&later) else {
+            let Some(p) = gain_of(&later) else {
                 continue;
             };
             let best = &mut best[usize::from(series)];
@@ -120,7 +120,7 @@ pub fn find_level_steps(
     Ok(best.into_iter().flatten().collect())
 }
 
-/// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
+/// Score of a direction that acts in some segments only, with `n` unknowns in all.
 fn gain_in_segments<'a>(
     base: &NuisanceProjector,
     n: usize,
@@ -137,7 +137,7 @@ fn gain_in_segments<'a>(
     base.predicted_gain(&cross, own, slope)
 }
 
-/// What another level of the ground in one `recording` would bring, in units of [`PROBE_RISE`], of
+/// Score of another level of the ground in one `recording`, in units of [`PROBE_RISE`], from
 /// `products` with [`raised_ground`].
 pub fn level_gain(
     linear: &Linearized<'_>,
@@ -152,9 +152,9 @@ pub fn level_gain(
     gain_in_segments(base, linear.problem().unknowns(), stays)
 }
 
-/// Another level of the ground in the first of the recordings of `linear` in which the mass
-/// stays on it, the model's parameters as they are: that recording and what it would bring
-/// there, in units of [`PROBE_RISE`].
+/// Score of another level of the ground in the first recording of `linear` with enough contacts,
+/// the model's parameters fixed: the index of that recording and the score, in units of
+/// [`PROBE_RISE`].
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
@@ -177,8 +177,8 @@ pub fn first_level_gain(
     };
     let whole = ScoreScan::assemble(linear, &products, 1);
     let base = whole.projector_with_locked(linear.problem().space.len());
-    let promise = base.and_then(|base| level_gain(linear, &base, &products, first));
-    Ok(promise.map(|promise| (first, promise)))
+    let score = base.and_then(|base| level_gain(linear, &base, &products, first));
+    Ok(score.map(|score| (first, score)))
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! When the ground steps, as the samples around tell it: a scan finds it to a stretch, and a
-//! stretch in which the mass lies lasts milliseconds.
+//! The time of a step of the ground, refined to a sample: a scan finds it to a segment, and a
+//! segment in which the mass rests lasts milliseconds.
 
 use rayon::prelude::*;
 
@@ -13,24 +13,24 @@ use crate::model::Model;
 use crate::model::effects::EffectSpec;
 use crate::sim::{SimError, StretchSimulator};
 
-/// Times looked at in each round. Those of the first lie so close that readings show to either
-/// side of each whether the mass has gone along, those of the last as close as samples do.
+/// Times tried in each round. In the first, they are so close that readings on either side show
+/// whether the mass followed; in the last, as close as samples.
 const SEARCH_TIMES: [usize; 3] = [48, 8, 8];
-/// Most times that it is looked for around what was found last.
+/// Most times that the search is centred anew.
 const MAX_RECENTRINGS: usize = 4;
-/// How far around the time that is known it is looked for \[s\]: a stretch with both points
-/// lasts no longer.
+/// Half width of the search around the known time \[s\]: a segment with both points lasts no
+/// longer.
 const SEARCH_HALF_WIDTH: f64 = 5e-3;
-/// Share of that beyond which it is looked for anew around what was found.
+/// Share of the half width beyond which the search is centred anew.
 const RECENTRE_SHARE: f64 = 0.8;
-/// Steps of each stretch's own fit.
+/// Iterations of each segment's own fit.
 const LOCAL_FIT_STEPS: usize = 1;
 
-/// Where the step's time stands among its parameters.
+/// Index of the step's time among its parameters.
 const TIME_INDEX: usize = 1;
 
-/// The hypothesis of `trial`, a step of the ground, at a time that suits the stretches around it
-/// better; `None` if none does by much.
+/// The hypothesis of `trial`, a step of the ground, at a time that fits the segments around it
+/// better; `None` if none is much better.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
@@ -47,7 +47,7 @@ pub fn refine_step_time(trial: &CandidateFit) -> Result<Option<Hypothesis>, SimE
     }))
 }
 
-/// A time of the step `spec` \[s\] that suits the stretches of all `sides` around it better than
+/// A time of the step `spec` \[s\] that fits the segments of all `sides` around it better than
 /// that in their model, if there is one.
 fn better_time(sides: &[&Fitted], spec: &EffectSpec) -> Result<Option<f64>, SimError> {
     let own = |side: &&Fitted| {
@@ -84,7 +84,7 @@ fn better_time(sides: &[&Fitted], spec: &EffectSpec) -> Result<Option<f64>, SimE
     Ok(found)
 }
 
-/// The least `cost` in a window, of `best` and of those times that close in on it.
+/// The least `cost` in a window, among `best` and times that close in on it.
 fn minimise_in_window(
     (mut low, mut high): (f64, f64),
     mut best: (f64, f64),
@@ -113,8 +113,8 @@ fn with_step_time(model: &Model, spec: &EffectSpec, time: f64) -> Model {
     at
 }
 
-/// Cost of the stretches of `side` that have samples in `window` \[s\] and meet the ground, by
-/// `model`, whose modes are those of its own.
+/// Cost of the segments of `side` that have samples in the window \[s\] and contact with the
+/// ground, for `model`, which has the same modes.
 fn cost_in_window(side: &Fitted, model: &Model, (from, to): (f64, f64)) -> Result<f64, SimError> {
     let (problem, point) = (&side.problem, &side.point);
     let simulator = StretchSimulator::new(model, &problem.options)?;
@@ -136,7 +136,7 @@ fn cost_in_window(side: &Fitted, model: &Model, (from, to): (f64, f64)) -> Resul
     let costs = own.par_iter().zip(&states).map(|(segment, states)| {
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let start = segment.locals.clone();
-        let told = problem.refine(
+        let refined = problem.refine(
             segment,
             states,
             &simulator,
@@ -145,7 +145,7 @@ fn cost_in_window(side: &Fitted, model: &Model, (from, to): (f64, f64)) -> Resul
             ROBUST_LOSS,
             LOCAL_FIT_STEPS,
         );
-        told.cost
+        refined.cost
     });
     Ok(costs.sum())
 }

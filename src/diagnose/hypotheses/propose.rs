@@ -1,5 +1,5 @@
-//! Hypotheses with what each promises: the catalogue in the linearised problem, a
-//! vibration by frequency, a step of the ground by time, a further mode by its hump.
+//! All hypotheses with their predicted gains: the catalogue by the score test, a base vibration by
+//! frequency, a step of the ground by time, a further mode by its spectral peak.
 
 use super::base_vibration::{VibrationLine, find_vibration};
 use super::extra_mode;
@@ -17,20 +17,20 @@ use crate::diagnose::thresholds::{RIVAL_LAW_MIN_SCORE_SHARE, SEARCHED_REFIT_MIN_
 use crate::fit::segment::Segment;
 use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
 
-/// Stays that begin so close to each other may begin with the step \[s\].
+/// Contacts that begin within this time may begin with the same step \[s\].
 const SAME_INSTANT: f64 = 1e-3;
-/// Most times a form's strength that a refit begins with: the linearised problem knows
-/// direction and rough size only.
+/// Largest initial strength of a refit, in units of its form's: the linearised problem knows the
+/// direction and only a rough size.
 const MAX_START_STRENGTH: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
 const MAX_START_DELAY: f64 = 300.0;
-/// Exponents that an attraction may have: that of a sphere on a plane to one that falls off as
-/// an exponential does.
+/// Bounds of an attraction's exponent: from that of a sphere and a plane to one that decays like
+/// an exponential.
 const ATTRACTION_EXPONENTS: (f64, f64) = (2.0, 12.0);
-/// Factor by which constants may leave what was looked at.
+/// Factor by which constants may leave the range that was tested.
 const CONSTANT_BOUND_FACTOR: f64 = 3.0;
 
-/// The largest promise among the hypotheses of an effect.
+/// The largest predicted gain among the hypotheses of an effect.
 fn best_predicted_gain(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
     let own = all.iter().filter(|h| h.start.spec == spec);
     own.fold(0.0, |most, h| most.max(h.predicted_gain))
@@ -200,42 +200,41 @@ fn level_step(spec: &'static EffectSpec, step: &LevelStep, held_out: &[f64]) -> 
     }
 }
 
-/// A step of the ground between the fitted recordings and those kept out. The first of those kept
-/// out tells its height.
+/// A step of the ground between the fitted and the held-out recordings. Its height is determined
+/// by the first held-out recording with contacts.
 fn step_before_held_out(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     spec: &'static EffectSpec,
 ) -> Result<Option<Hypothesis>, DiagnoseError> {
-    let Some(held) = &stand.held_out else {
+    let Some(held) = &state.held_out else {
         return Ok(None);
     };
     let linear = Linearized::new(held)?;
-    let Some((first, promise)) = first_level_gain(&linear, &held.model)? else {
+    let Some((first, score)) = first_level_gain(&linear, &held.model)? else {
         return Ok(None);
     };
     Ok(Some(Hypothesis {
         start: ActiveEffect {
             spec,
-            values: vec![PROBE_RISE * promise.theta, workspace.fitted_duration()],
+            values: vec![PROBE_RISE * score.theta, workspace.fitted_duration()],
         },
         alternative_starts: Vec::new(),
         free: own_ids(spec, &[0]),
         cold_start: None,
         shape: Vec::new(),
         bounds: Vec::new(),
-        predicted_gain: promise.gain,
+        predicted_gain: score.gain,
         look_elsewhere: true,
         sequential_time: true,
         estimated_on_held_out: Some(first),
     }))
 }
 
-/// When stays on the ground begin in the recordings kept out \[s\], the last first, each a
-/// while before the next: beginnings that are closer are those of one instant, the
-/// first of them.
-fn held_out_contact_times(stand: &ModelState) -> Vec<f64> {
-    let Some(held) = &stand.held_out else {
+/// Start times of contacts in the held-out recordings \[s\], latest first. Of contacts that begin
+/// within [`SAME_INSTANT`], the first is kept.
+fn held_out_contact_times(state: &ModelState) -> Vec<f64> {
+    let Some(held) = &state.held_out else {
         return Vec::new();
     };
     let segments = held.point.segments.iter().filter(|s| s.starts_held);
@@ -250,6 +249,8 @@ fn held_out_contact_times(stand: &ModelState) -> Vec<f64> {
     all
 }
 
+/// The hypothesis of a catalogue direction, started at `theta` times its strength, with bounds
+/// from all forms of the effect.
 fn hypothesis_of_direction(
     form: &CatalogueDirection,
     all: &[CatalogueDirection],
@@ -269,8 +270,8 @@ fn hypothesis_of_direction(
     if !form.signed {
         bounds.push((form.strength_id(), (form.min_strength(), f64::INFINITY)));
     }
-    // A slow effect that is free to be quick would pass for another: constants stay near
-    // what was looked at.
+    // A slow effect that may become quick would imitate another: constants stay near the
+    // tested range.
     let own = |i: usize| {
         let same = all.iter().filter(|f| f.spec == form.spec);
         same.map(move |f| f.values[i]).filter(|v| *v > 0.0)

@@ -1,6 +1,6 @@
-//! Recordings whose ground, as it was read, lies higher than that of the others: the mass may have
-//! come to rest over it without touching it. Each recording has a zero of its own, so that a wrong
-//! level hides in that, and only the flights before and after tell.
+//! Recordings whose ground, as read, lies higher than that of the others: the mass may have come
+//! to rest above it without touching it. Each recording has a zero of its own, which absorbs a
+//! wrong level, so that only the flights before and after reveal it.
 
 use super::lag_twins::twin;
 use super::level_step::{find_level_steps, level_gain, raised_ground};
@@ -12,23 +12,23 @@ use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{LEVEL_MIN_STAYS, RAISED_LEVEL_MIN_GAIN};
 use crate::sim::SimError;
 
-/// Those of either side of `stand` that may hover; none where its ground steps already, or where
+/// Those of either side of `state` that may hover; none where its ground steps already, or where
 /// readings or drive lag and all is far off for that.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
 pub fn lifted(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
 ) -> Result<(Vec<usize>, Vec<usize>), SimError> {
     let step = raised_ground().spec;
-    let steps = stand.train.model.effects.iter().any(|e| e.spec == step);
+    let steps = state.train.model.effects.iter().any(|e| e.spec == step);
     let known = workspace.required_effect.as_ref();
     if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
         return Ok((Vec::new(), Vec::new()));
     }
-    let train = workspace.may_hover(&workspace.train, of(&stand.train, 0)?);
-    let held_out = match (&workspace.held_out, &stand.held_out) {
+    let train = workspace.may_hover(&workspace.train, of(&state.train, 0)?);
+    let held_out = match (&workspace.held_out, &state.held_out) {
         (Some(side), Some(fitted)) => {
             let locked = fitted.problem.space.len();
             workspace.may_hover(side, of(fitted, locked)?)
@@ -58,8 +58,8 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
         return Ok(Vec::new());
     };
     let gain = |k: usize| {
-        let promise = level_gain(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
-        promise.map_or(0.0, |p| p.gain)
+        let score = level_gain(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
+        score.map_or(0.0, |p| p.gain)
     };
     let mut higher: Vec<(usize, f64)> = asked.into_iter().map(|k| (k, gain(k))).collect();
     higher.retain(|(_, gain)| *gain > RAISED_LEVEL_MIN_GAIN);

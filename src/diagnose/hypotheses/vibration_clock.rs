@@ -1,6 +1,5 @@
-//! A vibration of the base that knows nothing of when recordings begin: its phase is another one
-//! in each of them. Recordings are then told by one clock, the vibration's, for as long as they
-//! are looked at.
+//! A vibration of the base that is not synchronous with the recordings: its phase differs between
+//! them. The recordings are then shifted in time to the vibration's clock for the analysis.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -22,29 +21,29 @@ use crate::model::effects::{EffectSpec, find};
 use crate::recording::Recording;
 use crate::sim::SimError;
 
-/// Steps by which a frequency is closed in on.
+/// Halvings of the step by which a frequency is refined.
 const FREQUENCY_HALVINGS: usize = 24;
 
-/// When recordings begin by the clock of a vibration.
+/// Start times of the recordings by the clock of a vibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VibrationClock {
-    /// To be added to the times of each recording: those fitted, those kept out \[s\].
+    /// Offsets to be added to the times of the fitted and the held-out recordings \[s\].
     offsets: (Vec<f64>, Vec<f64>),
 }
 
-/// Vibrations of one frequency in all recordings of a side.
+/// Vibrations of one frequency in all recordings of a split.
 struct RecordingVibrations {
-    /// Sine and cosine of each recording \[m/s^2\].
+    /// Sine and cosine amplitudes of each recording \[m/s^2\].
     parts: Vec<Vector2<f64>>,
-    /// Standard error of both.
+    /// Standard errors of both.
     errors: Vec<f64>,
-    /// Fall of chi2 with phases of their own, and with one for all.
+    /// Fall of chi2 with a phase for each recording, and with one for all.
     gains: (f64, f64),
 }
 
 impl VibrationClock {
-    /// Those of a vibration that `train` and `held_out`, fits without one, show with another phase
-    /// in each recording; `None` if they show none.
+    /// The clock of a vibration that `train` and `held_out`, fits without one, show with
+    /// another phase in each recording; `None` if they show none.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -53,7 +52,7 @@ impl VibrationClock {
             return Ok(None);
         };
         let count = train.problem.data.len();
-        // Where nothing is left of the recordings there is nothing to be told by another clock.
+        // Without a misfit there is nothing to explain by another clock.
         let little = train.per_value() < VIBRATION_LOOKED_FOR_CHI2;
         if count < 2 || little || train.model.effects.iter().any(|e| e.spec == spec) {
             return Ok(None);
@@ -102,7 +101,7 @@ impl VibrationClock {
         }))
     }
 
-    /// Recordings by the vibration's clock.
+    /// The recordings by the vibration's clock.
     pub fn shift_recordings(&self, train: &[Part], held_out: &[Part]) -> (Vec<Part>, Vec<Part>) {
         let side = |parts: &[Part], late: &[f64]| -> Vec<Part> {
             let both = parts.iter().zip(late);
@@ -118,7 +117,7 @@ impl VibrationClock {
         )
     }
 
-    /// Tells the times of a diagnosis by the recordings' own clocks again.
+    /// Converts the times of a diagnosis back to the recordings' own clocks.
     pub fn undo(&self, diagnosis: &mut Diagnosis) {
         let late: Vec<f64> = self
             .offsets
@@ -127,7 +126,7 @@ impl VibrationClock {
             .chain(&self.offsets.1)
             .copied()
             .collect();
-        // Strips are of one recording each, those fitted first.
+        // One strip per recording, the fitted ones first.
         let names: Vec<String> = diagnosis
             .strips
             .iter()
@@ -169,7 +168,7 @@ fn shifted(recording: &Recording, by: f64) -> Recording {
     out
 }
 
-/// Whether those amplitudes with their errors may be of one vibration.
+/// Whether the amplitudes, with their errors, may be those of one vibration.
 fn amplitudes_agree(sizes: &[(f64, f64)]) -> bool {
     let weights = sizes.iter().map(|(size, error)| (size, error.powi(-2)));
     let (sum, weight) = weights.fold((0.0, 0.0), |(s, w), (size, own)| (s + own * size, w + own));
@@ -181,7 +180,7 @@ fn amplitudes_agree(sizes: &[(f64, f64)]) -> bool {
     seen >= 2 && sizes.iter().all(near)
 }
 
-/// The frequency at which phases of their own bring most \[Hz\].
+/// The frequency with the largest gain under separate phases \[Hz\].
 fn frequency(
     linear: &Linearized<'_>,
     fitted: &Fitted,
@@ -229,8 +228,8 @@ fn gram_per_recording(
     out
 }
 
-/// The vibrations of a side, its first `locked` unknowns as they are; `None` where they cannot be
-/// told.
+/// The vibrations of a split with its first `locked` unknowns fixed; `None` where they are not
+/// determined.
 fn recording_vibrations(
     linear: &Linearized<'_>,
     fitted: &Fitted,
@@ -338,11 +337,11 @@ mod tests {
             (clocks.offsets.0[1] - late).abs() < 2e-5,
             "{clocks:?} {late}"
         );
-        let (told, _) = clocks.shift_recordings(&parts, &[]);
+        let (moved, _) = clocks.shift_recordings(&parts, &[]);
         let first = |part: &Part| part.recording.time[0];
-        assert!((first(&told[1]) - first(&parts[1]) - late).abs() < 2e-5);
+        assert!((first(&moved[1]) - first(&parts[1]) - late).abs() < 2e-5);
         // By that clock there is one phase.
-        assert_eq!(clocks_of(&told), None);
+        assert_eq!(clocks_of(&moved), None);
     }
 
     #[test]

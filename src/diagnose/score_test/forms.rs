@@ -1,5 +1,5 @@
-//! The catalogue as hypotheses: for each effect some forms of it, each a direction in
-//! which the simulation would move, and what is left free when it is fitted.
+//! The catalogue as directions of the score test: for each effect some forms, each a direction in
+//! which the simulation would move, with the parameters that are free when it is fitted.
 
 use crate::fit::problem::STEP;
 use crate::fit::problem::parameter_space::linear_unit;
@@ -7,33 +7,34 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, own_ids};
 use crate::model::parameter::ParameterId;
 
-/// Shortest lag that is tried, as a share of that of its form.
+/// Shortest lag that a fit may reach, as a share of that of its form.
 pub const MIN_LAG_SHARE: f64 = 0.3;
-/// Shortest time constant of an amplifier that is looked at \[s\].
+/// Shortest time constant of an amplifier that is considered \[s\].
 pub const MIN_TIME_CONSTANT: f64 = 1e-6;
 
-/// Least distance of electrodes at contact \[m\].
+/// Least distance of the electrodes at contact \[m\].
 const MIN_ELECTRODE_GAP: f64 = 2e-6;
 
-/// One effect at one set of its nonlinear constants.
+/// One effect at one choice of its nonlinear constants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CatalogueDirection {
     /// The effect.
     pub spec: &'static EffectSpec,
-    /// Values of its parameters, of a size at which it still acts in proportion.
+    /// Values of its parameters, small enough for it to act in proportion.
     pub values: Vec<f64>,
-    /// Which parameter is its strength.
+    /// Index of its strength parameter.
     pub strength: usize,
     /// Whether the strength may be negative.
     pub signed: bool,
-    /// Which parameters are fitted.
+    /// Indices of the fitted parameters.
     pub free: Vec<usize>,
-    /// Constants other than the strength make no sense below this.
+    /// Smallest sensible value of the constants other than the strength.
     pub min_constant: f64,
-    /// Values to begin with, and which are fitted, where the law is too strong for any model
-    /// without it, if those are others.
+    /// Initial values and fitted parameters where the law is too strong for any model without
+    /// it, if they differ.
     pub cold_start: Option<(Vec<f64>, Vec<usize>)>,
-    /// Which parameters shape the law, to be fitted besides once it has shown up.
+    /// Indices of parameters that shape the law, fitted in addition once the effect is
+    /// established.
     pub shape: &'static [usize],
 }
 
@@ -49,13 +50,13 @@ impl CatalogueDirection {
         }
     }
 
-    /// Whether the strength is how late something is.
+    /// Whether the strength is a latency.
     pub fn is_lag(&self) -> bool {
         matches!(self.spec.parameters[self.strength].unit, "s" | "s/V")
     }
 
-    /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
-    /// a lag, whose answer goes as its square beside a shift of the clocks, calls for a
+    /// Least strength that a fit may reach. Below it an effect of one sign is nothing, and a
+    /// lag, whose response is quadratic after a shift of the clocks is projected out, needs a
     /// shorter form.
     pub fn min_strength(&self) -> f64 {
         if self.signed {
@@ -74,13 +75,13 @@ impl CatalogueDirection {
         )
     }
 
-    /// Ids of the parameters that are fitted, as `effect.parameter`.
+    /// Ids of the fitted parameters, as `effect.parameter`.
     pub fn free_ids(&self) -> Vec<String> {
         own_ids(self.spec, &self.free)
     }
 }
 
-/// Ids of what shapes a law with a time constant of `spec`.
+/// Ids of the slew-rate parameters of a lag `spec`, which shape its law.
 pub fn pace_parameters(spec: &EffectSpec) -> Vec<String> {
     let all = spec.parameters.iter().enumerate();
     let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
@@ -92,9 +93,9 @@ pub fn pace_parameters(spec: &EffectSpec) -> Vec<String> {
 pub struct Scale {
     /// Largest displacement \[m\].
     pub length: f64,
-    /// Usual speed \[m/s\].
+    /// Typical speed \[m/s\].
     pub speed: f64,
-    /// Force that goes with it \[N\].
+    /// Typical force \[N\].
     pub force: f64,
     /// Time between samples \[s\].
     pub interval: f64,
@@ -127,16 +128,16 @@ impl Scale {
         }
     }
 
-    /// Whether a step of the quintic stiffness, which a fit makes in units of its range, is
-    /// small where the device moves: on one that moves by centimetres it is not.
+    /// Whether an iteration's step of the quintic stiffness, in units of its range, is small
+    /// where the device moves. For a device that moves by centimetres it is not.
     fn resolves_quintic(&self, spec: &EffectSpec) -> bool {
         let step = STEP * linear_unit(&spec.parameters[1]);
         step * self.length.powi(5) < 1e-3 * self.force
     }
 }
 
-/// Forms of all effects that the linear scan can weigh on this device. Further modes,
-/// vibrations and what happens at the ground are looked for in ways of their own.
+/// Forms of all effects that the linear score test can evaluate on this device. Further modes,
+/// vibrations and contact laws are searched for separately.
 pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
     let mut out = Vec::new();
     for spec in CATALOGUE.iter().copied() {
@@ -192,8 +193,8 @@ pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirect
                 }
             }
             "hysteresis_memory" if driven => {
-                // Relays of all widths as in the branches, and rather narrow ones that lie
-                // evenly.
+                // Relays of all widths, as in the branches, and narrow ones that
+                // are evenly distributed.
                 for width in [0.5, 1.2] {
                     for (q, k, b1) in [(0.0, 0.0, 1.0), (0.4, 3.0, 0.0), (0.7, 6.0, 0.0)] {
                         let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -232,7 +233,8 @@ pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirect
                 add(&[0.0, 0.1, 0.02 * scale.length], 2, true, &[2]);
             }
             "sensor_lag" => {
-                // Beside a shift of the clocks a lag acts as its square.
+                // With a shift of the clocks projected out, a lag acts
+                // quadratically.
                 for share in [0.1, 0.25, 0.6, 2.0] {
                     add(&[share * scale.interval, 0.0], 0, false, &[0]);
                 }

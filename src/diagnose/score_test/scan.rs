@@ -1,5 +1,5 @@
-//! The first look at all hypotheses at once: by how much the misfit would fall along each
-//! direction, all that re-tuning and the rig can explain taken out.
+//! The score test of all hypotheses at once: by how much chi2 would fall along each direction,
+//! with everything that re-tuning and the setup can explain projected out.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,21 +11,21 @@ use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
-/// Weight that keeps an unknown where it is, over what the data give it.
+/// Weight that holds an unknown in place, relative to what the data give it.
 const LOCKING_WEIGHT: f64 = 1e12;
-/// Ridge of the baseline's own directions, as a share of each.
+/// Ridge on the baseline's own directions, relative to each diagonal element.
 const RELATIVE_RIDGE: f64 = 1e-10;
 
-/// What a direction would bring.
+/// Score of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScoreGain {
-    /// Fall of chi2.
+    /// Predicted fall of chi2.
     pub gain: f64,
-    /// How far to go, in units of the form's strength.
+    /// Step to take, in units of the form's strength.
     pub theta: f64,
 }
 
-/// Normal equations with the directions of some forms.
+/// Normal equations of the baseline's unknowns and the tested directions.
 #[derive(Debug, Clone)]
 pub struct ScoreScan {
     normal: DMatrix<f64>,
@@ -34,7 +34,7 @@ pub struct ScoreScan {
 }
 
 impl ScoreScan {
-    /// Weighs `forms` at `point`, where the model is `model`.
+    /// Tests `forms` at the linearisation point, where the model is `model`.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
@@ -47,7 +47,7 @@ impl ScoreScan {
         Self::of_effects(linear, model, &effects)
     }
 
-    /// Weighs effects as they are.
+    /// Tests effects as they are.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
@@ -60,14 +60,14 @@ impl ScoreScan {
         Ok(Self::assemble(linear, &products, effects.len()))
     }
 
-    /// What all directions would bring together, each known beforehand to be zero but for
-    /// `sigma` times itself.
+    /// Joint score of all directions under a Gaussian prior of zero mean and standard
+    /// deviation `sigma`, in units of each direction.
     pub fn joint_with_prior(&self, sigma: f64) -> Option<Joint> {
         let all: Vec<usize> = (0..self.gradient.len() - self.unknowns).collect();
         self.solve(&all, 1.0 / (sigma * sigma))
     }
 
-    /// What some of the directions would bring together, all other unknowns adjusted.
+    /// Joint score of some directions, all other unknowns adjusted.
     pub fn joint(&self, which: &[usize]) -> Option<Joint> {
         self.solve(which, 0.0)
     }
@@ -90,12 +90,12 @@ impl ScoreScan {
         super::joint::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))
     }
 
-    /// The baseline's own directions, `None` if they are singular.
+    /// The projector onto the baseline's own directions; `None` if they are singular.
     pub(crate) fn nuisance_projector(&self) -> Option<NuisanceProjector> {
         NuisanceProjector::new(&self.normal, &self.gradient, self.unknowns)
     }
 
-    /// The same where the first `locked` unknowns, the model's parameters, stay as they are.
+    /// The same with the first `locked` unknowns, the model's parameters, held fixed.
     pub(crate) fn projector_with_locked(&self, locked: usize) -> Option<NuisanceProjector> {
         let mut normal = self.normal.clone();
         for i in 0..locked.min(self.unknowns) {
@@ -104,7 +104,7 @@ impl ScoreScan {
         NuisanceProjector::new(&normal, &self.gradient, self.unknowns)
     }
 
-    /// Normal equations from products with so many probes each.
+    /// Normal equations summed over segments with so many `probes` each, and the priors.
     pub(crate) fn assemble(
         linear: &Linearized<'_>,
         products: &[SegmentGram],
@@ -114,7 +114,7 @@ impl ScoreScan {
         let n = problem.unknowns();
         let mut normal = DMatrix::zeros(n + probes, n + probes);
         let mut gradient = DVector::zeros(n + probes);
-        // One after the other, so that rounding is the same on any number of cores.
+        // Summed in order, so that rounding does not depend on the number of cores.
         for p in products {
             for (i, &ci) in p.columns.iter().enumerate() {
                 gradient[ci] += p.base_slope[i];
@@ -144,7 +144,7 @@ impl ScoreScan {
         }
     }
 
-    /// What form `k` would bring, all other unknowns adjusted.
+    /// Score of form `k`, all other unknowns adjusted.
     pub fn predicted_gain(&self, k: usize) -> Option<ScoreGain> {
         let at = self.unknowns + k;
         let base = self.nuisance_projector()?;
@@ -156,7 +156,7 @@ impl ScoreScan {
         )
     }
 
-    /// What re-tuning alone would still bring.
+    /// Fall of chi2 that re-tuning alone would still bring.
     pub fn nuisance_gain(&self) -> f64 {
         let n = self.unknowns;
         self.nuisance_projector().map_or(0.0, |base| {
@@ -165,8 +165,8 @@ impl ScoreScan {
         })
     }
 
-    /// Cosine between forms `j` and `k` after all re-tuning: 1 if they cannot be told
-    /// apart.
+    /// Cosine between forms `j` and `k` with re-tuning projected out: 1 if they cannot be
+    /// distinguished.
     pub fn cosine(&self, j: usize, k: usize) -> f64 {
         let n = self.unknowns;
         let Some(base) = self.nuisance_projector() else {
@@ -186,7 +186,7 @@ impl ScoreScan {
     }
 }
 
-/// The baseline's own directions, ready to be taken out of others.
+/// The baseline's own directions, ready to be projected out of others.
 pub struct NuisanceProjector {
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
     scale: DVector<f64>,
@@ -209,20 +209,20 @@ impl NuisanceProjector {
         })
     }
 
-    /// Part of the product of two directions that lies in the baseline's own.
+    /// Part of the product of two directions that lies in the span of the baseline's own.
     pub fn inner(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let scaled = b.component_mul(&self.scale);
         a.component_mul(&self.scale)
             .dot(&self.factor.solve(&scaled))
     }
 
-    /// Slope along a direction that is left when the baseline adjusts.
+    /// Slope along a direction with the baseline adjusted.
     pub fn slope(&self, cross: &DVector<f64>, slope: f64) -> f64 {
         slope - cross.component_mul(&self.scale).dot(&self.right)
     }
 
-    /// What a direction would bring, from its products with the baseline's own, with itself
-    /// and with the residuals; `None` if it cannot be told from those.
+    /// Score of a direction from its products with the baseline's own, with itself and with
+    /// the residuals: `g^2 / H` with both projected. `None` if the baseline can absorb it.
     pub fn predicted_gain(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<ScoreGain> {
         let left = own - self.inner(cross, cross);
         if left.is_nan() || left <= UNIDENTIFIABLE_SHARE * own || own <= 0.0 {

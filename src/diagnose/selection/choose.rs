@@ -1,4 +1,4 @@
-//! Which of the hypotheses weighed is the best, and which others do as well.
+//! The best of the evaluated hypotheses, and those that cannot be distinguished from it.
 
 use super::law_shape::{as_lag_twin, with_shape_parameters};
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
@@ -10,28 +10,28 @@ use crate::diagnose::thresholds::{
 };
 use crate::model::effects::{EffectSpec, find};
 
-/// The best of a round.
+/// The best hypothesis of a round.
 pub struct Choice {
     /// The effect.
     pub spec: &'static EffectSpec,
     /// The fit with it.
     pub trial: CandidateFit,
-    /// Others that do as well.
+    /// Ids of effects that fit equally well.
     pub alike: Vec<&'static str>,
-    /// Why one that does as well in flight is not among those.
+    /// Why an effect that fits equally well in flight is not among those.
     pub rejected_twin: Option<String>,
 }
 
-/// Adds to what was `weighed` the one that looks like the best in flight, begun from its fit,
-/// if it is asked for and has come to far less: the linearised problem foresees little of a
-/// lag that the clocks have taken.
+/// Adds to `scores` the lag twin of the best effect, started from its fit, if it is a candidate
+/// and scored far less: the linearised problem predicts little of a lag that the clocks have
+/// absorbed.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn add_twin(
     workspace: &Workspace,
-    stand: &ModelState,
-    weighed: &mut Vec<CandidateScore>,
+    state: &ModelState,
+    scores: &mut Vec<CandidateScore>,
     is_asked: &dyn Fn(&EffectSpec) -> bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
@@ -40,7 +40,7 @@ pub fn add_twin(
             .as_ref()
             .map_or(f64::NEG_INFINITY, CandidateFit::worth)
     };
-    let best = weighed
+    let best = scores
         .iter()
         .max_by(|a, b| worth(a).total_cmp(&worth(b)))
         .and_then(|w| w.trial.as_ref().map(|t| (w.spec, t)));
@@ -53,49 +53,49 @@ pub fn add_twin(
     let Some(spec) = spec.filter(|_| !control.cancelled()) else {
         return Ok(());
     };
-    let known = weighed.iter().position(|w| w.spec == spec);
-    let least = known.map_or(f64::NEG_INFINITY, |k| worth(&weighed[k]));
+    let known = scores.iter().position(|w| w.spec == spec);
+    let least = known.map_or(f64::NEG_INFINITY, |k| worth(&scores[k]));
     if least > TWIN_MIN_SHARE * trial.worth() {
         return Ok(());
     }
-    let Some(twin) = as_lag_twin(workspace, stand, trial, spec, control)? else {
+    let Some(twin) = as_lag_twin(workspace, state, trial, spec, control)? else {
         return Ok(());
     };
     log::debug!("{} as {}: {:.0}", first.id, spec.id, twin.worth());
     if twin.worth() > least {
         let own = CandidateScore {
             spec,
-            promise: known.map_or(0.0, |k| weighed[k].promise),
+            promise: known.map_or(0.0, |k| scores[k].promise),
             trial: Some(twin),
             by_itself: None,
         };
         match known {
-            Some(k) => weighed[k] = own,
-            None => weighed.push(own),
+            Some(k) => scores[k] = own,
+            None => scores.push(own),
         }
     }
     Ok(())
 }
 
-/// The best of what was `weighed`, in which the two that look alike in flight are given the
-/// shape of their laws if one of them is the best; `None` if nothing could be fitted.
+/// The best of `scores`. If one of the two lag twins is the best, both are given their shape
+/// parameters and compared around impacts. `None` if nothing could be fitted.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn choose_best(
     workspace: &Workspace,
-    stand: &ModelState,
-    weighed: &mut [CandidateScore],
+    state: &ModelState,
+    scores: &mut [CandidateScore],
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Choice>, DiagnoseError> {
-    let all = weighed.iter_mut();
+    let all = scores.iter_mut();
     let all = all.filter_map(|w| w.trial.as_mut().map(|t| (w.spec, t)));
     let mut trials: Vec<(&'static EffectSpec, &mut CandidateFit)> = all.collect();
     trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
     let Some(first) = trials.first() else {
         return Ok(None);
     };
-    // In flight the twin may even suit better, where the law is of somewhat other form.
+    // In flight the twin may even fit better where the law has a slightly different form.
     let twin = trials.iter().position(|(spec, t)| {
         lag_twins::are_lag_twins(first.0.id, spec.id)
             && t.worth() > TWIN_MIN_SHARE * first.1.worth()
@@ -104,9 +104,10 @@ pub fn choose_best(
     let mut rejected_twin = None;
     let mut best = 0;
     if let Some(twin) = twin {
-        // A law of another form would leave around bounces what is no matter of the two.
+        // A wrong form of the law would leave residuals around bounces that have nothing
+        // to do with the two.
         for k in [0, twin] {
-            *trials[k].1 = with_shape_parameters(workspace, stand, trials[k].1.clone(), control)?;
+            *trials[k].1 = with_shape_parameters(workspace, state, trials[k].1.clone(), control)?;
         }
         let (a, b) = (trials[0].1.worth(), trials[twin].1.worth());
         log::debug!("{} {a:.0}, {} {b:.0}", trials[0].0.id, trials[twin].0.id);

@@ -1,6 +1,5 @@
-//! Hypotheses weighed: each of those that promise most is fitted, from the fit there is or,
-//! where that has lost its way, from where the re-tuning began, and judged on the recordings
-//! kept out.
+//! Evaluation of hypotheses: those with the largest predicted gains are refitted, from the current
+//! fit or, where that has lost track, from a cold start, and tested on the held-out recordings.
 
 use super::refit::{
     MAX_FIT_STEPS, alternative_hypotheses, best_start_on_subset, fit_cold_start, fit_from,
@@ -20,27 +19,27 @@ const MAX_REFITS: usize = 4;
 /// A ground that steps leaves the flight as it is.
 const LEVEL_STEP_ID: &str = "gap_step";
 
-/// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it
-/// promises.
+/// Evaluates all hypotheses on what `state` lacks, or `only` one effect whatever its predicted
+/// gain.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn evaluate_hypotheses(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     options: &DiagnoseOptions,
     only: Option<&str>,
     control: &DiagnoseControl<'_>,
     about: &dyn Fn(&str, f64),
 ) -> Result<Vec<CandidateScore>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
-    let asked = |spec: &EffectSpec| is_candidate(stand, options, only, spec);
-    let mut hypotheses = propose(workspace, stand, &asked)?;
+    let asked = |spec: &EffectSpec| is_candidate(state, options, only, spec);
+    let mut hypotheses = propose(workspace, state, &asked)?;
     hypotheses.sort_by(|a, b| b.predicted_gain.total_cmp(&a.predicted_gain));
     for h in &hypotheses {
         let start = &h.start;
         log::debug!(
-            "{} promises {:.1} at {:?}",
+            "{} predicts {:.1} at {:?}",
             start.spec.id,
             h.predicted_gain,
             start.values
@@ -48,12 +47,13 @@ pub fn evaluate_hypotheses(
     }
     let mut out: Vec<CandidateScore> = Vec::new();
     let mut best = 0.0f64;
-    let mut afar_asked = false;
-    // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
+    let mut cold_start_tried = false;
+    // The required effect comes first, whatever its predicted gain where clocks have absorbed
+    // it.
     if let Some(known) = workspace
         .required_effect
         .as_ref()
-        .filter(|_| stand.named.is_empty())
+        .filter(|_| state.named.is_empty())
     {
         let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
         hypotheses.sort_by_key(|h| !is_known(h));
@@ -64,8 +64,8 @@ pub fn evaluate_hypotheses(
         let same = |w: &CandidateScore| w.spec == hypothesis.start.spec;
         let known = out.iter().position(same);
         let k = known.unwrap_or(out.len());
-        // Where the promise is far below what a refit has reached, a refit is in vain:
-        // promises are right where the baseline is near the data.
+        // A predicted gain far below what a refit has reached makes a refit pointless:
+        // predictions are accurate where the baseline is near the data.
         let least = if hypothesis.look_elsewhere {
             SEARCHED_REFIT_MIN_SCORE
         } else {
@@ -80,12 +80,14 @@ pub fn evaluate_hypotheses(
                 hypothesis.start.spec.name,
                 (k + 1) as f64 / (count + 1) as f64,
             );
-            // From afar takes as long as the re-tuning did: only for what promises most of all
-            // that acts in flight, where that has gone astray.
-            let afar =
-                !afar_asked && stand.named.is_empty() && hypothesis.start.spec.id != LEVEL_STEP_ID;
-            afar_asked |= afar;
-            trial = refit_hypothesis(workspace, stand, &hypothesis, afar, control)?;
+            // A cold start takes as long as the re-tuning did. It is tried only for
+            // the effect in flight with the largest predicted gain, where the fit has
+            // gone astray.
+            let cold_start = !cold_start_tried
+                && state.named.is_empty()
+                && hypothesis.start.spec.id != LEVEL_STEP_ID;
+            cold_start_tried |= cold_start;
+            trial = refit_hypothesis(workspace, state, &hypothesis, cold_start, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
         let own = CandidateScore {
@@ -110,7 +112,7 @@ pub fn evaluate_hypotheses(
 
 /// Whether an effect is a candidate, or the `only` one, and not named yet.
 pub fn is_candidate(
-    stand: &ModelState,
+    state: &ModelState,
     options: &DiagnoseOptions,
     only: Option<&str>,
     spec: &EffectSpec,
@@ -119,27 +121,27 @@ pub fn is_candidate(
         Some(only) => only == spec.id,
         None => options.has_candidate(spec.id),
     };
-    wanted && stand.named.iter().all(|n| n.spec != spec)
+    wanted && state.named.iter().all(|n| n.spec != spec)
 }
 
-/// A fit with one more effect, or `None` if it cannot be simulated; also from `afar` if the
-/// fit there is has lost its way.
+/// A fit with one more effect, or `None` if it cannot be simulated; with `cold_start` also from a
+/// cold start if the current fit has lost track.
 fn refit_hypothesis(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
-    afar: bool,
+    cold_start: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    if let Some(trial) = fit_of_required_effect(workspace, stand, hypothesis, control)? {
+    if let Some(trial) = fit_of_required_effect(workspace, state, hypothesis, control)? {
         return Ok(Some(trial));
     }
-    // A further mode begins with what a fit has left to it.
+    // A further mode starts from the residuals of a fit.
     let further = hypothesis.start.spec.id == "extra_mode";
-    let astray = afar && !stand.misread && !further && stand.train.is_lost();
+    let astray = cold_start && !state.misread && !further && state.train.is_lost();
     if astray
         && hypothesis.cold_start.is_some()
-        && let Some(trial) = fit_cold_start(workspace, stand, hypothesis, control)?
+        && let Some(trial) = fit_cold_start(workspace, state, hypothesis, control)?
         && trial.worth() > 0.0
     {
         return Ok(Some(trial));
@@ -149,21 +151,22 @@ fn refit_hypothesis(
     let near = if further {
         best_start_on_subset(
             nearby,
-            stand,
+            state,
             hypothesis,
-            (&stand.train, MAX_FIT_STEPS),
+            (&state.train, MAX_FIT_STEPS),
             control,
         )?
     } else {
-        fit_warm_start(nearby, stand, hypothesis, control)?
+        fit_warm_start(nearby, state, hypothesis, control)?
     };
     let Some(mut near) = near else {
         return Ok(None);
     };
     let better = |near: CandidateFit, other: &Hypothesis| {
-        // They look alike to the fitted recordings: the fit of the one is all but the other's.
+        // The fitted recordings hardly distinguish them: the fit of one is nearly that of
+        // the other.
         let start = with_fixed_constants(&near.train.model, other);
-        let tried = fit_from(nearby, stand, other, (&start, &near.train), control)?;
+        let tried = fit_from(nearby, state, other, (&start, &near.train), control)?;
         let tried = tried.filter(|tried| tried.worth() > near.worth());
         Ok::<CandidateFit, DiagnoseError>(tried.unwrap_or(near))
     };
@@ -179,10 +182,10 @@ fn refit_hypothesis(
     if astray
         && hypothesis.cold_start.is_none()
         && near.train.is_lost()
-        && let Some(other) = fit_cold_start(workspace, stand, hypothesis, control)?
+        && let Some(other) = fit_cold_start(workspace, state, hypothesis, control)?
     {
         log::debug!(
-            "from afar {:.0} in place of {:.0}",
+            "from cold_start {:.0} in place of {:.0}",
             other.worth(),
             near.worth()
         );

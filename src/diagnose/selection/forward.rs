@@ -1,5 +1,5 @@
-//! Naming: hypotheses are promised by the scan, refitted, judged on the recordings kept
-//! out, and added one by one as long as both sides improve beyond chance.
+//! Forward selection of effects: hypotheses proposed by the score test are refitted, tested on the
+//! held-out recordings, and added one by one while both splits improve significantly.
 
 use super::evaluate::{evaluate_hypotheses, is_candidate};
 use super::law_shape::{drop_second_time_constant, with_shape_parameters};
@@ -19,8 +19,8 @@ use crate::diagnose::thresholds::{
 };
 use crate::model::effects::EffectSpec;
 
-/// Looks for what `baseline` lacks: first with what was set aside as misread, if it is much,
-/// for an effect that spoils some stretches only hides in them.
+/// Searches for what `baseline` lacks, first with the segments set aside as misread if they are
+/// many: an effect that spoils only some segments hides in them.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -33,13 +33,13 @@ pub fn select_effects(
 ) -> Result<SelectionResult, DiagnoseError> {
     let aside = baseline.train.set_aside_share();
     log::debug!("{:.1} % of the rows are set aside", 100.0 * aside);
-    // What spoils recordings kept out may have been set aside in those fitted.
+    // What spoils held-out recordings may have been set aside in the fitted ones.
     let odd = baseline.held_out.as_ref().is_some_and(|held| {
         held.per_value() > HELD_OUT_ODD_RATIO
             && held.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value()
     });
     let look = aside > SET_ASIDE_REVIEW_SHARE || (aside > 0.0 && odd);
-    // Where it has lost its way in the others too, they tell what it lacks.
+    // Where the baseline is lost in the other segments too, these show what it lacks.
     if look
         && !baseline.train.is_lost()
         && options.by_hand.is_none()
@@ -55,8 +55,8 @@ pub fn select_effects(
     search_forward(workspace, from, options, control, report)
 }
 
-/// Looks for an effect that tells most of what was set aside as misread, and for others
-/// beside it; `None` if there is none.
+/// Searches for an effect that describes most of the segments set aside as misread, and for others
+/// together with it; `None` if there is none.
 fn select_with_set_aside(
     workspace: &Workspace,
     baseline: &ModelState,
@@ -87,44 +87,44 @@ fn select_with_set_aside(
     if found.stand.named.is_empty() {
         return Ok(None);
     }
-    let stand = &mut found.stand;
-    let series = stand.named.iter().any(|n| n.hypothesis.sequential_time);
+    let state = &mut found.stand;
+    let series = state.named.iter().any(|n| n.hypothesis.sequential_time);
     let workspace = if series {
         workspace.as_sequence()
     } else {
         workspace.clone()
     };
-    recheck_misread(&workspace, stand, control)?;
-    stand.misread = false;
-    let left = stand.train.set_aside_share();
+    recheck_misread(&workspace, state, control)?;
+    state.misread = false;
+    let left = state.train.set_aside_share();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
-    // An effect that shows as well in the rest may have been fitted astray by them.
-    let astray = stand.train.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value().max(1.0);
+    // An effect that also acts in the other segments may have been misled by them.
+    let astray = state.train.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value().max(1.0);
     if astray || left > (1.0 - RECOVERED_MIN_SHARE) * baseline.train.set_aside_share() {
         return Ok(None);
     }
     search_forward(&workspace, found, options, control, report).map(Some)
 }
 
-/// Sets aside what is misread for the model of `stand`.
+/// Sets aside what is misread for the model of `state`.
 fn recheck_misread(
     workspace: &Workspace,
-    stand: &mut ModelState,
+    state: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    stand.train =
-        workspace.without_misread(&workspace.train, stand.train.clone(), false, control)?;
-    if let (Some(side), Some(held_out)) = (&workspace.held_out, stand.held_out.take()) {
-        let near = (&stand.train, Some(&held_out));
-        let judged = workspace.fit_held_out(&stand.train.model, near, control)?;
-        stand.held_out = judged
-            .map(|judged| workspace.without_misread(side, judged, true, control))
+    state.train =
+        workspace.without_misread(&workspace.train, state.train.clone(), false, control)?;
+    if let (Some(side), Some(held_out)) = (&workspace.held_out, state.held_out.take()) {
+        let near = (&state.train, Some(&held_out));
+        let fitted = workspace.fit_held_out(&state.train.model, near, control)?;
+        state.held_out = fitted
+            .map(|fitted| workspace.without_misread(side, fitted, true, control))
             .transpose()?;
     }
     Ok(())
 }
 
-/// Looks for what the stand of `from` still lacks.
+/// Searches for what the state of `from` still lacks.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -137,13 +137,13 @@ fn search_forward(
 ) -> Result<SelectionResult, DiagnoseError> {
     let SelectionResult {
         mut baseline,
-        mut stand,
+        stand: mut state,
         mut weighed,
     } = from;
     let plain = workspace;
     let mut workspace = plain.clone();
     let rounds = options.by_hand.as_ref().map_or(options.most, Vec::len);
-    for round in stand.named.len()..rounds {
+    for round in state.named.len()..rounds {
         if control.cancelled() {
             break;
         }
@@ -151,33 +151,33 @@ fn search_forward(
             report(detail, (round as f64 + share) / rounds as f64);
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
-        // Nothing could bring enough to be named, or all that could would not do.
-        let little = stand.most_left() < FURTHER_MIN_SHARE * stand.explained();
-        if only.is_none() && (little || cannot_reach_target(&stand, rounds - round)?) {
+        // No effect could bring enough to be named, or all together would not suffice.
+        let little = state.most_left() < FURTHER_MIN_SHARE * state.explained();
+        if only.is_none() && (little || cannot_reach_target(&state, rounds - round)?) {
             break;
         }
         let mut round_weighed =
-            evaluate_hypotheses(&workspace, &stand, options, only, control, &about)?;
-        let is_asked = |spec: &EffectSpec| is_candidate(&stand, options, only, spec);
-        choose::add_twin(&workspace, &stand, &mut round_weighed, &is_asked, control)?;
-        let best = choose::choose_best(&workspace, &stand, &mut round_weighed, control)?;
+            evaluate_hypotheses(&workspace, &state, options, only, control, &about)?;
+        let is_asked = |spec: &EffectSpec| is_candidate(&state, options, only, spec);
+        choose::add_twin(&workspace, &state, &mut round_weighed, &is_asked, control)?;
+        let best = choose::choose_best(&workspace, &state, &mut round_weighed, control)?;
         let vibration = self_ringing::significant_vibration(&round_weighed);
         if weighed.is_empty() {
             weighed = round_weighed;
         }
         let Some(mut best) = best else {
-            // Asked for by hand, the next one may still be something.
+            // With effects chosen by hand, the next one may still help.
             if only.is_some() {
                 continue;
             }
             break;
         };
-        let mut trial = with_shape_parameters(&workspace, &stand, best.trial, control)?;
-        if only.is_none() && is_rejected(&workspace, &stand, &trial)? {
+        let mut trial = with_shape_parameters(&workspace, &state, best.trial, control)?;
+        if only.is_none() && is_rejected(&workspace, &state, &trial)? {
             break;
         }
         if only.is_none()
-            && let Some(f) = self_ringing::is_self_excited(&workspace, &stand, &trial, control)?
+            && let Some(f) = self_ringing::is_self_excited(&workspace, &state, &trial, control)?
         {
             if let Some(vibration) = vibration.filter(|v| self_ringing::explains_as_well(v, &trial))
             {
@@ -186,7 +186,7 @@ fn search_forward(
             } else {
                 let mut own = weighed.iter_mut();
                 if let Some(own) = own.find(|w| w.spec == best.spec)
-                    && !trial.within_initial_state_dof(&stand)
+                    && !trial.within_initial_state_dof(&state)
                 {
                     own.by_itself = Some(f);
                 }
@@ -204,21 +204,22 @@ fn search_forward(
             told: best.rejected_twin,
         };
         let fits = (trial.train, trial.held_out);
-        add_effect(&workspace, &mut stand, effect, fits, control)?;
+        add_effect(&workspace, &mut state, effect, fits, control)?;
         if only.is_none() {
-            prune::backward_eliminate(&workspace, &mut stand, control)?;
-            if stand.named.is_empty() {
-                // A name that turned out needless has led the re-tuning on: all is weighed anew.
-                baseline = stand.clone();
+            prune::backward_eliminate(&workspace, &mut state, control)?;
+            if state.named.is_empty() {
+                // An effect that turned out superfluous has improved the
+                // re-tuning: all hypotheses are evaluated again.
+                baseline = state.clone();
                 workspace.clone_from(plain);
                 weighed.clear();
             }
-            drop_second_time_constant(&workspace, &mut stand, control)?;
+            drop_second_time_constant(&workspace, &mut state, control)?;
         }
     }
     Ok(SelectionResult {
         baseline,
-        stand,
+        stand: state,
         weighed,
     })
 }
@@ -228,37 +229,37 @@ fn search_forward(
 /// their laws' form.
 fn is_rejected(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: &CandidateFit,
 ) -> Result<bool, DiagnoseError> {
     let held = workspace.held_out.is_none() || trial.held_gain > HELD_GAIN;
-    let little = trial.worth() < FURTHER_MIN_SHARE * stand.explained();
+    let little = trial.worth() < FURTHER_MIN_SHARE * state.explained();
     let insignificant = trial.is_insignificant()
         || !held
         || little
         || significance::is_at_lower_bound(&trial.hypothesis, &trial.train.model);
-    Ok(insignificant || is_form_error(stand, trial)?)
+    Ok(insignificant || is_form_error(state, trial)?)
 }
 
 /// Adds an effect with the fits to both splits, and looks for misread segments anew where the
 /// fits became clearer: what was misread did not stand out while everything was far off.
 fn add_effect(
     workspace: &Workspace,
-    stand: &mut ModelState,
+    state: &mut ModelState,
     effect: SelectedEffect,
     (train, held_out): (Fitted, Option<Fitted>),
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    stand.named.push(effect);
+    state.named.push(effect);
     let clears = |(before, after): (&Fitted, &Fitted)| {
         before.per_value() > REVIEW_MIN_CHI2_RATIO * after.per_value()
     };
-    let both = stand.held_out.as_ref().zip(held_out.as_ref());
-    let clearer = clears((&stand.train, &train)) || both.is_some_and(clears);
-    stand.train = train;
-    stand.held_out = held_out;
-    if (clearer || stand.train.set_aside_share() > SET_ASIDE_REVIEW_SHARE) && !stand.misread {
-        recheck_misread(workspace, stand, control)?;
+    let both = state.held_out.as_ref().zip(held_out.as_ref());
+    let clearer = clears((&state.train, &train)) || both.is_some_and(clears);
+    state.train = train;
+    state.held_out = held_out;
+    if (clearer || state.train.set_aside_share() > SET_ASIDE_REVIEW_SHARE) && !state.misread {
+        recheck_misread(workspace, state, control)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
+//! Hypotheses refitted with further shape parameters of their law, or as their lag twin.
 
 use super::refit::{best_start_on_subset, fit_from, parameters_with, refit};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
@@ -14,27 +14,28 @@ use crate::diagnose::thresholds::{
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
 use crate::model::with_effect;
 
-/// Share of its delay that an amplifier owes to its pace to begin with, where it has a time
-/// constant as well.
+/// Initial share of an amplifier's delay due to its slew rate, where it has a time constant as
+/// well.
 const SLEW_SHARE_OF_DELAY: f64 = 0.75;
 
-/// Steps of a fit with one more mode beside a further one, which takes long: after these, what is
-/// left goes along what hardly tells, how much moves it and how much of it is seen.
+/// Iterations of a fit with one more mode, which is slow. What remains after these lies along its
+/// coupling and its shape, which are hardly distinguished.
 const SECOND_MODE_STEPS: usize = 6;
 
-/// Creep of two times begins with them so many times shorter and longer than one of them all.
+/// Creep with two time constants starts from values this factor shorter and longer than the single
+/// one.
 const CREEP_TIME_RATIO: f64 = 3.0;
 
-/// `trial` with its law given the shape that suits best, if that brings more than chance on
-/// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
-/// a hump of one is left; that of creep is a second time. A shape of one number stays free in
-/// later fits; one of more is kept as it is, for they would take too long.
+/// `trial` with the shape parameters of its law, if these improve both splits significantly; this
+/// is tried once. The shape of a further mode is one more mode where a peak remains; that of creep
+/// is a second time constant. A single shape parameter stays free in later fits; several are then
+/// fixed, because the fits would take too long.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn with_shape_parameters(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: CandidateFit,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
@@ -83,7 +84,7 @@ pub fn with_shape_parameters(
         )? {
             Some(both) => best_start_on_subset(
                 workspace,
-                stand,
+                state,
                 &both,
                 (&trial.train, SECOND_MODE_STEPS),
                 control,
@@ -91,7 +92,7 @@ pub fn with_shape_parameters(
             None => None,
         }
     } else {
-        fit_from(workspace, stand, &whole, (&start, &trial.train), control)?
+        fit_from(workspace, state, &whole, (&start, &trial.train), control)?
     };
     let Some(mut other) = other else {
         return Ok(trial);
@@ -106,16 +107,16 @@ pub fn with_shape_parameters(
     if shape.len() > 1 {
         other.hypothesis.free.clone_from(&hypothesis.free);
     }
-    let held_more = stand.held_out.as_ref();
+    let held_more = state.held_out.as_ref();
     let held_more = held_more.map(|_| other.held_gain - trial.held_gain);
-    // What has left its own strength to its shape is no better told by it.
+    // A shape that has taken over the effect's strength is no improvement.
     let better = shape_is_significant(other.gain - trial.gain, held_more)
         && !is_at_lower_bound(&other.hypothesis, &other.train.model);
     Ok(if better { other } else { trial })
 }
 
-/// Whether a shape that brings so much on the fitted recordings, and on those kept out if there
-/// are any, is a better one by more than chance.
+/// Whether a shape with these gains on the fitted recordings and on the held-out ones, if there
+/// are any, is better by more than chance.
 fn shape_is_significant(more: f64, held_more: Option<f64>) -> bool {
     let (own, both) = CONFIRMED_SHAPE_GAINS;
     let held = held_more.unwrap_or(0.0);
@@ -123,45 +124,45 @@ fn shape_is_significant(more: f64, held_more: Option<f64>) -> bool {
     more > SHAPE_MIN_GAIN && held_more.is_none_or(|held| held > 0.0) || confirmed
 }
 
-/// Takes back that creep named before the latest effect has two times, where that tells nothing
-/// beside the latest: what it told was the latest one's.
+/// Takes back the second time constant of creep named before the latest effect, where it is no
+/// longer significant together with the latest: what it described was the latest effect's.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn drop_second_time_constant(
     workspace: &Workspace,
-    stand: &mut ModelState,
+    state: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    let latest = stand.named.last().map(|n| n.spec);
-    let mut effects = stand.train.model.effects.clone();
-    effects.retain(|e| Some(e.spec) != latest && stand.named.iter().any(|n| n.spec == e.spec));
+    let latest = state.named.last().map(|n| n.spec);
+    let mut effects = state.train.model.effects.clone();
+    effects.retain(|e| Some(e.spec) != latest && state.named.iter().any(|n| n.spec == e.spec));
     for plain in effects.iter().filter_map(with_one_creep_time) {
         if control.cancelled() {
             break;
         }
         let spec = plain.spec;
-        let start = with_effect(&stand.train.model, plain);
-        let Some((train, held_out)) = refit(workspace, &start, stand, stand, control)? else {
+        let start = with_effect(&state.train.model, plain);
+        let Some((train, held_out)) = refit(workspace, &start, state, state, control)? else {
             continue;
         };
-        let held = held_out.as_ref().zip(stand.held_out.as_ref());
+        let held = held_out.as_ref().zip(state.held_out.as_ref());
         let held_more = held.map(|(plain, shaped)| plain.cost - shaped.cost);
-        let more = train.cost - stand.train.cost;
+        let more = train.cost - state.train.cost;
         log::debug!("a shape brings {more:.0}, {held_more:?} kept out beside the latest name");
         if !shape_is_significant(more, held_more) {
-            for own in stand.named.iter_mut().filter(|n| n.spec == spec) {
+            for own in state.named.iter_mut().filter(|n| n.spec == spec) {
                 own.gain.0 -= more;
                 own.gain.1 -= held_more.unwrap_or(0.0);
             }
-            stand.train = train;
-            stand.held_out = held_out;
+            state.train = train;
+            state.held_out = held_out;
         }
     }
     Ok(())
 }
 
-/// Creep of two times as that of one between them; `None` for other effects.
+/// Creep of two time constants as that of one between them; `None` for other effects.
 fn with_one_creep_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
     let [share, tau, further, tau2] = effect.values[..] else {
         return None;
@@ -178,9 +179,9 @@ fn with_one_creep_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
     })
 }
 
-/// An amplifier that has a time constant or a bounded pace with both, as late as before for an
-/// edge of `edge()` \[V\]: where one of them is nothing, or too small for the other to matter, no
-/// slope leads away from there. `None` for other effects.
+/// An amplifier with a time constant or a slew rate as one with both and the same delay for an
+/// edge of `edge()` \[V\]. Where one of them is zero or too small to matter, the gradient does not
+/// lead away from there. `None` for other effects.
 fn with_both_amplifier_limits(
     effect: &ActiveEffect,
     edge: impl Fn() -> f64,
@@ -202,7 +203,7 @@ fn with_both_amplifier_limits(
     })
 }
 
-/// Creep of one time as half of it each of a shorter and of a longer one; `None` for other
+/// Creep of one time constant as half of it each with a shorter and a longer one; `None` for other
 /// effects.
 fn with_two_creep_times(effect: &ActiveEffect) -> Option<ActiveEffect> {
     let [share, tau, 0.0, _] = effect.values[..] else {
@@ -219,14 +220,14 @@ fn with_two_creep_times(effect: &ActiveEffect) -> Option<ActiveEffect> {
     })
 }
 
-/// A lag of `spec`, which looks like that of `trial` in flight, as long as that is and begun
-/// from its fit; `None` if that has no time constant or it cannot be simulated.
+/// The lag of `spec`, which looks like that of `trial` in flight, with the same time constant and
+/// started from its fit; `None` if it has no time constant or cannot be simulated.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn as_lag_twin(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: &CandidateFit,
     spec: &'static EffectSpec,
     control: &DiagnoseControl<'_>,
@@ -258,8 +259,8 @@ pub fn as_lag_twin(
     };
     let start = with_effect(&start, effect);
     if trial.worth() > LARGE_LAG_GAIN && trial.leaves_nothing() {
-        // A part of the stretches tells where the two are far apart.
-        let (free, bounds) = parameters_with(stand, &hypothesis);
+        // A subset of the segments shows whether the two are far apart.
+        let (free, bounds) = parameters_with(state, &hypothesis);
         let sketch = workspace.fit_subset(&start, &free, &bounds, &trial.train, control);
         if sketch.is_ok_and(|s| s.per_value() > LEAVES_MUCH_RATIO * trial.train.per_value()) {
             return Ok(None);
@@ -267,7 +268,7 @@ pub fn as_lag_twin(
     }
     fit_from(
         workspace,
-        stand,
+        state,
         &hypothesis,
         (&start, &trial.train),
         control,

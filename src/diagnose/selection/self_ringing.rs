@@ -1,6 +1,5 @@
-//! One more mode beside a further one: a structure has them without end, and where one shows
-//! the next may leave enough to look like something else, a lag above all. And what is none,
-//! for it rings by itself.
+//! Modes that nothing excites: what rings by itself starts anew in each segment, and passes for a
+//! mode with free initial states.
 
 use super::refit::parameters_with;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
@@ -16,27 +15,27 @@ use crate::diagnose::thresholds::{
 use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::SimError;
 
-/// The shapes of a mode come after its frequency and damping.
+/// A mode's shapes come after its frequency and damping.
 const FIRST_SHAPE_INDEX: usize = 2;
-/// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
+/// Factor on the shapes of a mode that is not excited; the excitation scales with its square.
 const UNDRIVEN_FACTOR: f64 = 1e-3;
 
-/// How far off that frequency may be, as a share.
+/// Relative tolerance of that frequency.
 const FREQUENCY_TOLERANCE: f64 = 0.03;
 
-/// Steps of the fit with such a mode.
+/// Iterations of the fit with such a mode.
 const UNDRIVEN_FIT_STEPS: usize = 8;
 
-/// Frequency of a further mode that nothing moves \[Hz\], if `trial`, a fit with one more effect
-/// than `stand` has, is of one. What drives and strikes a device moves its modes; what rings by
-/// itself begins anew in each stretch, and passes for a mode whose motion at its start is free.
-/// From the proof mass alone that is hardly told, and not asked.
+/// Frequency of a further mode that nothing excites \[Hz\], if `trial`, a fit with one more effect
+/// than `state`, is of one. Drive and impacts excite the modes of a device. What rings by itself
+/// starts anew in each segment, and passes for a mode with free initial states. From the proof
+/// mass alone this is hardly distinguishable, and not tested.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn is_self_excited(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: &CandidateFit,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<f64>, DiagnoseError> {
@@ -50,7 +49,7 @@ pub fn is_self_excited(
     let Some(frequency) = effect.map(|e| e.values[0]) else {
         return Ok(None);
     };
-    if is_driven(workspace, stand, trial, frequency)? {
+    if is_driven(workspace, state, trial, frequency)? {
         return Ok(None);
     }
     let mut still = fitted.model.clone();
@@ -64,10 +63,11 @@ pub fn is_self_excited(
             }
         }
     }
-    let (mut free, bounds) = parameters_with(stand, &trial.hypothesis);
+    let (mut free, bounds) = parameters_with(state, &trial.hypothesis);
     free.retain(|id| !shapes.contains(id));
     let sketch = workspace.fit_subset(&still, &free, &bounds, fitted, control);
-    // What rings by itself goes on as it did: where it does not, all stretches need not be asked.
+    // What rings by itself continues unchanged; where it does not, a fit to all segments is
+    // pointless.
     if let Ok(sketch) = &sketch
         && sketch.is_lost_compared_to(fitted)
     {
@@ -75,7 +75,7 @@ pub fn is_self_excited(
     }
     let unmoved =
         sketch.and_then(|sketch| workspace.fit_all_from(sketch, UNDRIVEN_FIT_STEPS, control));
-    // What cannot be simulated says nothing against the mode.
+    // A failed simulation is no evidence against the mode.
     let Some(unmoved) = simulated(unmoved)? else {
         return Ok(None);
     };
@@ -85,24 +85,25 @@ pub fn is_self_excited(
     Ok((by_motion < least).then_some(frequency))
 }
 
-/// The vibration of the base among what was `weighed`, if chance does not do as well.
-pub fn significant_vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
-    let own = weighed.iter().find(|w| w.spec.id == "base_vibration")?;
+/// The vibration of the base among `scores`, if it is significant.
+pub fn significant_vibration(scores: &[CandidateScore]) -> Option<CandidateFit> {
+    let own = scores.iter().find(|w| w.spec.id == "base_vibration")?;
     let held = |t: &CandidateFit| t.held_out.is_none() || t.held_gain > HELD_GAIN;
     let trial = own.trial.as_ref();
     trial.filter(|t| held(t) && !t.is_insignificant()).cloned()
 }
 
-/// Whether the `vibration` of the base does as well as `ringing`, a mode that rings by itself.
+/// Whether the `vibration` of the base explains the data as well as `ringing`, a mode that rings
+/// by itself.
 pub fn explains_as_well(vibration: &CandidateFit, ringing: &CandidateFit) -> bool {
     vibration.worth() > STEADY_VIBRATION_SHARE * ringing.worth()
 }
 
-/// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what
-/// `stand` leaves, on both sides, and is not too small a part of what `trial` brings beyond it.
+/// Whether the residuals of `state` contain, on both splits, a ring at `frequency` \[Hz\] in phase
+/// with impacts and jumps of the drive that is not too small a part of the gain of `trial`.
 fn is_driven(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: &CandidateFit,
     frequency: f64,
 ) -> Result<bool, SimError> {
@@ -111,8 +112,8 @@ fn is_driven(
             .best_near(frequency, FREQUENCY_TOLERANCE * frequency);
         Ok(ring.map_or(0.0, |ring| ring.gain))
     };
-    let train = near(&workspace.train, &stand.train)?;
-    let held_out = match (&workspace.held_out, &stand.held_out) {
+    let train = near(&workspace.train, &state.train)?;
+    let held_out = match (&workspace.held_out, &state.held_out) {
         (Some(side), Some(fitted)) => Some(near(side, fitted)?),
         _ => None,
     };

@@ -1,5 +1,5 @@
-//! Clocks of the recordings: readings that are late by several samples spoil every stretch
-//! with a jump of the voltage, and those are what the clocks are told by.
+//! Clock skews of the recordings. Readings that are late by several samples spoil every segment
+//! with a jump of the voltage, and those segments determine the clocks.
 
 use rayon::prelude::*;
 
@@ -16,17 +16,17 @@ use crate::sim::{SimError, StretchSimulator};
 
 /// Skews that every recording is tried with \[s\].
 const SKEW_GRID: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
-/// Skews nearer than this agree \[s\].
+/// Skews that differ by less than this agree \[s\].
 pub(crate) const SAME_SKEW: f64 = 5e-6;
 
-/// Steps of each stretch's own fit, by a loss that forgives nothing and by the usual one.
+/// Iterations of each segment's own fit, by least squares and then by the robust loss.
 pub(crate) const LOCAL_FIT_STEPS: [usize; 2] = [3, 3];
-/// The same for a first look.
+/// The same for a first look at another skew.
 const SCREENING_STEPS: [usize; 2] = [1, 0];
-/// And for none.
+/// No iterations: the segments as they are.
 const NO_STEPS: [usize; 2] = [0, 0];
 
-/// The stretches of a fit, to be told what they come to by another clock.
+/// The segments of a fit, to be tried under other clock skews.
 pub(crate) struct SkewTrials<'a> {
     problem: &'a Problem,
     x: Vec<f64>,
@@ -36,7 +36,7 @@ pub(crate) struct SkewTrials<'a> {
 }
 
 impl<'a> SkewTrials<'a> {
-    /// Those of `point`.
+    /// The segments of the fit at `point`.
     pub(crate) fn new(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
         let simulator = problem.simulator(&point.x)?;
         Ok(Self {
@@ -48,9 +48,8 @@ impl<'a> SkewTrials<'a> {
         })
     }
 
-    /// What the stretches `own` of one recording cost, its skew, which is unknown number `at`,
-    /// being `skew` \[s\], and their unknowns, fitted in so many `rounds` by either loss from
-    /// where `start` has them.
+    /// Cost of the segments `own` of one recording if its skew, unknown number `at`, is `skew`
+    /// \[s\], and their unknowns, refined from `start` in so many `rounds` under either loss.
     pub(crate) fn cost_at<'s>(
         &self,
         own: &[usize],
@@ -73,7 +72,7 @@ impl<'a> SkewTrials<'a> {
                 };
                 let near = fit(start(i).to_vec(), LEAST_SQUARES, rounds[0]);
                 let refined = fit(near.locals, ROBUST_LOSS, rounds[1]);
-                // What was misread must not decide.
+                // A misread segment must not decide.
                 let most = MISREAD_CHI2 * problem.rows(segment).len() as f64;
                 (refined.locals, refined.cost.min(most))
             })
@@ -83,14 +82,14 @@ impl<'a> SkewTrials<'a> {
     }
 }
 
-/// What it costs that a clock has that skew \[s\].
+/// Cost of a skew \[s\] under what is known of the clock beforehand.
 pub(crate) fn skew_prior_cost(nuisance: &FreeNuisance, skew: f64) -> f64 {
     ROBUST_LOSS.cost((skew - nuisance.mean) / nuisance.sigma)
 }
 
-/// Sets the clocks of recordings that another skew tells far better, be it one of some or
-/// that of another recording, and gives their stretches among `eligible` their say back,
-/// from their `first` guess. Whether any was set.
+/// Resets the clocks of recordings that another skew describes far better: one of a grid, or that
+/// of another recording. Their segments among `eligible` are taken in again from their `first`
+/// guess. Returns whether any clock was reset.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
@@ -134,7 +133,7 @@ pub fn set_clocks(
             .map(|&i| problem.rows(&point.segments[i]).len())
             .sum();
         let well = |cost: f64| cost < SKEW_WELL_EXPLAINED_CHI2 * rows as f64;
-        // What is told well as it stands need not be fitted to see that.
+        // A recording that fits well as it is needs no refinement.
         if well(cost_at(present, NO_STEPS).0) {
             continue;
         }
@@ -179,7 +178,7 @@ pub fn set_clocks(
     Ok(changed)
 }
 
-/// Which unknowns are skews.
+/// Indices of the unknowns that are skews.
 pub fn skew_indices(problem: &Problem) -> Vec<usize> {
     let all = problem.nuisances.iter().enumerate();
     all.filter(|(_, n)| n.what == Nuisance::Skew)
@@ -187,21 +186,21 @@ pub fn skew_indices(problem: &Problem) -> Vec<usize> {
         .collect()
 }
 
-/// Skews of all recordings of a fit against what they were cut for \[s\].
+/// Skews of all recordings in a fit, relative to those they were cut for \[s\].
 pub fn fitted_skews(problem: &Problem, point: &Point) -> Vec<f64> {
     let first = problem.space.len();
     let value = |i: usize| point.x[i] * problem.nuisances[i - first].unit;
     skew_indices(problem).into_iter().map(value).collect()
 }
 
-/// Skew of the clocks in most recordings of a fit \[s\].
+/// Median skew of the recordings in a fit \[s\].
 pub fn median_skew(problem: &Problem, point: &Point) -> f64 {
     let skew = quantile_in_place(&mut fitted_skews(problem, point), 0.5);
     if skew.is_finite() { skew } else { 0.0 }
 }
 
-/// Moves all skews by `by` \[s\]: a delay of the readings that comes or goes is taken out
-/// of them, or left to them.
+/// Moves all skews by `by` \[s\], so that a delay of the readings can be added or removed
+/// elsewhere.
 pub fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
     let first = problem.space.len();
     for i in skew_indices(problem) {

@@ -1,5 +1,5 @@
-//! The first part of a fit with other modes than before: its own constants find their place on
-//! a part of the stretches, before all of them are taken up.
+//! The first part of a fit with other modes than before: it settles on a subset of the segments
+//! before all of them are taken in.
 
 use super::clock_skew::set_clocks;
 use super::fitted::{Bound, Fitted};
@@ -16,29 +16,30 @@ use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
 use crate::sim::StretchSimulator;
 
-/// A fit on a part of the stretches.
+/// A fit to a subset of the segments.
 #[derive(Debug)]
 pub struct SubsetFit {
     problem: Problem,
     point: Point,
-    /// All stretches, those of the part as they were.
+    /// All segments; those of the subset as they were.
     segments: Vec<Segment>,
     used: Vec<bool>,
     subset: Vec<bool>,
 }
 
 impl SubsetFit {
-    /// Chi2 on that part, the same for all fits that begin from one.
+    /// Chi2 on the subset, which is the same for all fits begun from one.
     pub fn cost(&self) -> f64 {
         self.point.cost
     }
 
-    /// Chi2 per value on that part.
+    /// Chi2 per value on the subset.
     pub fn per_value(&self) -> f64 {
         self.point.cost / self.point.rows.max(1) as f64
     }
 
-    /// Whether that part is so far off beside `fitted` that all stretches need not be asked.
+    /// Whether the subset is so far off compared to `fitted` that a fit to all segments is
+    /// pointless.
     pub fn is_lost_compared_to(&self, fitted: &Fitted) -> bool {
         let lost = self.per_value() > SUBSET_ABORT_RATIO * fitted.per_value();
         if lost {
@@ -49,7 +50,7 @@ impl SubsetFit {
 }
 
 impl Workspace {
-    /// Begins a fit of a model whose modes need not be those of `from`; see [`Workspace::fit`].
+    /// Begins a fit of a model that may have other modes than `from`; see [`Workspace::fit`].
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -66,7 +67,7 @@ impl Workspace {
         let event_free =
             prepare_event_free(start, space, &side.parts, &side.findings, &self.options)?;
         let segments = event_free.prepared.segments;
-        // The same stretches, with more unknowns each: what was misread stays aside.
+        // The same segments with more unknowns each: misread ones stay set aside.
         let used = if segments.len() == from.point.used.len() {
             from.point.used.clone()
         } else {
@@ -91,7 +92,7 @@ impl Workspace {
         })
     }
 
-    /// Goes on with all stretches.
+    /// Goes on with all segments.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -107,7 +108,7 @@ impl Workspace {
             all[i] = near.segments[i].clone();
         }
         let mut point = settle(&problem, &near.x, &all, &subset_fit.used, ROBUST_LOSS, 3)?;
-        // A mode that was missing, or one too many, may have led a clock astray by samples.
+        // A missing or superfluous mode may have shifted a clock by samples.
         set_clocks(&problem, &mut point, &all, &subset_fit.used)?;
         let point = self.improve(&problem, point, &[], (iterations, FINE_TOLERANCE), control)?;
         self.finish(problem, point)

@@ -1,4 +1,4 @@
-//! A model fitted to one side of the recordings.
+//! A model fitted to one split of the recordings.
 
 use std::sync::{Arc, OnceLock};
 
@@ -12,22 +12,22 @@ use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::{SimError, StretchSimulator};
 
-/// Noise of a first reading that is taken over, by those that follow, counts for no more than
-/// so many values.
+/// Most values that the noise of a first reading, carried over into those that follow, may count
+/// for.
 const MAX_FIRST_READING_VALUES: f64 = 20.0;
 
-/// A model fitted to one side.
+/// A model fitted to one split.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// The model at the fit.
+    /// The model with its fitted parameters.
     pub model: Model,
-    /// The problem with its parameters.
+    /// The least-squares problem.
     pub problem: Problem,
-    /// Where it ended.
+    /// Parameters and initial states at the end of the fit.
     pub point: Point,
-    /// Robust cost by [`ROBUST_LOSS`], corrected for the stretches' own unknowns.
+    /// Chi2 under [`ROBUST_LOSS`], corrected for the segments' own unknowns.
     pub cost: f64,
-    /// The stretches' Jacobians there, once they were asked for.
+    /// Jacobians of the segments at that point, once computed.
     pub(crate) jacobians: Arc<OnceLock<Vec<Option<Jacobian>>>>,
 }
 
@@ -53,12 +53,12 @@ impl Fitted {
         })
     }
 
-    /// Cost per row: 1 where nothing is missing.
+    /// Chi2 per row: 1 where nothing is missing.
     pub fn per_value(&self) -> f64 {
         self.cost / self.point.rows.max(1) as f64
     }
 
-    /// Whether the fit has lost its way.
+    /// Whether the fit has lost track: what is missing has drawn everything else along.
     pub fn is_lost(&self) -> bool {
         self.per_value() > LOST_TRACK_CHI2
     }
@@ -79,7 +79,7 @@ impl Fitted {
         Ok(self.jacobians.get_or_init(|| fresh))
     }
 
-    /// Number of the stretches' own unknowns.
+    /// Number of the segments' own unknowns.
     pub fn local_unknowns(&self) -> usize {
         local_unknowns(&self.point.segments)
     }
@@ -91,9 +91,9 @@ impl Fitted {
     }
 }
 
-/// By how much taking the first readings of `segment` over lowers its cost: a lasting lag of
-/// the readings begins there, so that they are met exactly, and their noise fades in the ones
-/// that follow.
+/// Expected fall of a segment's cost by starting from its first readings. A lasting lag of the
+/// readings begins there, so these are met exactly, and their noise decays in those that follow:
+/// with `f = exp(-2 r dt)` by `1 - f / (1 - f)` per channel.
 pub fn first_reading_correction(
     problem: &Problem,
     simulator: &StretchSimulator,
@@ -117,7 +117,7 @@ pub(crate) fn local_unknowns(segments: &[Segment]) -> usize {
     segments.iter().map(|s| s.locals.len()).sum()
 }
 
-/// Chi2 above the floor, all together.
+/// Chi2 above the noise floor of 1.03 per row.
 pub fn excess_chi2(fitted: &Fitted) -> f64 {
     let rows = fitted.point.rows as f64;
     (fitted.cost - 1.03 * rows).max(0.0)
@@ -126,16 +126,17 @@ pub fn excess_chi2(fitted: &Fitted) -> f64 {
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
 
-/// An effect without which the baseline is far off, as fitted with all else from afar.
+/// An effect without which the baseline is far off, fitted together with everything else from a
+/// cold start.
 #[derive(Debug, Clone)]
 pub struct RequiredEffect {
-    /// The effect that the fit began with.
+    /// The effect at the start of the fit.
     pub start: ActiveEffect,
-    /// Ids of what was fitted of it.
+    /// Ids of its fitted parameters.
     pub free: Vec<String>,
-    /// Bounds of that.
+    /// Bounds of those.
     pub bounds: Vec<Bound>,
-    /// Ids of what else its law may have.
+    /// Ids of further parameters that shape its law.
     pub shape: Vec<String>,
     /// The fit.
     pub fitted: Fitted,

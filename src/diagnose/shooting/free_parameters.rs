@@ -1,19 +1,19 @@
-//! What re-tuning the baseline may move, and how far.
+//! Which parameters the re-tuning of the baseline may move, and how far.
 
 use super::fitted::Bound;
 use crate::model::Model;
 
-/// Factor by which the frequencies of the modes may be off.
+/// Largest factor by which a mode's frequency may be off.
 const MAX_FREQUENCY_FACTOR: f64 = 1.5;
-/// The same of their dampings.
+/// Largest factor by which a mode's damping may be off.
 const MAX_DAMPING_FACTOR: f64 = 20.0;
-/// A damping ratio may be as large as this whatever it was thought to be.
+/// A damping ratio may always reach this value, whatever its nominal one.
 const MIN_DAMPING_BOUND: f64 = 0.3;
-/// The same of their shapes.
+/// Largest factor by which a mode's shape may be off.
 const MAX_SHAPE_FACTOR: f64 = 3.0;
 
-/// What re-tuning may move: the baseline's own parameters that calm stretches tell, and
-/// how the readings and the drive share in the modes.
+/// Ids of the parameters that re-tuning may move: those of the baseline that event-free segments
+/// determine, and how the readings and the drive take part in the modes.
 pub(crate) fn free_parameters(model: &Model, lone: bool) -> Vec<String> {
     use crate::model::parameter::ParameterId as P;
     let own = [
@@ -30,7 +30,7 @@ pub(crate) fn free_parameters(model: &Model, lone: bool) -> Vec<String> {
         P::ShapeP2,
         P::DriveP,
     ];
-    // Without the cantilever's reading nothing shows its shares.
+    // Without the cantilever's reading its shapes are not determined.
     let seen = |p: &P| !lone || !matches!(p, P::ShapeC1 | P::ShapeC2 | P::ShapeP2);
     let mut free: Vec<String> = own
         .into_iter()
@@ -42,8 +42,8 @@ pub(crate) fn free_parameters(model: &Model, lone: bool) -> Vec<String> {
     free
 }
 
-/// Bounds of the structure's own freedoms: a structure that may become any other would
-/// take over what is missing, or run off to modes that no reading could show.
+/// Bounds of the structure's parameters. A structure that may become any other would absorb what
+/// is missing, or move to modes that no reading could show.
 pub(crate) fn structure_bounds(model: &Model) -> Vec<Bound> {
     use crate::model::parameter::ParameterId as P;
     let near = |id: P, factor: f64| {

@@ -1,5 +1,5 @@
-//! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
-//! the clocks have taken.
+//! Late readings: the latency that the clocks of the recordings agree on, and a delay of the
+//! readings that the clocks have absorbed.
 
 use super::clock_skew::{
     LOCAL_FIT_STEPS, SAME_SKEW, SkewTrials, fitted_skews, shift_skews, skew_indices,
@@ -17,24 +17,24 @@ use crate::model::Model;
 use crate::recording::extremes;
 use crate::sim::{SimError, StretchSimulator};
 
-/// Skews nearer than this are one that was taken over \[s\].
+/// Skews that differ by less than this were copied from one another \[s\].
 const COPIED_SKEW: f64 = 1e-9;
-/// Skews farther apart are not those of one rig \[s\].
+/// Skews that differ by more than this are not those of one setup \[s\].
 const MAX_SKEW_SPREAD: f64 = 15e-6;
 
 /// A delay of the readings.
 pub const DELAY: &str = "sensor_lag.delay";
-/// Steps in which it takes its share of the clocks.
+/// Iterations of the reweighted mean that returns a delay from the clocks.
 const SHARING_ITERATIONS: usize = 30;
 
-/// Time by which readings are later against the voltage than they were cut for, where that is
-/// more than stretches bear \[s\]: what most recordings agree about, for one cut for another
-/// clock may be told by a wrong one.
+/// Latency of the readings against the voltage beyond that they were cut for, where it exceeds
+/// what segments tolerate \[s\]. It is what most recordings agree on, because a recording cut for
+/// another clock may have settled on a wrong one.
 pub fn common_latency(fitted: &Fitted) -> Option<f64> {
     let data = fitted.problem.data.iter();
     let longest = data.map(|d| d.recording.interval()).fold(0.0, f64::max);
     let all = fitted_skews(&fitted.problem, &fitted.point);
-    // One that took another's has no voice of its own.
+    // A copied skew does not count as independent.
     let own = |k: usize| all[..k].iter().all(|b| (all[k] - b).abs() > COPIED_SKEW);
     let voices: Vec<f64> = (0..all.len()).filter(|k| own(*k)).map(|k| all[k]).collect();
     let agreed = |a: f64| -> f64 {
@@ -47,9 +47,9 @@ pub fn common_latency(fitted: &Fitted) -> Option<f64> {
     (most.abs() > RECUT_MIN_LAG * longest).then_some(-most)
 }
 
-/// By how much the readings of one recording are later than those of another \[s\], where that is
-/// more than clocks of one rig differ by and something is missing: an amplifier that lags delays
-/// the jumps of a voltage, and slow voltages hardly.
+/// Difference in latency between two recordings \[s\], where clocks of one setup cannot differ by
+/// as much and something is missing. A lagging amplifier delays the jumps of a voltage, and hardly
+/// a slow voltage.
 pub fn clock_disagreement(fitted: &Fitted) -> Option<f64> {
     let all = fitted_skews(&fitted.problem, &fitted.point);
     let (low, high) = extremes(&all);
@@ -57,13 +57,14 @@ pub fn clock_disagreement(fitted: &Fitted) -> Option<f64> {
     (apart > MAX_SKEW_SPREAD && fitted.per_value() > SKEWS_ASKED_CHI2).then_some(apart)
 }
 
-/// A delay of the readings that the clocks may have taken \[s\]: by how much it grows where all of
-/// them give up alike what they lack to be as known, and by how much less they cost then. The two
-/// fit alike, only what is known of the clocks tells them apart.
+/// The delay of the readings that the clocks may have absorbed \[s\]: its growth if all of them
+/// give up the same part of their offset from the prior, and the resulting fall of chi2. Both
+/// descriptions fit alike; only the prior on the clocks distinguishes them. The shift is a
+/// Huber-weighted mean of the offsets.
 pub fn delay_absorbed_by_clocks(problem: &Problem, x: &[f64]) -> (f64, f64) {
     let first = problem.space.len();
-    // What each clock lacks to be as known, and how well it is known.
-    let lacks: Vec<(f64, f64)> = skew_indices(problem)
+    // Offset of each clock from its prior, and the prior's standard deviation.
+    let offsets: Vec<(f64, f64)> = skew_indices(problem)
         .into_iter()
         .map(|i| {
             let nuisance = &problem.nuisances[i - first];
@@ -72,25 +73,25 @@ pub fn delay_absorbed_by_clocks(problem: &Problem, x: &[f64]) -> (f64, f64) {
         .collect();
     let mut shift = 0.0;
     for _ in 0..SHARING_ITERATIONS {
-        let weighed = lacks.iter().map(|(lack, sigma)| {
-            let weight = (ROBUST_LOSS.root_weight((lack - shift) / sigma) / sigma).powi(2);
-            (weight * lack, weight)
+        let weighted = offsets.iter().map(|(offset, sigma)| {
+            let weight = (ROBUST_LOSS.root_weight((offset - shift) / sigma) / sigma).powi(2);
+            (weight * offset, weight)
         });
-        let (sum, weight) = weighed.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let (sum, weight) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
         if weight > 0.0 {
             shift = sum / weight;
         }
     }
     let cost = |by: f64| -> f64 {
-        let all = lacks.iter();
-        all.map(|(lack, sigma)| ROBUST_LOSS.cost((lack - by) / sigma))
+        let all = offsets.iter();
+        all.map(|(offset, sigma)| ROBUST_LOSS.cost((offset - by) / sigma))
             .sum()
     };
     (shift, cost(0.0) - cost(shift))
 }
 
-/// Gives a delay of the readings that is free what the clocks have [`delay_absorbed_by_clocks`] of it: steps of a
-/// fit that foresee how the readings change hardly lead that way.
+/// Gives a free delay of the readings what the clocks have absorbed of it, see
+/// [`delay_absorbed_by_clocks`]. Linearised steps hardly lead there.
 pub fn return_delay_from_clocks(problem: &Problem, x: &mut [f64]) {
     let Some(at) = problem.space.position(DELAY) else {
         return;
@@ -121,7 +122,7 @@ struct Clock<'a> {
 }
 
 impl Clock<'_> {
-    /// By how much it lacks what is known of it \[s\].
+    /// By how much the prior mean exceeds its skew \[s\].
     fn prior_offset(&self) -> f64 {
         self.prior.mean - self.skew
     }
@@ -159,8 +160,8 @@ fn set_locals(point: &mut Point, own: &[usize], unknowns: Unknowns) {
     }
 }
 
-/// Sets each clock that is far off to what is known of it, where that costs less: a delay of the
-/// readings that came or went has moved all of them. Whether any was set.
+/// Resets each clock that is far from its prior to the prior mean where that costs less: a delay
+/// of the readings that was added or removed has moved all of them. Returns whether any was reset.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
@@ -201,9 +202,9 @@ pub fn reset_clocks(problem: &Problem, point: &mut Point) -> Result<bool, Diagno
     Ok(changed)
 }
 
-/// Asks each clock anew what it keeps of a delay of the readings that is free, where they differ
-/// about it by more than is known of them: a recording of jumps hardly tells its clock, and has
-/// stayed where it is known to be, at the cost of its jumps. Whether any was set.
+/// Redistributes a free delay of the readings between it and the clocks, where these differ by
+/// more than their prior allows. A recording of jumps hardly determines its clock and may have
+/// kept its prior at the expense of its jumps. Returns whether anything was moved.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
@@ -225,12 +226,12 @@ pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, 
     let of_now: f64 = of_now
         .map(|(c, cost)| cost + skew_prior_cost(c.prior, c.skew))
         .sum();
-    // Clocks that have given the delay what they lack, against those that have kept it.
+    // Each clock either gives its offset to the delay or keeps it, whichever costs less.
     let shared = |by: f64| -> (f64, Vec<Option<Unknowns>>) {
         let mut sum = 0.0;
         let one = |(clock, now): (&Clock<'_>, &f64)| {
             let given = now + skew_prior_cost(clock.prior, clock.skew + by);
-            // What one keeps, it reads later by.
+            // A clock that keeps it reads later by as much.
             let (cost, unknowns) = cost_at(clock, clock.skew - by);
             let kept = cost + skew_prior_cost(clock.prior, clock.skew);
             sum += given.min(kept);
@@ -279,7 +280,7 @@ pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, 
     Ok(true)
 }
 
-/// Time by which the effects make readings late \[s\].
+/// Time by which the effects delay the readings \[s\].
 pub fn reading_delay(model: &Model) -> Result<f64, SimError> {
     let options = crate::sim::Options::default();
     Ok(StretchSimulator::new(model, &options)?.reading_delay())

@@ -1,4 +1,5 @@
-//! A model with effects: fitted from a fit near by, and judged by what was kept out.
+//! Fits of a model with effects, started from a fit of a similar model, and its test on the
+//! held-out recordings.
 
 use super::clock_skew::{median_skew, set_clocks, shift_skews};
 use super::fitted::{Bound, Fitted};
@@ -17,15 +18,15 @@ use crate::fit::solve::point::settle;
 use crate::model::Model;
 use crate::sim::StretchSimulator;
 
-/// Modes that are simulated quickly.
+/// Number of modes up to which a simulation is quick.
 const MAX_MODES_WITHOUT_SUBSET: usize = 2;
-/// Unknowns beside those of the baseline with which a step does not take long.
+/// Number of parameters, besides those of the baseline, up to which an iteration is quick.
 const MAX_FREE_WITHOUT_SUBSET: usize = 6;
 
 impl Workspace {
-    /// A model with effects, fitted to the fitted recordings from `start`, whose values
-    /// for the baseline's freedoms and the ids of `free` are moved; those in `bounds` stay
-    /// within them. `from` is a fit of a model near by.
+    /// Fits a model with effects to the fitted recordings from `start`. The baseline's free
+    /// parameters and those of `free` are moved; those in `bounds` stay within them. `from` is
+    /// a fit of a similar model.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -47,8 +48,8 @@ impl Workspace {
         let mut point = if mode_count(start) > MAX_MODES_WITHOUT_SUBSET
             || free.len() > MAX_FREE_WITHOUT_SUBSET
         {
-            // Fast modes make short steps, many unknowns make each step long: the way is gone
-            // on a part of the stretches.
+            // Fast modes need short time steps, and many unknowns make each iteration
+            // slow: most iterations use a subset of the segments.
             let few = subset_of_used(&own.segments, &own.used);
             let start = settle(&problem, &x, &own.segments, &few, ROBUST_LOSS, 2)?;
             let near =
@@ -62,8 +63,8 @@ impl Workspace {
         self.finish(problem, point)
     }
 
-    /// The problem of a model with effects, and its unknowns at `start` and beside that as in
-    /// `from`.
+    /// The problem of a model with effects, and its unknowns: the parameters at `start`, the
+    /// others as in `from`.
     pub(crate) fn pose(
         &self,
         start: &Model,
@@ -89,9 +90,9 @@ impl Workspace {
         Ok((problem, x))
     }
 
-    /// A model against the recordings kept out, its parameters frozen; `None` if there are
-    /// none. `train` is its fit, or a fit near by; `from` is the judgement of a model near
-    /// by.
+    /// Tests a model on the held-out recordings with its parameters frozen; only clocks,
+    /// offsets and initial states are fitted. `None` if there are none. `train` is its fit or
+    /// that of a similar model; `from` is the same test of a similar model.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -108,7 +109,7 @@ impl Workspace {
         problem.space = Space::new(model, &self.free)?;
         let mut x = problem.space.coordinates(model);
         let near = from.filter(|f| mode_count(&f.model) == mode_count(model));
-        // The clocks are those of the fitted recordings.
+        // The clocks start from those of the fitted recordings.
         let (clocks, late) = match from {
             Some(from) => (0.0, reading_delay(model)? - reading_delay(&from.model)?),
             None => (
@@ -162,8 +163,8 @@ impl Workspace {
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
         let mut point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
-        // Jumps that all lie alike between two samples leave a clock a sample off, and what a
-        // clock has made up for before may lead it astray.
+        // If all jumps lie at the same place between two samples, a clock may be off by a
+        // sample. What a clock compensated before may also mislead it.
         let eligible = if from.is_none() {
             vec![true; segments.len()]
         } else {
@@ -180,13 +181,13 @@ impl Workspace {
     }
 }
 
-/// Those of `used` that are used on the way.
+/// The segments among `used` that a fit on a subset uses.
 pub(crate) fn subset_of_used(segments: &[Segment], used: &[bool]) -> Vec<bool> {
     let few = subset_mask(segments).into_iter();
     few.zip(used).map(|(few, used)| few && *used).collect()
 }
 
-/// Modes of a model with its effects.
+/// Number of modes of a model with its effects.
 pub fn mode_count(model: &Model) -> usize {
     model.structure_with_effects().modes.len()
 }

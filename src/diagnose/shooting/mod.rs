@@ -1,4 +1,6 @@
-//! TODO-doc
+//! Multiple shooting: every segment is simulated from an initial state of its own, all segments
+//! share the model's parameters. Here are the recordings made ready for it, its fits, and the
+//! clocks of the recordings, which are fitted with it.
 
 pub(super) mod clock_skew;
 pub(super) mod coarse_fit;

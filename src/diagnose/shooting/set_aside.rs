@@ -1,4 +1,4 @@
-//! Stretches that were set aside as misread: what they cost, and their way back.
+//! Segments that were set aside as misread: what they cost, and how they are taken in again.
 
 use std::sync::Arc;
 
@@ -16,11 +16,11 @@ use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, residuals_at, settle};
 use crate::sim::SimError;
 
-/// Steps of each stretch's own fit, by either loss.
+/// Iterations of each segment's own fit, by either loss.
 const LOCAL_FIT_STEPS: usize = 8;
 
 impl Fitted {
-    /// Share of the rows that lie in stretches set aside.
+    /// Share of the rows that lie in segments set aside.
     pub fn set_aside_share(&self) -> f64 {
         let rows = |used: bool| -> usize {
             let all = self.point.segments.iter().zip(&self.point.used);
@@ -32,8 +32,8 @@ impl Fitted {
         aside as f64 / (used + aside).max(1) as f64
     }
 
-    /// Number of values of each stretch that it uses, and chi2 per value, residuals clipped;
-    /// `None` for the others.
+    /// Number of values and chi2 per value of each segment that is used, residuals clipped at
+    /// [`MAX_RESIDUAL`]; `None` for the others.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -49,8 +49,8 @@ impl Fitted {
         Ok(all.into_iter().map(|r| r.map(mean)).collect())
     }
 
-    /// The cost with that of the stretches set aside, each told as well as it can be from
-    /// its guess in `first`: so that fits that set other stretches aside can be compared.
+    /// The cost including segments set aside, each fitted as well as possible from its guess
+    /// in `first`, so that fits that set other segments aside can be compared.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -84,7 +84,7 @@ impl Fitted {
     }
 }
 
-/// `point` with the `others` of its stretches in it too, each from its guess in `first`.
+/// `point` with the `others` among its segments taken in too, each from its guess in `first`.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -105,8 +105,8 @@ pub(crate) fn include_segments(
 }
 
 impl Workspace {
-    /// A fit of `side` with all stretches in it, those set aside from their first guess, and
-    /// all else as it was.
+    /// A fit of `side` with all segments taken in, those set aside from their first guess,
+    /// everything else unchanged.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -116,19 +116,24 @@ impl Workspace {
         fitted: &Fitted,
     ) -> Result<Fitted, DiagnoseError> {
         let aside: Vec<bool> = fitted.point.used.iter().map(|used| !used).collect();
-        self.with(side, fitted, &aside)
+        self.with_segments(side, fitted, &aside)
     }
 
-    /// A fit of `side` with `more` of its stretches in it, each from its first guess.
-    fn with(&self, side: &Split, fitted: &Fitted, more: &[bool]) -> Result<Fitted, DiagnoseError> {
+    /// A fit of `side` with the segments `more` taken in too, each from its first guess.
+    fn with_segments(
+        &self,
+        side: &Split,
+        fitted: &Fitted,
+        more: &[bool],
+    ) -> Result<Fitted, DiagnoseError> {
         let (problem, point) = (&fitted.problem, fitted.point.clone());
         let point = include_segments(problem, point, side.segments(), more, LOCAL_FIT_STEPS)?;
         self.finish(problem.clone(), point)
     }
 
-    /// Two fits of `side` with those stretches that either tells or that both use, those that come
-    /// in from their guess, so that what the two leave can be compared. What one of them set aside
-    /// and the other is far from was misread for both.
+    /// Two fits of `side` on the segments that either describes well or both use, so that
+    /// their residuals can be compared. Segments that one set aside and the other is far from
+    /// were misread for both.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
@@ -142,12 +147,14 @@ impl Workspace {
             return Ok(fits.map(Fitted::clone));
         }
         let means = [fits[0].segment_chi2()?, fits[1].segment_chi2()?];
-        let told = |i: usize| {
+        let is_described = |i: usize| {
             means
                 .iter()
                 .any(|m| m[i].is_some_and(|(_, m)| m < LOST_TRACK_CHI2))
         };
-        let shown: Vec<bool> = (0..a.len()).map(|i| told(i) || a[i] && b[i]).collect();
+        let shown: Vec<bool> = (0..a.len())
+            .map(|i| is_described(i) || a[i] && b[i])
+            .collect();
         let of = |fitted: &Fitted| {
             let own = fitted.point.used.iter().zip(&shown);
             let more: Vec<bool> = own.map(|(own, shown)| *shown && !own).collect();
@@ -156,13 +163,13 @@ impl Workspace {
             for (used, shown) in fewer.point.used.iter_mut().zip(&shown) {
                 *used &= shown;
             }
-            self.with(side, &fewer, &more)
+            self.with_segments(side, &fewer, &more)
         };
         Ok([of(fits[0])?, of(fits[1])?])
     }
 
-    /// A fit of `side` without what is misread for its model; its parameters are frozen if it
-    /// was `kept_out`.
+    /// A fit of `side` without the segments misread for its model. Parameters are frozen if it
+    /// is `kept_out`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.

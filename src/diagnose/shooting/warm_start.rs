@@ -1,17 +1,18 @@
-//! TODO-doc
+//! Warm starts: the unknowns of segments carried over to a model with other modes, and the subset
+//! of segments that fits use on the way.
 
 use crate::diagnose::data::misread_segments::start_state;
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::sim::StretchSimulator;
 
-/// One in this many stretches is used on the way.
+/// One in this many segments is used on the way.
 const SUBSET_STRIDE: usize = 3;
-/// So many of each recording, in flight and held, are used at least.
+/// Fewest segments used of each recording, in flight and held.
 const MIN_SUBSET_SEGMENTS: usize = 6;
 
-/// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
-/// other modes, of which those that both have come first. A new mode begins at rest.
+/// Carries the unknowns of the segments `known` over into `fresh`, the same segments of a device
+/// with other modes, of which the common ones come first. A new mode starts at rest.
 pub fn warm_start(
     known: &[Segment],
     fresh: Vec<Segment>,
@@ -47,7 +48,7 @@ pub fn warm_start(
     known.iter().zip(fresh).map(one).collect()
 }
 
-/// Which stretches are used on the way: some of each recording, in flight and held.
+/// The segments used on the way: some of each recording, in flight and held.
 pub fn subset_mask(segments: &[Segment]) -> Vec<bool> {
     let mut used = vec![false; segments.len()];
     let mut groups: std::collections::BTreeMap<(usize, bool), Vec<usize>> = Default::default();

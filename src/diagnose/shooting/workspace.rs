@@ -1,7 +1,7 @@
-//! Recordings made ready for a diagnosis, and fits of models to them.
+//! Recordings made ready for a diagnosis, and what all fits to them share.
 //!
-//! All fits here are over event_free stretches ([`super::calm`]): what happens at the ground is
-//! looked at by itself ([`super::events`]).
+//! All fits here are over event-free segments (`data::event_free_segments`). What happens at the
+//! ground is analysed separately (`contact`).
 
 use std::sync::Arc;
 
@@ -26,31 +26,30 @@ use crate::fit::{FitError, FitOptions, FreeNuisances, Part};
 use crate::model::Model;
 use crate::sim::StretchSimulator;
 
-/// Standard deviation of what is known of the skew between the clocks of voltage and
-/// readings \[s\].
+/// Prior standard deviation of the skew between the clocks of voltage and readings \[s\].
 const CLOCK_SKEW_SIGMA: f64 = 5e-6;
-/// Share of the cost by which an iteration must lower it to be followed by another, at
-/// the end.
+/// Relative fall of the cost that an iteration must reach to be followed by another, in final
+/// fits.
 pub(crate) const FINE_TOLERANCE: f64 = 2e-6;
 /// The same on the way.
 pub(crate) const ROUGH_TOLERANCE: f64 = 2e-3;
 
-/// Everything that does not change while hypotheses are weighed.
+/// Everything that stays fixed while hypotheses are compared.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    /// To fit.
+    /// Recordings to fit.
     pub train: Split,
-    /// Kept out; without recordings if there are none.
+    /// Held-out recordings; `None` if there are none.
     pub held_out: Option<Split>,
     /// Noise of the readings.
     pub noise: Noise,
-    /// Relative standard error of its size.
+    /// Relative standard error of the size of the noise.
     pub noise_error: f64,
-    /// Ids of the baseline's own freedoms.
+    /// Ids of the baseline's free parameters.
     pub free: Vec<String>,
-    /// The model that the re-tuning began with.
+    /// The model that the re-tuning started from.
     pub initial_model: Model,
-    /// What the re-tuning has found without which the baseline is lost.
+    /// The effect found by the re-tuning without which the baseline is lost.
     pub required_effect: Option<Arc<RequiredEffect>>,
     pub(crate) bounds: Vec<Bound>,
     pub(crate) options: FitOptions,
@@ -71,7 +70,7 @@ impl Workspace {
         Self::with_assumptions(model, (train, held_out), options, &assumptions)
     }
 
-    /// The same with what was found out about the readings.
+    /// The same under assumptions on the readings.
     pub(crate) fn with_assumptions(
         model: &Model,
         (train, held_out): (&[Part], &[Part]),
@@ -83,7 +82,7 @@ impl Workspace {
         }
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
         let free = free_parameters(model, lone);
-        // One length for all models, so that all are judged by the same stretches.
+        // One length for all models, so that all are compared on the same segments.
         let simulation = crate::sim::Options {
             tolerance: options.tolerance,
             ..crate::sim::Options::default()
@@ -171,7 +170,8 @@ impl Workspace {
         })
     }
 
-    /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].
+    /// Start times of the fitted recordings if all are placed one after the other, in the
+    /// order given \[s\].
     pub fn epochs(&self) -> Vec<f64> {
         let mut at = 0.0;
         let parts = self.train.parts.iter();
@@ -185,14 +185,14 @@ impl Workspace {
             .collect()
     }
 
-    /// End of the fitted recordings in that series \[s\].
+    /// Total duration of the fitted recordings \[s\].
     pub fn fitted_duration(&self) -> f64 {
         let spans = self.train.parts.iter().map(|p| p.recording.span());
         spans.map(|(begin, end)| end - begin).sum()
     }
 
-    /// The same recordings as one series in time: what happens to the ground once, happens
-    /// to all later ones. Those kept out come last.
+    /// The same recordings placed one after the other in time, the held-out ones last: what
+    /// happens to the ground once affects all later recordings.
     pub fn as_sequence(&self) -> Self {
         let mut series = self.clone();
         let mut epochs = self.epochs();
@@ -233,8 +233,8 @@ impl Workspace {
         drift.filter(|(effect, _)| !known(effect.spec))
     }
 
-    /// Recordings of a side cut with their events, into stretches of at most `longest`
-    /// \[s\], for `model`.
+    /// Recordings of a split cut with their events into segments of at most `longest` \[s\],
+    /// for `model`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -304,7 +304,7 @@ pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
         .collect()
 }
 
-/// Where a fit stands, for the log.
+/// Parameters, clocks and segments of a fit in one line, for the log.
 struct FitSummary<'a>(&'a Problem, &'a Point);
 
 impl std::fmt::Debug for FitSummary<'_> {
