@@ -1,13 +1,13 @@
-//! TODO-doc
+//! The table of all effects of the catalogue: scores, probabilities, and a remark on each.
 
 use super::named_effects::probability;
 use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
-use crate::diagnose::diagnosis::{Candidate, Inadequacy, Verdict};
+use crate::diagnose::diagnosis::{Candidate, Verdict};
 use crate::diagnose::thresholds::{FALSE_ABSTENTION_RATE, HELD_GAIN, REFIT_MIN_SCORE};
 use crate::model::effects::CATALOGUE;
 
-/// All effects of the catalogue, as far as they were weighed.
+/// All effects of the catalogue, most probable first.
 pub fn candidates(
     found: &SelectionResult,
     tests: &[LawTest],
@@ -39,27 +39,27 @@ pub fn candidates(
             };
             if let Some(f) = weighed.and_then(|w| w.by_itself) {
                 remarks.push(format!(
-                    "{}: nothing that moves the device moves it",
-                    Inadequacy::Ring(f).text()
+                    "something rings by itself at {:.2} kHz, and nothing that moves the device excites it",
+                    1e-3 * f
                 ));
             } else if let Some(t) = trial {
                 remarks.push(if t.is_insignificant() {
-                    "it improves the fit no more than chance does".to_owned()
+                    "it improves the fit no more than chance would".to_owned()
                 } else if found.stand.held_out.is_some() && t.held_gain < HELD_GAIN {
-                    "its improvement does not hold on the recordings kept out".to_owned()
+                    "its improvement does not hold on held-out recordings".to_owned()
                 } else if named.is_some() {
-                    "it improves the fit on both sides more than any other".to_owned()
+                    "it improves both fitted and held-out recordings more than any other effect".to_owned()
                 } else {
-                    "another effect improves the fit more, and leaves nothing for it".to_owned()
+                    "another effect improves the fit more, and nothing remains for this one".to_owned()
                 });
             } else if weighed.is_some_and(|w| w.promise > REFIT_MIN_SCORE) {
-                remarks.push("it promises far less than the best, and was not fitted".to_owned());
+                remarks.push("its predicted gain is far below that of the best effect, so it was not fitted".to_owned());
             } else if weighed.is_some() {
-                remarks.push("re-tuning explains all that it could".to_owned());
+                remarks.push("re-tuning the device's own parameters explains everything that this effect could".to_owned());
             } else if !found.baseline.train.model.allows(spec) {
-                remarks.push("this device has nothing that it acts on".to_owned());
+                remarks.push("this device has nothing that it could act on".to_owned());
             } else if test.is_none() {
-                remarks.push("these recordings do not ask about it".to_owned());
+                remarks.push("these recordings do not test it".to_owned());
             }
             let probability = match (named, verdict) {
                 (Some(n), Verdict::MissingPhysics) => {
@@ -74,7 +74,7 @@ pub fn candidates(
                         .find(|n| n.alike.contains(&spec.id));
                     match (alike, trial) {
                         (Some(n), Some(t)) => probability(t.worth(), n.alike.len()),
-                        // What others explain better has no odds of its own.
+                        // An effect that others explain better has no odds of its own.
                         _ if found.stand.named.is_empty() && gain.is_finite() => {
                             probability(gain.min(gain + held_gain), 0).min(0.5)
                         }
@@ -95,7 +95,7 @@ pub fn candidates(
         })
         .collect();
     if verdict == Verdict::Unexplained {
-        // They share what chance there is that it was one of them after all.
+        // They share the probability that it was one of them after all.
         let all: f64 = out.iter().map(|c| c.probability).sum();
         let share = FALSE_ABSTENTION_RATE / all.max(FALSE_ABSTENTION_RATE);
         out.iter_mut().for_each(|c| c.probability *= share);

@@ -1,9 +1,8 @@
-//! The answer put together from what the search found: named effects, everything that
-//! was weighed, the events as seen, the next experiment.
+//! The named effects with their parameters, errors, probabilities and evidence.
 
 use super::effect_size;
 use super::proof::SplitSamples;
-use super::systematic_error::untold;
+use super::systematic_error::systematic_error;
 use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{Estimate, NamedEffect};
@@ -30,7 +29,7 @@ pub fn names(
         };
         let chi2 = stand.train.cost / stand.train.point.rows.max(1) as f64;
         let model = &stand.train.model;
-        let told = uncertainty(model, &prepared, &stand.train.point, chi2.max(1.0))?;
+        let errors = uncertainty(model, &prepared, &stand.train.point, chi2.max(1.0))?;
         for n in &stand.named {
             let Some(effect) = model.effects.iter().find(|e| e.spec == n.spec) else {
                 continue;
@@ -39,7 +38,7 @@ pub fn names(
             let bearing = all.enumerate().filter(|(i, _)| effect.bears(*i));
             let parameters = bearing.map(|(_, (p, value))| {
                 let id = format!("{}.{}", n.spec.id, p.id);
-                let fitted = told.parameters.iter().find(|t| t.id == id);
+                let fitted = errors.parameters.iter().find(|t| t.id == id);
                 Estimate {
                     id: p.id.to_owned(),
                     value: *value,
@@ -49,31 +48,32 @@ pub fn names(
                             value.abs() / (n.gain.0 + n.gain.1).max(1.0).sqrt()
                         }
                         _ => fitted.map_or(f64::INFINITY, |f| {
-                            f.std_error.hypot(untold(n.spec, p, *value))
+                            f.std_error.hypot(systematic_error(n.spec, p, *value))
                         }),
                     },
                     unit: p.unit,
                 }
             });
-            let told_by = n
+            let determined_by = n
                 .hypothesis
                 .estimated_on_held_out
                 .zip(stand.held_out.as_ref());
-            let mut evidence = vec![match told_by {
+            let mut evidence = vec![match determined_by {
                 Some((k, held)) => format!(
-                    "it happens after the fitted recordings: chi2 falls by {:.0} on {}, by which it is told, and by {:.0} on the others kept out",
+                    "it happens after the fitted recordings: chi2 falls by {:.0} on {}, which determines it, and by {:.0} on the other held-out recordings",
                     n.gain.0, held.problem.data[k].recording.name, n.gain.1
                 ),
                 None => format!(
-                    "chi2 falls by {:.0} on the fitted recordings and by {:.0} on those kept out",
+                    "chi2 falls by {:.0} on the fitted and by {:.0} on held-out recordings",
                     n.gain.0, n.gain.1
                 ),
             }];
             evidence.extend(n.told.clone());
             evidence.extend(crate::diagnose::hypotheses::second_mode::second_mode_remark(effect));
             if n.hypothesis.sequential_time {
-                evidence
-                    .push("its time counts through the recordings in the order given".to_owned());
+                evidence.push(
+                    "its time is counted through the recordings in the order given".to_owned(),
+                );
             }
             out.push((
                 n.gain.0,
@@ -96,7 +96,7 @@ pub fn names(
             .map(|((p, value), error)| Estimate {
                 id: p.id.to_owned(),
                 value: *value,
-                std_error: error.hypot(untold(test.effect.spec, p, *value)),
+                std_error: error.hypot(systematic_error(test.effect.spec, p, *value)),
                 unit: p.unit,
             });
         out.push((
@@ -111,7 +111,7 @@ pub fn names(
                 evidence: vec![
                     test.evidence.clone(),
                     format!(
-                        "chi2 of the events falls by {:.0} on the fitted recordings and by {:.0} on those kept out",
+                        "chi2 of the events falls by {:.0} on the fitted and by {:.0} on held-out recordings",
                         test.gain, test.held_gain
                     ),
                 ],
@@ -122,8 +122,9 @@ pub fn names(
     Ok(out.into_iter().map(|(_, n)| n).collect())
 }
 
-/// Probability of a name whose chi2 fell by `worth` on both sides, shared with `alike`
-/// others: the odds that it is no chance, and how often names that were none were right.
+/// Probability of a name whose chi2 fell by `worth` on both sides, shared with `alike` effects that
+/// cannot be distinguished from it: the odds against chance, times the precision of names in sealed
+/// trials.
 pub(crate) fn probability(worth: f64, alike: usize) -> f64 {
     let odds = (0.5 * worth - PRIOR_LOG_ODDS).clamp(-700.0, 700.0);
     CALIBRATED_PRECISION / (1.0 + (-odds).exp()) / (1 + alike) as f64

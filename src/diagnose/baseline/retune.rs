@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::diagnose::data::reading_assumptions::{ContactAmbiguity, ReadingAssumptions};
 use crate::diagnose::data::side::Split;
+use crate::diagnose::findings::Remark;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::{Fitted, RequiredEffect};
 use crate::diagnose::shooting::latency;
@@ -24,9 +25,9 @@ pub struct RetunedBaseline {
     pub train: Fitted,
     /// The fit to the held-out recordings; `None` if there are none.
     pub held_out: Option<Fitted>,
-    /// What was found out, in sentences.
-    pub remarks: Vec<String>,
-    /// Fitted and held-out recordings in which the mass might hover.
+    /// What was found out.
+    pub remarks: Vec<Remark>,
+    /// Recordings of either side in which the mass might hover.
     pub ambiguous: (Vec<usize>, Vec<usize>),
 }
 
@@ -105,7 +106,7 @@ struct Retuning<'a, 'c> {
     assumptions: ReadingAssumptions,
     /// Recordings of either split in which the mass might hover.
     ambiguous: (Vec<usize>, Vec<usize>),
-    remarks: Vec<String>,
+    remarks: Vec<Remark>,
 }
 
 impl<'a, 'c> Retuning<'a, 'c> {
@@ -279,12 +280,9 @@ impl<'a, 'c> Retuning<'a, 'c> {
 }
 
 /// Remarks that the mass hovers in some recordings of a split.
-fn hovering_remarks(side: &Split, hovers: &[usize]) -> Vec<String> {
-    let one = |&k: &usize| {
-        format!(
-            "{}: the mass comes to rest over the ground without touching it, and says nothing of contact",
-            side.parts[k].recording.name
-        )
+fn hovering_remarks(side: &Split, hovers: &[usize]) -> Vec<Remark> {
+    let one = |&k: &usize| Remark::RestsAboveGround {
+        recording: side.parts[k].recording.name.clone(),
     };
     hovers.iter().map(one).collect()
 }

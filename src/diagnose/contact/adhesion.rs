@@ -1,10 +1,9 @@
-//! Adhesion as the releases tell it: a straight line in contact time, or a law that bends.
+//! Pull-off force against contact time: a law that saturates, against a straight line.
 
 use std::collections::BTreeSet;
 
 use super::event_readings::Ground;
-use super::law_test::LawTest;
-use super::restitution::ALSO_HELD_OUT;
+use super::law_test::{LawTest, ONLY_WITH_HELD_OUT};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
 use crate::diagnose::thresholds::{
     ADHESION_BEND_MIN_GAIN, ADHESION_LEFT_OUT_MIN_GAIN, ADHESION_MAX_TIME, ADHESION_MIN_GAIN,
@@ -16,10 +15,10 @@ use crate::model::effects::{ActiveEffect, find};
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
 
-/// (contact time, force, error) of the releases that tell the law, those after `short` stays as
-/// well or not. Where the drive jumps the pull passes the adhesion in one step; after a short
-/// stay the force is known so badly that its error is not known either; a mass that is pressed
-/// on the ground was not pulled off it.
+/// (contact time, force, error) of the releases that are used, with those after `short` stays or
+/// without. Where the drive jumps, the pull exceeds the adhesion in one step. After a short stay the
+/// force is known so poorly that its error is not known either. A mass that is pressed onto the
+/// ground was not pulled off it.
 fn pulls(releases: &[Release], short: bool) -> Vec<Reading> {
     let known = releases
         .iter()
@@ -38,12 +37,12 @@ fn pulled(release: &Release) -> bool {
     release.samples > RELEASE_MIN_SAMPLES && release.jump <= release.error
 }
 
-/// Those of long stays, whatever the others say.
+/// The same after long stays only.
 pub fn long_pulls(releases: &[Release]) -> Vec<Reading> {
     pulls(releases, false)
 }
 
-/// Whether several of the releases came after short stays: of more than one recording, for one
+/// Whether several of the releases came after short stays, of more than one recording: a single one
 /// may be misread throughout.
 fn several_short([train, held]: [&[Release]; 2]) -> bool {
     let short = |r: &&Release| pulled(r) && r.contact <= RELEASE_MIN_STAY;
@@ -138,9 +137,9 @@ fn bend(points: &[Reading], straight: &Curve) -> Option<Bend> {
 
 /// Adhesion that saturates, against one that grows in proportion to contact time.
 ///
-/// A few excitations have few contact times: two of them are on any straight line, and
-/// only with those of the recordings kept out is there a bend. These are judged by what
-/// the fitted ones foresee of them, with all that they leave open.
+/// A few excitations have few contact times. Two of them lie on any straight line, and only together
+/// with those of held-out recordings there is a bend. Held-out releases are scored by their
+/// predictive likelihood: what the fitted ones leave open of the law is averaged over.
 pub fn test(ground: &Ground) -> Option<LawTest> {
     let sides = [&ground.train.releases, &ground.held_out.releases];
     let short = several_short(sides.map(Vec::as_slice));
@@ -153,18 +152,19 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
     let (straight, straight_all) = (line(&train), line(&all));
     let of_all = bend(&all, &straight_all)?;
     let scale = scatter(&all, of_all.curve.values.len(), &|t| of_all.at(t));
-    // All laws of bending are one hypothesis: that which suits all is asked of the first.
+    // All forms of the bend are one hypothesis: the form that fits all releases is fitted to the
+    // first ones.
     let same = of_all.form.fit(&train, &of_all.curve.values);
-    let foreseen = same.predictive_log_loss(&of_all.curve, scale);
+    let predicted = same.predictive_log_loss(&of_all.curve, scale);
     let of_train = bend(&train, &straight).unwrap_or_else(|| Bend {
         curve: same.clone(),
         form: of_all.form,
     });
-    let mut held_gain = straight.predictive_log_loss(&straight_all, scale) - foreseen;
+    let mut held_gain = straight.predictive_log_loss(&straight_all, scale) - predicted;
     let gain = (straight.cost - of_train.curve.cost) / scale;
     let together = gain <= CONTACT_TRAIN_GAIN && held_gain > 0.0;
     if together {
-        // One recording whose releases were misread must not tell it.
+        // A single recording whose releases were misread must not decide.
         let without = |k: usize| {
             let others = ground.held_out.releases.iter();
             let others: Vec<Release> = others.filter(|r| r.recording != k).copied().collect();
@@ -200,7 +200,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain,
         held_gain,
-        foreseen: Some(ADHESION_MIN_GAIN),
+        min_predictive_gain: Some(ADHESION_MIN_GAIN),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
@@ -219,11 +219,11 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
         ],
         sets,
         evidence: format!(
-            "{} releases: the pull-off force bends over contact times of {:.2} to {:.1} ms{}",
+            "{} releases: the pull-off force saturates over contact times of {:.2} to {:.1} ms{}",
             times.len(),
             1e3 * times.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
             1e3 * times.iter().fold(0.0f64, |a, p| a.max(p.0)),
-            if together { ALSO_HELD_OUT } else { "" }
+            if together { ONLY_WITH_HELD_OUT } else { "" }
         ),
     })
 }
@@ -261,7 +261,7 @@ mod tests {
     }
 
     /// The law through releases after contacts as short and long as those of a few excitations.
-    fn told(seed: u64, law: &dyn Fn(f64) -> f64) -> LawTest {
+    fn tested(seed: u64, law: &dyn Fn(f64) -> f64) -> LawTest {
         let ground = Ground {
             train: releases(seed, &[(6.3e-3, 6), (78e-3, 2)], law),
             held_out: releases(seed + 1000, &[(22e-3, 3), (42e-3, 3)], law),
@@ -272,18 +272,18 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_line_does_not_bend() {
+    fn no_saturation_is_found_on_a_straight_line() {
         for seed in 0..40 {
-            let test = told(seed, &|t| 29e-9 + 1.4e-6 * t);
+            let test = tested(seed, &|t| 29e-9 + 1.4e-6 * t);
             let both = test.gain + test.held_gain;
             assert!(both < 10.0, "seed {seed}: {} {}", test.gain, test.held_gain);
         }
     }
 
     #[test]
-    fn adhesion_in_place_of_the_line_is_told_with_its_parameters() {
+    fn saturation_in_place_of_the_line_is_found_with_its_parameters() {
         let law = |t: f64| 30e-9 - 120e-9 * (-t / 20e-3).exp_m1();
-        let test = told(7, &law);
+        let test = tested(7, &law);
         assert!(test.gain + test.held_gain > 1000.0, "{test:?}");
         let [growth, tau, share, on_line] = test.effect.values[..] else {
             panic!("{test:?}");
@@ -294,9 +294,9 @@ mod tests {
     }
 
     #[test]
-    fn a_bend_on_top_of_the_line_is_told() {
+    fn a_bend_on_top_of_the_line_is_found() {
         let law = |t: f64| 29e-9 + 1.25e-6 * t - 13e-9 * (-t / 4e-3).exp_m1();
-        let test = told(8, &law);
+        let test = tested(8, &law);
         assert!(
             test.gain + test.held_gain > ADHESION_MIN_GAIN && test.held_gain > 0.0,
             "{test:?}"
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn one_recording_kept_out_tells_no_bend() {
+    fn one_held_out_recording_does_not_prove_a_bend() {
         let law = |t: f64| 29e-9 + 1.4e-6 * t;
         let mut held_out = releases(11, &[(22e-3, 3), (42e-3, 3), (2e-3, 3)], &law);
         // Hops that were taken for contacts of some milliseconds.
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn short_stays_count_where_they_are_several_and_longer_than_a_hop() {
+    fn several_short_stays_count_if_they_are_longer_than_a_hop() {
         let law = |t: f64| 29e-9 + 1.4e-6 * t;
         let short = |samples: f64, sides: [usize; 2]| {
             let stays = |count| releases(12, &[(6e-3, 6), (samples / 5e4, count)], &law).releases;
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn releases_where_the_drive_jumps_say_nothing() {
+    fn releases_at_jumps_of_the_drive_are_not_used() {
         let mut readings = releases(9, &[(6e-3, 6), (40e-3, 4)], &|t| 29e-9 + 1.4e-6 * t);
         assert_eq!(long_pulls(&readings.releases).len(), 10);
         for r in readings.releases.iter_mut().take(6) {

@@ -21,12 +21,12 @@ use crate::sim::StretchSimulator;
 
 /// Longest stretch around events \[s\]: few events in each, so that one that is misread
 /// spoils no others.
-const LONGEST: f64 = 1.2e-3;
+const MAX_SEGMENT_DURATION: f64 = 1.2e-3;
 /// Errors of the readings are not believed below this share of the quantity: instants of
 /// neighbouring events share what is left of the model's error.
-const LEAST_RATIO_ERROR: f64 = 2e-3;
+const MIN_RATIO_ERROR: f64 = 2e-3;
 /// See above, for forces \[N\].
-const LEAST_FORCE_ERROR: f64 = 5e-11;
+const MIN_FORCE_ERROR: f64 = 5e-11;
 
 /// Readings at the ground on both sides.
 #[derive(Debug, Clone, Default)]
@@ -103,10 +103,10 @@ fn side_readings(
     );
     for b in &mut found.bounces {
         log::trace!("{b:?}");
-        b.error = b.error.hypot(LEAST_RATIO_ERROR);
+        b.error = b.error.hypot(MIN_RATIO_ERROR);
     }
     for r in &mut found.releases {
-        r.error = r.error.hypot(LEAST_FORCE_ERROR);
+        r.error = r.error.hypot(MIN_FORCE_ERROR);
     }
     Ok((found, known))
 }
@@ -209,7 +209,7 @@ pub fn around_events(
     side: &Split,
     fitted: &Fitted,
 ) -> Result<(Prepared, Point), DiagnoseError> {
-    let mut prepared = workspace.with_events(side, &fitted.model, LONGEST)?;
+    let mut prepared = workspace.with_events(side, &fitted.model, MAX_SEGMENT_DURATION)?;
     let own = &fitted.problem;
     for (data, known) in prepared.problem.data.iter_mut().zip(&own.data) {
         data.sigmas = known.sigmas;

@@ -1,4 +1,4 @@
-//! TODO-doc
+//! Restitution and adhesion of the baseline, fitted to the events.
 
 use super::adhesion::{line, long_pulls};
 use super::bounce_readings::{ratios, usual};
@@ -8,8 +8,7 @@ use crate::fit::contact_readings::Readings;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 
-/// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,
-/// `Ca0`, each where told.
+/// The model with `alpha`, `Ca0` and `Ca` fitted to the events, each if there are enough of them.
 pub fn baseline(model: &Model, readings: &Readings) -> Model {
     let mut model = model.clone();
     let bounces = ratios(&readings.bounces, usual([&readings.bounces, &[]]));

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use crate::diagnose::findings::Remark;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{SATURATION_MIN_RUN, SHORT_RECORDING_SAMPLES};
 use crate::fit::inspect::preconditions::check;
@@ -19,9 +20,9 @@ pub struct ScreenedRecordings {
     pub train: Vec<Part>,
     /// Held-out recordings.
     pub held_out: Vec<Part>,
-    /// What limits the answer, and what was done about it.
-    pub remarks: Vec<String>,
-    /// Whether effects may be named at all.
+    /// What limits the answer, and what was done.
+    pub remarks: Vec<Remark>,
+    /// Whether an effect may be named at all.
     pub may_name: bool,
 }
 
@@ -61,42 +62,32 @@ pub fn screen(
     let of_one = check(model, &all, &findings, &options)
         .and_then(|()| same_ring(model, &all, &findings).map(|_| ()));
     match of_one {
-        Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(format!(
-            "no contact was found ({reason}): nothing can be said of impact, adhesion and film"
-        )),
+        Err(FitError::NoContact { reason, .. }) if model.has_ground => {
+            remarks.push(Remark::NoContact { reason })
+        }
         Err(error @ FitError::DifferentDevices { .. }) => {
             may_name = false;
-            remarks.push(format!("{error}; therefore no effect is named"));
+            let error = error.to_string();
+            remarks.push(Remark::DifferentDevices { error });
         }
         _ => {}
     }
     let samples: usize = train.iter().map(|p| p.samples.len()).sum();
     if samples < SHORT_RECORDING_SAMPLES {
-        remarks.push(format!(
-            "{samples} samples are few: effects that show slowly or rarely cannot be seen"
-        ));
+        remarks.push(Remark::FewSamples(samples));
     }
     if train.iter().all(|p| p.recording.cantilever.is_none()) && model.has_cantilever {
-        remarks.push(
-            "only the proof mass was recorded: what moves the cantilever alone cannot be distinguished from the drive"
-                .to_owned(),
-        );
+        remarks.push(Remark::ProofMassOnly);
     }
     if train.len() == 1 && model.piezo.is_some() {
-        remarks.push(
-            "one excitation cannot distinguish many effects; record two or three more waveforms"
-                .to_owned(),
-        );
+        remarks.push(Remark::SingleExcitation);
     }
     // Held-out recordings of other points of the device would test another device.
     let lone = |p: &Part| p.recording.cantilever.is_none();
     if train.iter().all(lone) != held_out.iter().all(lone) && !held_out.is_empty() {
         let with_both = held_out.len();
         held_out.retain(|p| lone(p) == train.iter().all(lone));
-        remarks.push(format!(
-            "{} held-out recordings were ignored: they read other points than the fitted ones",
-            with_both - held_out.len()
-        ));
+        remarks.push(Remark::HeldOutReadOtherPoints(with_both - held_out.len()));
     }
     Ok(ScreenedRecordings {
         train,
@@ -106,8 +97,8 @@ pub fn screen(
     })
 }
 
-/// The part without the samples at the end of the sensor's range.
-fn without_clipped_samples(part: &Part, remarks: &mut Vec<String>) -> Part {
+/// The part without samples at the end of the sensor's range.
+fn without_clipped_samples(part: &Part, remarks: &mut Vec<Remark>) -> Part {
     let r = &part.recording;
     let mut clean: Option<Recording> = None;
     for channel in [Channel::ProofMass, Channel::Cantilever] {
@@ -118,13 +109,12 @@ fn without_clipped_samples(part: &Part, remarks: &mut Vec<String>) -> Part {
         if clipped.is_empty() {
             continue;
         }
-        remarks.push(format!(
-            "{}: {} of {} samples of {} are at the end of the sensor's range and were ignored",
-            r.name,
-            clipped.len(),
-            values.len(),
-            channel.symbol()
-        ));
+        remarks.push(Remark::ClippedSamples {
+            recording: r.name.clone(),
+            channel: channel.symbol(),
+            clipped: clipped.len(),
+            samples: values.len(),
+        });
         let copy = clean.get_or_insert_with(|| (**r).clone());
         let target = match channel {
             Channel::Cantilever => copy.cantilever.as_mut(),

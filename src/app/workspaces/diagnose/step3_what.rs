@@ -10,7 +10,8 @@ use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
-use crate::diagnose::diagnosis::{Candidate, Inadequacy};
+use crate::diagnose::diagnosis::Candidate;
+use crate::diagnose::findings::FindingKind;
 use crate::diagnose::report::words::{chi2, in_noise, listed};
 use crate::diagnose::report::{probability, rest};
 use crate::diagnose::thresholds::CALIBRATED_PRECISION;
@@ -124,7 +125,9 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         Verdict::Unexplained => (
             0.0,
             probability(0.0),
-            if matches!(d.left, Some(Inadequacy::Unproved(..))) {
+            if d.inadequacy()
+                .is_some_and(|f| matches!(f.kind, FindingKind::FailsHeldOut { .. }))
+            {
                 "Re-tuning alone comes to the noise, but an effect improves that by more than chance."
                     .to_owned()
             } else {
@@ -141,7 +144,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         &why_nothing,
     );
     let left = rest::sentences(d);
-    let more = d.left.is_some();
+    let more = d.inadequacy().is_some();
     let (share, text, why) = match d.verdict {
         Verdict::Unexplained => (
             1.0,

@@ -8,7 +8,7 @@ use crate::app::analysis::diagnosis_view::{EventPlot, Look};
 use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
+use crate::diagnose::report::ground::{GroundLaws, Seen, grid, without_large_errors};
 
 type Law = fn(&GroundLaws, f64) -> f64;
 
@@ -34,7 +34,7 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         }
     });
     let kind = kind(d, look.events);
-    let (points, left) = told(kind.points.iter().copied());
+    let (points, left) = without_large_errors(kind.points.iter().copied());
     if points.is_empty() {
         ui.weak("These recordings show no such event.");
         return;
