@@ -250,7 +250,7 @@ mod tests {
     use crate::model::with_effect;
 
     #[test]
-    fn bounces_that_were_misread_at_first_are_read_again() {
+    fn misread_bounces_are_read_again() {
         const POWER: f64 = 0.25;
         let model = Preset::embedded("paper").unwrap().model;
         let mut law = ActiveEffect::new(find("velocity_restitution").unwrap());
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn bounces_that_were_overlooked_are_told_once_they_are_found() {
+    fn overlooked_bounces_are_used_once_they_are_found() {
         let model = Preset::embedded("paper").unwrap().model;
         let drives = [("square:40Hz:7V", 0.15), ("sine:50Hz:8V", 0.12)];
         let workspace = bench_of(&model, &drives, 50e3, 20e-9);

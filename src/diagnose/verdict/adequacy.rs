@@ -89,7 +89,7 @@ fn broken_joins(of: &Adequacy<'_>) -> Option<Finding> {
 }
 
 fn self_ringing(of: &Adequacy<'_>) -> Option<Finding> {
-    let frequency = of.scores.iter().find_map(|w| w.by_itself)?;
+    let frequency = of.scores.iter().find_map(|w| w.self_ringing_frequency)?;
     Some(Finding {
         kind: FindingKind::SelfRinging,
         statistic: frequency,
@@ -100,10 +100,7 @@ fn self_ringing(of: &Adequacy<'_>) -> Option<Finding> {
 /// The effect with the largest gain on the fitted recordings among those that fail on held-out
 /// recordings.
 fn fails_held_out(of: &Adequacy<'_>) -> Option<Finding> {
-    let fits = of
-        .scores
-        .iter()
-        .filter_map(|w| Some((w, w.trial.as_ref()?)));
+    let fits = of.scores.iter().filter_map(|w| Some((w, w.fit.as_ref()?)));
     let failing = |(w, t): (&CandidateScore, &CandidateFit)| {
         log::debug!("{}: {:.0}, held-out {:.0}", w.spec.id, t.gain, t.held_gain);
         t.fails_held_out().then_some(Finding {
@@ -138,17 +135,17 @@ pub fn breaks(state: &ModelState) -> Result<JoinBreaks, DiagnoseError> {
 
 #[cfg(test)]
 mod tests {
-    use crate::diagnose::selection::stopping::fall_short;
+    use crate::diagnose::selection::stopping::falls_short;
 
     #[test]
     fn the_search_ends_when_effects_like_the_best_would_not_suffice() {
-        assert!(!fall_short(&[100.0], 2, 200.0, 0.0));
-        assert!(fall_short(&[50.0], 2, 250.0, 0.0));
-        assert!(!fall_short(&[50.0], 2, 250.0, 100.0));
+        assert!(!falls_short(&[100.0], 2, 200.0, 0.0));
+        assert!(falls_short(&[50.0], 2, 250.0, 0.0));
+        assert!(!falls_short(&[50.0], 2, 250.0, 100.0));
         // One more effect may be searched for, and less is missing.
-        assert!(fall_short(&[60.0, 30.0], 1, 150.0, 0.0));
-        assert!(!fall_short(&[60.0, 30.0], 1, 80.0, 0.0));
+        assert!(falls_short(&[60.0, 30.0], 1, 150.0, 0.0));
+        assert!(!falls_short(&[60.0, 30.0], 1, 80.0, 0.0));
         // Nothing was found yet.
-        assert!(!fall_short(&[], 3, 1e6, 0.0));
+        assert!(!falls_short(&[], 3, 1e6, 0.0));
     }
 }
