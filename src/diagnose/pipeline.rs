@@ -86,7 +86,7 @@ pub fn diagnose_as_read(
     let first_cost = baseline.state.train.cost;
     let most = if screened.may_name { options.most } else { 0 };
     let found = select_effects(&workspace, baseline.state, (options, most), &stages)?;
-    let chi2_of_certain = chi2_without(&found.stand, &uncertain)?;
+    let chi2_of_certain = chi2_without(&found.state, &uncertain)?;
 
     // An effect that turned out not to be needed may have improved the re-tuning.
     if found.baseline.train.cost < first_cost {
@@ -98,7 +98,7 @@ pub fn diagnose_as_read(
     };
     let contact_laws = if screened.may_name {
         let again = || stages.enter("ground", "bounces and releases again", 0.78);
-        ContactLaws::decide(&workspace, &events, &found.stand, &rules, &again, control)?
+        ContactLaws::decide(&workspace, &events, &found.state, &rules, &again, control)?
     } else {
         ContactLaws::none(&events)
     };
@@ -121,7 +121,7 @@ pub fn diagnose_as_read(
     remarks.extend(baseline.remarks);
     remarks.extend(decision.refusal().cloned().map(Remark::NamesRefused));
     remarks.extend(proof.misread());
-    let set_aside = set_aside(&decision.found.stand);
+    let set_aside = set_aside(&decision.found.state);
     let parts = Parts {
         decision: &decision,
         events: &events.ground,
@@ -224,10 +224,10 @@ fn select_effects(
 
 fn measure_missing_forces(found: &SelectionResult) -> Result<MissingForceChange, DiagnoseError> {
     let before = missing_force::measure(&found.baseline.train)?;
-    let after = if found.stand.named.is_empty() {
+    let after = if found.state.named.is_empty() {
         before.clone()
     } else {
-        missing_force::measure(&found.stand.train)?
+        missing_force::measure(&found.state.train)?
     };
     Ok(MissingForceChange { before, after })
 }

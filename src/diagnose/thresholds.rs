@@ -1,10 +1,12 @@
 //! Every number by which the diagnosis accepts, rejects, abstains or names, room by room.
 //!
-//! Each entry says what is compared, its unit, why it has this value and what calibrates it. Gains
-//! are falls of chi2, which has no unit. `trial ...` stands for `impactscope trial ... --seed N
+//! Each entry says what is compared, its unit, why it has this value and which command checks it.
+//! Gains are falls of chi2, which has no unit. `trial ...` stands for `impactscope trial ... --seed N
 //! --count K`; `docs/trials` records the sets that were run. "Judgement" means that the value was set
-//! by judgement on the development trials and that no statistic was recorded for it. The tests at
-//! the end hold the values for which one was. Counts of iterations, grids and sizes of probes decide nothing and stay where they are used.
+//! by judgement on the development trials and that no statistic was recorded for it. "Calibrated"
+//! means that a statistic was recorded, which the tests at the end hold; the seeds behind it were not,
+//! so that the command asks for cases of the same kind, not for the same cases. Counts of iterations,
+//! grids and sizes of probes decide nothing and stay where they are used.
 
 // Recordings (`data`)
 /// Equal extreme values in a row from which they are the end of a sensor's range \[samples\]. Noise

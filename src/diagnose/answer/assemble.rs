@@ -47,7 +47,7 @@ pub fn assemble(
     let (decision, proof) = (parts.decision, parts.proof);
     let (found, laws) = (&decision.found, &decision.contact_laws[..]);
     let baseline = with_contact_laws(&found.baseline, parts.events, &[]);
-    let model = with_contact_laws(&found.stand, parts.events, laws);
+    let model = with_contact_laws(&found.state, parts.events, laws);
     let (before, after) = (&proof.before, &proof.after);
     let named = names(found, laws, after, &model)?;
     let candidates = candidates(found, parts.law_tests, laws, decision.verdict);

@@ -17,13 +17,13 @@ pub fn candidates(
     let mut out: Vec<Candidate> = CATALOGUE
         .iter()
         .map(|spec| {
-            let named = found.stand.named.iter().find(|n| n.spec == *spec);
-            let weighed = found.weighed.iter().find(|w| w.spec == *spec);
-            let trial = weighed.and_then(|w| w.trial.as_ref());
+            let named = found.state.named.iter().find(|n| n.spec == *spec);
+            let scored = found.scores.iter().find(|w| w.spec == *spec);
+            let fit = scored.and_then(|w| w.fit.as_ref());
             let test = tests.iter().find(|t| t.id == spec.id);
             let law = named_laws.iter().any(|t| t.id == spec.id);
             let mut remarks = Vec::new();
-            let (gain, held_gain, held_chi2) = match (trial, test) {
+            let (gain, held_gain, held_chi2) = match (fit, test) {
                 (Some(t), _) => (
                     t.gain,
                     t.held_gain,
@@ -37,24 +37,24 @@ pub fn candidates(
                 }
                 _ => (f64::NAN, f64::NAN, f64::NAN),
             };
-            if let Some(f) = weighed.and_then(|w| w.by_itself) {
+            if let Some(f) = scored.and_then(|w| w.self_ringing_frequency) {
                 remarks.push(format!(
                     "something rings by itself at {:.2} kHz, and nothing that moves the device excites it",
                     1e-3 * f
                 ));
-            } else if let Some(t) = trial {
+            } else if let Some(t) = fit {
                 remarks.push(if t.is_insignificant() {
                     "it improves the fit no more than chance would".to_owned()
-                } else if found.stand.held_out.is_some() && t.held_gain < HELD_GAIN {
+                } else if found.state.held_out.is_some() && t.held_gain < HELD_GAIN {
                     "its improvement does not hold on held-out recordings".to_owned()
                 } else if named.is_some() {
                     "it improves both fitted and held-out recordings more than any other effect".to_owned()
                 } else {
                     "another effect improves the fit more, and nothing remains for this one".to_owned()
                 });
-            } else if weighed.is_some_and(|w| w.promise > REFIT_MIN_SCORE) {
+            } else if scored.is_some_and(|w| w.predicted_gain > REFIT_MIN_SCORE) {
                 remarks.push("its predicted gain is far below that of the best effect, so it was not fitted".to_owned());
-            } else if weighed.is_some() {
+            } else if scored.is_some() {
                 remarks.push("re-tuning the device's own parameters explains everything that this effect could".to_owned());
             } else if !found.baseline.train.model.allows(spec) {
                 remarks.push("this device has nothing that it could act on".to_owned());
@@ -68,14 +68,14 @@ pub fn candidates(
                 _ if law => test.map_or(0.0, |t| probability(t.gain + t.held_gain, 0)),
                 _ => {
                     let alike = found
-                        .stand
+                        .state
                         .named
                         .iter()
                         .find(|n| n.alike.contains(&spec.id));
-                    match (alike, trial) {
+                    match (alike, fit) {
                         (Some(n), Some(t)) => probability(t.worth(), n.alike.len()),
                         // An effect that others explain better has no odds of its own.
-                        _ if found.stand.named.is_empty() && gain.is_finite() => {
+                        _ if found.state.named.is_empty() && gain.is_finite() => {
                             probability(gain.min(gain + held_gain), 0).min(0.5)
                         }
                         _ => 0.0,
@@ -86,7 +86,7 @@ pub fn candidates(
                 id: spec.id.to_owned(),
                 name: spec.name.to_owned(),
                 probability,
-                score: weighed.map_or(0.0, |w| w.promise),
+                score: scored.map_or(0.0, |w| w.predicted_gain),
                 gain,
                 held_out_gain: held_gain,
                 held_out_chi2: held_chi2,

@@ -60,9 +60,9 @@ pub fn of(effect: &ActiveEffect, model: &Model, samples: &[Sample]) -> f64 {
 /// Mean force of the named effects in the bins of a curve \[N\]; empty if none is a force, or if the
 /// curve is of forces that are constant over a segment.
 pub fn law_on(curve: &ForceCurve, found: &SelectionResult, samples: &[Sample]) -> Vec<f64> {
-    let model = &found.stand.train.model;
+    let model = &found.state.train.model;
     let named: Vec<Box<dyn Action>> = found
-        .stand
+        .state
         .named
         .iter()
         .filter_map(|n| model.effects.iter().find(|e| e.spec == n.spec))

@@ -82,9 +82,9 @@ pub fn next_experiment(
     bare: &Model,
 ) -> Option<NextExperiment> {
     let mut fits: Vec<_> = found
-        .weighed
+        .scores
         .iter()
-        .filter_map(|w| w.trial.as_ref().map(|t| (w.spec.id, t)))
+        .filter_map(|w| w.fit.as_ref().map(|t| (w.spec.id, t)))
         .filter(|(_, t)| t.gain > 0.0)
         .collect();
     fits.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
@@ -100,7 +100,7 @@ pub fn next_experiment(
     };
     match (fits.first(), fits.get(1)) {
         (Some(a), Some(b))
-            if named.is_empty() || found.stand.named.iter().any(|n| n.spec.id == a.0) =>
+            if named.is_empty() || found.state.named.iter().any(|n| n.spec.id == a.0) =>
         {
             let (ma, mb) = (
                 with_contact_parameters(&a.1.train.model),

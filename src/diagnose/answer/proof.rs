@@ -143,13 +143,13 @@ impl Proof {
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
     pub fn new(workspace: &Workspace, found: &SelectionResult) -> Result<Self, DiagnoseError> {
-        let (mut baseline, mut state) = (found.baseline.clone(), found.stand.clone());
-        let train = [&found.baseline.train, &found.stand.train];
+        let (mut baseline, mut state) = (found.baseline.clone(), found.state.clone());
+        let train = [&found.baseline.train, &found.state.train];
         [baseline.train, state.train] = workspace.on_common_segments(&workspace.train, train)?;
         if let (Some(side), Some(a), Some(b)) = (
             &workspace.held_out,
             &found.baseline.held_out,
-            &found.stand.held_out,
+            &found.state.held_out,
         ) {
             let held_out = workspace.on_common_segments(side, [a, b])?;
             [baseline.held_out, state.held_out] = held_out.map(Some);

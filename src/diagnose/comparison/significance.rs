@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn free_initial_states_gain_by_chance() {
-        // Two unknowns in each of two hundred stretches scatter by 28.
+        // Two unknowns in each of two hundred segments scatter by 28.
         assert!(within_initial_state_dof(400, 63.0));
         assert!(!within_initial_state_dof(400, 120.0));
         assert!(!within_initial_state_dof(0, 1.0));

@@ -14,12 +14,12 @@ pub struct CandidateScore {
     /// The effect.
     pub spec: &'static EffectSpec,
     /// Predicted fall of chi2.
-    pub promise: f64,
+    pub predicted_gain: f64,
     /// The fit, if it was worth one.
-    pub trial: Option<CandidateFit>,
+    pub fit: Option<CandidateFit>,
     /// Frequency of a further mode that is not named although it fits well, because nothing in the
     /// device excites it \[Hz\].
-    pub by_itself: Option<f64>,
+    pub self_ringing_frequency: Option<f64>,
 }
 
 /// A fit with one more effect, compared with the state before.
@@ -52,7 +52,7 @@ impl CandidateFit {
 
     /// Whether either side improves by no more than the free initial states bring that the hypothesis
     /// adds in each segment.
-    pub(crate) fn within_initial_state_dof(&self, stand: &ModelState) -> bool {
+    pub(crate) fn within_initial_state_dof(&self, state: &ModelState) -> bool {
         let more = |before: &Fitted, after: &Fitted| {
             after
                 .local_unknowns()
@@ -60,8 +60,8 @@ impl CandidateFit {
         };
         let side =
             |before, after, gain| significance::within_initial_state_dof(more(before, after), gain);
-        let held_out = stand.held_out.as_ref().zip(self.held_out.as_ref());
-        side(&stand.train, &self.train, self.gain)
+        let held_out = state.held_out.as_ref().zip(self.held_out.as_ref());
+        side(&state.train, &self.train, self.gain)
             || held_out.is_some_and(|(before, after)| side(before, after, self.held_gain))
     }
 
@@ -129,7 +129,7 @@ pub struct SelectedEffect {
     /// Effects that cannot be distinguished from it.
     pub alike: Vec<&'static str>,
     /// Why an effect that fits flight as well is not among those, as a sentence.
-    pub told: Option<String>,
+    pub rejected_twin: Option<String>,
 }
 
 /// What the search found.
@@ -138,7 +138,7 @@ pub struct SelectionResult {
     /// The re-tuned baseline.
     pub baseline: ModelState,
     /// With the effects named.
-    pub stand: ModelState,
+    pub state: ModelState,
     /// Every hypothesis that was compared with the baseline.
-    pub weighed: Vec<CandidateScore>,
+    pub scores: Vec<CandidateScore>,
 }

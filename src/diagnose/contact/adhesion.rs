@@ -185,14 +185,14 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
             held_gain = held_gain.min(least);
         }
     }
-    let (told, times) = if together {
+    let (best_bend, times) = if together {
         (of_all, &all)
     } else {
         (of_train, &train)
     };
-    let after = cost(&held, &|t| told.at(t));
+    let after = cost(&held, &|t| best_bend.at(t));
     let root = scale.sqrt();
-    let Bend { curve, form } = told;
+    let Bend { curve, form } = best_bend;
     let line_share = if form.on_line { 1.0 } else { 0.0 };
     let mut sets = vec![(ParameterId::Ca0, curve.values[0].max(0.0))];
     sets.extend(curve.values.get(3).map(|slope| (ParameterId::Ca, *slope)));

@@ -108,10 +108,10 @@ fn landings_are_not_bounces_even_if_they_are_the_majority() {
         all
     };
     let [train, held_out] = [quick(3, 6, 14), quick(4, 5, 6)];
-    let told = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
+    let used = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
     assert!(
-        told.len() == 6 && told.iter().all(|b| b.1 > 0.3),
-        "{told:?}"
+        used.len() == 6 && used.iter().all(|b| b.1 > 0.3),
+        "{used:?}"
     );
     let test = restitution_of(train, held_out);
     assert!(test.gain + test.held_gain < 12.0, "{test:?}");
@@ -124,8 +124,8 @@ fn landings_are_not_bounces_even_if_they_are_the_majority() {
     let slowest = both[0].bounces[..20].iter().map(|b| b.approach);
     let slowest = slowest.fold(f64::INFINITY, f64::min);
     let [train, held_out] = both;
-    let told = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
-    assert!(told.iter().any(|b| b.0 == slowest), "{told:?}");
+    let used = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
+    assert!(used.iter().any(|b| b.0 == slowest), "{used:?}");
     let test = restitution_of(train, held_out);
     assert!(
         (test.effect.values[0] - 0.3).abs() < 4.0 * test.errors[0],

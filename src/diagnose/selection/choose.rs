@@ -36,14 +36,14 @@ pub fn add_twin(
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
     let worth = |w: &CandidateScore| {
-        w.trial
+        w.fit
             .as_ref()
             .map_or(f64::NEG_INFINITY, CandidateFit::worth)
     };
     let best = scores
         .iter()
         .max_by(|a, b| worth(a).total_cmp(&worth(b)))
-        .and_then(|w| w.trial.as_ref().map(|t| (w.spec, t)));
+        .and_then(|w| w.fit.as_ref().map(|t| (w.spec, t)));
     let Some((first, trial)) = best.filter(|(_, t)| !t.is_insignificant()) else {
         return Ok(());
     };
@@ -65,9 +65,9 @@ pub fn add_twin(
     if twin.worth() > least {
         let own = CandidateScore {
             spec,
-            promise: known.map_or(0.0, |k| scores[k].promise),
-            trial: Some(twin),
-            by_itself: None,
+            predicted_gain: known.map_or(0.0, |k| scores[k].predicted_gain),
+            fit: Some(twin),
+            self_ringing_frequency: None,
         };
         match known {
             Some(k) => scores[k] = own,
@@ -89,7 +89,7 @@ pub fn choose_best(
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Choice>, DiagnoseError> {
     let all = scores.iter_mut();
-    let all = all.filter_map(|w| w.trial.as_mut().map(|t| (w.spec, t)));
+    let all = all.filter_map(|w| w.fit.as_mut().map(|t| (w.spec, t)));
     let mut trials: Vec<(&'static EffectSpec, &mut CandidateFit)> = all.collect();
     trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
     let Some(first) = trials.first() else {

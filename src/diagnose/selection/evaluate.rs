@@ -92,12 +92,12 @@ pub fn evaluate_hypotheses(
         }
         let own = CandidateScore {
             spec: hypothesis.start.spec,
-            promise: hypothesis.predicted_gain,
-            trial,
-            by_itself: None,
+            predicted_gain: hypothesis.predicted_gain,
+            fit: trial,
+            self_ringing_frequency: None,
         };
         let worth = |w: &CandidateScore| {
-            w.trial
+            w.fit
                 .as_ref()
                 .map_or(f64::NEG_INFINITY, CandidateFit::worth)
         };

@@ -48,9 +48,9 @@ pub fn select_effects(
         return Ok(found);
     }
     let from = SelectionResult {
-        stand: baseline.clone(),
+        state: baseline.clone(),
         baseline,
-        weighed: Vec::new(),
+        scores: Vec::new(),
     };
     search_forward(workspace, from, options, control, report)
 }
@@ -80,14 +80,14 @@ fn select_with_set_aside(
     };
     let from = SelectionResult {
         baseline: baseline.clone(),
-        stand: whole,
-        weighed: Vec::new(),
+        state: whole,
+        scores: Vec::new(),
     };
     let mut found = search_forward(workspace, from, &once, control, report)?;
-    if found.stand.named.is_empty() {
+    if found.state.named.is_empty() {
         return Ok(None);
     }
-    let state = &mut found.stand;
+    let state = &mut found.state;
     let series = state.named.iter().any(|n| n.hypothesis.sequential_time);
     let workspace = if series {
         workspace.as_sequence()
@@ -137,8 +137,8 @@ fn search_forward(
 ) -> Result<SelectionResult, DiagnoseError> {
     let SelectionResult {
         mut baseline,
-        stand: mut state,
-        mut weighed,
+        mut state,
+        mut scores,
     } = from;
     let plain = workspace;
     let mut workspace = plain.clone();
@@ -156,14 +156,14 @@ fn search_forward(
         if only.is_none() && (little || cannot_reach_target(&state, rounds - round)?) {
             break;
         }
-        let mut round_weighed =
+        let mut round_scores =
             evaluate_hypotheses(&workspace, &state, options, only, control, &about)?;
         let is_asked = |spec: &EffectSpec| is_candidate(&state, options, only, spec);
-        choose::add_twin(&workspace, &state, &mut round_weighed, &is_asked, control)?;
-        let best = choose::choose_best(&workspace, &state, &mut round_weighed, control)?;
-        let vibration = self_ringing::significant_vibration(&round_weighed);
-        if weighed.is_empty() {
-            weighed = round_weighed;
+        choose::add_twin(&workspace, &state, &mut round_scores, &is_asked, control)?;
+        let best = choose::choose_best(&workspace, &state, &mut round_scores, control)?;
+        let vibration = self_ringing::significant_vibration(&round_scores);
+        if scores.is_empty() {
+            scores = round_scores;
         }
         let Some(mut best) = best else {
             // With effects chosen by hand, the next one may still help.
@@ -184,11 +184,11 @@ fn search_forward(
                 (best.spec, trial) = (vibration.hypothesis.start.spec, vibration);
                 best.alike.clear();
             } else {
-                let mut own = weighed.iter_mut();
+                let mut own = scores.iter_mut();
                 if let Some(own) = own.find(|w| w.spec == best.spec)
                     && !trial.within_initial_state_dof(&state)
                 {
-                    own.by_itself = Some(f);
+                    own.self_ringing_frequency = Some(f);
                 }
                 break;
             }
@@ -201,7 +201,7 @@ fn search_forward(
             hypothesis: trial.hypothesis,
             gain: (trial.gain, trial.held_gain),
             alike: best.alike,
-            told: best.rejected_twin,
+            rejected_twin: best.rejected_twin,
         };
         let fits = (trial.train, trial.held_out);
         add_effect(&workspace, &mut state, effect, fits, control)?;
@@ -212,15 +212,15 @@ fn search_forward(
                 // re-tuning: all hypotheses are evaluated again.
                 baseline = state.clone();
                 workspace.clone_from(plain);
-                weighed.clear();
+                scores.clear();
             }
             drop_second_time_constant(&workspace, &mut state, control)?;
         }
     }
     Ok(SelectionResult {
         baseline,
-        stand: state,
-        weighed,
+        state,
+        scores,
     })
 }
 

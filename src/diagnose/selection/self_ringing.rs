@@ -89,7 +89,7 @@ pub fn is_self_excited(
 pub fn significant_vibration(scores: &[CandidateScore]) -> Option<CandidateFit> {
     let own = scores.iter().find(|w| w.spec.id == "base_vibration")?;
     let held = |t: &CandidateFit| t.held_out.is_none() || t.held_gain > HELD_GAIN;
-    let trial = own.trial.as_ref();
+    let trial = own.fit.as_ref();
     trial.filter(|t| held(t) && !t.is_insignificant()).cloned()
 }
 

@@ -251,11 +251,11 @@ mod tests {
         assert!(formal(100.0).first_refusal().is_some());
         assert!(formal(157.0).first_refusal().is_some());
         assert_eq!(formal(162.0).first_refusal(), None);
-        let stretch = AbstentionEvidence {
+        let segment = AbstentionEvidence {
             inadequacy: Some(finding(FindingKind::LocalSegment)),
             ..formal(100.0)
         };
-        assert_eq!(stretch.first_refusal(), None);
+        assert_eq!(segment.first_refusal(), None);
         let little = AbstentionEvidence {
             carried_of_segments: 0.999,
             ..formal(100.0)

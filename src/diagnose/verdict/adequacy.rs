@@ -89,7 +89,7 @@ fn broken_joins(of: &Adequacy<'_>) -> Option<Finding> {
 }
 
 fn self_ringing(of: &Adequacy<'_>) -> Option<Finding> {
-    let frequency = of.scores.iter().find_map(|w| w.by_itself)?;
+    let frequency = of.scores.iter().find_map(|w| w.self_ringing_frequency)?;
     Some(Finding {
         kind: FindingKind::SelfRinging,
         statistic: frequency,
@@ -100,10 +100,7 @@ fn self_ringing(of: &Adequacy<'_>) -> Option<Finding> {
 /// The effect with the largest gain on the fitted recordings among those that fail on held-out
 /// recordings.
 fn fails_held_out(of: &Adequacy<'_>) -> Option<Finding> {
-    let fits = of
-        .scores
-        .iter()
-        .filter_map(|w| Some((w, w.trial.as_ref()?)));
+    let fits = of.scores.iter().filter_map(|w| Some((w, w.fit.as_ref()?)));
     let failing = |(w, t): (&CandidateScore, &CandidateFit)| {
         log::debug!("{}: {:.0}, held-out {:.0}", w.spec.id, t.gain, t.held_gain);
         t.fails_held_out().then_some(Finding {

@@ -57,11 +57,11 @@ pub fn decide(
     mut contact_laws: Vec<LawTest>,
     grounds: &Grounds<'_>,
 ) -> Result<Decision, DiagnoseError> {
-    let named = !found.stand.named.is_empty();
-    let joins = breaks(&found.stand)?;
+    let named = !found.state.named.is_empty();
+    let joins = breaks(&found.state)?;
     let adequacy = Adequacy {
-        state: &found.stand,
-        scores: &found.weighed,
+        state: &found.state,
+        scores: &found.scores,
         missing_force: grounds.missing_force,
         joins,
         // Chi2 scales as the inverse square of the noise.
@@ -90,7 +90,7 @@ pub fn decide(
     }
     let verdict = verdict(named || !contact_laws.is_empty(), &findings);
     if findings.iter().any(|f| f.kind.refuses_names()) {
-        found.stand = found.baseline.clone();
+        found.state = found.baseline.clone();
         // Events are read with a model of flight that does not hold.
         contact_laws.clear();
     }
@@ -126,7 +126,7 @@ fn abstention_evidence(
     joins: JoinBreaks,
     inadequacy: Option<Finding>,
 ) -> Result<AbstentionEvidence, DiagnoseError> {
-    let state = &found.stand;
+    let state = &found.state;
     let specs = state.specs();
     // Other forms of the named laws may carry what is missing.
     let form_gain = if inadequacy.is_some() {
@@ -172,7 +172,7 @@ fn carried_shares(
     form_gain: f64,
     inadequacy: Option<&Finding>,
 ) -> Result<CarriedShares, DiagnoseError> {
-    let state = &found.stand;
+    let state = &found.state;
     let carried: f64 = state.named.iter().map(|n| n.gain.0).sum();
     let rest = missing_force.joint.max(0.0) + excess_chi2(&state.train);
     let mut share = carried / (carried + (rest - form_gain).max(0.0));

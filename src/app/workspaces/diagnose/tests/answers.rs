@@ -78,7 +78,7 @@ fn an_answer_is_told_in_a_sentence_and_opens_its_plots() {
     for size in [[1280.0, 690.0], [1920.0, 1050.0]] {
         let mut harness = harness_of(answered(fixture::drag()), size);
         assert!(says(&harness, "Left out: quadratic drag (99.9 %)"));
-        assert!(says(&harness, "falls from 438 nm to 20.4 nm; noise 20 nm"));
+        assert!(says(&harness, "falls from 438 nm to 20.4 nm (noise 20 nm)"));
         assert!(says(&harness, "Nothing left out"));
         assert!(says(&harness, "Unknown: not in the catalogue"));
         assert!(says(&harness, "Look-alike: compressible film"));
