@@ -6,7 +6,7 @@ use super::systematic_error::systematic_error;
 use crate::diagnose::comparison::trial::{ModelState, SelectionResult};
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{Estimate, NamedEffect};
-use crate::diagnose::hypotheses::extra_mode::second_mode_remark;
+use crate::diagnose::hypotheses::second_mode::second_mode_remark;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{CALIBRATED_PRECISION, PRIOR_LOG_ODDS};
 use crate::fit::problem::prepare::Prepared;
