@@ -17,27 +17,6 @@ use impactscope::sim::{Options, Trace, simulate};
 use device::with;
 use difference::largest_difference;
 
-/// Parameters whose zero switches an effect off.
-const STRENGTHS: [(&str, &[&str]); 17] = [
-    ("amplifier_lag", &["tau", "r"]),
-    ("piezo_creep", &["c", "c2"]),
-    ("hysteresis_memory", &["s"]),
-    ("electrostatic", &["A"]),
-    ("extra_mode", &["phi_c", "phi_p", "phi_d"]),
-    ("cubic_stiffness", &["k3", "k5"]),
-    ("quadratic_drag", &["cd"]),
-    ("dry_friction", &["fc"]),
-    ("film_spring", &["tau"]),
-    ("long_range_attraction", &["A"]),
-    ("adhesion_saturation", &["dF"]),
-    ("velocity_restitution", &["n"]),
-    ("gap_step", &["h"]),
-    ("base_vibration", &["a"]),
-    ("zero_drift", &["a", "b"]),
-    ("sensor_lag", &["tau", "delay"]),
-    ("gravity", &["g"]),
-];
-
 fn run(model: &Model, drive: &Waveform, duration: f64) -> Trace {
     simulate(model, drive, duration, &Options::default()).unwrap()
 }
@@ -50,10 +29,8 @@ fn strength_zero_is_the_baseline() {
         if effect.id == "compliant_ground" {
             continue;
         }
-        let (_, strengths) = STRENGTHS
-            .iter()
-            .find(|(id, _)| *id == effect.id)
-            .unwrap_or_else(|| panic!("{}: no strength is named", effect.id));
+        let strengths = effect.facts.strengths;
+        assert!(!strengths.is_empty(), "{}: no strength is named", effect.id);
         let zero: Vec<(&str, f64)> = strengths.iter().map(|id| (*id, 0.0)).collect();
         let model = with(effect.id, &zero);
         for drive in ["square:50Hz:8V", "sine:50Hz:6V"] {

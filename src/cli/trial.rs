@@ -16,7 +16,7 @@ use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::parse_quantity;
 use crate::recording::Recording;
-use crate::trial::score::{Diagnosis, Outcome, aggregate, score, score_shuffled};
+use crate::trial::score::{Diagnosis, Outcome, aggregate, may_also_name, score, score_shuffled};
 use crate::trial::{
     Case, Class, Mix, Settings, StructureKind, TrialError, write_case, write_truth,
 };
@@ -192,7 +192,7 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
         write_truth(&folder.join("truth.json"), envelope.clone())?;
     }
     let (truth, text) = envelope.open();
-    let may_add: &[&str] = if args.beam { &["extra_mode"] } else { &[] };
+    let may_add = may_also_name(args.beam);
     let said = Diagnosis::from(&answer);
     let outcome = if args.shuffle {
         score_shuffled(&truth, &said)

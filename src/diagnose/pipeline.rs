@@ -29,6 +29,7 @@ use super::shooting::workspace::Workspace;
 use super::verdict::decide::{Grounds, decide};
 use crate::fit::Part;
 use crate::model::Model;
+use crate::model::effects::base_sinusoid;
 
 /// What one way of reading the recordings says about that way.
 #[derive(Debug, Clone)]
@@ -182,7 +183,8 @@ fn fit_baseline(
     let mut clock = None;
     // A baseline that is lost without an effect that the re-tuning has found determines no phases.
     let sound = tuned.workspace.required_effect.is_none() && screened.may_name;
-    if options.asks("base_vibration") && sound && !control.cancelled() {
+    let is_asked = base_sinusoid().is_some_and(|vibration| options.asks(vibration.id));
+    if is_asked && sound && !control.cancelled() {
         clock = VibrationClock::of(&tuned.train, tuned.held_out.as_ref())?;
     }
     if let Some(clock) = &clock {

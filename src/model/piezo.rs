@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Largest `gc` of the paper's transducer, in its unit.
+pub(in crate::model) const LARGEST_GAIN: f64 = 5.0;
+
 /// Which of the two branches of the hysteresis loop is in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Branch {

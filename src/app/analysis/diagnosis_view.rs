@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::diagnosis_answer::Answer;
+use crate::model::effects::{EventFigure, EvidenceFigure, find};
 
 /// A picture that supports what is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -175,19 +176,16 @@ impl Support {
 
 /// The picture in which an effect of the catalogue shows best.
 pub fn support(id: &str) -> Support {
-    match id {
-        "velocity_restitution" => Support::Events(EventPlot::Restitution),
-        "compliant_ground" => Support::Events(EventPlot::Dwell),
-        "adhesion_saturation" => Support::Events(EventPlot::Adhesion),
-        "gap_step" | "zero_drift" => Support::Events(EventPlot::Level),
-        "quadratic_drag" | "dry_friction" => Support::Force("xp'"),
-        "cubic_stiffness" | "film_spring" | "long_range_attraction" | "gravity" => {
-            Support::Force("xp")
-        }
-        "electrostatic" | "hysteresis_memory" => Support::Force("V"),
-        "extra_mode" => Support::Marginal("time since the last event"),
-        "amplifier_lag" | "piezo_creep" => Support::Marginal("V"),
-        "sensor_lag" => Support::Marginal("xp'"),
-        _ => Support::Time,
+    match find(id).map_or(EvidenceFigure::Time, |effect| effect.figure) {
+        EvidenceFigure::Force(over) => Support::Force(over.symbol()),
+        EvidenceFigure::Residual(over) => Support::Marginal(over.symbol()),
+        EvidenceFigure::RingDown => Support::Marginal("time since the last event"),
+        EvidenceFigure::Events(figure) => Support::Events(match figure {
+            EventFigure::Restitution => EventPlot::Restitution,
+            EventFigure::Dwell => EventPlot::Dwell,
+            EventFigure::Adhesion => EventPlot::Adhesion,
+            EventFigure::Level => EventPlot::Level,
+        }),
+        EvidenceFigure::Time => Support::Time,
     }
 }

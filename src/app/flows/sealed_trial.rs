@@ -11,7 +11,7 @@ use crate::app::setup::setup::Setup;
 use crate::app::state::State;
 use crate::model::preset::Preset;
 use crate::trial::score;
-use crate::trial::score::{Mark, score};
+use crate::trial::score::{Mark, may_also_name, score};
 
 /// Takes a trial that was made, and notices one whose recordings were taken back.
 pub(crate) fn poll(state: &mut State, last: &mut OverlayId) {
@@ -107,7 +107,7 @@ pub fn open(state: &mut State) {
         .iter()
         .map(|byte| format!("{byte:02x}"))
         .collect();
-    let may_add: &[&str] = if sealed.beam { &["extra_mode"] } else { &[] };
+    let may_add = may_also_name(sealed.beam);
     let mark = |said: &score::Diagnosis| score(&truth, said, may_add).mark;
     let tool = answer.map(|answer| mark(&score::Diagnosis::from(&answer.diagnosis)));
     let person = sealed.guess.as_ref().map(|guess| mark(&said(guess)));

@@ -75,6 +75,7 @@ static BROKEN: EffectSpec = EffectSpec {
     needs: Need::Nothing,
     parameters: &[],
     build: |_, _| panic!("on purpose"),
+    ..EffectSpec::DEFAULT
 };
 
 #[test]

@@ -6,7 +6,6 @@ use crate::diagnose::discrepancy::missing_force::SINCE_CONTACT;
 use crate::diagnose::discrepancy::residual_map::Sample;
 use crate::model::Model;
 use crate::model::effects::{Action, ActiveEffect, Kinematics, Surroundings};
-use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
 
 /// What an effect does on the device of `model`.
@@ -39,15 +38,8 @@ fn force(action: &dyn Action, s: &Sample, model: &Model, z: &[f64]) -> f64 {
 /// Largest force of an effect over the samples \[N\], the 99 % quantile; NaN if it is no force, or
 /// one that depends on more than a single instant.
 pub fn of(effect: &ActiveEffect, model: &Model, samples: &[Sample]) -> f64 {
-    let p = &model.parameters;
-    match effect.spec.id {
-        // Creep reaches this share of the drive's force.
-        "piezo_creep" => {
-            let share = effect.values[0] + effect.values[2];
-            return share.abs() * p[ParameterId::Eta] * 5.0;
-        }
-        "adhesion_saturation" => return effect.values[0],
-        _ => {}
+    if let Some(largest) = effect.spec.facts.largest_force {
+        return largest(&effect.values, &model.parameters);
     }
     let action = action(effect, model);
     let z = vec![0.0; action.state_rates().len()];

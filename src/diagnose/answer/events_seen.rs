@@ -8,6 +8,7 @@ use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{
     BounceSeen, EventsSeen, LevelSeen, Mismatch, Regime, ReleaseSeen,
 };
+use crate::model::effects::ContactLaw;
 
 /// Half width of the span that is shown around an event \[s\].
 const EVENT_HALF_WIDTH: f64 = 1e-4;
@@ -17,7 +18,7 @@ pub fn mismatches(named: &[LawTest], ground: &Ground, baseline: &ModelState) -> 
     let data = &baseline.train.problem.data;
     let mut out = Vec::new();
     for test in named {
-        let at: Vec<(usize, f64, Regime)> = if test.id == "adhesion_saturation" {
+        let at: Vec<(usize, f64, Regime)> = if test.law() == Some(ContactLaw::Adhesion) {
             let releases = ground.train.releases.iter();
             releases
                 .map(|r| (r.recording, r.time, Regime::Release))

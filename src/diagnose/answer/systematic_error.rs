@@ -17,7 +17,8 @@ const CLOCK_ERROR: f64 = 5.8e-6;
 
 /// Systematic standard error of the `value` of a parameter of an effect.
 pub fn systematic_error(effect: &EffectSpec, parameter: &ParameterSpec, value: f64) -> f64 {
-    if (effect.id, parameter.id) == ("sensor_lag", "delay") && value != 0.0 {
+    let delay = effect.facts.reading_delay.map(|i| effect.parameters[i].id);
+    if delay == Some(parameter.id) && value != 0.0 {
         CLOCK_ERROR
     } else {
         by_units(value, parameter.unit)

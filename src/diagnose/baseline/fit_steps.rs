@@ -12,19 +12,11 @@ use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
+use crate::model::effects::CATALOGUE;
 
 /// Ids of parameters that the first step does not move.
 const INITIALLY_LOCKED: [&str; 8] = [
     "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
-];
-/// Ids of parameters that shape the loops of the drive. They run away while the size of the loops
-/// is unknown.
-const HYSTERESIS_SHAPE: [&str; 5] = [
-    "hysteresis_memory.q",
-    "hysteresis_memory.k",
-    "hysteresis_memory.b2",
-    "hysteresis_memory.b4",
-    "hysteresis_memory.v_past",
 ];
 /// Iterations of each segment's own fit from its first guess.
 const LOCAL_FIT_STEPS: usize = 3;
@@ -56,7 +48,7 @@ impl Workspace {
         let mut locked = positions(&problem, &INITIALLY_LOCKED);
         if locked.len() < problem.space.len() {
             locked.extend(skew_indices(&problem));
-            locked.extend(positions(&problem, &HYSTERESIS_SHAPE));
+            locked.extend(deferred_indices(&problem));
             locked.extend(self.fixed_by_level(&problem));
             point = self.improve(&problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
             reassign_misread_segments(&problem, &mut point, segments)?;
@@ -84,7 +76,7 @@ impl Workspace {
             if ids.len() > 2 {
                 locked.extend(skew_indices(problem));
             }
-            locked.extend(positions(problem, &HYSTERESIS_SHAPE));
+            locked.extend(deferred_indices(problem));
             locked.extend(self.fixed_by_level(problem));
             point = self.improve(problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
             set_clocks(problem, &mut point, segments, subset)?;
@@ -131,6 +123,16 @@ impl Workspace {
         }
         self.finish(problem, point)
     }
+}
+
+/// Indices of the parameters of effects that run away while the size of their effect is unknown,
+/// such as those that shape the loops of the drive.
+fn deferred_indices(problem: &Problem) -> Vec<usize> {
+    let ids = CATALOGUE.iter().flat_map(|effect| {
+        let own = effect.search.deferred.iter();
+        own.map(move |parameter| format!("{}.{parameter}", effect.id))
+    });
+    ids.filter_map(|id| problem.space.position(&id)).collect()
 }
 
 /// Cost per value of the segments that are used.

@@ -14,15 +14,9 @@ use crate::diagnose::thresholds::{
     LAG_MAX_CHI2_RATIO, LAG_SUBSET_MAX_RATIO, SENSOR_LAG_ASKED_CHI2,
 };
 use crate::fit::inspect::recording_summary::lag_of;
-use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
+use crate::model::effects::{ActiveEffect, CATALOGUE, EdgeLag, EffectSpec, LagKind, own_ids};
 use crate::model::{Model, with_effect};
 use crate::recording::extremes;
-
-/// Effects that make readings late by rounding edges, each with the index of the parameter that
-/// determines by how much: an amplifier's time constant, its slew rate, a sensor's time constant.
-const LAG_PARAMETERS: [(&str, usize); 3] = [("amplifier_lag", 0), SLEW_PARAMETER, SENSOR_PARAMETER];
-const SLEW_PARAMETER: (&str, usize) = ("amplifier_lag", 1);
-const SENSOR_PARAMETER: (&str, usize) = ("sensor_lag", 0);
 
 /// Iterations of the fit with lagging readings.
 const FIT_STEPS: usize = 5;
@@ -43,11 +37,12 @@ impl Workspace {
         again: &dyn Fn(&Self, &ReadingAssumptions) -> Result<Self, DiagnoseError>,
     ) -> Result<Option<(Self, Fitted, f64)>, DiagnoseError> {
         let lag_in_data = || lag_of(&self.train.parts, &self.train.findings);
-        let asked = model.has_ground && options.asks(SENSOR_PARAMETER.0);
-        let Some(tau) = asked.then(lag_in_data).flatten() else {
+        let asked = |(spec, _): &Lag| model.has_ground && options.asks(spec.id);
+        let with_size = |sensor: Lag| Some((sensor, lag_in_data()?));
+        let Some((sensor, tau)) = sensor_lag().filter(asked).and_then(with_size) else {
             return Ok(None);
         };
-        let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, tau, model) else {
+        let Some((start, free, bounds)) = lag_start(sensor, tau, model) else {
             return Ok(None);
         };
         let known = ReadingAssumptions {
@@ -108,18 +103,16 @@ impl Workspace {
         let mut rival = tuned.chi2_with_set_aside(cut_again)?;
         // A sensor's lag is found from a warm start, unless the segments with edges were
         // set aside.
-        let asked = LAG_PARAMETERS
-            .iter()
-            .filter(|lag| rival > SENSOR_LAG_ASKED_CHI2 || **lag != SENSOR_PARAMETER);
-        for which in asked.filter(|(id, _)| options.asks(id)) {
+        let asked = lags()
+            .filter(|(_, lag)| rival > SENSOR_LAG_ASKED_CHI2 || lag.kind != LagKind::Readings);
+        for which in asked.filter(|(spec, _)| options.asks(spec.id)) {
             // The middle of an edge is late by half its duration.
-            let slews = *which == SLEW_PARAMETER;
-            let size = if slews {
+            let size = if which.1.kind == LagKind::DriveSlews {
                 2.0 * late / self.voltage_range()
             } else {
                 late
             };
-            let Some((start, free, bounds)) = lag_start(*which, size, &self.initial_model) else {
+            let Some((start, free, bounds)) = lag_start(which, size, &self.initial_model) else {
                 continue;
             };
             let with = with_effect(&tuned.model, start.clone());
@@ -154,8 +147,9 @@ impl Workspace {
         if control.cancelled() {
             return Ok(None);
         }
-        if let Some((start, free, bounds)) = lag_start(SENSOR_PARAMETER, late, &self.initial_model)
-        {
+        let sensor = sensor_lag();
+        let sensor = sensor.and_then(|sensor| lag_start(sensor, late, &self.initial_model));
+        if let Some((start, free, bounds)) = sensor {
             let with = with_effect(&tuned.model, start);
             let near = cut_again.fit(&with, &free, &bounds, tuned, FIT_STEPS, control);
             if let Some(near) = simulated(near)? {
@@ -195,17 +189,33 @@ fn other_lag_parameters(spec: &'static EffectSpec, free: &[String]) -> Vec<Strin
     all
 }
 
-/// An effect of [`LAG_PARAMETERS`] of that size, its fitted parameter and its bounds; `None` if
-/// `model` has it already or nothing drives it.
+/// An effect, and a parameter of it by which edges appear late.
+type Lag = (&'static EffectSpec, EdgeLag);
+
+/// All parameters that make readings late by rounding edges, with their effects.
+fn lags() -> impl Iterator<Item = Lag> {
+    CATALOGUE.iter().flat_map(|spec| {
+        let own = spec.facts.edge_lags.iter();
+        own.map(|lag| (*spec, *lag))
+    })
+}
+
+/// The lag of the sensor.
+fn sensor_lag() -> Option<Lag> {
+    lags().find(|(_, lag)| lag.kind == LagKind::Readings)
+}
+
+/// An effect of [`lags`] of that size, its fitted parameter and its bounds; `None` if `model` has
+/// it already or nothing drives it.
 fn lag_start(
-    (id, which): (&str, usize),
+    (spec, lag): Lag,
     late: f64,
     model: &Model,
 ) -> Option<(ActiveEffect, Vec<String>, Vec<Bound>)> {
-    let spec = find(id)?;
+    let which = lag.parameter;
     let has = model.effects.iter().any(|e| e.spec == spec);
-    let sized = late > 0.0 && late.is_finite();
-    if !sized || has || model.piezo.is_none() {
+    let has_size = late > 0.0 && late.is_finite();
+    if !has_size || has || model.piezo.is_none() {
         return None;
     }
     let mut effect = ActiveEffect::new(spec);
@@ -222,6 +232,7 @@ mod tests {
     use crate::diagnose::data::reading_assumptions::ContactAmbiguity;
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
 
     /// The paper's device with value `which` of the effect `id`.

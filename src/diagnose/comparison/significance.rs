@@ -22,7 +22,7 @@ pub fn is_insignificant(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> b
 /// on held-out ones only; and an effect that was searched for fits any single misread event, so that
 /// one which worsens held-out recordings by more than it gains is refuted and proves nothing.
 pub fn fails_held_out(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
-    let mode = hypothesis.start.spec.id == "extra_mode";
+    let mode = hypothesis.start.spec.adds_modes();
     let refuted = hypothesis.look_elsewhere && held_gain < -gain;
     let asked = hypothesis.estimated_on_held_out.is_none() && !mode && !refuted;
     asked && gain > unproved_gain(hypothesis) && held_gain < HELD_GAIN

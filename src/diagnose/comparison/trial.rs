@@ -6,7 +6,6 @@ use super::significance::is_insignificant;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::{LEAVES_MUCH_RATIO, LEAVES_NOTHING_CHI2, REACHABLE_MIN_CHI2};
 use crate::model::effects::EffectSpec;
-use crate::model::effects::extra_mode::EFFECT;
 
 /// The score of a hypothesis, with its fit.
 #[derive(Debug, Clone)]
@@ -104,7 +103,7 @@ impl ModelState {
 
     /// Gain of the named effects whose law may have another form. The law of a mode has none.
     pub(crate) fn explained(&self) -> f64 {
-        let formed = self.named.iter().filter(|n| *n.spec != EFFECT);
+        let formed = self.named.iter().filter(|n| !n.spec.adds_modes());
         formed.map(|n| n.gain.0 + n.gain.1).sum()
     }
 

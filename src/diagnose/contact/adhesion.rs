@@ -11,7 +11,7 @@ use crate::diagnose::thresholds::{
     RELEASE_MIN_STAY, SHORT_STAYS_MIN,
 };
 use crate::fit::contact_readings::Release;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, ContactLaw, of_contact_law};
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
 
@@ -144,7 +144,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
     let sides = [&ground.train.releases, &ground.held_out.releases];
     let short = several_short(sides.map(Vec::as_slice));
     let [train, held] = sides.map(|releases| pulls(releases, short));
-    let spec = find("adhesion_saturation")?;
+    let spec = of_contact_law(ContactLaw::Adhesion)?;
     if train.len() < MIN_EVENTS {
         return None;
     }

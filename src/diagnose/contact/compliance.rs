@@ -7,11 +7,11 @@ use super::robust_curve::{Curve, Reading, cost, curve, scatter};
 use crate::diagnose::thresholds::{
     COMPLIANCE_MIN_GAIN, MIN_EVENTS, MIN_HELD_OUT_EVENTS, RIGID_DWELL,
 };
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, ContactLaw, of_contact_law};
 
 /// Tests a time between touch and rebound against none. `None` if there are too few bounces.
 pub(crate) fn compliance(ground: &Ground) -> Option<LawTest> {
-    let spec = find("compliant_ground")?;
+    let spec = of_contact_law(ContactLaw::Compliance)?;
     let (train, held) = (
         misses(&ground.train.bounces),
         misses(&ground.held_out.bounces),

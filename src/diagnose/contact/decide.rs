@@ -13,7 +13,7 @@ use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
     COMPLIANCE_DESPITE_MODE_GAIN, CONTACT_LAW_STANDS_SHARE, HELD_GAIN, TRAIN_GAIN,
 };
-use crate::model::effects::EffectSpec;
+use crate::model::effects::{ContactLaw, EffectSpec};
 
 /// What a contact law is named by.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +48,7 @@ impl Rules<'_> {
     /// The law of a compliant ground, if the events call for it.
     fn compliant<'t>(&self, tests: &'t [LawTest]) -> Option<&'t LawTest> {
         let mut all = tests.iter();
-        all.find(|t| t.id == "compliant_ground" && self.passes(t))
+        all.find(|t| t.law() == Some(ContactLaw::Compliance) && self.passes(t))
     }
 
     /// The laws to be named together with `effects`: tested `first` by the baseline, and `again` with
@@ -59,7 +59,7 @@ impl Rules<'_> {
         again: &[LawTest],
         effects: &[&EffectSpec],
     ) -> Vec<LawTest> {
-        let has = |id: &str| effects.iter().any(|e| e.id == id);
+        let is_obscured = |law| effects.iter().any(|e| e.facts.obscures.contains(&law));
         let of = |id: &str| again.iter().find(|t| t.id == id);
         // Flight hardly determines an attraction next to the ground, where it slows bounces and pulls
         // at the end of each contact. Restitution and adhesion must have shown without it, with the
@@ -70,15 +70,13 @@ impl Rules<'_> {
         };
         // Nor does it determine how a further mode rings after impacts.
         let sure = |t: &LawTest| {
-            let doubtful = match t.id {
-                "compliant_ground" if has("extra_mode") => {
-                    t.gain + t.held_gain <= COMPLIANCE_DESPITE_MODE_GAIN
-                }
-                "velocity_restitution" | "adhesion_saturation" if has("long_range_attraction") => {
-                    !shown(t)
-                }
-                _ => false,
-            };
+            let doubtful = t
+                .law()
+                .filter(|law| is_obscured(*law))
+                .is_some_and(|law| match law {
+                    ContactLaw::Compliance => t.gain + t.held_gain <= COMPLIANCE_DESPITE_MODE_GAIN,
+                    ContactLaw::Restitution | ContactLaw::Adhesion => !shown(t),
+                });
             !doubtful || self.by_hand(t.id) == Some(true)
         };
         // An effect that is missing in flight may look like a compliant ground.
@@ -95,9 +93,9 @@ impl Rules<'_> {
             None => self.compliant(again).filter(|t| sure(t)),
         };
         // A compliant ground has its own law of restitution.
-        let compatible = |t: &LawTest| match t.id {
-            "compliant_ground" => false,
-            "velocity_restitution" => soft.is_none() || self.by_hand(t.id) == Some(true),
+        let compatible = |t: &LawTest| match t.law() {
+            Some(ContactLaw::Compliance) => false,
+            Some(ContactLaw::Restitution) => soft.is_none() || self.by_hand(t.id) == Some(true),
             _ => true,
         };
         let others = again.iter();

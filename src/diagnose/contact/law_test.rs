@@ -3,7 +3,7 @@
 use super::robust_curve::Reading;
 use crate::diagnose::thresholds::{CONTACT_TRAIN_GAIN, MIN_HELD_OUT_EVENTS};
 use crate::fit::contact_readings::Bounce;
-use crate::model::effects::ActiveEffect;
+use crate::model::effects::{ActiveEffect, ContactLaw};
 use crate::model::parameter::ParameterId;
 
 /// Said of a law if held-out recordings have too few bounces.
@@ -35,6 +35,13 @@ pub struct LawTest {
     pub sets: Vec<(ParameterId, f64)>,
     /// Why, in one sentence.
     pub evidence: String,
+}
+
+impl LawTest {
+    /// The contact law that the effect changes.
+    pub fn law(&self) -> Option<ContactLaw> {
+        self.effect.spec.contact_law()
+    }
 }
 
 /// Whether a law is determined only by fitted and held-out recordings together: a few bounces

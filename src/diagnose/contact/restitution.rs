@@ -8,7 +8,7 @@ use crate::diagnose::thresholds::{
     MIN_EVENTS, MIN_HELD_OUT_EVENTS, MIN_SPEED_POWER, POWER_RANGE_MAX_Z, RESTITUTION_MIN_GAIN,
 };
 use crate::fit::contact_readings::Bounce;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, ContactLaw, of_contact_law};
 use crate::model::parameter::ParameterId;
 
 /// Tests a restitution that falls or grows with speed against a constant one. `None` if there are
@@ -18,7 +18,7 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     let usual = usual(sides);
     let usable = |bounces: &[Bounce]| ratios(bounces, usual);
     let [train, held] = sides.map(usable);
-    let spec = find("velocity_restitution")?;
+    let spec = of_contact_law(ContactLaw::Restitution)?;
     let all = [train.as_slice(), held.as_slice()].concat();
     if train.is_empty() || all.len() < MIN_EVENTS {
         return None;

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnose::thresholds::{
     COMMON_DRIFT_MAX_MISS, DRIFT_LAW_MAX_MISS, LARGE_DRIFT_NOISE_UNITS,
 };
-use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
+use crate::model::effects::{ActiveEffect, EffectSpec, own_ids, zero_course};
 use crate::recording::extremes;
 use crate::recording::level_change::LevelDrift;
 
@@ -36,7 +36,7 @@ pub fn drift_from_levels(
     drifts: &[LevelDrift],
     (finest, coarsest): (f64, f64),
 ) -> Option<(ActiveEffect, Vec<String>)> {
-    let spec = find("zero_drift")?;
+    let spec = zero_course()?;
     let courses: Vec<Course> = drifts.iter().map(sample_course).collect();
     let range = |course: &Course| {
         let levels: Vec<f64> = course.iter().map(|c| c.1).collect();

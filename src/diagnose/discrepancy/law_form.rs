@@ -4,8 +4,6 @@
 //! wrong leaves more than a weak effect brings, and its residual must not be named as another
 //! effect.
 
-use std::f64::consts::FRAC_PI_2;
-
 use crate::diagnose::score_test::basis_forces;
 use crate::diagnose::score_test::basis_forces::{Against, hat, window, window_grid};
 use crate::diagnose::score_test::linearized::Linearized;
@@ -13,7 +11,10 @@ use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::state_ranges;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::drive::Segment;
-use crate::model::effects::{Action, ActiveEffect, CATALOGUE, EffectSpec, Kinematics, Need};
+use crate::model::effects::{
+    Action, ActiveEffect, CATALOGUE, EffectSpec, FormError, FormTolerance, Kinematics, Need,
+    Quantity,
+};
 use crate::model::parameter::ParameterSpec;
 use crate::model::piezo::Branch;
 use crate::model::sensor::Point;
@@ -25,8 +26,6 @@ const MAX_FORM_ERROR: f64 = 0.3;
 const WINDOW_COUNT: usize = 5;
 /// Time constants of form errors, relative to that of the effect.
 const TIME_CONSTANT_FACTORS: [f64; 3] = [0.2, 0.5, 3.0];
-/// Largest `gc` of the paper's transducer, in its unit.
-const MAX_DRIVE_GAIN: f64 = 5.0;
 /// In place of a quantity where there is no window.
 const NO_WINDOW: f64 = -1.0;
 /// Number of values passed on to the wrapped effect.
@@ -54,6 +53,7 @@ static SPEC: EffectSpec = EffectSpec {
             width: values[3],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 static PARAMETERS: [ParameterSpec; WRAPPER_VALUES + WRAPPED_VALUES] = [
@@ -97,117 +97,40 @@ fn wrapped(
 /// Directions of the form errors of an effect, each of the size by which its law may be wrong.
 fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
     let (height, speed, volts) = state_ranges(fitted);
-    let v = &effect.values;
-    let windows = |against: Against, range: (f64, f64)| -> Vec<(Against, f64, f64)> {
+    let windows = |over: Quantity| -> Vec<(Against, f64, f64)> {
+        let (against, range) = match over {
+            Quantity::Displacement => (Against::Height, height),
+            Quantity::Velocity => (Against::Velocity, speed),
+            Quantity::Voltage => (Against::Voltage, volts),
+        };
         let (middles, width) = window_grid(range, WINDOW_COUNT).unwrap_or_default();
         middles.into_iter().map(|m| (against, m, width)).collect()
     };
-    let scaled = |strength: usize, over: Option<(usize, f64)>| {
-        let mut values = v.clone();
-        values[strength] *= MAX_FORM_ERROR;
-        if let Some((i, factor)) = over {
-            values[i] *= factor;
-        }
-        values
-    };
-    let in_windows = |strength: usize, all: Vec<(Against, f64, f64)>| -> Vec<ActiveEffect> {
-        let values = scaled(strength, None);
-        all.into_iter()
-            .filter_map(|w| wrapped(effect, &values, Some(w)))
+    let forces = |against: Option<Against>, over: Quantity, size: f64| -> Vec<ActiveEffect> {
+        let all = windows(over).into_iter();
+        all.map(|(own, middle, width)| window(against.unwrap_or(own), middle, width, size))
             .collect()
     };
-    let other_times = |strength: usize, constant: usize| -> Vec<ActiveEffect> {
-        TIME_CONSTANT_FACTORS
-            .iter()
-            .filter_map(|t| wrapped(effect, &scaled(strength, Some((constant, *t))), None))
-            .collect()
+    let expand = |error: FormError| -> Vec<ActiveEffect> {
+        match error {
+            FormError::Everywhere(values) => wrapped(effect, &values, None).into_iter().collect(),
+            FormError::InWindows(values, over) => windows(over)
+                .into_iter()
+                .filter_map(|w| wrapped(effect, &values, Some(w)))
+                .collect(),
+            FormError::ForceInWindows(size, over) => forces(None, over, size),
+            FormError::DriveInWindows(size) => {
+                forces(Some(Against::Drive), Quantity::Voltage, size)
+            }
+        }
     };
-    match effect.spec.id {
-        // Both terms form one force.
-        "cubic_stiffness" => {
-            let values: Vec<f64> = v.iter().map(|k| MAX_FORM_ERROR * k).collect();
-            let all = windows(Against::Height, height).into_iter();
-            all.filter_map(|w| wrapped(effect, &values, Some(w)))
-                .collect()
-        }
-        "long_range_attraction" => in_windows(0, windows(Against::Height, height)),
-        "electrostatic" => {
-            let mut all = windows(Against::Height, height);
-            all.extend(windows(Against::Voltage, volts));
-            in_windows(0, all)
-        }
-        "quadratic_drag" => {
-            let mut all = windows(Against::Velocity, speed);
-            all.extend(windows(Against::Height, height));
-            in_windows(0, all)
-        }
-        "dry_friction" => windows(Against::Velocity, speed)
-            .into_iter()
-            .map(|(_, middle, width)| {
-                window(Against::Velocity, middle, width, MAX_FORM_ERROR * v[0])
-            })
-            .collect(),
-        "zero_drift" => other_times(0, 1),
-        // One more element in addition to the existing ones.
-        "piezo_creep" => {
-            let shares = v.iter().step_by(2);
-            let own = v.chunks_exact(2).filter(|e| e[0] != 0.0);
-            let times = own.flat_map(|e| TIME_CONSTANT_FACTORS.map(|factor| factor * e[1]));
-            let share = MAX_FORM_ERROR * shares.sum::<f64>();
-            times
-                .filter_map(|tau| wrapped(effect, &[share, tau, 0.0, tau], None))
-                .collect()
-        }
-        // A time constant or slew rate of another size, or the other one with the same
-        // delay in its place.
-        "amplifier_lag" => {
-            let [tau, pace] = v[..] else {
-                return Vec::new();
-            };
-            let swing = (0.5 * (volts.1 - volts.0)).max(1e-9);
-            let (of_tau, of_pace) = (scaled(0, None), scaled(1, None));
-            let all = match (tau > 0.0, pace > 0.0) {
-                (true, true) => [of_tau, of_pace],
-                (true, false) => [of_tau, vec![0.0, tau / swing]],
-                _ => [of_pace, vec![pace * swing, 0.0]],
-            };
-            all.iter()
-                .filter_map(|values| wrapped(effect, values, None))
-                .collect()
-        }
-        "film_spring" => wrapped(effect, &scaled(0, None), None)
-            .into_iter()
-            .collect(),
-        "hysteresis_memory" => {
-            let all = windows(Against::Voltage, volts);
-            let branches = all.iter().map(|(_, middle, width)| {
-                let size = MAX_FORM_ERROR * v[0] * MAX_DRIVE_GAIN;
-                window(Against::Drive, *middle, *width, size)
-            });
-            // Loops whose width depends on the voltage, as those of unevenly
-            // distributed relays, and no loops.
-            let loops = [v[1], 0.0].into_iter().flat_map(|width| {
-                let mut values = scaled(0, None);
-                values[1] = width;
-                let all = all.iter();
-                let own = all.filter_map(move |w| wrapped(effect, &values, Some(*w)));
-                own.collect::<Vec<_>>()
-            });
-            branches.chain(loops).collect()
-        }
-        "base_vibration" => [2.0, 3.0]
-            .into_iter()
-            .flat_map(|harmonic| [(harmonic, 0.0), (harmonic, FRAC_PI_2)])
-            .filter_map(|(harmonic, phase)| {
-                wrapped(
-                    effect,
-                    &[MAX_FORM_ERROR * v[0], harmonic * v[1], phase],
-                    None,
-                )
-            })
-            .collect(),
-        _ => Vec::new(),
-    }
+    let tolerance = FormTolerance {
+        share: MAX_FORM_ERROR,
+        times: TIME_CONSTANT_FACTORS,
+        volts,
+    };
+    let all = (effect.spec.search.form_errors)(&effect.values, &tolerance);
+    all.into_iter().flat_map(expand).collect()
 }
 
 /// Fall of chi2 that form errors of the effects `named` would bring at a fit, each under a prior

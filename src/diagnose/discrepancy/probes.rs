@@ -10,7 +10,7 @@ use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::score_test::state_range::state_ranges;
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need, find};
+use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need};
 use crate::sim::SimError;
 
 /// Windows of height in which friction is probed.
@@ -50,6 +50,7 @@ static FRICTION_AT_HEIGHT: EffectSpec = EffectSpec {
             turns: values[3],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]
@@ -78,8 +79,8 @@ impl Action for FrictionAtHeight {
 /// [`SimError`] if the model makes no sense.
 pub fn friction_at_height_gain(fitted: &Fitted) -> Result<f64, SimError> {
     let model = &fitted.model;
-    let friction = find("dry_friction");
-    let named = model.effects.iter().find(|e| Some(e.spec) == friction);
+    let force = |e: &ActiveEffect| e.spec.facts.friction_force.map(|i| e.values[i]);
+    let named = model.effects.iter().find_map(force);
     let (heights, (low, high), _) = state_ranges(fitted);
     let windows = window_grid(heights, HEIGHT_WINDOWS);
     let fastest = low.abs().max(high.abs());
@@ -88,12 +89,7 @@ pub fn friction_at_height_gain(fitted: &Fitted) -> Result<f64, SimError> {
     };
     let probe = |middle: f64, width: f64, turns: f64| ActiveEffect {
         spec: &FRICTION_AT_HEIGHT,
-        values: vec![
-            FRICTION_PROBE_SHARE * named.values[0],
-            middle,
-            width,
-            turns * fastest,
-        ],
+        values: vec![FRICTION_PROBE_SHARE * named, middle, width, turns * fastest],
     };
     let of_speed = SPEED_PROBE_SHARES
         .iter()
@@ -131,6 +127,7 @@ static SWINGING_STIFFNESS: EffectSpec = EffectSpec {
             phase: values[2],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]
@@ -158,8 +155,7 @@ impl Action for SwingingStiffness {
 /// [`SimError`] if the model makes no sense.
 pub fn swinging_stiffness_gain(fitted: &Fitted) -> Result<f64, SimError> {
     let model = &fitted.model;
-    let vibration = find("base_vibration");
-    let named = model.effects.iter().find(|e| Some(e.spec) == vibration);
+    let named = model.effects.iter().find(|e| e.spec.is_base_sinusoid());
     let ((low, high), ..) = state_ranges(fitted);
     let reach = low.abs().max(high.abs());
     let Some(vibration) = named.filter(|_| reach > 0.0) else {
@@ -192,6 +188,7 @@ static DISPLACEMENT_PRODUCT: EffectSpec = EffectSpec {
             stiffness: values[0],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]
@@ -242,6 +239,7 @@ mod tests {
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::fit::Part;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
     use crate::model::with_effect;
     use crate::recording::Recording;

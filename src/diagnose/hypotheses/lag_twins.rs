@@ -15,9 +15,8 @@ use crate::fit::problem::prepare::Prepared;
 use crate::fit::segment::event_sequence::Kind;
 use crate::fit::segment::{JointKind, Segment};
 use crate::fit::solve::point::{Point, residuals_at, settle};
+use crate::model::effects::twin_in_flight;
 
-/// The two effects.
-const LAG_TWINS: [&str; 2] = ["sensor_lag", "amplifier_lag"];
 /// Residuals beyond this many standard deviations count linearly.
 const IMPACT_LOSS: Huber = Huber(4.0);
 /// Iterations of a segment from where the other model has it.
@@ -45,12 +44,7 @@ pub fn are_lag_twins(a: &str, b: &str) -> bool {
 
 /// The other one of the two, if `id` is one of them.
 pub fn twin(id: &str) -> Option<&'static str> {
-    let [a, b] = LAG_TWINS;
-    match id {
-        _ if id == a => Some(b),
-        _ if id == b => Some(a),
-        _ => None,
-    }
+    twin_in_flight(id).map(|twin| twin.id)
 }
 
 /// Compares two fits by the segments around bounces and landings: a positive fall of chi2 favours

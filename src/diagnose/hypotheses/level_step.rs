@@ -7,7 +7,7 @@ use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreGain, ScoreScan};
 use crate::diagnose::thresholds::LEVEL_MIN_STAYS;
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, level_step};
 use crate::sim::SimError;
 
 /// Height of the step that is tested \[m\].
@@ -18,7 +18,7 @@ pub const PROBE_RISE: f64 = 1e-7;
 /// # Panics
 /// If the catalogue has no step of the ground.
 pub(crate) fn raised_ground() -> ActiveEffect {
-    let spec = find("gap_step").expect("the catalogue has it");
+    let spec = level_step().expect("the catalogue has it");
     ActiveEffect {
         spec,
         values: vec![PROBE_RISE, -1e9],

@@ -11,11 +11,11 @@ use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::{ScoreGain, ScoreScan};
-use crate::diagnose::shooting::latency::{DELAY, delay_absorbed_by_clocks};
+use crate::diagnose::shooting::latency::delay_absorbed_by_clocks;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{RIVAL_LAW_MIN_SCORE_SHARE, SEARCHED_REFIT_MIN_SCORE};
 use crate::fit::segment::Segment;
-use crate::model::effects::{ActiveEffect, EffectSpec, find, own_ids};
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, own_ids};
 
 /// Contacts that begin within this time may begin with the same step \[s\].
 const SAME_INSTANT: f64 = 1e-3;
@@ -24,9 +24,6 @@ const SAME_INSTANT: f64 = 1e-3;
 const MAX_START_STRENGTH: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
 const MAX_START_DELAY: f64 = 300.0;
-/// Bounds of an attraction's exponent: from that of a sphere and a plane to one that decays like
-/// an exponential.
-const ATTRACTION_EXPONENTS: (f64, f64) = (2.0, 12.0);
 /// Factor by which constants may leave the range that was tested.
 const CONSTANT_BOUND_FACTOR: f64 = 3.0;
 
@@ -46,7 +43,11 @@ pub fn propose(
     state: &ModelState,
     is_asked: &dyn Fn(&EffectSpec) -> bool,
 ) -> Result<Vec<Hypothesis>, DiagnoseError> {
-    let asked = |id: &str| find(id).filter(|spec| is_asked(spec));
+    let asked = |is_sought: fn(&EffectSpec) -> bool| {
+        let mut all = CATALOGUE.iter().copied();
+        all.find(|spec| is_sought(spec))
+            .filter(|spec| is_asked(spec))
+    };
     let model = &state.train.model;
     let linear = Linearized::new(&state.train)?;
     let mut out = laws_of_catalogue(state, &linear, is_asked)?;
@@ -60,19 +61,19 @@ pub fn propose(
         // Ahead of laws with the same predicted gain.
         out.insert(0, drift_of_level(start, free, gain));
     }
-    if let Some(spec) = asked("base_vibration")
+    if let Some(spec) = asked(EffectSpec::is_base_sinusoid)
         && let Some(line) = find_vibration(&linear, model, spec)?
     {
         out.push(vibration(spec, &line));
     }
-    if let Some(spec) = asked("gap_step").filter(|_| model.has_ground) {
+    if let Some(spec) = asked(EffectSpec::is_level_step).filter(|_| model.has_ground) {
         let held_out = held_out_contact_times(state);
         for step in find_level_steps(&linear, model, 0, &workspace.epochs())? {
             out.push(level_step(spec, &step, &held_out));
         }
         out.extend(step_before_held_out(workspace, state, spec)?);
     }
-    if let Some(spec) = asked("extra_mode") {
+    if let Some(spec) = asked(EffectSpec::adds_modes) {
         out.extend(extra_mode::extra_mode_hypothesis(workspace, state, spec)?);
     }
     Ok(out)
@@ -103,7 +104,7 @@ fn laws_of_catalogue(
         // Where a jump of the voltage meets a sample, the cost has a kink in the clock's skew
         // that no linearisation sees past. The delay that the clocks have absorbed is known
         // without one.
-        let by_clocks = (fall > 0.0 && form.strength_id() == DELAY).then(|| ScoreGain {
+        let by_clocks = (fall > 0.0 && is_delay(form)).then(|| ScoreGain {
             gain: fall,
             theta: delay / form.values[form.strength],
         });
@@ -249,6 +250,11 @@ fn held_out_contact_times(state: &ModelState) -> Vec<f64> {
     all
 }
 
+/// Whether the strength of a form delays the readings as a whole.
+fn is_delay(form: &CatalogueDirection) -> bool {
+    form.spec.facts.reading_delay == Some(form.strength)
+}
+
 /// The hypothesis of a catalogue direction, started at `theta` times its strength, with bounds
 /// from all forms of the effect.
 fn hypothesis_of_direction(
@@ -257,9 +263,10 @@ fn hypothesis_of_direction(
     theta: f64,
     gain: f64,
 ) -> Hypothesis {
-    let most = match form.strength_id().as_str() {
-        DELAY => MAX_START_DELAY,
-        _ => MAX_START_STRENGTH,
+    let most = if is_delay(form) {
+        MAX_START_DELAY
+    } else {
+        MAX_START_STRENGTH
     };
     let theta = if form.signed {
         theta.clamp(-most, most)
@@ -285,8 +292,9 @@ fn hypothesis_of_direction(
             bounds.push((id, (low, high)));
         }
     }
-    if form.spec.id == "long_range_attraction" {
-        bounds.push((format!("{}.n", form.spec.id), ATTRACTION_EXPONENTS));
+    for (i, bound) in form.spec.search.bounds {
+        let id = format!("{}.{}", form.spec.id, form.spec.parameters[*i].id);
+        bounds.push((id, *bound));
     }
     let start = form.effect(theta);
     let cold_start = form.cold_start.as_ref().map(|(values, free)| {

@@ -17,7 +17,7 @@ use crate::diagnose::thresholds::{
     VIBRATION_LOOKED_FOR_CHI2,
 };
 use crate::fit::Part;
-use crate::model::effects::{EffectSpec, find};
+use crate::model::effects::{EffectSpec, base_sinusoid};
 use crate::recording::Recording;
 use crate::sim::SimError;
 
@@ -48,7 +48,7 @@ impl VibrationClock {
     /// # Errors
     /// [`SimError`] if the model makes no sense.
     pub fn of(train: &Fitted, held_out: Option<&Fitted>) -> Result<Option<Self>, SimError> {
-        let Some(spec) = find("base_vibration") else {
+        let Some(spec) = base_sinusoid() else {
             return Ok(None);
         };
         let count = train.problem.data.len();
@@ -286,6 +286,7 @@ mod tests {
     use crate::diagnose::test_support;
     use crate::diagnose::test_support::QUIET;
     use crate::model::effects::ActiveEffect;
+    use crate::model::effects::find;
     use crate::model::preset::Preset;
     use crate::model::with_effect;
 

@@ -107,6 +107,7 @@ static SPEC: EffectSpec = EffectSpec {
             size: values[3],
         })
     },
+    ..EffectSpec::DEFAULT
 };
 
 /// A force of `size` at `middle` of the quantity, falling to zero at a distance of `width`. Its

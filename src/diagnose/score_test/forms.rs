@@ -4,16 +4,11 @@
 use crate::fit::problem::STEP;
 use crate::fit::problem::parameter_space::linear_unit;
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, own_ids};
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, FoundBy, Motion, Start, own_ids};
 use crate::model::parameter::ParameterId;
 
 /// Shortest lag that a fit may reach, as a share of that of its form.
 pub const MIN_LAG_SHARE: f64 = 0.3;
-/// Shortest time constant of an amplifier that is considered \[s\].
-pub const MIN_TIME_CONSTANT: f64 = 1e-6;
-
-/// Least distance of the electrodes at contact \[m\].
-const MIN_ELECTRODE_GAP: f64 = 2e-6;
 
 /// One effect at one choice of its nonlinear constants.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,125 +123,63 @@ impl Scale {
         }
     }
 
-    /// Whether an iteration's step of the quintic stiffness, in units of its range, is small
-    /// where the device moves. For a device that moves by centimetres it is not.
-    fn resolves_quintic(&self, spec: &EffectSpec) -> bool {
-        let step = STEP * linear_unit(&spec.parameters[1]);
-        step * self.length.powi(5) < 1e-3 * self.force
+    /// With what `model` has, for the first guesses of effects.
+    fn motion(&self, model: &Model) -> Motion {
+        Motion {
+            is_driven: model.piezo.is_some(),
+            has_ground: model.has_ground,
+            is_sprung: model.parameters[ParameterId::F1] > 0.0,
+            contact_distance: model.parameters[ParameterId::Dp],
+            length: self.length,
+            speed: self.speed,
+            force: self.force,
+            interval: self.interval,
+        }
+    }
+
+    /// Whether a step of the first shape parameter, which a fit makes in units of its range, is
+    /// small where the device moves: on one that moves by centimetres a high power of the
+    /// displacement is not.
+    fn has_small_shape_step(&self, spec: &EffectSpec, start: &Start) -> bool {
+        let force = |shape_force: f64| {
+            let step = STEP * linear_unit(&spec.parameters[start.shape[0]]);
+            step * shape_force
+        };
+        let force = start.shape_force.map(force);
+        force.is_none_or(|force| force < 1e-3 * self.force)
     }
 }
 
 /// Forms of all effects that the linear score test can evaluate on this device. Further modes,
 /// vibrations and contact laws are searched for separately.
 pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
+    let motion = scale.motion(model);
     let mut out = Vec::new();
     for spec in CATALOGUE.iter().copied() {
-        let mut add = |values: &[f64], strength, signed, free: &[usize]| {
-            out.push(CatalogueDirection {
-                spec,
-                values: values.to_vec(),
-                strength,
-                signed,
-                free: free.to_vec(),
-                // The electrodes are apart even where the mass touches the ground.
-                min_constant: if spec.id == "electrostatic" {
-                    model.parameters[ParameterId::Dp] + MIN_ELECTRODE_GAP
-                } else {
-                    0.0
-                },
-                // A device has either the branches or the loops: between them there is
-                // nothing. At zero the past would not show which way to go.
-                cold_start: (spec.id == "hysteresis_memory").then(|| {
-                    let parameters = spec.parameters.iter();
-                    let mut values: Vec<f64> = parameters.map(|p| p.default).collect();
-                    values[8] = 1e-3;
-                    (values, vec![1, 3, 4, 5, 6, 7, 8, 9, 10])
-                }),
-                shape: match spec.id {
-                    "hysteresis_memory" => &[3, 4, 5, 6, 7, 9, 10],
-                    "cubic_stiffness" if scale.resolves_quintic(spec) => &[1],
-                    "long_range_attraction" => &[2],
-                    "amplifier_lag" if strength == 0 => &[1],
-                    "amplifier_lag" => &[0],
-                    "piezo_creep" => &[2, 3],
-                    "zero_drift" if strength == 0 => &[2],
-                    _ => &[],
-                },
-            });
+        let search = &spec.search;
+        let FoundBy::Starts(starts) = search.found_by else {
+            continue;
         };
-        let dp = model.parameters[ParameterId::Dp];
-        let driven = model.piezo.is_some();
-        let ground = model.has_ground;
-        let sprung = model.parameters[ParameterId::F1] > 0.0;
-        match spec.id {
-            "amplifier_lag" if driven => {
-                for tau in [MIN_TIME_CONSTANT, 3e-6, 1e-5, 5e-5, 2e-4] {
-                    add(&[tau, 0.0], 0, false, &[0]);
+        out.extend(starts(&motion).into_iter().map(|start| CatalogueDirection {
+            spec,
+            strength: start.strength,
+            signed: start.signed,
+            free: start.free.to_vec(),
+            min_constant: (search.least_constant)(&motion),
+            cold_start: search.cold_start.map(|cold| {
+                let mut effect = ActiveEffect::new(spec);
+                for (i, value) in cold.set {
+                    effect.values[*i] = *value;
                 }
-                for pace in [1e-6, 5e-6, 2e-5] {
-                    add(&[0.0, pace], 1, false, &[1]);
-                }
-            }
-            "piezo_creep" if driven => {
-                for tau in [2e-3, 8e-3, 30e-3, 0.12, 0.5] {
-                    add(&[0.02, tau, 0.0, tau], 0, false, &[0, 1]);
-                }
-            }
-            "hysteresis_memory" if driven => {
-                // Relays of all widths, as in the branches, and narrow ones that
-                // are evenly distributed.
-                for width in [0.5, 1.2] {
-                    for (q, k, b1) in [(0.0, 0.0, 1.0), (0.4, 3.0, 0.0), (0.7, 6.0, 0.0)] {
-                        let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0, 0.0, 0.0];
-                        add(&values, 0, false, &[0, 1]);
-                    }
-                }
-            }
-            "electrostatic" if driven && ground => {
-                for above in [6e-6, 15e-6, 35e-6, 100e-6] {
-                    add(&[9e-9, dp + above], 0, false, &[0, 1]);
-                }
-            }
-            "cubic_stiffness" if sprung => {
-                let k3 = 1e-3 * scale.force / scale.length.powi(3);
-                add(&[k3, 0.0], 0, true, &[0]);
-            }
-            "quadratic_drag" => add(&[1e-3 * scale.force / scale.speed.powi(2)], 0, false, &[0]),
-            "dry_friction" => add(&[1e-3 * scale.force], 0, false, &[0]),
-            "film_spring" if ground => {
-                for tau in [1.6e-6, 8e-6, 4e-5, 2e-4] {
-                    add(&[tau, 0.0], 0, false, &[0]);
-                }
-                for tau in [1.6e-6, 8e-6, 4e-5, 2e-4, 1e-3] {
-                    add(&[tau, 2.0], 0, false, &[0]);
-                }
-            }
-            "long_range_attraction" if ground => {
-                for (reach, power) in [0.6e-6, 2e-6, 6e-6].map(|r| [(r, 2.0), (r, 3.0)]).concat() {
-                    add(&[3e-9, reach, power], 0, false, &[0, 1]);
-                }
-            }
-            "zero_drift" => {
-                for tau in [0.02, 0.1] {
-                    add(&[3e-3 * scale.length, tau, 0.0], 0, true, &[0, 1]);
-                }
-                add(&[0.0, 0.1, 0.02 * scale.length], 2, true, &[2]);
-            }
-            "sensor_lag" => {
-                // With a shift of the clocks projected out, a lag acts
-                // quadratically.
-                for share in [0.1, 0.25, 0.6, 2.0] {
-                    add(&[share * scale.interval, 0.0], 0, false, &[0]);
-                }
-                for share in [0.05, 0.25] {
-                    add(&[0.0, share * scale.interval], 1, false, &[1]);
-                }
-            }
-            "gravity" if !sprung => {
-                add(&[1.0], 0, true, &[0]);
-            }
-            _ => {}
-        }
+                (effect.values, cold.free.to_vec())
+            }),
+            shape: if scale.has_small_shape_step(spec, &start) {
+                start.shape
+            } else {
+                &[]
+            },
+            values: start.values,
+        }));
     }
     out
 }

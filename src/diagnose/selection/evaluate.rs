@@ -16,8 +16,6 @@ use crate::model::effects::EffectSpec;
 
 /// Most hypotheses refitted in a round.
 const MAX_REFITS: usize = 4;
-/// A ground that steps leaves the flight as it is.
-const LEVEL_STEP_ID: &str = "gap_step";
 
 /// Evaluates all hypotheses on what `state` lacks, or `only` one effect whatever its predicted
 /// gain.
@@ -83,9 +81,8 @@ pub fn evaluate_hypotheses(
             // A cold start takes as long as the re-tuning did. It is tried only for
             // the effect in flight with the largest predicted gain, where the fit has
             // gone astray.
-            let cold_start = !cold_start_tried
-                && state.named.is_empty()
-                && hypothesis.start.spec.id != LEVEL_STEP_ID;
+            let is_in_flight = !hypothesis.start.spec.is_level_step();
+            let cold_start = !cold_start_tried && state.named.is_empty() && is_in_flight;
             cold_start_tried |= cold_start;
             trial = refit_hypothesis(workspace, state, &hypothesis, cold_start, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
@@ -137,7 +134,7 @@ fn refit_hypothesis(
         return Ok(Some(trial));
     }
     // A further mode starts from the residuals of a fit.
-    let further = hypothesis.start.spec.id == "extra_mode";
+    let further = hypothesis.start.spec.adds_modes();
     let astray = cold_start && !state.misread && !further && state.train.is_lost();
     if astray
         && hypothesis.cold_start.is_some()
@@ -173,7 +170,7 @@ fn refit_hypothesis(
     for other in alternative_hypotheses(hypothesis).filter(|_| !further) {
         near = better(near, &other)?;
     }
-    if hypothesis.start.spec.id == LEVEL_STEP_ID
+    if hypothesis.start.spec.is_level_step()
         && hypothesis.estimated_on_held_out.is_none()
         && let Some(finer) = level_step_time::refine_step_time(&near)?
     {

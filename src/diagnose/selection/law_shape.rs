@@ -5,26 +5,19 @@ use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::is_at_lower_bound;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, MIN_TIME_CONSTANT, pace_parameters};
+use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, pace_parameters};
 use crate::diagnose::score_test::state_range::state_ranges;
+use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
     CONFIRMED_SHAPE_GAINS, LARGE_LAG_GAIN, LEAVES_MUCH_RATIO, SHAPE_FITTED_MIN_GAIN, SHAPE_MIN_GAIN,
 };
-use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
+use crate::model::effects::{ActiveEffect, EffectSpec, RefinedBounds, own_ids};
 use crate::model::with_effect;
-
-/// Initial share of an amplifier's delay due to its slew rate, where it has a time constant as
-/// well.
-const SLEW_SHARE_OF_DELAY: f64 = 0.75;
 
 /// Iterations of a fit with one more mode, which is slow. What remains after these lies along its
 /// coupling and its shape, which are hardly distinguished.
 const SECOND_MODE_STEPS: usize = 6;
-
-/// Creep with two time constants starts from values this factor shorter and longer than the single
-/// one.
-const CREEP_TIME_RATIO: f64 = 3.0;
 
 /// `trial` with the shape parameters of its law, if these improve both splits significantly; this
 /// is tried once. The shape of a further mode is one more mode where a peak remains; that of creep
@@ -59,24 +52,12 @@ pub fn with_shape_parameters(
         let (_, _, volts) = state_ranges(&trial.train);
         volts.1 - volts.0
     };
-    if let Some(both) = with_both_amplifier_limits(effect, edge) {
-        let tau = own_ids(both.spec, &[0])[0].clone();
-        whole.bounds.retain(|(id, _)| *id != tau);
-        whole
-            .bounds
-            .push((tau, (MIN_LAG_SHARE * MIN_TIME_CONSTANT, f64::INFINITY)));
-        whole.start = both;
-    } else if let Some(both) = with_two_creep_times(effect) {
-        let ids = own_ids(both.spec, &[0, 1, 2, 3]);
-        for (own, further) in ids[..2].iter().zip(&ids[2..]) {
-            let bound = whole.bounds.iter().find(|(id, _)| id == own);
-            let further = bound.map(|(_, bound)| (further.clone(), *bound));
-            whole.bounds.extend(further);
-        }
-        whole.start = both;
+    if let Some((refined, bounds)) = refined(effect, edge) {
+        whole.bounds = refined_bounds(refined.spec, bounds, whole.bounds);
+        whole.start = refined;
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
-    let other = if whole.start.spec.id == "extra_mode" {
+    let other = if whole.start.spec.adds_modes() {
         match crate::diagnose::hypotheses::second_mode::with_second_mode(
             &workspace.train,
             whole,
@@ -137,7 +118,7 @@ pub fn drop_second_time_constant(
     let latest = state.named.last().map(|n| n.spec);
     let mut effects = state.train.model.effects.clone();
     effects.retain(|e| Some(e.spec) != latest && state.named.iter().any(|n| n.spec == e.spec));
-    for plain in effects.iter().filter_map(with_one_creep_time) {
+    for plain in effects.iter().filter_map(simplified) {
         if control.cancelled() {
             break;
         }
@@ -162,62 +143,42 @@ pub fn drop_second_time_constant(
     Ok(())
 }
 
-/// Creep of two time constants as that of one between them; `None` for other effects.
-fn with_one_creep_time(effect: &ActiveEffect) -> Option<ActiveEffect> {
-    let [share, tau, further, tau2] = effect.values[..] else {
-        return None;
-    };
-    let all = share + further;
-    (effect.spec.id == "piezo_creep" && share * further > 0.0).then(|| ActiveEffect {
-        spec: effect.spec,
-        values: vec![
-            all,
-            ((share * tau.ln() + further * tau2.ln()) / all).exp(),
-            0.0,
-            tau2,
-        ],
-    })
+/// `effect` without the shape of its law, as near as possible to it; `None` without a shape.
+fn simplified(effect: &ActiveEffect) -> Option<ActiveEffect> {
+    let spec = effect.spec;
+    let values = (spec.search.refinement?.simplified)(&effect.values)?;
+    Some(ActiveEffect { spec, values })
 }
 
-/// An amplifier with a time constant or a slew rate as one with both and the same delay for an
-/// edge of `edge()` \[V\]. Where one of them is zero or too small to matter, the gradient does not
-/// lead away from there. `None` for other effects.
-fn with_both_amplifier_limits(
-    effect: &ActiveEffect,
-    edge: impl Fn() -> f64,
-) -> Option<ActiveEffect> {
-    let [tau, pace] = effect.values[..] else {
-        return None;
-    };
-    if effect.spec.id != "amplifier_lag" || tau > 0.0 && pace > 0.0 {
-        return None;
+/// `effect` as it begins a fit with the shape of its law, for edges of `edge()` \[V\], and the
+/// bounds in that; `None` if it is a good start already.
+fn refined(effect: &ActiveEffect, edge: impl Fn() -> f64) -> Option<(ActiveEffect, RefinedBounds)> {
+    let spec = effect.spec;
+    let refinement = spec.search.refinement?;
+    let values = (refinement.start)(&effect.values, &edge)?;
+    Some((ActiveEffect { spec, values }, refinement.bounds))
+}
+
+/// `bounds` of a fit without the shape of the law of `spec`, for a fit with it.
+fn refined_bounds(spec: &EffectSpec, refined: RefinedBounds, bounds: Vec<Bound>) -> Vec<Bound> {
+    let mut bounds = bounds;
+    let id = |i: usize| own_ids(spec, &[i])[0].clone();
+    match refined {
+        RefinedBounds::ShortestLag(i, shortest) => {
+            let tau = id(i);
+            bounds.retain(|(id, _)| *id != tau);
+            bounds.push((tau, (MIN_LAG_SHARE * shortest, f64::INFINITY)));
+        }
+        RefinedBounds::Alike(pairs) => {
+            for (own, shape) in pairs {
+                let own = id(*own);
+                let bound = bounds.iter().find(|(id, _)| *id == own);
+                let shape = bound.map(|(_, bound)| (id(*shape), *bound));
+                bounds.extend(shape);
+            }
+        }
     }
-    let edge = Some(edge()).filter(|e| *e > 0.0)?;
-    let late = tau + 0.5 * pace * edge;
-    // Limited by its slew rate, it is late by r V/2 + tau^2 / (2 r V).
-    let pace = 2.0 * SLEW_SHARE_OF_DELAY * late / edge;
-    let tau = (2.0 * (1.0 - SLEW_SHARE_OF_DELAY) * late * pace * edge).sqrt();
-    Some(ActiveEffect {
-        spec: effect.spec,
-        values: vec![tau, pace],
-    })
-}
-
-/// Creep of one time constant as half of it each with a shorter and a longer one; `None` for other
-/// effects.
-fn with_two_creep_times(effect: &ActiveEffect) -> Option<ActiveEffect> {
-    let [share, tau, 0.0, _] = effect.values[..] else {
-        return None;
-    };
-    (effect.spec.id == "piezo_creep").then(|| ActiveEffect {
-        spec: effect.spec,
-        values: vec![
-            0.5 * share,
-            tau / CREEP_TIME_RATIO,
-            0.5 * share,
-            tau * CREEP_TIME_RATIO,
-        ],
-    })
+    bounds
 }
 
 /// The lag of `spec`, which looks like that of `trial` in flight, with the same time constant and
@@ -306,10 +267,11 @@ mod tests {
         let spec = find("piezo_creep").unwrap();
         let values = vec![0.05, 12e-3, 0.0, 0.2];
         let one = ActiveEffect { spec, values };
-        let two = with_two_creep_times(&one).unwrap();
+        let edge = || 16.0;
+        let (two, _) = refined(&one, edge).unwrap();
         assert!(two.values[1] < 12e-3 && two.values[3] > 12e-3, "{two:?}");
-        assert!(with_two_creep_times(&two).is_none() && with_one_creep_time(&one).is_none());
-        let back = with_one_creep_time(&two).unwrap();
+        assert!(refined(&two, edge).is_none() && simplified(&one).is_none());
+        let back = simplified(&two).unwrap();
         for (back, one) in back.values[..3].iter().zip(&one.values) {
             assert!((back - one).abs() < 1e-12, "{back} {one}");
         }
@@ -323,13 +285,13 @@ mod tests {
                 spec,
                 values: values.to_vec(),
             };
-            let both = with_both_amplifier_limits(&effect, || 16.0).unwrap();
+            let (both, _) = refined(&effect, || 16.0).unwrap();
             assert!(both.values.iter().all(|v| *v > 0.0), "{both:?}");
             let (before, after) = (late(&values, 16.0), late(&both.values, 16.0));
             assert!((after / before - 1.0).abs() < 1e-3, "{before} {after}");
             // No edge, and nothing to share out.
-            assert!(with_both_amplifier_limits(&effect, || 0.0).is_none());
-            assert!(with_both_amplifier_limits(&both, || 16.0).is_none());
+            assert!(refined(&effect, || 0.0).is_none());
+            assert!(refined(&both, || 16.0).is_none());
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::diagnose::thresholds::{
     CLEARLY_NEEDED_RATIO, HELD_GAIN, OWN_MODE_FREQUENCY_SHARE, TRAIN_GAIN, UNFORESEEN_GAIN_RATIO,
 };
 use crate::model::Model;
+use crate::model::effects::ActiveEffect;
 
 /// Whether a further mode in `model` lies near one of the device's own.
 fn is_near_own_mode(model: &Model) -> bool {
@@ -19,7 +20,8 @@ fn is_near_own_mode(model: &Model) -> bool {
         own.filter_map(|id| model.get(id))
             .any(|own| (f - own).abs() < OWN_MODE_FREQUENCY_SHARE * own)
     };
-    model.get("extra_mode.f").is_some_and(near)
+    let frequency = |e: &ActiveEffect| Some(e.values[e.spec.facts.modes?.frequency]);
+    model.effects.iter().find_map(frequency).is_some_and(near)
 }
 
 /// Removes effects that a later one has made superfluous, and the latest one if it only continued
@@ -40,7 +42,7 @@ pub fn backward_eliminate(
         // The latest one is tested where it brought little, or far more than predicted:
         // the fit before it may have stopped early.
         let n = &state.named[k];
-        let stands_in = n.spec.id == "extra_mode" && is_near_own_mode(&state.train.model);
+        let stands_in = n.spec.adds_modes() && is_near_own_mode(&state.train.model);
         let foreseen = !stands_in && n.gain.0 < UNFORESEEN_GAIN_RATIO * n.hypothesis.predicted_gain;
         if k + 1 == state.named.len() && foreseen && n.gain.0 > CLEARLY_NEEDED_RATIO * TRAIN_GAIN {
             break;

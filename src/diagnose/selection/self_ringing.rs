@@ -12,11 +12,9 @@ use crate::diagnose::thresholds::{
     EXCITED_MODE_MIN_SHARE, EXCITED_RING_MIN_GAINS, EXCITED_RING_MIN_SHARE, HELD_GAIN,
     STEADY_VIBRATION_SHARE, TRAIN_GAIN,
 };
-use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
+use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
-/// A mode's shapes come after its frequency and damping.
-const FIRST_SHAPE_INDEX: usize = 2;
 /// Factor on the shapes of a mode that is not excited; the excitation scales with its square.
 const UNDRIVEN_FACTOR: f64 = 1e-3;
 
@@ -42,11 +40,11 @@ pub fn is_self_excited(
     let fitted = &trial.train;
     let data = &fitted.problem.data;
     let alone = data.iter().any(|d| d.recording.cantilever.is_none());
-    if alone || *trial.hypothesis.start.spec != EFFECT || control.cancelled() {
+    if alone || !trial.hypothesis.start.spec.adds_modes() || control.cancelled() {
         return Ok(None);
     }
-    let effect = fitted.model.effects.iter().find(|e| *e.spec == EFFECT);
-    let Some(frequency) = effect.map(|e| e.values[0]) else {
+    let mode = |e: &ActiveEffect| Some(e.values[e.spec.facts.modes?.frequency]);
+    let Some(frequency) = fitted.model.effects.iter().find_map(mode) else {
         return Ok(None);
     };
     if is_driven(workspace, state, trial, frequency)? {
@@ -54,12 +52,15 @@ pub fn is_self_excited(
     }
     let mut still = fitted.model.clone();
     let mut shapes = Vec::new();
-    for effect in still.effects.iter_mut().filter(|e| *e.spec == EFFECT) {
+    for effect in &mut still.effects {
+        let Some(layout) = effect.spec.facts.modes else {
+            continue;
+        };
         let all = effect.spec.parameters.iter().zip(&mut effect.values);
         for (i, (parameter, value)) in all.enumerate() {
-            if i % OF_ONE >= FIRST_SHAPE_INDEX {
+            if i % layout.per_mode >= layout.first_shape {
                 *value *= UNDRIVEN_FACTOR;
-                shapes.push(format!("{}.{}", EFFECT.id, parameter.id));
+                shapes.push(format!("{}.{}", effect.spec.id, parameter.id));
             }
         }
     }
@@ -87,7 +88,7 @@ pub fn is_self_excited(
 
 /// The vibration of the base among `scores`, if it is significant.
 pub fn significant_vibration(scores: &[CandidateScore]) -> Option<CandidateFit> {
-    let own = scores.iter().find(|w| w.spec.id == "base_vibration")?;
+    let own = scores.iter().find(|w| w.spec.is_base_sinusoid())?;
     let held = |t: &CandidateFit| t.held_out.is_none() || t.held_gain > HELD_GAIN;
     let trial = own.fit.as_ref();
     trial.filter(|t| held(t) && !t.is_insignificant()).cloned()

@@ -1,6 +1,8 @@
 //! Late readings: the latency that the clocks of the recordings agree on, and a delay of the
 //! readings that the clocks have absorbed.
 
+use std::sync::LazyLock;
+
 use super::clock_skew::{
     LOCAL_FIT_STEPS, SAME_SKEW, SkewTrials, fitted_skews, shift_skews, skew_indices,
     skew_prior_cost,
@@ -14,6 +16,7 @@ use crate::diagnose::thresholds::{
 use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
+use crate::model::effects::{self, own_ids};
 use crate::recording::extremes;
 use crate::sim::{SimError, StretchSimulator};
 
@@ -22,8 +25,11 @@ const COPIED_SKEW: f64 = 1e-9;
 /// Skews that differ by more than this are not those of one setup \[s\].
 const MAX_SKEW_SPREAD: f64 = 15e-6;
 
-/// A delay of the readings.
-pub const DELAY: &str = "sensor_lag.delay";
+/// Id of the delay of the readings, as `effect.parameter`.
+static DELAY: LazyLock<String> = LazyLock::new(|| {
+    let own = effects::reading_delay().map(|(effect, which)| own_ids(effect, &[which]));
+    own.into_iter().flatten().next().unwrap_or_default()
+});
 /// Iterations of the reweighted mean that returns a delay from the clocks.
 const SHARING_ITERATIONS: usize = 30;
 
@@ -93,20 +99,20 @@ pub fn delay_absorbed_by_clocks(problem: &Problem, x: &[f64]) -> (f64, f64) {
 /// Gives a free delay of the readings what the clocks have absorbed of it, see
 /// [`delay_absorbed_by_clocks`]. Linearised steps hardly lead there.
 pub fn return_delay_from_clocks(problem: &Problem, x: &mut [f64]) {
-    let Some(at) = problem.space.position(DELAY) else {
+    let Some(at) = problem.space.position(&DELAY) else {
         return;
     };
     let (shift, _) = delay_absorbed_by_clocks(problem, x);
     let mut model = problem.space.model(x);
-    let Some(delay) = model.get(DELAY) else {
+    let Some(delay) = model.get(&DELAY) else {
         return;
     };
-    if model.set(DELAY, (delay + shift).max(0.0)).is_err() {
+    if model.set(&DELAY, (delay + shift).max(0.0)).is_err() {
         return;
     }
     let entry = &problem.space.entries[at];
     x[at] = problem.space.coordinates(&model)[at].clamp(entry.low, entry.high);
-    let now = problem.space.model(x).get(DELAY).unwrap_or(delay);
+    let now = problem.space.model(x).get(&DELAY).unwrap_or(delay);
     shift_skews(problem, x, now - delay);
 }
 
@@ -209,7 +215,7 @@ pub fn reset_clocks(problem: &Problem, point: &mut Point) -> Result<bool, Diagno
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
-    let Some(entry) = problem.space.position(DELAY) else {
+    let Some(entry) = problem.space.position(&DELAY) else {
         return Ok(false);
     };
     let clocks = clocks_of(problem, point);
@@ -252,9 +258,9 @@ pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, 
         return Ok(false);
     };
     let mut model = problem.space.model(&point.x);
-    let delay = model.get(DELAY).unwrap_or(0.0) + by;
+    let delay = model.get(&DELAY).unwrap_or(0.0) + by;
     let bound = &problem.space.entries[entry];
-    if delay < 0.0 || model.set(DELAY, delay).is_err() {
+    if delay < 0.0 || model.set(&DELAY, delay).is_err() {
         return Ok(false);
     }
     let wanted = problem.space.coordinates(&model)[entry];

@@ -7,21 +7,18 @@ use crate::diagnose::thresholds::{
     NEGLIGIBLE_SHARE, PRODUCT_FORCE_LIMITS, TRAIN_GAIN,
 };
 use crate::model::Model;
-use crate::model::effects::EffectSpec;
-
-/// Laws whose force depends on the displacement more than on anything else.
-const OF_DISPLACEMENT: [&str; 3] = ["cubic_stiffness", "long_range_attraction", "electrostatic"];
+use crate::model::effects::{ActiveEffect, EffectSpec};
 
 /// Whether the force of a law depends on the displacement more than on anything else.
 pub fn of_displacement(spec: &&'static EffectSpec) -> bool {
-    OF_DISPLACEMENT.contains(&spec.id)
+    spec.facts.force_over_displacement
 }
 
 /// Whether an attraction acts far beyond the last micrometres before touch.
 pub fn attraction_reaches_far(model: &Model) -> bool {
-    let of = |parameter: &str| model.get(&format!("long_range_attraction.{parameter}"));
-    let reach = of("h0").zip(of("n"));
-    reach.is_some_and(|(h0, n)| h0 > LONG_RANGE_DECAY * n)
+    let falls_off = |e: &ActiveEffect| e.spec.facts.falls_off.map(|of| of(&e.values));
+    let attraction = model.effects.iter().find_map(falls_off);
+    attraction.is_some_and(|a| a.reach > LONG_RANGE_DECAY * a.exponent)
 }
 
 /// What the named effects leave, on which it depends whether their names stand. Gains are falls of
@@ -84,7 +81,7 @@ impl AbstentionEvidence {
 
     /// Named laws over the whole stroke. An attraction that acts at touch alone is none.
     fn over_stroke(&self) -> usize {
-        let over = |s: &&&EffectSpec| self.long_range || s.id != "long_range_attraction";
+        let over = |s: &&&EffectSpec| self.long_range || s.facts.falls_off.is_none();
         self.of_displacement.iter().filter(over).count()
     }
 

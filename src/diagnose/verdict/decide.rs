@@ -14,7 +14,7 @@ use crate::diagnose::shooting::fitted::{Fitted, excess_chi2};
 use crate::diagnose::thresholds::{
     ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, NOISE_MAX_Z,
 };
-use crate::model::effects::EffectSpec;
+use crate::model::effects::{ContactLaw, EffectSpec};
 use crate::sim::SimError;
 
 /// What the verdict rests on besides the search's result.
@@ -73,7 +73,7 @@ pub fn decide(
     if !named && !findings.is_empty() && !grounds.by_hand {
         // Events are read with a model of flight that does not hold. Only a compliant ground shows
         // in the stays on it as well.
-        contact_laws.retain(|t| t.id == "compliant_ground");
+        contact_laws.retain(|t| t.law() == Some(ContactLaw::Compliance));
     }
     if named && !grounds.by_hand {
         let evidence = abstention_evidence(
@@ -148,7 +148,7 @@ fn abstention_evidence(
         vibration_gain: probes::swinging_stiffness_gain(&state.train)?,
         friction_gains: probe_gains(
             state,
-            &|spec| spec.id == "dry_friction",
+            &|spec| spec.facts.friction_force.is_some(),
             probes::friction_at_height_gain,
         )?,
         product_gains: probe_gains(state, &of_displacement, probes::displacement_product_gain)?,

@@ -15,22 +15,14 @@ use serde::Serialize;
 use super::calibrate::{FREE, Misfit, TableFit, cost, misfit, model_at, rows, with_values};
 use super::measurements::{Case, cases};
 use crate::model::Model;
-use crate::model::effects::{ActiveEffect, EffectSpec, find};
+use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, find};
 use crate::model::parameter::{ParameterId, Scale};
 
-/// Effects that are asked, and their strength.
-const ASKED: [(&str, &str); 10] = [
-    ("amplifier_lag", "tau"),
-    ("piezo_creep", "c"),
-    ("hysteresis_memory", "s"),
-    ("electrostatic", "A"),
-    ("cubic_stiffness", "k3"),
-    ("quadratic_drag", "cd"),
-    ("dry_friction", "fc"),
-    ("long_range_attraction", "A"),
-    ("adhesion_saturation", "dF"),
-    ("velocity_restitution", "n"),
-];
+/// Effects that are asked, and their strength: those that features determine.
+fn suspected() -> Vec<(&'static str, &'static str)> {
+    let strength = |e: &&'static EffectSpec| Some((e.id, e.facts.feature_strength?));
+    CATALOGUE.iter().filter_map(strength).collect()
+}
 
 /// Sizes of an effect that are tried, as shares of the end of its slider; for one whose slider
 /// is logarithmic, places on it.
@@ -237,7 +229,7 @@ impl Compass<'_> {
 /// Asks all suspects after `fit` of `base`. Deterministic. `progress` is called with the share
 /// done, and ends the work with `false`.
 pub fn suspects(base: &Model, fit: &TableFit, progress: impl FnMut(f64) -> bool) -> Suspects {
-    ask(base, fit, (&ASKED, &STEPS), progress)
+    ask(base, fit, (&suspected(), &STEPS), progress)
 }
 
 /// Asks some, in given steps.
@@ -320,7 +312,7 @@ mod tests {
 
     #[test]
     fn every_suspect_is_tried_in_sizes_within_its_slider() {
-        for (id, strength) in ASKED {
+        for (id, strength) in suspected() {
             let own = Asked::of(id, strength).expect(id);
             let (low, high) = own.spec.parameters[own.which].range;
             let sizes = own.sizes();
@@ -339,7 +331,8 @@ mod tests {
         let base = Preset::default().model;
         let mut fit = fit_table(&base, 1, |_| true);
         fit.left_out.truncate(2);
-        let some = (&ASKED[8..9], &STEPS[..1]);
+        let all = suspected();
+        let some = (&all[8..9], &STEPS[..1]);
         let all = ask(&base, &fit, some, |_| true);
         assert_eq!(all.list.len(), 1);
         assert!(!all.cancelled && all.pair().is_none());

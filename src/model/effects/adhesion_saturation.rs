@@ -1,6 +1,11 @@
 //! `adhesion_saturation`: adhesion that grows ever more slowly with contact time.
+//!
+//! Equation: `f_a = Ca0 + dF ((1 - s)(1 - exp(-t/tau)) + s ln(1 + t/tau)) + l Ca t`.
+//! Source: capillary nucleation: Szoszkiewicz and Riedo, Phys. Rev. Lett. 95, 135502 (2005).
 
-use super::{Action, EffectSpec, Need};
+use super::{
+    Action, ContactLaw, EffectSpec, EventFigure, EvidenceFigure, Facts, FoundBy, Need, Search,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -73,6 +78,18 @@ pub static EFFECT: EffectSpec = EffectSpec {
             line_share: values[3],
         })
     },
+    facts: Facts {
+        strengths: &["dF"],
+        largest_force: Some(|values, _| values[0]),
+        feature_strength: Some("dF"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::ContactEvents(ContactLaw::Adhesion),
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Events(EventFigure::Adhesion),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -1,8 +1,16 @@
 //! `amplifier_lag`: the film sees the voltage late, through the amplifier's resistance or
 //! because the amplifier's current, and with it the pace of the voltage, is bounded. With
 //! both it slews first and settles exponentially in the end.
+//!
+//! Equation: `gc(V_l, V_l'), tau V_l' = V - V_l, |V_l'| <= 1/r`.
+//! Source: first-order charging of the film's capacitance through the source resistance; slew
+//! rate and settling as in the data sheets of amplifiers: bounded current into that
+//! capacitance, an exponential once the current needed is below the bound.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, EdgeLag, EffectSpec, EvidenceFigure, Facts, FormError, FormTolerance, FoundBy,
+    Kinematics, LagKind, Motion, Need, Quantity, RefinedBounds, Refinement, Search, Start,
+};
 use crate::model::bisection::halved;
 use crate::model::drive::{Segment, Shape};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
@@ -15,6 +23,11 @@ const SEARCH_STEP: f64 = 0.25;
 const SEARCH_STEPS: usize = 400;
 /// Difference of the voltages that counts as none, as a share of them.
 const EQUAL: f64 = 1e-12;
+
+/// Shortest time constant that is looked for [s].
+const SHORTEST_LAG: f64 = 1e-6;
+/// Share of its delay that an amplifier with both lags owes to the bounded rate in a first guess.
+const DELAY_SHARE_OF_RATE: f64 = 0.75;
 
 /// The effect.
 pub static EFFECT: EffectSpec = EffectSpec {
@@ -70,7 +83,83 @@ pub static EFFECT: EffectSpec = EffectSpec {
             rates,
         })
     },
+    facts: Facts {
+        strengths: &["tau", "r"],
+        edge_lags: &[
+            EdgeLag {
+                parameter: 0,
+                kind: LagKind::DriveSettles,
+            },
+            EdgeLag {
+                parameter: 1,
+                kind: LagKind::DriveSlews,
+            },
+        ],
+        twin_in_flight: Some("sensor_lag"),
+        feature_strength: Some("tau"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        refinement: Some(Refinement {
+            start: with_both_lags,
+            bounds: RefinedBounds::ShortestLag(0, SHORTEST_LAG),
+            simplified: |_| None,
+        }),
+        form_errors,
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Residual(Quantity::Voltage),
+    ..EffectSpec::DEFAULT
 };
+
+/// A time constant or a bounded rate, of different sizes.
+fn starts(motion: &Motion) -> Vec<Start> {
+    if !motion.is_driven {
+        return Vec::new();
+    }
+    let settles = |tau| Start::positive(&[tau, 0.0], 0, &[0]).shaped_by(&[1]);
+    let slews = |pace| Start::positive(&[0.0, pace], 1, &[1]).shaped_by(&[0]);
+    let settling = [SHORTEST_LAG, 3e-6, 1e-5, 5e-5, 2e-4].map(settles);
+    let slewing = [1e-6, 5e-6, 2e-5].map(slews);
+    settling.into_iter().chain(slewing).collect()
+}
+
+/// Values with both a time constant and a bounded rate, as late as before for an edge of `edge()`
+/// \[V\]. Where one of the two is zero, or too small for the other to matter, no slope leads away
+/// from there; `None` where both are above zero.
+fn with_both_lags(values: &[f64], edge: &dyn Fn() -> f64) -> Option<Vec<f64>> {
+    let [tau, pace] = values[..] else {
+        return None;
+    };
+    if tau > 0.0 && pace > 0.0 {
+        return None;
+    }
+    let edge = Some(edge()).filter(|e| *e > 0.0)?;
+    let late = tau + 0.5 * pace * edge;
+    // Bound by its pace for so long, it is late by r V/2 + tau^2 / (2 r V).
+    let pace = 2.0 * DELAY_SHARE_OF_RATE * late / edge;
+    let tau = (2.0 * (1.0 - DELAY_SHARE_OF_RATE) * late * pace * edge).sqrt();
+    Some(vec![tau, pace])
+}
+
+/// A first-order lag or a bounded rate of another size, or the one that is as late in place of
+/// the other.
+fn form_errors(values: &[f64], tolerance: &FormTolerance) -> Vec<FormError> {
+    let [tau, pace] = values[..] else {
+        return Vec::new();
+    };
+    let volts = tolerance.volts;
+    let swing = (0.5 * (volts.1 - volts.0)).max(1e-9);
+    let of_tau = tolerance.scaled(values, 0);
+    let of_pace = tolerance.scaled(values, 1);
+    let all = match (tau > 0.0, pace > 0.0) {
+        (true, true) => [of_tau, of_pace],
+        (true, false) => [of_tau, vec![0.0, tau / swing]],
+        _ => [of_pace, vec![pace * swing, 0.0]],
+    };
+    all.into_iter().map(FormError::Everywhere).collect()
+}
 
 /// States: the lagged voltage [V] if there is a time constant, then what a bounded pace
 /// remembers if there is one.

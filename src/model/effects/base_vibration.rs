@@ -1,8 +1,12 @@
 //! `base_vibration`: the whole device is shaken.
+//!
+//! Equation: `F = -M [1, 1] a sin(2 pi f t + phase)`.
+//! Source: base excitation, e.g. Clough and Penzien, Dynamics of Structures, 1993, section
+//! 2-5.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{Action, EffectSpec, Need};
+use super::{Action, EffectSpec, Facts, FormError, FoundBy, Need, Search};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -61,6 +65,23 @@ pub static EFFECT: EffectSpec = EffectSpec {
             phase: values[2],
         })
     },
+    facts: Facts {
+        strengths: &["a"],
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Frequency,
+        // Its second and third harmonic, as sine and cosine.
+        form_errors: |values, tolerance| {
+            let phases = |harmonic| [(harmonic, 0.0), (harmonic, FRAC_PI_2)];
+            let size = tolerance.share * values[0];
+            let add =
+                |(harmonic, phase)| FormError::Everywhere(vec![size, harmonic * values[1], phase]);
+            [2.0, 3.0].into_iter().flat_map(phases).map(add).collect()
+        },
+        ..Search::DEFAULT
+    },
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -1,11 +1,16 @@
 //! `compliant_ground`: a ground into which the mass sinks, in place of the rigid stop.
 //!
+//! Equation: `F = k d^1.5 (1 + chi d') - f_a, d = -dp - xp > 0`.
+//! Source: Hunt and Crossley, J. Appl. Mech. 42, 440 (1975); adhesion as a constant pull-off
+//! force while touching: Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314
+//! (1975).
+//!
 //! Contact is then a stretch of motion with a force: the reaction pushes, adhesion pulls
 //! with `f_a` of eq (14) for as long as the mass is below the ground's level. The mass
 //! leaves when it comes up to that level; how fast it rebounds follows from the law, and
 //! `alpha` has no bearing. The film goes on as in eq (10).
 
-use super::{Action, EffectSpec, Need};
+use super::{Action, ContactLaw, EffectSpec, EventFigure, EvidenceFigure, FoundBy, Need, Search};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect. With the defaults a mass that comes at 0.2 m/s sinks in by a third of a
@@ -51,6 +56,12 @@ pub static EFFECT: EffectSpec = EffectSpec {
             damping: values[1],
         })
     },
+    search: Search {
+        found_by: FoundBy::ContactEvents(ContactLaw::Compliance),
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Events(EventFigure::Dwell),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -1,7 +1,13 @@
 //! `cubic_stiffness`: a spring that hardens or softens with deflection, less or more so the
 //! further it goes.
+//!
+//! Equation: `F = -k3 xp^3 - k5 xp^5`.
+//! Source: Duffing's oscillator, e.g. Nayfeh and Mook, Nonlinear Oscillations, 1979.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, EffectSpec, EvidenceFigure, Facts, FormError, FoundBy, Kinematics, Motion, Need,
+    Quantity, Search, Start,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -46,7 +52,38 @@ pub static EFFECT: EffectSpec = EffectSpec {
             k5: values[1],
         })
     },
+    facts: Facts {
+        strengths: &["k3", "k5"],
+        force_over_displacement: true,
+        feature_strength: Some("k3"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        // Both terms are one force.
+        form_errors: |values, tolerance| {
+            let values = values.iter().map(|k| tolerance.share * k).collect();
+            vec![FormError::InWindows(values, Quantity::Displacement)]
+        },
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Displacement),
+    ..EffectSpec::DEFAULT
 };
+
+/// A cubic term; the quintic one shapes it, unless a fit's step of that is too large for a device
+/// that moves by centimetres.
+fn starts(motion: &Motion) -> Vec<Start> {
+    if !motion.is_sprung {
+        return Vec::new();
+    }
+    let k3 = 1e-3 * motion.force / motion.length.powi(3);
+    vec![Start {
+        shape: &[1],
+        shape_force: Some(motion.length.powi(5)),
+        ..Start::signed(&[k3, 0.0], 0, &[0])
+    }]
+}
 
 #[derive(Debug)]
 struct CubicStiffness {

@@ -1,10 +1,15 @@
 //! `dry_friction`: a constant force against the motion of the mass.
 //!
+//! Equation: `F = -fc sign(xp'), |F| <= fc at rest`.
+//! Source: Coulomb friction, e.g. den Hartog, Mechanical Vibrations, 1934, section 8.4.
+//!
 //! The jump of the force where the motion turns is met as an event, not smoothed over: a
 //! mass whose velocity comes to zero goes on the other way, or stays where it is until the
 //! structure pulls it with more than `fc`. On the ground friction adds to adhesion.
 
-use super::{Action, EffectSpec, Need};
+use super::{
+    Action, EffectSpec, EvidenceFigure, Facts, FormError, FoundBy, Need, Quantity, Search, Start,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -29,6 +34,22 @@ pub static EFFECT: EffectSpec = EffectSpec {
         equation: "F = -fc sign(xp')",
     }],
     build: |values, _| Box::new(DryFriction { force: values[0] }),
+    facts: Facts {
+        strengths: &["fc"],
+        friction_force: Some(0),
+        feature_strength: Some("fc"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(|motion| vec![Start::positive(&[1e-3 * motion.force], 0, &[0])]),
+        form_errors: |values, tolerance| {
+            let force = tolerance.share * values[0];
+            vec![FormError::ForceInWindows(force, Quantity::Velocity)]
+        },
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Velocity),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

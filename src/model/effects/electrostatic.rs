@@ -1,12 +1,21 @@
 //! `electrostatic`: attraction between the driven electrode and the ground.
+//!
+//! Equation: `F = -1/2 eps0 A V^2 / (xp + g)^2`.
+//! Source: parallel plates, e.g. Senturia, Microsystem Design, 2001, section 6.4.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, EffectSpec, EvidenceFigure, Facts, FormError, FoundBy, Kinematics, Motion, Need,
+    Quantity, Search, Start,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// Vacuum permittivity [F/m], CODATA 2018.
 const EPSILON_0: f64 = 8.854_187_812_8e-12;
 /// The plates are never nearer than this share of the gap: the force stays finite.
 const NEAREST: f64 = 1e-3;
+
+/// Least distance of the electrodes at contact [m].
+const LEAST_GAP: f64 = 2e-6;
 
 /// The effect.
 pub static EFFECT: EffectSpec = EffectSpec {
@@ -50,7 +59,35 @@ pub static EFFECT: EffectSpec = EffectSpec {
             gap: values[1],
         })
     },
+    facts: Facts {
+        strengths: &["A"],
+        force_over_displacement: true,
+        feature_strength: Some("A"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        // The electrodes are apart even where the mass touches the ground.
+        least_constant: |motion| motion.contact_distance + LEAST_GAP,
+        form_errors: |values, tolerance| {
+            [Quantity::Displacement, Quantity::Voltage]
+                .map(|over| FormError::InWindows(tolerance.scaled(values, 0), over))
+                .to_vec()
+        },
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Voltage),
+    ..EffectSpec::DEFAULT
 };
+
+/// Electrodes at different distances when the mass touches.
+fn starts(motion: &Motion) -> Vec<Start> {
+    if !(motion.is_driven && motion.has_ground) {
+        return Vec::new();
+    }
+    let at = |above| Start::positive(&[9e-9, motion.contact_distance + above], 0, &[0, 1]);
+    [6e-6, 15e-6, 35e-6, 100e-6].map(at).to_vec()
+}
 
 #[derive(Debug)]
 struct Electrostatic {

@@ -1,6 +1,12 @@
 //! `extra_mode`: a further vibration mode of the structure, and one more beside it.
+//!
+//! Equation: `q'' + 2 zeta w q' + w^2 q = phi . F, x = ... + phi q`.
+//! Source: modal superposition; third bending mode of the Euler-Bernoulli beam of the
+//! presets.
 
-use super::{Action, EffectSpec, Need};
+use super::{
+    Action, ContactLaw, EffectSpec, EvidenceFigure, Facts, FoundBy, ModeLayout, Need, Search,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::structure::{Mode, Structure};
 
@@ -147,6 +153,24 @@ pub static EFFECT: EffectSpec = EffectSpec {
             modes: modes(values).filter(shows).collect(),
         })
     },
+    facts: Facts {
+        strengths: &["phi_c", "phi_p", "phi_d"],
+        modes: Some(ModeLayout {
+            per_mode: OF_ONE,
+            frequency: 0,
+            first_shape: 2,
+        }),
+        // How a mode rings that the impacts set off is hardly determined by the flight.
+        obscures: &[ContactLaw::Compliance],
+        is_felt,
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::ModeFrequency,
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::RingDown,
+    ..EffectSpec::DEFAULT
 };
 
 /// The modes that the values are of.
@@ -161,7 +185,7 @@ fn modes(values: &[f64]) -> impl Iterator<Item = Mode> + '_ {
 }
 
 /// Whether parameter number `i` is one of a mode that the device has.
-pub(super) fn bears(values: &[f64], i: usize) -> bool {
+fn is_felt(values: &[f64], i: usize) -> bool {
     modes(values)
         .nth(i / OF_ONE)
         .is_some_and(|mode| shows(&mode))

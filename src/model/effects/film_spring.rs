@@ -1,6 +1,12 @@
 //! `film_spring`: the gas of the film is compressed before it flows away.
+//!
+//! Equation: `tau ((gp - dp) / (xp + gp))^p F' + F = -Cs xp' / (xp + gp)^3`.
+//! Source: squeeze number: Blech, J. Lubrication Technol. 105, 615 (1983).
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, EffectSpec, EvidenceFigure, Facts, FormError, FoundBy, Kinematics, Motion, Need,
+    Quantity, Search, Start,
+};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
 /// Time of the film at contact over that far off, at most: between these, by the quickest rate
@@ -69,7 +75,30 @@ pub static EFFECT: EffectSpec = EffectSpec {
             thinnest: parameters[ParameterId::Gp] - parameters[ParameterId::Dp],
         })
     },
+    facts: Facts {
+        strengths: &["tau"],
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        form_errors: |values, tolerance| vec![FormError::Everywhere(tolerance.scaled(values, 0))],
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Displacement),
+    ..EffectSpec::DEFAULT
 };
+
+/// A time that is the same at any height, and one that grows as the gap closes.
+fn starts(motion: &Motion) -> Vec<Start> {
+    if !motion.has_ground {
+        return Vec::new();
+    }
+    let constant = [1.6e-6, 8e-6, 4e-5, 2e-4].map(|tau| [tau, 0.0]);
+    let growing = [1.6e-6, 8e-6, 4e-5, 2e-4, 1e-3].map(|tau| [tau, 2.0]);
+    let all = constant.into_iter().chain(growing);
+    all.map(|values| Start::positive(&values, 0, &[0]))
+        .collect()
+}
 
 /// State: the film's force [N]. While the mass is held the gas goes on flowing away, and
 /// its force on the mass counts in the balance.

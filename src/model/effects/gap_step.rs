@@ -1,6 +1,9 @@
 //! `gap_step`: the ground is higher or lower from one instant on.
+//!
+//! Equation: `contact at xp = -dp + h for t >= t0`.
+//! Source: a particle or wear under the mass.
 
-use super::{Action, EffectSpec, Need};
+use super::{Action, EffectSpec, EventFigure, EvidenceFigure, Facts, FoundBy, Need, Search};
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
@@ -46,6 +49,16 @@ pub static EFFECT: EffectSpec = EffectSpec {
             time: values[1],
         })
     },
+    facts: Facts {
+        strengths: &["h"],
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::StepTime,
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Events(EventFigure::Level),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -1,6 +1,11 @@
 //! `gravity`: the weight of the proof mass.
+//!
+//! Equation: `F = -m g`.
+//! Source: standard gravity, CGPM 1901.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, EffectSpec, EvidenceFigure, Facts, FoundBy, Kinematics, Need, Quantity, Search, Start,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -29,6 +34,20 @@ pub static EFFECT: EffectSpec = EffectSpec {
             weight: around.structure.proof_mass * values[0],
         })
     },
+    facts: Facts {
+        strengths: &["g"],
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        // On a spring it only moves the zero.
+        found_by: FoundBy::Starts(|motion| {
+            let start = (!motion.is_sprung).then(|| Start::signed(&[1.0], 0, &[0]));
+            start.into_iter().collect()
+        }),
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Displacement),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

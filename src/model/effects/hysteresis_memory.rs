@@ -1,5 +1,10 @@
 //! `hysteresis_memory`: loops that remember the extremes of the voltage, at every amplitude.
 //!
+//! Equation: `gc = (1 - s) gc + s (m(V) + w d H[V])`.
+//! Source: Prandtl-Ishlinskii and Preisach operators: Visintin, Differential Models of
+//! Hysteresis, 1994, chapters III and IV; Everett's function: Mayergoyz, Mathematical Models
+//! of Hysteresis, 1991; uniform density gives Rayleigh's loops.
+//!
 //! The law is the Preisach operator of `model::preisach`, whose density need not be known in
 //! detail: with `q = k = b1 = b2 = b4 = 0` it is the Prandtl-Ishlinskii operator of uniform
 //! density, play operators of all widths with the same weight. What its relays have moved,
@@ -17,11 +22,14 @@
 //! them the law is smooth. The piezo may have been driven before the drive began: then the
 //! past begins with an extreme `v_past`.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, ColdStart, EffectSpec, EvidenceFigure, Facts, FormError, FormTolerance, FoundBy,
+    Kinematics, Motion, Need, Quantity, Search, Start,
+};
 use crate::model::bisection::halved;
 use crate::model::drive::Segment;
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
-use crate::model::piezo::{Branch, Piezo};
+use crate::model::piezo::{Branch, LARGEST_GAIN, Piezo};
 use crate::model::preisach::{EQUAL, MEMORY, Past, Relays, standing};
 
 const DENSITY: &str =
@@ -178,7 +186,56 @@ pub static EFFECT: EffectSpec = EffectSpec {
             rates: [0.0; 1 + MEMORY],
         })
     },
+    facts: Facts {
+        strengths: &["s"],
+        feature_strength: Some("s"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        // A device has either the branches or the loops: between them there is nothing. At zero
+        // the past would not show which way to go.
+        cold_start: Some(ColdStart {
+            set: &[(8, 1e-3)],
+            free: &[1, 3, 4, 5, 6, 7, 8, 9, 10],
+        }),
+        deferred: &["q", "k", "b2", "b4", "v_past"],
+        form_errors,
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Voltage),
+    ..EffectSpec::DEFAULT
 };
+
+/// Relays of all widths as in the branches, and rather narrow ones that lie evenly.
+fn starts(motion: &Motion) -> Vec<Start> {
+    let mut all = Vec::new();
+    if !motion.is_driven {
+        return all;
+    }
+    for width in [0.5, 1.2] {
+        for (q, k, b1) in [(0.0, 0.0, 1.0), (0.4, 3.0, 0.0), (0.7, 6.0, 0.0)] {
+            let values = [0.2, width, 8.0, q, k, b1, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let start = Start::positive(&values, 0, &[0, 1]);
+            all.push(start.shaped_by(&[3, 4, 5, 6, 7, 9, 10]));
+        }
+    }
+    all
+}
+
+/// Branches that are higher or lower at some voltages, and loops of another width at some
+/// voltages than at others, as those of relays that do not lie evenly are; and none.
+fn form_errors(values: &[f64], tolerance: &FormTolerance) -> Vec<FormError> {
+    let size = tolerance.share * values[0] * LARGEST_GAIN;
+    let loops = [values[1], 0.0].map(|width| {
+        let mut values = tolerance.scaled(values, 0);
+        values[1] = width;
+        FormError::InWindows(values, Quantity::Voltage)
+    });
+    std::iter::once(FormError::DriveInWindows(size))
+        .chain(loops)
+        .collect()
+}
 
 /// States: how many extremes are remembered, and they, from the first to the last.
 #[derive(Debug)]
@@ -282,105 +339,5 @@ impl Action for HysteresisMemory {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::hysteresis_memory::*;
-    use crate::model::drive::Shape;
-
-    fn end(law: &HysteresisMemory, extreme: f64, z: &mut [f64]) {
-        law.end_piece(&Kinematics::default(), extreme, z);
-    }
-
-    fn law() -> HysteresisMemory {
-        HysteresisMemory {
-            share: 1.0,
-            width: 1.0,
-            reference: 8.0,
-            middle: [0.0; 2],
-            relays: Relays::new([8.0, 0.0, 0.0], [slant(&Piezo::default()), 0.0, 0.0]),
-            before: 0.0,
-            piezo: Piezo::default(),
-            rates: [0.0; 1 + MEMORY],
-        }
-    }
-
-    #[test]
-    fn at_the_reference_amplitude_the_loop_is_that_of_the_branches() {
-        let (law, mut z) = (law(), [0.0; 1 + MEMORY]);
-        for extreme in [8.0, -8.0] {
-            end(&law, extreme, &mut z);
-        }
-        for branch in [Branch::Rising, Branch::Falling] {
-            for step in 0..=16 {
-                let up = -8.0 + f64::from(step);
-                let voltage = if branch == Branch::Rising { up } else { -up };
-                let expected = law.piezo.gain(voltage, branch);
-                let gain = law.hysteresis(0.0, voltage, branch, &z);
-                // The branches of the paper meet at +-8 V but for 0.02.
-                assert!(
-                    (gain - expected).abs() < 0.03,
-                    "{voltage}: {gain} {expected}"
-                );
-            }
-            end(
-                &law,
-                if branch == Branch::Rising { 8.0 } else { -8.0 },
-                &mut z,
-            );
-        }
-    }
-
-    #[test]
-    fn loops_close_at_every_amplitude() {
-        let (law, mut z) = (law(), [0.0; 1 + MEMORY]);
-        for extreme in [8.0, -8.0, 3.0] {
-            end(&law, extreme, &mut z);
-        }
-        let before = law.hysteresis(0.0, 5.0, Branch::Rising, &z);
-        // A minor loop leaves no trace, nor do a hundred nested ones more than a small one.
-        for extreme in [-1.0, 3.0] {
-            end(&law, extreme, &mut z);
-        }
-        assert_eq!(law.hysteresis(0.0, 5.0, Branch::Rising, &z), before);
-        for i in 0..100 {
-            let size = 3.0 / (1.0 + f64::from(i));
-            end(&law, if i % 2 == 0 { -size } else { size }, &mut z);
-        }
-        assert_eq!(law.hysteresis(0.0, 5.0, Branch::Rising, &z), before);
-    }
-
-    #[test]
-    fn a_past_counts_until_it_is_overtaken() {
-        let mut older = law();
-        older.before = -6.0;
-        let (fresh, mut z, mut y) = (law(), [0.0; 1 + MEMORY], [0.0; 1 + MEMORY]);
-        let gain = |law: &HysteresisMemory, z: &[f64]| law.hysteresis(0.0, 1.0, Branch::Falling, z);
-        for extreme in [4.0, 7.0] {
-            end(&older, extreme, &mut z);
-            end(&fresh, extreme, &mut y);
-            let apart = (gain(&older, &z) - gain(&fresh, &y)).abs();
-            assert_eq!(apart > 1e-3, extreme < 6.0, "{extreme}: {apart}");
-        }
-    }
-
-    /// A sweep that ends where it would close a loop does not pass that point.
-    #[test]
-    fn a_sweep_that_ends_at_an_extreme_is_not_cut() {
-        let (law, mut z) = (law(), [0.0; 1 + MEMORY]);
-        for extreme in [8.0, -6.0] {
-            end(&law, extreme, &mut z);
-        }
-        for (end, cut) in [(-8.000000000000002, false), (-8.5, true)] {
-            let sweep = Segment {
-                start: 0.0,
-                end: 1.0,
-                shape: Shape::Line {
-                    voltage: -6.0,
-                    slope: end + 6.0,
-                    at: 0.0,
-                },
-                branch: Branch::Falling,
-            };
-            assert_eq!(law.piece(sweep, 0.0, &z).end < 1.0, cut, "{end}");
-        }
-    }
-}
+#[path = "hysteresis_memory_tests.rs"]
+mod tests;

@@ -1,6 +1,13 @@
 //! `long_range_attraction`: the ground pulls before it is touched.
+//!
+//! Equation: `F = -A (h0 / (xp + dp + h0))^n`.
+//! Source: power laws of surface forces, e.g. Israelachvili, Intermolecular and Surface
+//! Forces, 2011, chapter 13.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, ContactLaw, EffectSpec, EvidenceFigure, Facts, FallOff, FormError, FoundBy, Kinematics,
+    Motion, Need, Quantity, Search, Start,
+};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -60,7 +67,44 @@ pub static EFFECT: EffectSpec = EffectSpec {
             dp: around.parameters[ParameterId::Dp],
         })
     },
+    facts: Facts {
+        strengths: &["A"],
+        force_over_displacement: true,
+        falls_off: Some(|values| FallOff {
+            reach: values[1],
+            exponent: values[2],
+        }),
+        // It makes slow bounces slower and pulls at the end of each contact.
+        obscures: &[ContactLaw::Restitution, ContactLaw::Adhesion],
+        feature_strength: Some("A"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        // From a sphere on a plane to what falls off as an exponential does.
+        bounds: &[(2, (2.0, 12.0))],
+        form_errors: |values, tolerance| {
+            let values = tolerance.scaled(values, 0);
+            vec![FormError::InWindows(values, Quantity::Displacement)]
+        },
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Displacement),
+    ..EffectSpec::DEFAULT
 };
+
+/// Three ranges, each for a sphere on a plane and for plates.
+fn starts(motion: &Motion) -> Vec<Start> {
+    if !motion.has_ground {
+        return Vec::new();
+    }
+    let ranges = [0.6e-6, 2e-6, 6e-6];
+    let all = ranges.map(|range| [(range, 2.0), (range, 3.0)]).concat();
+    let start = |(range, power)| Start::positive(&[3e-9, range, power], 0, &[0, 1]);
+    all.into_iter()
+        .map(|own| start(own).shaped_by(&[2]))
+        .collect()
+}
 
 #[derive(Debug)]
 struct LongRangeAttraction {

@@ -1,14 +1,36 @@
 //! Physics beyond the baseline, one file per effect.
 //!
-//! An effect is an [`EffectSpec`] (what it is, its parameters) that builds an
-//! [`Action`] (what it does). A new effect is a new file and a line in [`CATALOGUE`];
-//! the simulator, the sliders and the command line find it there.
+//! # How to add an effect
+//!
+//! 1. Write one file here. Its header states equation and source. It holds one static
+//!    [`EffectSpec`]: id, name, sentence, parameters with defaults and ranges, and `build`, which
+//!    makes an [`Action`] from values. All that it does not state comes from
+//!    [`EffectSpec::DEFAULT`]. `quadratic_drag.rs` is the shortest example.
+//! 2. Implement [`Action`] for what it does: a force, a change of the drive, of the ground, of the
+//!    structure or of the readings. Every method has a default that does nothing. A model in which
+//!    the effect has strength zero must be the baseline (`does_nothing`).
+//! 3. Name in `facts.strengths` the parameters whose zero switches it off: a test holds that
+//!    against the baseline.
+//! 4. Declare the file below (`mod`) and add one line to [`CATALOGUE`].
+//!
+//! The simulator, the presets, the sliders, the command line, fits and the reports then have it.
+//! For the diagnosis to look for it, state in the same file
+//!
+//! - `search.found_by`: [`FoundBy::Starts`] for a law whose strength moves the simulation in
+//!   proportion, with first guesses sized by the [`Motion`] of the device;
+//! - `search.form_errors`: what its law leaves if its form is somewhat off;
+//! - `facts`: the properties of its law that decisions ask for (see [`Facts`]);
+//! - `figure`: the picture in which it shows.
+//!
+//! Nothing outside this folder knows an effect by its id, but for the sealed trials: they conceal
+//! effects by formulations of their own, so that the diagnosis is not tested against itself.
 
 mod adhesion_saturation;
 mod amplifier_lag;
 mod base_vibration;
 mod compliant_ground;
 mod cubic_stiffness;
+mod definition;
 mod dry_friction;
 mod electrostatic;
 pub mod extra_mode;
@@ -20,27 +42,18 @@ mod long_range_attraction;
 mod piezo_creep;
 mod quadratic_drag;
 mod sensor_lag;
-
-/// Ids of some parameters of an effect, as `effect.parameter`.
-pub fn own_ids(spec: &EffectSpec, which: &[usize]) -> Vec<String> {
-    let name = |&i: &usize| format!("{}.{}", spec.id, spec.parameters[i].id);
-    which.iter().map(name).collect()
-}
-
 #[cfg(test)]
 mod tests;
 mod velocity_restitution;
 mod zero_drift;
 
-use std::fmt;
+pub use definition::{
+    Action, ActiveEffect, ColdStart, ContactLaw, EdgeLag, EffectSpec, EventFigure, EvidenceFigure,
+    Facts, FallOff, FormError, FormTolerance, FoundBy, Kinematics, LagKind, ModeLayout, Motion,
+    Need, Quantity, RefinedBounds, Refinement, Search, Start, Surroundings, own_ids,
+};
 
-use super::drive::Segment;
-use super::parameter::{ParameterSpec, Parameters};
-use super::piezo::{Branch, Piezo};
-use super::sensor::Point;
-use super::structure::Structure;
-
-/// All effects that are known.
+/// All effects that are known, in the order in which they are listed and searched.
 pub static CATALOGUE: &[&EffectSpec] = &[
     &amplifier_lag::EFFECT,
     &piezo_creep::EFFECT,
@@ -62,293 +75,45 @@ pub static CATALOGUE: &[&EffectSpec] = &[
     &gravity::EFFECT,
 ];
 
-/// What an effect is.
-pub struct EffectSpec {
-    /// Fixed id, as typed on the command line.
-    pub id: &'static str,
-    /// The term of the field.
-    pub name: &'static str,
-    /// One plain sentence for the window.
-    pub sentence: &'static str,
-    /// Its law, as written in the window.
-    pub law: &'static str,
-    /// Where the law is from.
-    pub source: &'static str,
-    /// What a device must have for it to do anything.
-    pub needs: Need,
-    /// Its parameters, with defaults and ranges.
-    pub parameters: &'static [ParameterSpec],
-    /// Builds the action for values in the order of `parameters`.
-    pub build: fn(&[f64], &Surroundings<'_>) -> Box<dyn Action>,
-}
-
-/// What a device must have for an effect to do anything.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Need {
-    /// Any device will do.
-    Nothing,
-    /// A ground: contact, adhesion or a film over it.
-    Ground,
-    /// A drive.
-    Drive,
-}
-
-/// The device that an effect is built into.
-#[derive(Debug, Clone, Copy)]
-pub struct Surroundings<'a> {
-    /// Its structure, with what effects before this one added.
-    pub structure: &'a Structure,
-    /// Its parameters.
-    pub parameters: &'a Parameters,
-    /// Its drive; `None` without one.
-    pub piezo: Option<Piezo>,
-}
-
-impl fmt::Debug for EffectSpec {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "EffectSpec({})", self.id)
-    }
-}
-
-impl PartialEq for EffectSpec {
-    fn eq(&self, other: &Self) -> bool {
-        self.id == other.id
-    }
-}
-
 /// Finds an effect by its id.
 pub fn find(id: &str) -> Option<&'static EffectSpec> {
-    CATALOGUE.iter().copied().find(|effect| effect.id == id)
+    first(|effect| effect.id == id)
 }
 
-/// An effect with values for its parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ActiveEffect {
-    /// Which effect.
-    pub spec: &'static EffectSpec,
-    /// Values in the order of `spec.parameters`, SI.
-    pub values: Vec<f64>,
+/// The effect that changes a law of the ground.
+pub fn of_contact_law(law: ContactLaw) -> Option<&'static EffectSpec> {
+    first(|effect| effect.contact_law() == Some(law))
 }
 
-impl ActiveEffect {
-    /// The effect at its defaults.
-    pub fn new(spec: &'static EffectSpec) -> Self {
-        Self {
-            spec,
-            values: spec.parameters.iter().map(|p| p.default).collect(),
-        }
-    }
-
-    /// Sets a parameter by id; false if the effect has none of that id.
-    pub fn set(&mut self, id: &str, value: f64) -> bool {
-        let place = self.spec.parameters.iter().position(|p| p.id == id);
-        if let Some(i) = place {
-            self.values[i] = value;
-        }
-        place.is_some()
-    }
-
-    /// Whether parameter number `i` bears on anything while the others are as they are: a
-    /// further mode that has no shape is none, nor is an element of creep without a share, and
-    /// a fit that moved it would change what there is to fit.
-    pub fn bears(&self, i: usize) -> bool {
-        if *self.spec == extra_mode::EFFECT {
-            extra_mode::bears(&self.values, i)
-        } else if *self.spec == piezo_creep::EFFECT {
-            piezo_creep::bears(&self.values, i)
-        } else {
-            true
-        }
-    }
-
-    /// Whether moving parameter number `i` alone can change anything.
-    pub fn is_moved_by(&self, i: usize) -> bool {
-        let mut moved = self.clone();
-        if moved.values[i] == 0.0 {
-            moved.values[i] = 1.0;
-        }
-        moved.bears(i)
-    }
+/// The step of the ground's level.
+pub fn level_step() -> Option<&'static EffectSpec> {
+    first(EffectSpec::is_level_step)
 }
 
-/// State of the device as an effect sees it. SI.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Kinematics {
-    /// Time [s].
-    pub t: f64,
-    /// Displacement of the proof mass [m].
-    pub xp: f64,
-    /// Velocity of the proof mass [m/s].
-    pub vp: f64,
-    /// Displacement of the cantilever's centre [m].
-    pub xc: f64,
-    /// Velocity of the cantilever's centre [m/s].
-    pub vc: f64,
-    /// Voltage at the terminals [V].
-    pub voltage: f64,
-    /// `gc` that drives at present, all effects included; not known to
-    /// [`Action::drive_voltage`] and [`Action::drive_gain`], which make it.
-    pub gain: f64,
-    /// Force of the gas film by eq (10) [N], 0 while the mass is held. Where a mass has sunk
-    /// into a compliant ground, the film is as thick as at touch.
-    pub film: f64,
+/// The sinusoidal vibration of the base.
+pub fn base_sinusoid() -> Option<&'static EffectSpec> {
+    first(EffectSpec::is_base_sinusoid)
 }
 
-/// What an effect does, at each of the places where it can attach. Every method
-/// defaults to doing nothing. `z` are the effect's own extra states.
-pub trait Action: Send + Sync + fmt::Debug {
-    /// Whether the effect has strength zero: the device is then made without it, and its
-    /// motion is the baseline's to the last bit.
-    fn does_nothing(&self) -> bool {
-        false
-    }
+/// The drift of the readings' zero by `a (1 - exp(-t/tau)) + b t`, with the values a, tau, b.
+pub fn zero_course() -> Option<&'static EffectSpec> {
+    first(|effect| effect.facts.is_zero_course)
+}
 
-    /// Whether it changes forces or drive while the mass flies or is held, or has states that
-    /// are no readings. What it makes of structure, ground and sensor is none of that, nor is
-    /// [`Action::friction`].
-    fn acts_on_motion(&self) -> bool {
-        true
-    }
+/// The effect by which readings are late as a whole, and which parameter is that time \[s\].
+pub fn reading_delay() -> Option<(&'static EffectSpec, usize)> {
+    let delays = |effect: &&'static EffectSpec| Some((*effect, effect.facts.reading_delay?));
+    CATALOGUE.iter().find_map(delays)
+}
 
-    /// Structure: adds or changes modes before the simulation starts.
-    fn alter_structure(&self, _structure: &mut Structure) {}
+/// The effect that looks like `id` in flight. It is enough that one of the two names the other.
+pub fn twin_in_flight(id: &str) -> Option<&'static EffectSpec> {
+    let own = find(id)?;
+    let names = |a: &EffectSpec, b: &EffectSpec| a.facts.twin_in_flight == Some(b.id);
+    first(|other| names(own, other) || names(other, own))
+}
 
-    /// Extra states: decay rate of each [1/s]. State `k` obeys `z_k' = -rate_k z_k + u_k`.
-    /// A state of rate 0 without input is a memory: it changes at the ends of pieces only,
-    /// by [`Action::end_piece`].
-    fn state_rates(&self) -> &[f64] {
-        &[]
-    }
-
-    /// Extra states: the inputs `u_k`.
-    fn state_inputs(&self, _at: &Kinematics, _z: &[f64], _inputs: &mut [f64]) {}
-
-    /// Extra states: share of their rates at which they go here, above 0 to 1:
-    /// `z_k' = pace (-rate_k z_k + u_k)`.
-    fn pace(&self, _at: &Kinematics) -> f64 {
-        1.0
-    }
-
-    /// Extra states: the reciprocal of the least such share.
-    fn lasting(&self) -> f64 {
-        1.0
-    }
-
-    /// Extra states: whether they are forces on the proof mass [N], which then need be no more
-    /// exact than its motion asks for; others are told as exactly for their size as that is.
-    fn states_are_forces(&self) -> bool {
-        false
-    }
-
-    /// Extra states: whether their inputs feel the motion, and not the drive alone.
-    fn states_feel_motion(&self) -> bool {
-        !self.state_rates().is_empty()
-    }
-
-    /// Extra states: what a memory holds where everything has stood at `at` for long; states
-    /// that decay are there already.
-    fn settle(&self, _at: &Kinematics, _z: &mut [f64]) {}
-
-    /// Drive: the piece of `segment` that begins at `t` over which the effect's law has no
-    /// break; its end may be earlier, its hysteresis branch another.
-    fn piece(&self, segment: Segment, _t: f64, _z: &[f64]) -> Segment {
-        segment
-    }
-
-    /// Drive: whether all it does is to change the force of the drive, which goes by the voltage,
-    /// the time and the states of such effects, and those by nothing of the motion.
-    fn acts_on_drive(&self) -> bool {
-        false
-    }
-
-    /// Drive: the voltage that the piezo film sees, from the one it would see without.
-    fn drive_voltage(&self, voltage: f64, _at: &Kinematics, _z: &[f64]) -> f64 {
-        voltage
-    }
-
-    /// Extra states: brings a memory up to date where a piece of the drive ends, the film
-    /// seeing `film` \[V\]. Of `at` only `t`, `voltage` and `gain` are given.
-    fn end_piece(&self, _at: &Kinematics, _film: f64, _z: &mut [f64]) {}
-
-    /// Drive: the transducer's law `gc(V)` in place of the two branches, from theirs.
-    /// `voltage` is what the film sees. Before [`Action::drive_gain`].
-    fn hysteresis(&self, gain: f64, _voltage: f64, _branch: Branch, _z: &[f64]) -> f64 {
-        gain
-    }
-
-    /// Drive: `gc`, from the one without.
-    fn drive_gain(&self, gain: f64, _at: &Kinematics, _z: &[f64]) -> f64 {
-        gain
-    }
-
-    /// Force on the proof mass [N], in flight and while it is held.
-    fn force_on_proof_mass(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
-        0.0
-    }
-
-    /// Force of the gas film [N], from the one without; also while the mass is held, where
-    /// the one without is 0.
-    fn film_force(&self, film: f64, _z: &[f64]) -> f64 {
-        film
-    }
-
-    /// Coulomb friction of the mass [N], not negative: it opposes the mass's motion with
-    /// this force, and holds a mass at rest against any smaller one.
-    fn friction(&self) -> f64 {
-        0.0
-    }
-
-    /// Acceleration of the base [m/s^2], up positive. All displacements are relative to
-    /// the base; the ground and the sensor move with it.
-    fn base_acceleration(&self, _t: f64) -> f64 {
-        0.0
-    }
-
-    /// Contact: reaction [N] of a ground into which the mass sinks, at a depth [m] and its
-    /// rate [m/s], in place of the rigid stop. `None` leaves the ground rigid.
-    fn contact_force(&self, _depth: f64, _rate: f64) -> Option<f64> {
-        None
-    }
-
-    /// Contact: level of the ground [m], from the level without.
-    fn ground_level(&self, level: f64, _t: f64) -> f64 {
-        level
-    }
-
-    /// Contact: when the level of the ground jumps \[s\], if it does.
-    fn ground_jump(&self) -> Option<f64> {
-        None
-    }
-
-    /// Contact: adhesion [N] after `contact_time` [s], from the adhesion without and from
-    /// what it is at touch.
-    fn adhesion(&self, adhesion: f64, _at_touch: f64, _contact_time: f64) -> f64 {
-        adhesion
-    }
-
-    /// Impact: restitution at approach speed `speed` > 0 [m/s], from the one without.
-    fn restitution(&self, alpha: f64, _speed: f64) -> f64 {
-        alpha
-    }
-
-    /// Sensor: whether it changes the readings.
-    fn acts_on_readings(&self) -> bool {
-        false
-    }
-
-    /// Sensor: the reading of a point at `t` [m], from the one without.
-    fn reading(&self, reading: f64, _point: Point, _t: f64, _z: &[f64]) -> f64 {
-        reading
-    }
-
-    /// Sensor: whether the effect's two states are the readings of proof mass and
-    /// cantilever, so that a recording tells where they begin.
-    fn reads_states(&self) -> bool {
-        false
-    }
-
-    /// Sensor: time by which readings are late as a whole [s], not negative.
-    fn reading_delay(&self) -> f64 {
-        0.0
-    }
+/// The first effect of the catalogue with a property.
+fn first(has: impl Fn(&EffectSpec) -> bool) -> Option<&'static EffectSpec> {
+    CATALOGUE.iter().copied().find(|effect| has(effect))
 }

@@ -1,6 +1,13 @@
 //! `quadratic_drag`: inertial drag of the gas on the proof mass, `-cd xp' |xp'|`.
+//!
+//! Equation: `F = -cd xp' |xp'|`.
+//! Source: drag at high Reynolds number, e.g. Landau and Lifshitz, Fluid Mechanics, section
+//! 45.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, EffectSpec, EvidenceFigure, Facts, FormError, FoundBy, Kinematics, Need, Quantity,
+    Search, Start,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -25,6 +32,25 @@ pub static EFFECT: EffectSpec = EffectSpec {
         equation: "F = -cd xp' |xp'|",
     }],
     build: |values, _| Box::new(QuadraticDrag { cd: values[0] }),
+    facts: Facts {
+        strengths: &["cd"],
+        feature_strength: Some("cd"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(|motion| {
+            let cd = 1e-3 * motion.force / motion.speed.powi(2);
+            vec![Start::positive(&[cd], 0, &[0])]
+        }),
+        form_errors: |values, tolerance| {
+            [Quantity::Velocity, Quantity::Displacement]
+                .map(|over| FormError::InWindows(tolerance.scaled(values, 0), over))
+                .to_vec()
+        },
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Force(Quantity::Velocity),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -1,6 +1,12 @@
 //! `sensor_lag`: the readings are late.
+//!
+//! Equation: `y(t) = r(t - d), tau r' = x - r`.
+//! Source: delay of a vibrometer's decoder and filters.
 
-use super::{Action, EffectSpec, Kinematics, Need};
+use super::{
+    Action, EdgeLag, EffectSpec, EvidenceFigure, Facts, FoundBy, Kinematics, LagKind, Motion, Need,
+    Quantity, Search, Start,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::sensor::Point;
 
@@ -50,7 +56,31 @@ pub static EFFECT: EffectSpec = EffectSpec {
             delay: values[1],
         })
     },
+    facts: Facts {
+        strengths: &["tau", "delay"],
+        reading_delay: Some(1),
+        edge_lags: &[EdgeLag {
+            parameter: 0,
+            kind: LagKind::Readings,
+        }],
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(starts),
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Residual(Quantity::Velocity),
+    ..EffectSpec::DEFAULT
 };
+
+/// Lags and delays as shares of the time between samples. Together with a shift of the clocks a
+/// lag acts as its square.
+fn starts(motion: &Motion) -> Vec<Start> {
+    let lag = |share| Start::positive(&[share * motion.interval, 0.0], 0, &[0]);
+    let delay = |share| Start::positive(&[0.0, share * motion.interval], 1, &[1]);
+    let lags = [0.1, 0.25, 0.6, 2.0].map(lag);
+    lags.into_iter().chain([0.05, 0.25].map(delay)).collect()
+}
 
 /// States: the lagged reading of the proof mass and of the cantilever [m].
 #[derive(Debug)]

@@ -1,4 +1,6 @@
 use crate::model::effects::*;
+use crate::model::piezo::Branch;
+use crate::model::sensor::Point;
 
 #[test]
 fn catalogue_is_sound() {
@@ -14,6 +16,61 @@ fn catalogue_is_sound() {
                 parameter.id
             );
         }
+    }
+}
+
+#[test]
+fn properties_refer_to_parameters_and_effects_that_exist() {
+    let motion = Motion {
+        is_driven: true,
+        has_ground: true,
+        is_sprung: true,
+        contact_distance: 58e-6,
+        length: 60e-6,
+        speed: 0.2,
+        force: 1e-6,
+        interval: 2e-5,
+    };
+    for effect in CATALOGUE {
+        let id = effect.id;
+        let count = effect.parameters.len();
+        let (facts, search) = (&effect.facts, &effect.search);
+        let has = |parameter: &str| effect.parameters.iter().any(|p| p.id == parameter);
+        assert!(facts.feature_strength.is_none_or(has), "{id}");
+        assert!(facts.strengths.iter().all(|p| has(p)), "{id}");
+        assert!(search.deferred.iter().all(|p| has(p)), "{id}");
+        let indices = [facts.friction_force, facts.reading_delay];
+        assert!(indices.into_iter().flatten().all(|i| i < count), "{id}");
+        assert!(
+            facts.edge_lags.iter().all(|lag| lag.parameter < count),
+            "{id}"
+        );
+        assert!(search.bounds.iter().all(|(i, _)| *i < count), "{id}");
+        if let Some(twin) = facts.twin_in_flight {
+            let back = twin_in_flight(twin);
+            assert_eq!(twin_in_flight(id).map(|e| e.id), Some(twin));
+            assert_eq!(back.map(|e| e.id), Some(id));
+        }
+        if let FoundBy::Starts(starts) = search.found_by {
+            let sprung = starts(&motion);
+            let falling = starts(&Motion {
+                is_sprung: false,
+                ..motion
+            });
+            assert!(!(sprung.is_empty() && falling.is_empty()), "{id}");
+            for start in sprung.iter().chain(&falling) {
+                assert_eq!(start.values.len(), count, "{id}");
+                let all = start.free.iter().chain(start.shape);
+                assert!(all.chain([&start.strength]).all(|i| *i < count), "{id}");
+            }
+        }
+    }
+    for law in [
+        ContactLaw::Restitution,
+        ContactLaw::Adhesion,
+        ContactLaw::Compliance,
+    ] {
+        assert!(of_contact_law(law).is_some(), "{law:?}");
     }
 }
 

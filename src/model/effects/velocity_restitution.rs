@@ -1,6 +1,11 @@
 //! `velocity_restitution`: bounces that lose more the faster they are.
+//!
+//! Equation: `alpha(v) = alpha (v / v0)^-n, at most 1`.
+//! Source: plastic contact, n = 1/4: Johnson, Contact Mechanics, 1985, section 11.5.
 
-use super::{Action, EffectSpec, Need};
+use super::{
+    Action, ContactLaw, EffectSpec, EventFigure, EvidenceFigure, Facts, FoundBy, Need, Search,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
 /// The effect.
@@ -45,6 +50,17 @@ pub static EFFECT: EffectSpec = EffectSpec {
             reference: values[1],
         })
     },
+    facts: Facts {
+        strengths: &["n"],
+        feature_strength: Some("n"),
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::ContactEvents(ContactLaw::Restitution),
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Events(EventFigure::Restitution),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

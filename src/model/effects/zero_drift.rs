@@ -1,6 +1,11 @@
 //! `zero_drift`: the zero of the readings moves.
+//!
+//! Equation: `reading += a (1 - exp(-t/tau)) + b t`.
+//! Source: settling of an instrument; the paper saw up to 20 um from cycle to cycle.
 
-use super::{Action, EffectSpec, Need};
+use super::{
+    Action, EffectSpec, EventFigure, EvidenceFigure, Facts, FormError, FoundBy, Need, Search, Start,
+};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::sensor::Point;
 
@@ -60,6 +65,32 @@ pub static EFFECT: EffectSpec = EffectSpec {
             rate: values[2],
         })
     },
+    facts: Facts {
+        strengths: &["a", "b"],
+        is_zero_course: true,
+        ..Facts::DEFAULT
+    },
+    search: Search {
+        found_by: FoundBy::Starts(|motion| {
+            let settling = [0.02, 0.1].map(|tau| {
+                let values = [3e-3 * motion.length, tau, 0.0];
+                Start::signed(&values, 0, &[0, 1]).shaped_by(&[2])
+            });
+            let steady = Start::signed(&[0.0, 0.1, 0.02 * motion.length], 2, &[2]);
+            settling.into_iter().chain([steady]).collect()
+        }),
+        form_errors: |values, tolerance| {
+            let slower = |factor| {
+                let mut values = tolerance.scaled(values, 0);
+                values[1] *= factor;
+                FormError::Everywhere(values)
+            };
+            tolerance.times.map(slower).to_vec()
+        },
+        ..Search::DEFAULT
+    },
+    figure: EvidenceFigure::Events(EventFigure::Level),
+    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -100,6 +100,8 @@ impl Device {
         let mut structure = model.structure();
         let mut effects = Vec::with_capacity(model.effects.len());
         let (mut rates, mut force_states) = (Vec::new(), Vec::new());
+        // The effect that added the latest modes.
+        let mut adds_modes = "effects";
         for effect in &model.effects {
             let action: Arc<dyn Action> = Arc::from((effect.spec.build)(
                 &effect.values,
@@ -112,7 +114,11 @@ impl Device {
             if action.does_nothing() {
                 continue;
             }
+            let known_modes = structure.modes.len();
             action.alter_structure(&mut structure);
+            if structure.modes.len() > known_modes {
+                adds_modes = effect.spec.id;
+            }
             let first = rates.len();
             rates.extend_from_slice(action.state_rates());
             force_states.resize(rates.len(), action.states_are_forces());
@@ -126,7 +132,7 @@ impl Device {
         }
         if structure.modes.len() > MAX_MODES {
             return Err(ModelError {
-                parameter: "extra_mode".to_owned(),
+                parameter: adds_modes.to_owned(),
                 reason: format!(
                     "{} modes are more than {MAX_MODES}; switch it off",
                     structure.modes.len()

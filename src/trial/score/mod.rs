@@ -21,6 +21,13 @@ pub const VISIBLE: f64 = 3.0;
 /// Stated errors are good if the truth lies within this many of them.
 pub const COVERED: f64 = 3.0;
 
+/// Effects that may be named in addition to those concealed: a `beam` has vibration modes without
+/// end, of which the model has two.
+#[must_use]
+pub fn may_also_name(beam: bool) -> &'static [&'static str] {
+    if beam { &["extra_mode"] } else { &[] }
+}
+
 /// How a diagnosis did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
