@@ -47,7 +47,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     if split {
         answer
             .remarks
-            .insert(0, crate::diagnose::report::words::SPLIT.to_owned());
+            .insert(0, crate::diagnose::findings::Remark::LastThirdHeldOut);
     }
     if let Some(path) = &args.report {
         output::text(path, &report::html(&answer))?;

@@ -1,25 +1,23 @@
-//! A diagnosis; where nothing explains the recordings and the mass may hover in some, with those
-//! read the other way as well, unless the others are far off by themselves.
+//! The diagnosis, with a second reading of the recordings if contact is uncertain in some.
+//!
+//! A mass that comes to rest just above the ground looks as if it touched it. If nothing explains
+//! the recordings and the mass may rest above the ground in some of them, these are read the other
+//! way, unless the other recordings are far off by themselves.
 
 use super::data::reading_assumptions::ContactAmbiguity;
 use super::diagnosis::{Diagnosis, Verdict};
+use super::findings::Remark;
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use super::pipeline::read;
+use super::pipeline::diagnose_as_read;
+use super::thresholds::{CONTACT_DOUBT_MAX_CHI2, REREAD_MAX_MORE_ASIDE};
 use crate::fit::Part;
 use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
 use crate::sim::SimError;
 
-/// Chi2 per value from which recordings are far off.
-const FAR: f64 = 2.0;
-/// Share of the rows by which another reading may set aside more.
-const MORE_ASIDE: f64 = 0.01;
-
-/// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first. Where nothing
-/// explains them and the mass may hover over the ground in some, all is done once more with those
-/// read the other way, unless the others are far off by themselves; where only the level of the
-/// ground makes it doubtful, that counts if nothing is missing then. Deterministic. Cancelled, it
-/// says what it has found so far.
+/// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first. If nothing
+/// explains them and contact is uncertain in some, everything is done once more with the other
+/// reading of these. Deterministic. If it is cancelled, the answer is what was found so far.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a recording or the model cannot be used.
@@ -47,41 +45,46 @@ pub fn diagnose(
         .check()
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
     let sides = (train, held_out);
-    let (mut first, told) = read(model, sides, (options, &ContactAmbiguity::AsTold), control)?;
+    let (mut first, first_reading) = diagnose_as_read(
+        model,
+        sides,
+        (options, &ContactAmbiguity::AsFitted),
+        control,
+    )?;
     log::debug!(
-        "chi2 per value beside those in which the mass may hover: {:?}",
-        told.beside_doubted
+        "chi2 per value without the recordings in which the mass may hover: {:?}",
+        first_reading.chi2_of_certain
     );
-    // What leaves the others far off as well is no matter of how these are read.
-    let again = told
-        .beside_doubted
-        .is_some_and(|beside| beside < FAR || beside.is_nan())
+    // If the other recordings are far off as well, the reading of these is not the cause.
+    let again = first_reading
+        .chi2_of_certain
+        .is_some_and(|chi2| chi2 < CONTACT_DOUBT_MAX_CHI2 || chi2.is_nan())
         && first.verdict == Verdict::Unexplained;
     if !again || options.by_hand.is_some() || control.cancelled() {
         return Ok(first);
     }
-    log::debug!(
-        "whether the mass hovers is read otherwise: {:?}",
-        told.otherwise
-    );
-    let (mut other, otherwise) = match read(model, sides, (options, &told.otherwise), control) {
-        Ok(other) => other,
-        // The first reading is an answer.
-        Err(error) => {
-            log::debug!("{error}");
-            return Ok(first);
-        }
-    };
-    // Nothing else tells the two ways apart than that one of them is explained, and not by setting
-    // aside what speaks against it. A ground that is a little higher in one recording may be so for
-    // what is missing: it hovers there only if nothing else is.
+    log::debug!("second reading: {:?}", first_reading.alternative);
+    let (mut other, other_reading) =
+        match diagnose_as_read(model, sides, (options, &first_reading.alternative), control) {
+            Ok(other) => other,
+            // The first reading is an answer.
+            Err(error) => {
+                log::debug!("{error}");
+                return Ok(first);
+            }
+        };
+    // The second reading counts if it explains the recordings, and not by setting aside what speaks
+    // against it. If only the level of the ground made contact uncertain, a missing effect may have
+    // raised that level: then it counts only if nothing is missing.
     let explained = match other.verdict {
-        Verdict::MissingPhysics => told.otherwise == ContactAmbiguity::Otherwise,
-        Verdict::Adequate => otherwise.aside < told.aside + MORE_ASIDE,
+        Verdict::MissingPhysics => first_reading.alternative == ContactAmbiguity::Opposite,
+        Verdict::Adequate => {
+            other_reading.set_aside < first_reading.set_aside + REREAD_MAX_MORE_ASIDE
+        }
         Verdict::Unexplained => false,
     };
     if explained && !other.cancelled {
-        other.remarks.push("whether the mass hovers over the ground in some recording is in doubt: it was decided the way in which all is explained".to_owned());
+        other.remarks.push(Remark::ContactAmbiguous);
         return Ok(other);
     }
     first.cancelled = other.cancelled;

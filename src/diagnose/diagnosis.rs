@@ -1,7 +1,8 @@
-//! What a diagnosis says, with all that supports it. SI throughout.
+//! The result of a diagnosis, with its evidence. SI throughout.
 
 use serde::Serialize;
 
+use super::findings::{Finding, Remark};
 use crate::model::Model;
 
 /// The answer.
@@ -12,11 +13,11 @@ pub enum Verdict {
     Adequate,
     /// The named effects were left out.
     MissingPhysics,
-    /// Something is there that no effect of the catalogue carries.
+    /// Something is missing that no effect of the catalogue explains.
     Unexplained,
 }
 
-/// What the mass is doing in a stretch.
+/// What the mass is doing in a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Regime {
@@ -65,8 +66,8 @@ pub struct Estimate {
     pub id: String,
     /// Value, SI.
     pub value: f64,
-    /// Standard error, SI, with what the readings' scale and the device's mass leave open;
-    /// infinite if the data do not tell it.
+    /// Standard error, SI, statistical and systematic (scale of the readings, mass of the device);
+    /// infinite if the data do not determine it.
     pub std_error: f64,
     /// SI unit.
     pub unit: &'static str,
@@ -79,41 +80,41 @@ pub struct NamedEffect {
     pub id: String,
     /// The term of the field.
     pub name: String,
-    /// How sure, 0 to 1, among all that were weighed.
+    /// Probability, 0 to 1, among all that were compared.
     pub probability: f64,
     /// Largest force over the recordings \[N\]; NaN where the effect is no force.
     pub size: f64,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
-    /// Ids that the data cannot tell from it.
+    /// Ids of effects that the data cannot distinguish from it.
     pub alike: Vec<String>,
-    /// Sentences on what speaks for it.
+    /// Evidence for it, one sentence each.
     pub evidence: Vec<String>,
 }
 
-/// An effect that was weighed.
+/// An effect that was compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// Id in the catalogue.
     pub id: String,
     /// The term of the field.
     pub name: String,
-    /// How sure, 0 to 1.
+    /// Probability, 0 to 1.
     pub probability: f64,
     /// Fall of chi2 over the fitted recordings when it alone is added, as a first
     /// estimate from the linearised problem.
     pub score: f64,
-    /// The same after a fit with it; NaN if it was not worth one.
+    /// The same after a fit with it; NaN if it was not fitted.
     pub gain: f64,
-    /// Fall of chi2 over the recordings kept out; NaN if it was not fitted.
+    /// Fall of chi2 on held-out recordings; NaN if it was not fitted.
     pub held_out_gain: f64,
-    /// Chi2 per value on the recordings kept out with it; NaN if it was not fitted.
+    /// Chi2 per value on held-out recordings with it; NaN if it was not fitted.
     pub held_out_chi2: f64,
-    /// What speaks for or against it, one sentence each.
+    /// Evidence for or against it, one sentence each.
     pub remarks: Vec<String>,
 }
 
-/// A stretch where simulation and recording differ more than the noise allows.
+/// A span where simulation and recording differ by more than the noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mismatch {
     /// Name of the recording.
@@ -167,7 +168,7 @@ pub struct ForceCurve {
 pub struct Strip {
     /// Name of the recording.
     pub recording: String,
-    /// Whether it was kept out.
+    /// Whether it was held out.
     pub held_out: bool,
     /// Middle of each bin \[s\].
     pub time: Vec<f64>,
@@ -178,10 +179,10 @@ pub struct Strip {
     pub after: Vec<f64>,
     /// Mean of the recording in each bin \[m\], for orientation.
     pub xp: Vec<f64>,
-    /// Regime that rules the bin.
+    /// Regime of the last sample in the bin.
     pub regime: Vec<Regime>,
     /// Time \[s\] and residual, measured minus simulated \[m\], of every sample compared,
-    /// baseline; NaN between stretches.
+    /// baseline; NaN between segments.
     pub samples_before: Vec<[f64; 2]>,
     /// With the named effects.
     pub samples_after: Vec<[f64; 2]>,
@@ -234,7 +235,7 @@ pub struct LevelSeen {
     pub error: f64,
 }
 
-/// What the events at the ground say.
+/// Contact events.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventsSeen {
     /// Bounces.
@@ -268,7 +269,7 @@ pub struct BeforeAfter {
 pub struct ProofOf {
     /// Name of the recording.
     pub recording: String,
-    /// Whether it was kept out.
+    /// Whether it was held out.
     pub held_out: bool,
     /// Noise of the proof mass's reading \[m\].
     pub noise: f64,
@@ -291,55 +292,14 @@ pub struct NextExperiment {
     pub expected: f64,
 }
 
-/// What is still there beyond the noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Inadequacy {
-    /// The mean square of the residuals, in units of the noise's.
-    Mean(f64),
-    /// A force that depends on this, and the fall of chi2 that it would bring.
-    Force(&'static str, f64),
-    /// One stretch, standard deviations above what chance leaves.
-    Stretch(f64),
-    /// The motion from one stretch of flight to the next, in standard deviations of chance.
-    Joins(f64),
-    /// What rings by itself at this frequency \[Hz\].
-    Ring(f64),
-    /// This effect takes so much chi2 away where it is fitted, and none elsewhere.
-    Unproved(&'static str, f64),
-}
-
-impl Inadequacy {
-    /// As a sentence without a full stop.
-    pub fn text(self) -> String {
-        match self {
-            Self::Mean(worst) => format!(
-                "what is left is {worst:.2} times the noise in the mean square: something is still not explained"
-            ),
-            Self::Force(what, gain) => {
-                format!("a force that depends on {what} would still take away {gain:.0} of chi2")
-            }
-            Self::Stretch(local) => {
-                format!("one stretch is {local:.0} standard deviations above what noise leaves")
-            }
-            Self::Joins(sigmas) => format!(
-                "the flight does not go on from stretch to stretch as it is simulated, by {sigmas:.0} standard deviations of chance in all"
-            ),
-            Self::Ring(f) => format!("something rings by itself at {:.2} kHz", 1e-3 * f),
-            Self::Unproved(name, gain) => format!(
-                "{name} would take away {gain:.0} of chi2 where it is fitted, far more than chance does, and that does not hold on the recordings kept out: either something else is there, or they do not ask for it"
-            ),
-        }
-    }
-}
-
 /// A diagnosis from beginning to end.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
     /// The answer.
     pub verdict: Verdict,
-    /// What was left out, strongest first.
+    /// The effects that were left out, largest gain first.
     pub named: Vec<NamedEffect>,
-    /// Every effect that was weighed, most probable first.
+    /// Every effect that was compared, most probable first.
     pub candidates: Vec<Candidate>,
     /// Where simulation and recordings differ, largest share first.
     pub mismatch: Vec<Mismatch>,
@@ -355,9 +315,9 @@ pub struct Diagnosis {
     pub noise: f64,
     /// On the recordings that were fitted.
     pub train: BeforeAfter,
-    /// On those kept out.
+    /// On held-out recordings.
     pub held_out: BeforeAfter,
-    /// One by one.
+    /// Recording by recording.
     pub proof: Vec<ProofOf>,
     /// What to record next.
     pub next_experiment: Option<NextExperiment>,
@@ -365,10 +325,17 @@ pub struct Diagnosis {
     pub baseline: Model,
     /// The model with the named effects.
     pub model: Model,
-    /// What limits the answer, and what was done about it: one sentence each.
-    pub remarks: Vec<String>,
+    /// What limits the answer, and what was done about it.
+    pub remarks: Vec<Remark>,
     /// Whether it was cancelled: then it is what was found so far.
     pub cancelled: bool,
-    /// What is still there beyond the noise, if anything.
-    pub left: Option<Inadequacy>,
+    /// What is still missing, and why names were refused.
+    pub findings: Vec<Finding>,
+}
+
+impl Diagnosis {
+    /// What is still missing beyond the noise, if anything.
+    pub fn inadequacy(&self) -> Option<&Finding> {
+        self.findings.iter().find(|f| !f.kind.refuses_names())
+    }
 }

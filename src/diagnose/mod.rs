@@ -1,14 +1,15 @@
-//! What was left out: where simulation and recordings differ, why, and the proof.
+//! What a model leaves out: where simulation and recordings differ, why, and the proof.
 //!
-//! Recordings are cut at the events that they show ([`calm`]), and the baseline is
-//! re-tuned to the stretches between ([`workspace`]). All hypotheses are then weighed at once
-//! in the linearised problem ([`scan`]), the promising ones fitted, judged on recordings
-//! kept out and added one by one ([`explain`]). Laws of the ground are asked by events
-//! ([`events`], [`laws`]), further modes by their ring ([`ring`], `struck`). [`locate`] says
-//! where the misfit lies, [`evidence`] what force is missing whatever its name, [`continuity`]
-//! whether the flight goes on unbroken from stretch to stretch; [`engine`] puts it all together,
-//! `readings` asks it twice where it is in doubt how the recordings are to be read.
-//! [`report`] writes it down for people and programs.
+//! [`pipeline`] has the stages in order. Recordings are screened and cut at their contact events
+//! ([`data`]); the baseline is re-tuned ([`baseline`]) to the segments of flight between, each with a
+//! free initial state ([`shooting`]: multiple shooting). All effects of the catalogue are then scored
+//! at once in the linearised problem ([`score_test`]); those with large scores become [`hypotheses`],
+//! which are fitted, compared on held-out recordings ([`comparison`]) and added one by one
+//! ([`selection`]). Contact laws are tested by bounces, releases and stays ([`contact`]).
+//! [`discrepancy`] says where the misfit lies and what force is missing, whatever its form;
+//! [`verdict`] whether the model is adequate and whether names stand; [`answer`] puts it together.
+//! `ambiguous_contact` asks twice if contact is uncertain. [`thresholds`] holds every number that
+//! decides, [`findings`] what the checks find, and [`report`] writes it down for people and programs.
 
 pub(crate) mod ambiguous_contact;
 pub mod answer;
@@ -18,6 +19,7 @@ pub mod contact;
 pub mod data;
 pub mod diagnosis;
 pub mod discrepancy;
+pub mod findings;
 pub mod hypotheses;
 pub mod options;
 pub mod pipeline;
@@ -27,9 +29,10 @@ pub mod selection;
 pub mod shooting;
 #[cfg(test)]
 mod test_support;
+pub mod thresholds;
 pub mod verdict;
 
 pub use self::ambiguous_contact::diagnose;
-pub use self::answer::named_effects::CALIBRATED_PRECISION;
 pub use self::diagnosis::{Diagnosis, Verdict};
 pub use self::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
+pub use self::thresholds::CALIBRATED_PRECISION;

@@ -1,7 +1,7 @@
 //! What a diagnosis is asked to do, how it is watched, and why it may fail.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
@@ -11,10 +11,10 @@ use crate::sim::SimError;
 /// What a diagnosis is asked to do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiagnoseOptions {
-    /// Ids of effects that are weighed; all of the catalogue if empty.
+    /// Ids of effects that are compared; all of the catalogue if empty.
     pub candidates: Vec<String>,
-    /// Effects to take as left out, by id, in place of a search: they are fitted and
-    /// proved, whatever they bring. Empty: none, the baseline alone.
+    /// Ids of effects to add in place of a search: they are fitted and compared on held-out
+    /// recordings, whatever they gain. Empty: the baseline alone.
     pub by_hand: Option<Vec<String>>,
     /// Most effects that are named.
     pub most: usize,
@@ -76,12 +76,39 @@ impl DiagnoseControl<'_> {
         self.cancel.load(Ordering::Relaxed)
     }
 
-    /// The same for a fit, whose progress is not told.
+    /// The same for a fit, whose progress is not reported.
     pub fn quiet(&self) -> Control<'_> {
         Control {
             cancel: self.cancel,
             progress: &|_| {},
         }
+    }
+}
+
+/// Reports the stages of a diagnosis as they begin.
+pub(crate) struct Stages<'a> {
+    /// Who watches.
+    pub control: &'a DiagnoseControl<'a>,
+    begun: Instant,
+}
+
+impl<'a> Stages<'a> {
+    /// From now on.
+    pub fn begin(control: &'a DiagnoseControl<'a>) -> Self {
+        Self {
+            control,
+            begun: Instant::now(),
+        }
+    }
+
+    /// A stage begins, or a part of it, with so much of the whole done, 0 to 1.
+    pub fn enter(&self, stage: &'static str, detail: &str, done: f64) {
+        (self.control.progress)(&DiagnoseProgress {
+            stage,
+            detail: detail.to_owned(),
+            done,
+            remaining: remaining(done, self.begun.elapsed()),
+        });
     }
 }
 
@@ -107,7 +134,7 @@ pub enum DiagnoseError {
     NoRecording,
 }
 
-/// What was made of a model, or `None` where that cannot be simulated.
+/// The result, or `None` where the model cannot be simulated.
 ///
 /// # Errors
 /// Any other [`DiagnoseError`].

@@ -4,6 +4,8 @@
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
+use impactscope::diagnose::findings::Remark;
+use impactscope::diagnose::report::sentences;
 use impactscope::diagnose::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, Diagnosis, Verdict, diagnose,
 };
@@ -272,7 +274,10 @@ fn a_mass_that_hovers_over_the_ground_is_not_taken_to_stay_on_it() {
     let held_out = [recording(&start, "square:40Hz:7.5V", 0.1, 4)];
     let options = DiagnoseOptions::default();
     let found = answer(&model, (&train, &held_out), &options, false).expect("an answer");
-    let said = |r: &String| r.starts_with(&hovering) && r.contains("without touching");
+    let said = |r: &Remark| {
+        let text = sentences::remark(r);
+        text.starts_with(&hovering) && text.contains("without touching")
+    };
     assert!(found.remarks.iter().any(said), "{:?}", found.remarks);
     assert_eq!(found.verdict, Verdict::Adequate, "{:?}", found.remarks);
 }

@@ -11,7 +11,6 @@ use impactscope::model::effects::{ActiveEffect, CATALOGUE, find};
 use impactscope::model::preset::Preset;
 use impactscope::sim::{Options, Trace, simulate};
 
-
 fn run(model: &Model, drive: &Waveform, duration: f64) -> Trace {
     simulate(model, drive, duration, &Options::default()).unwrap()
 }

@@ -10,7 +10,6 @@ use impactscope::model::preset::Preset;
 use impactscope::model::unit::parse_quantity;
 use impactscope::sim::{EventKind, Options, Runner, SimError, Trace, simulate};
 
-
 fn bounded(name: &str, model: &Model, drive: &Waveform, duration: f64) -> Trace {
     let trace = simulate(model, drive, duration, &Options::default())
         .unwrap_or_else(|error| panic!("{name}: {error}"));

@@ -8,7 +8,6 @@ use impactscope::sim::{EventKind, Options, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-
 /// One drawn case in SI: values of the table and the drive.
 #[derive(Debug)]
 struct Case {

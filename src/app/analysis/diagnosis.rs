@@ -13,7 +13,7 @@ use super::job::Job;
 use super::sealed_trial::Trial;
 use crate::app::setup::overlay::Role;
 use crate::app::setup::setup::Setup;
-use crate::diagnose::report::words::SPLIT;
+use crate::diagnose::findings::Remark;
 use crate::diagnose::{DiagnoseControl, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose};
 use crate::model::Model;
 
@@ -186,7 +186,7 @@ fn ask(model: &Model, asked: &Asked, control: &DiagnoseControl<'_>) -> Result<Di
     let answer = diagnose(model, &train, &held_out, &options, control);
     let mut diagnosis = answer.map_err(|error| error.to_string())?;
     if asked.split {
-        diagnosis.remarks.insert(0, SPLIT.to_owned());
+        diagnosis.remarks.insert(0, Remark::LastThirdHeldOut);
     }
     Ok(diagnosis)
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use eframe::egui::{Id, Ui};
 
 use crate::app::setup::overlay::Overlay;
-use crate::diagnose::data::noise_model::ONE_NOISE;
+use crate::diagnose::thresholds::OWN_NOISE_MIN_RATIO;
 use crate::model::unit::format_quantity;
 use crate::recording::noise::{NoiseEstimate, recording_noise};
 use crate::recording::{Channel, Recording};
@@ -74,7 +74,7 @@ pub fn text(ui: &Ui, overlay: &Overlay, quietest: f64) -> String {
         Some(Ok(estimate)) if estimate.sigma <= NEGLIGIBLE_NOISE => "none".to_owned(),
         Some(Ok(estimate)) => {
             let size = format_quantity(estimate.sigma, "m", 2);
-            if estimate.sigma > ONE_NOISE * quietest {
+            if estimate.sigma > OWN_NOISE_MIN_RATIO * quietest {
                 format!("below {size}")
             } else {
                 size

@@ -4,11 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use super::atomic_write::{SessionError, data_dir, write_atomically};
-use crate::atomic_write::folder_of;
 use super::session_text;
 use super::session_text::{Loaded, RecordingEntry, TextError};
 use crate::app::setup::setup::Setup;
 use crate::app::setup::view::View;
+use crate::atomic_write::folder_of;
 
 /// Saves a session. `missing` are its recordings whose files could not be loaded this time;
 /// they stay in the session.

@@ -1,33 +1,113 @@
-//! TODO-doc
+//! Puts the parts of an answer together.
 
+use super::candidate_table::candidates;
+use super::effect_size;
+use super::events_seen::{events_seen, mismatches};
+use super::named_effects::names;
+use super::next_experiment;
+use super::proof::Proof;
 use crate::diagnose::comparison::trial::ModelState;
-use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::pipeline::MISREAD;
-use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::contact::event_readings::Ground;
+use crate::diagnose::contact::law_test::LawTest;
+use crate::diagnose::contact::nominal;
+use crate::diagnose::diagnosis::{Diagnosis, ForceCurve};
+use crate::diagnose::discrepancy::residual_map;
+use crate::diagnose::findings::Remark;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::verdict::decide::Decision;
+use crate::fit::problem::Data;
+use crate::model::{Model, with_effect};
+use crate::recording::quantile_in_place;
 
-/// Both with the same stretches in their fits: see [`Workspace::alike`].
-pub(crate) fn shown_alike(
-    workspace: &Workspace,
-    before: &ModelState,
-    after: &ModelState,
-) -> Result<(ModelState, ModelState), DiagnoseError> {
-    let mut shown = (before.clone(), after.clone());
-    let train = workspace.alike(&workspace.train, [&before.train, &after.train])?;
-    [shown.0.train, shown.1.train] = train;
-    if let (Some(side), Some(a), Some(b)) = (&workspace.held_out, &before.held_out, &after.held_out)
-    {
-        let held_out = workspace.alike(side, [a, b])?;
-        [shown.0.held_out, shown.1.held_out] = held_out.map(Some);
-    }
-    Ok(shown)
+/// What the stages have found.
+pub struct Parts<'a> {
+    /// The verdict and the search's result.
+    pub decision: &'a Decision,
+    /// Events at the ground.
+    pub events: &'a Ground,
+    /// The last test of each contact law.
+    pub law_tests: &'a [LawTest],
+    /// Forces that the baseline lacks.
+    pub missing_curves: Vec<ForceCurve>,
+    /// Before and after.
+    pub proof: &'a Proof,
+    /// What limits the answer.
+    pub remarks: Vec<Remark>,
 }
 
-/// How much of either side counts for nothing, where that is much.
-pub(crate) fn misread(shown: &ModelState) -> Option<String> {
-    let held_out = shown.held_out.as_ref().map_or(0.0, Fitted::aside);
-    let (train, held_out) = (100.0 * shown.train.aside(), 100.0 * held_out);
-    (train.max(held_out) > MISREAD).then(|| {
-        format!("{train:.0} % of the fitted readings and {held_out:.0} % of those kept out count for nothing: an event near them was overlooked or is in the wrong place")
+/// The answer; `done` is called before the last of it is computed.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn assemble(
+    parts: Parts<'_>,
+    done: &dyn Fn(),
+    control: &DiagnoseControl<'_>,
+) -> Result<Diagnosis, DiagnoseError> {
+    let (decision, proof) = (parts.decision, parts.proof);
+    let (found, laws) = (&decision.found, &decision.contact_laws[..]);
+    let baseline = with_contact_laws(&found.baseline, parts.events, &[]);
+    let model = with_contact_laws(&found.state, parts.events, laws);
+    let (before, after) = (&proof.before, &proof.after);
+    let named = names(found, laws, after, &model)?;
+    let candidates = candidates(found, parts.law_tests, laws, decision.verdict);
+    let data = &found.baseline.train.problem.data;
+    let noise = median_noise(data);
+    let next_experiment =
+        next_experiment::next_experiment(found, &named, largest_voltage(data), noise, &baseline);
+    let mut mismatch = residual_map::mismatches(&proof.baseline.train, &before.train);
+    mismatch.extend(mismatches(laws, parts.events, &found.baseline));
+    let (strips, proof_of) = proof.of_recordings();
+    let mut forces = parts.missing_curves;
+    for curve in &mut forces {
+        curve.law = effect_size::law_on(curve, found, &before.train);
+    }
+    done();
+    Ok(Diagnosis {
+        verdict: decision.verdict,
+        named,
+        candidates,
+        mismatch,
+        marginals: residual_map::marginals(&before.train, &after.train),
+        forces,
+        strips,
+        events: events_seen(parts.events, &found.baseline, before),
+        noise,
+        train: proof.of_train(),
+        held_out: proof.of_held_out(),
+        proof: proof_of,
+        next_experiment,
+        baseline,
+        model,
+        remarks: parts.remarks,
+        cancelled: control.cancelled(),
+        findings: decision.findings.clone(),
     })
+}
+
+/// The model of `state` with restitution and adhesion as the events have them, and these laws.
+fn with_contact_laws(state: &ModelState, events: &Ground, laws: &[LawTest]) -> Model {
+    let mut model = nominal::baseline(&state.train.model, &events.train);
+    for law in laws {
+        model = with_effect(&model, law.effect.clone());
+        for (id, value) in &law.sets {
+            model.parameters.set(*id, *value);
+        }
+    }
+    model
+}
+
+/// Noise of the proof mass's reading \[m\], the median over the recordings.
+fn median_noise(data: &[Data]) -> f64 {
+    let mut all: Vec<f64> = data.iter().map(|d| d.sigmas.xp).collect();
+    quantile_in_place(&mut all, 0.5)
+}
+
+/// Largest voltage of all recordings \[V\].
+fn largest_voltage(data: &[Data]) -> f64 {
+    data.iter()
+        .filter_map(|d| d.recording.voltage.as_ref())
+        .flat_map(|v| v.iter())
+        .filter(|v| v.is_finite())
+        .fold(0.0f64, |a, v| a.max(v.abs()))
 }

@@ -1,14 +1,13 @@
-//! TODO-doc
+//! The table of all effects of the catalogue: scores, probabilities, and a remark on each.
 
-use super::named_effects::{FALSE_ABSTENTION_RATE, probability};
-use crate::diagnose::comparison::significance::HELD_GAIN;
+use super::named_effects::probability;
 use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::contact::law_test::LawTest;
-use crate::diagnose::diagnosis::{Candidate, Inadequacy, Verdict};
-use crate::diagnose::hypotheses::propose::PROMISING;
+use crate::diagnose::diagnosis::{Candidate, Verdict};
+use crate::diagnose::thresholds::{FALSE_ABSTENTION_RATE, HELD_GAIN, REFIT_MIN_SCORE};
 use crate::model::effects::CATALOGUE;
 
-/// All effects of the catalogue, as far as they were weighed.
+/// All effects of the catalogue, most probable first.
 pub fn candidates(
     found: &SelectionResult,
     tests: &[LawTest],
@@ -18,13 +17,13 @@ pub fn candidates(
     let mut out: Vec<Candidate> = CATALOGUE
         .iter()
         .map(|spec| {
-            let named = found.stand.named.iter().find(|n| n.spec == *spec);
-            let weighed = found.weighed.iter().find(|w| w.spec == *spec);
-            let trial = weighed.and_then(|w| w.trial.as_ref());
+            let named = found.state.named.iter().find(|n| n.spec == *spec);
+            let scored = found.scores.iter().find(|w| w.spec == *spec);
+            let fit = scored.and_then(|w| w.fit.as_ref());
             let test = tests.iter().find(|t| t.id == spec.id);
             let law = named_laws.iter().any(|t| t.id == spec.id);
             let mut remarks = Vec::new();
-            let (gain, held_gain, held_chi2) = match (trial, test) {
+            let (gain, held_gain, held_chi2) = match (fit, test) {
                 (Some(t), _) => (
                     t.gain,
                     t.held_gain,
@@ -38,29 +37,29 @@ pub fn candidates(
                 }
                 _ => (f64::NAN, f64::NAN, f64::NAN),
             };
-            if let Some(f) = weighed.and_then(|w| w.by_itself) {
+            if let Some(f) = scored.and_then(|w| w.self_ringing_frequency) {
                 remarks.push(format!(
-                    "{}: nothing that moves the device moves it",
-                    Inadequacy::Ring(f).text()
+                    "something rings by itself at {:.2} kHz, and nothing that moves the device excites it",
+                    1e-3 * f
                 ));
-            } else if let Some(t) = trial {
+            } else if let Some(t) = fit {
                 remarks.push(if t.is_insignificant() {
-                    "it improves the fit no more than chance does".to_owned()
-                } else if found.stand.held_out.is_some() && t.held_gain < HELD_GAIN {
-                    "its improvement does not hold on the recordings kept out".to_owned()
+                    "it improves the fit no more than chance would".to_owned()
+                } else if found.state.held_out.is_some() && t.held_gain < HELD_GAIN {
+                    "its improvement does not hold on held-out recordings".to_owned()
                 } else if named.is_some() {
-                    "it improves the fit on both sides more than any other".to_owned()
+                    "it improves both fitted and held-out recordings more than any other effect".to_owned()
                 } else {
-                    "another effect improves the fit more, and leaves nothing for it".to_owned()
+                    "another effect improves the fit more, and nothing remains for this one".to_owned()
                 });
-            } else if weighed.is_some_and(|w| w.promise > PROMISING) {
-                remarks.push("it promises far less than the best, and was not fitted".to_owned());
-            } else if weighed.is_some() {
-                remarks.push("re-tuning explains all that it could".to_owned());
+            } else if scored.is_some_and(|w| w.predicted_gain > REFIT_MIN_SCORE) {
+                remarks.push("its predicted gain is far below that of the best effect, so it was not fitted".to_owned());
+            } else if scored.is_some() {
+                remarks.push("re-tuning the device's own parameters explains everything that this effect could".to_owned());
             } else if !found.baseline.train.model.allows(spec) {
-                remarks.push("this device has nothing that it acts on".to_owned());
+                remarks.push("this device has nothing that it could act on".to_owned());
             } else if test.is_none() {
-                remarks.push("these recordings do not ask about it".to_owned());
+                remarks.push("these recordings do not test it".to_owned());
             }
             let probability = match (named, verdict) {
                 (Some(n), Verdict::MissingPhysics) => {
@@ -69,14 +68,14 @@ pub fn candidates(
                 _ if law => test.map_or(0.0, |t| probability(t.gain + t.held_gain, 0)),
                 _ => {
                     let alike = found
-                        .stand
+                        .state
                         .named
                         .iter()
                         .find(|n| n.alike.contains(&spec.id));
-                    match (alike, trial) {
+                    match (alike, fit) {
                         (Some(n), Some(t)) => probability(t.worth(), n.alike.len()),
-                        // What others explain better has no odds of its own.
-                        _ if found.stand.named.is_empty() && gain.is_finite() => {
+                        // An effect that others explain better has no odds of its own.
+                        _ if found.state.named.is_empty() && gain.is_finite() => {
                             probability(gain.min(gain + held_gain), 0).min(0.5)
                         }
                         _ => 0.0,
@@ -87,7 +86,7 @@ pub fn candidates(
                 id: spec.id.to_owned(),
                 name: spec.name.to_owned(),
                 probability,
-                score: weighed.map_or(0.0, |w| w.promise),
+                score: scored.map_or(0.0, |w| w.predicted_gain),
                 gain,
                 held_out_gain: held_gain,
                 held_out_chi2: held_chi2,
@@ -96,7 +95,7 @@ pub fn candidates(
         })
         .collect();
     if verdict == Verdict::Unexplained {
-        // They share what chance there is that it was one of them after all.
+        // They share the probability that it was one of them after all.
         let all: f64 = out.iter().map(|c| c.probability).sum();
         let share = FALSE_ABSTENTION_RATE / all.max(FALSE_ABSTENTION_RATE);
         out.iter_mut().for_each(|c| c.probability *= share);

@@ -1,4 +1,4 @@
-//! How large an effect is beside the forces already in the model.
+//! How large an effect is: its largest force over the recordings.
 
 use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::diagnosis::ForceCurve;
@@ -35,8 +35,8 @@ fn force(action: &dyn Action, s: &Sample, model: &Model, z: &[f64]) -> f64 {
         - mass * action.base_acceleration(s.time)
 }
 
-/// Largest force of an effect over the samples \[N\], leaving out one in a hundred; NaN
-/// where it is no force, or one that cannot be told from a single instant.
+/// Largest force of an effect over the samples \[N\], the 99 % quantile; NaN if it is no force, or
+/// one that depends on more than a single instant.
 pub fn of(effect: &ActiveEffect, model: &Model, samples: &[Sample]) -> f64 {
     if let Some(largest) = effect.spec.facts.largest_force {
         return largest(&effect.values, &model.parameters);
@@ -49,12 +49,12 @@ pub fn of(effect: &ActiveEffect, model: &Model, samples: &[Sample]) -> f64 {
     if largest > 0.0 { largest } else { f64::NAN }
 }
 
-/// Mean force of the named effects in the bins of a curve \[N\]; empty if none is a force, or
-/// where the curve is of forces that are the same all through a stretch.
+/// Mean force of the named effects in the bins of a curve \[N\]; empty if none is a force, or if the
+/// curve is of forces that are constant over a segment.
 pub fn law_on(curve: &ForceCurve, found: &SelectionResult, samples: &[Sample]) -> Vec<f64> {
-    let model = &found.stand.train.model;
+    let model = &found.state.train.model;
     let named: Vec<Box<dyn Action>> = found
-        .stand
+        .state
         .named
         .iter()
         .filter_map(|n| model.effects.iter().find(|e| e.spec == n.spec))

@@ -1,23 +1,20 @@
-//! TODO-doc
+//! Contact events as measured, for the figures, and where they miss a named contact law.
 
 use super::proof::SplitSamples;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::contact::bounce_readings::at_once;
-use crate::diagnose::contact::event_readings;
 use crate::diagnose::contact::event_readings::Ground;
 use crate::diagnose::contact::law_test::LawTest;
-use crate::diagnose::diagnosis::{BounceSeen, EventsSeen, LevelSeen, ReleaseSeen};
+use crate::diagnose::diagnosis::{
+    BounceSeen, EventsSeen, LevelSeen, Mismatch, Regime, ReleaseSeen,
+};
 use crate::model::effects::ContactLaw;
 
-/// Where the events say that a named law of the ground is missed.
-pub fn mismatches(
-    named: &[LawTest],
-    ground: &Ground,
-    baseline: &crate::diagnose::comparison::trial::ModelState,
-) -> Vec<crate::diagnose::diagnosis::Mismatch> {
-    use crate::diagnose::diagnosis::{Mismatch, Regime};
-    /// An event's surroundings \[s\].
-    const AROUND: f64 = 1e-4;
+/// Half width of the span that is shown around an event \[s\].
+const EVENT_HALF_WIDTH: f64 = 1e-4;
+
+/// Where a named contact law is missed: at its events.
+pub fn mismatches(named: &[LawTest], ground: &Ground, baseline: &ModelState) -> Vec<Mismatch> {
     let data = &baseline.train.problem.data;
     let mut out = Vec::new();
     for test in named {
@@ -36,8 +33,8 @@ pub fn mismatches(
         for (recording, time, regime) in at.into_iter().take(20) {
             out.push(Mismatch {
                 recording: data[recording].recording.name.clone(),
-                start: time - AROUND,
-                end: time + AROUND,
+                start: time - EVENT_HALF_WIDTH,
+                end: time + EVENT_HALF_WIDTH,
                 channel: "xp",
                 regime,
                 share,
@@ -48,11 +45,7 @@ pub fn mismatches(
 }
 
 /// The events at the ground as measured against the baseline.
-pub fn events_seen(
-    ground: &event_readings::Ground,
-    baseline: &ModelState,
-    sides: &SplitSamples,
-) -> EventsSeen {
+pub fn events_seen(ground: &Ground, baseline: &ModelState, sides: &SplitSamples) -> EventsSeen {
     let mut seen = EventsSeen::default();
     let shift = baseline.train.problem.data.len();
     for (readings, first) in [(&ground.train, 0), (&ground.held_out, shift)] {

@@ -1,4 +1,4 @@
-//! TODO-doc
+//! The answer: what the stages found, put together for people and programs.
 
 pub(super) mod assemble;
 pub(super) mod candidate_table;

@@ -1,4 +1,4 @@
-//! The recording that would tell two models apart.
+//! The recording that would distinguish two models best.
 
 use rayon::prelude::*;
 
@@ -8,15 +8,15 @@ use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::sim::{Options, Trace, simulate};
 
-/// Length of the trial runs \[s\].
-const DURATION: f64 = 0.2;
+/// Length of the simulated recordings \[s\].
+const RUN_DURATION: f64 = 0.2;
 /// Samples per second.
-const RATE: f64 = 20e3;
-/// Events of two runs this far apart are no longer the same ones \[s\].
-const APART: f64 = 1e-4;
+const RUN_SAMPLING_RATE: f64 = 20e3;
+/// Events of two runs farther apart than this are different ones \[s\].
+const SAME_EVENT_MAX_GAP: f64 = 1e-4;
 
-/// The drive within `volts` for which `a` and `b` differ most, in units of `noise` \[m\];
-/// what happens after their events part does not count.
+/// The drive within `volts` for which `a` and `b` differ most, in units of `noise` \[m\]. Only the time
+/// up to their first different event counts: after it, small causes have large effects.
 pub fn experiment(
     (a, name_a): (&Model, &str),
     (b, name_b): (&Model, &str),
@@ -40,17 +40,17 @@ pub fn experiment(
         format!("triangle:20Hz:{full}V"),
         format!("chirp:20Hz:300Hz:{low}V"),
     ];
-    let weigh = |text: &String| -> Option<(String, f64)> {
-        let drive: Waveform = Waveform::parse(text, DURATION).ok()?;
+    let difference_for = |text: &String| -> Option<(String, f64)> {
+        let drive: Waveform = Waveform::parse(text, RUN_DURATION).ok()?;
         let options = Options {
-            rate: RATE,
+            rate: RUN_SAMPLING_RATE,
             ..Options::default()
         };
-        let run = |m: &Model| simulate(m, &drive, DURATION, &options).ok();
+        let run = |m: &Model| simulate(m, &drive, RUN_DURATION, &options).ok();
         let (ta, tb) = (run(a)?, run(b)?);
         Some((text.clone(), difference(&ta, &tb, noise)))
     };
-    let found: Vec<(String, f64)> = drives.par_iter().filter_map(weigh).collect();
+    let found: Vec<(String, f64)> = drives.par_iter().filter_map(difference_for).collect();
     let best = found.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(NextExperiment {
         drive: best.0,
@@ -61,34 +61,34 @@ pub fn experiment(
 
 fn difference(a: &Trace, b: &Trace, noise: f64) -> f64 {
     let pairs = a.events.iter().zip(&b.events);
-    let parted = pairs
-        .filter(|(a, b)| a.kind != b.kind || (a.time - b.time).abs() > APART)
+    let diverged = pairs
+        .filter(|(a, b)| a.kind != b.kind || (a.time - b.time).abs() > SAME_EVENT_MAX_GAP)
         .map(|(a, b)| a.time.min(b.time))
         .next()
-        .unwrap_or(DURATION);
-    let n = ((parted * RATE) as usize)
+        .unwrap_or(RUN_DURATION);
+    let n = ((diverged * RUN_SAMPLING_RATE) as usize)
         .min(a.proof_mass.len())
         .min(b.proof_mass.len());
     let square = |i: usize| ((a.proof_mass[i] - b.proof_mass[i]) / noise).powi(2);
     (0..n).map(square).sum()
 }
 
-/// The recording that would tell the best name from the next.
-pub fn next(
+/// The recording that would distinguish the two best effects, or the best one from nothing.
+pub fn next_experiment(
     found: &SelectionResult,
     named: &[NamedEffect],
     volts: f64,
     noise: f64,
     bare: &Model,
-) -> Option<crate::diagnose::diagnosis::NextExperiment> {
-    let mut trials: Vec<_> = found
-        .weighed
+) -> Option<NextExperiment> {
+    let mut fits: Vec<_> = found
+        .scores
         .iter()
-        .filter_map(|w| w.trial.as_ref().map(|t| (w.spec.id, t)))
+        .filter_map(|w| w.fit.as_ref().map(|t| (w.spec.id, t)))
         .filter(|(_, t)| t.gain > 0.0)
         .collect();
-    trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
-    let whole = |m: &Model| {
+    fits.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
+    let with_contact_parameters = |m: &Model| {
         let mut m = m.clone();
         for (id, value) in bare.parameters.iter() {
             use crate::model::parameter::ParameterId as P;
@@ -98,15 +98,18 @@ pub fn next(
         }
         m
     };
-    match (trials.first(), trials.get(1)) {
+    match (fits.first(), fits.get(1)) {
         (Some(a), Some(b))
-            if named.is_empty() || found.stand.named.iter().any(|n| n.spec.id == a.0) =>
+            if named.is_empty() || found.state.named.iter().any(|n| n.spec.id == a.0) =>
         {
-            let (ma, mb) = (whole(&a.1.train.model), whole(&b.1.train.model));
+            let (ma, mb) = (
+                with_contact_parameters(&a.1.train.model),
+                with_contact_parameters(&b.1.train.model),
+            );
             experiment((&ma, a.0), (&mb, b.0), volts, noise)
         }
         (Some(a), None) => experiment(
-            (&whole(&a.1.train.model), a.0),
+            (&with_contact_parameters(&a.1.train.model), a.0),
             (bare, "nothing"),
             volts,
             noise,

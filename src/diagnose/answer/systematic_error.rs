@@ -1,31 +1,31 @@
-//! What no recording tells of a value: readings have a scale of their own, recorders a clock,
-//! and forces count by the device's mass. Stated errors hold that beside what the noise leaves.
+//! Systematic errors of parameters, which no recording determines: the scale of the readings, the
+//! clock of the recorder, and the mass of the device. They are added to the statistical errors.
 
 use crate::model::effects::EffectSpec;
 use crate::model::parameter::ParameterSpec;
 
-/// Standard error of the readings' scale: up to 1 % off, evenly (an interferometer's or a
-/// vibrometer's calibration).
-const LENGTH: f64 = 0.006;
-/// Standard error of the mass that the mode shapes stand for, as a share: an assumption, for a
-/// proof mass that is known from its drawn size and density only.
-const MASS: f64 = 0.03;
+/// Standard error of the readings' scale, as a share: uniform within 1 % (the calibration of an
+/// interferometer or a vibrometer).
+const SCALE_ERROR: f64 = 0.006;
+/// Standard error of the mass behind the mode shapes, as a share. An assumption, for a proof mass
+/// known from its drawn size and density only.
+const MASS_ERROR: f64 = 0.03;
 
-/// Standard error of a time shift between voltage and reading: up to 10 us, evenly. Beside a
-/// delay of the reading it does not show.
-const CLOCK: f64 = 5.8e-6;
+/// Standard error of a time shift between voltage and reading \[s\]: uniform within 10 us. It cannot
+/// be distinguished from a delay of the reading.
+const CLOCK_ERROR: f64 = 5.8e-6;
 
-/// Standard error of the `value` of a parameter of an effect that scale, mass and clock leave.
-pub fn untold(effect: &EffectSpec, parameter: &ParameterSpec, value: f64) -> f64 {
+/// Systematic standard error of the `value` of a parameter of an effect.
+pub fn systematic_error(effect: &EffectSpec, parameter: &ParameterSpec, value: f64) -> f64 {
     let delay = effect.facts.reading_delay.map(|i| effect.parameters[i].id);
     if delay == Some(parameter.id) && value != 0.0 {
-        CLOCK
+        CLOCK_ERROR
     } else {
         by_units(value, parameter.unit)
     }
 }
 
-/// Standard error of `value`, in its SI `unit`, that scale and mass leave.
+/// Systematic standard error of `value`, in its SI `unit`, by scale and mass.
 fn by_units(value: f64, unit: &str) -> f64 {
     let (mut length, mut mass) = (0.0, 0.0);
     let sides = match unit {
@@ -52,7 +52,7 @@ fn by_units(value: f64, unit: &str) -> f64 {
             }
         }
     }
-    value.abs() * (LENGTH * length).hypot(MASS * mass)
+    value.abs() * (SCALE_ERROR * length).hypot(MASS_ERROR * mass)
 }
 
 #[cfg(test)]
@@ -61,7 +61,7 @@ mod tests {
     use crate::model::effects::CATALOGUE;
 
     #[test]
-    fn errors_go_by_the_powers_of_length_and_mass() {
+    fn errors_scale_with_the_powers_of_length_and_mass() {
         for (unit, length, mass) in [
             ("s", 0.0, 0.0),
             ("m", 1.0, 0.0),
@@ -74,7 +74,7 @@ mod tests {
             ("s/m", -1.0, 0.0),
             ("1/V", 0.0, 0.0),
         ] {
-            let expected = 2.0 * f64::hypot(LENGTH * length, MASS * mass);
+            let expected = 2.0 * f64::hypot(SCALE_ERROR * length, MASS_ERROR * mass);
             assert!((by_units(-2.0, unit) - expected).abs() < 1e-12, "{unit}");
         }
         let units = CATALOGUE.iter().flat_map(|e| e.parameters);

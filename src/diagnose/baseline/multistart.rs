@@ -1,60 +1,37 @@
-//! The baseline re-tuned to the fitted recordings: from far off, in steps.
+//! The baseline re-tuned to the fitted recordings from a cold start: several starts on a subset of
+//! the segments, the best of them on all.
 
+use super::fit_steps::{Start, chi2_per_value, subset_chi2};
 use crate::diagnose::data::level_drift;
-use crate::diagnose::data::misread_segments::reassign_misread_segments;
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::shooting::clock_skew::{set_clocks, skews};
-use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::found::RequiredEffect;
-use crate::diagnose::shooting::set_aside::taken_in;
-use crate::diagnose::shooting::warm_start::thinned;
-use crate::diagnose::shooting::workspace::{
-    FINE, FORSAKEN, LOSS, ROUGH, WIDE, Workspace, positions,
+use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
+use crate::diagnose::shooting::warm_start::subset_mask;
+use crate::diagnose::shooting::workspace::{ROUGH_TOLERANCE, Workspace, positions};
+use crate::diagnose::thresholds::{
+    ASTRAY_SET_ASIDE_SHARE, ASTRAY_START_CHI2, FILM_MAX_CHI2_RATIO, FILM_RETRY_MAX_CHI2,
+    FILM_RETRY_MIN_CHI2, RIVAL_START_MAX_RATIO, SUBSET_MISLED_RATIO,
 };
-use crate::fit::problem::Problem;
-use crate::fit::problem::parameter_space::Space;
 use crate::fit::solve::point::{Point, settle};
-use crate::model::effects::CATALOGUE;
 use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
 
-/// Others that are tried where much is left.
-const FILMS: [f64; 3] = [0.25, 0.6, 0.08];
-/// Chi2 per value above which other films are tried.
-const MUCH: f64 = 1.15;
-/// And above which it is not the film that is missing.
-const FILM_RETRY_MAX_CHI2: f64 = 50.0;
-/// Another film must bring it below this share for more to be tried.
-const BETTER: f64 = 0.95;
-/// What is not moved at first.
-const LATER: [&str; 8] = [
-    "Cs", "gp", "f1", "f2", "zeta2", "shape_c2", "shape_p2", "drive_p",
-];
-/// Chi2 per value after the first step above which a drive that is shared otherwise among
-/// the modes is tried, and after the next ones above which it is gone on with.
-const ASTRAY: f64 = 3.0;
-/// Share of the stretches set aside from which the farther one of the two is gone on with, too.
-const ASIDE: f64 = 0.08;
-/// Times by which that one may be farther off after the first step.
-const FARTHER: f64 = 10.0;
-/// Times by which all stretches may be farther off than the few for these to be believed.
-const BELIED: f64 = 1.5;
-/// Steps of each stretch's own fit from its first guess.
-const GUESS: usize = 3;
-/// Steps without a drift that was fitted.
-const WITHOUT: usize = 10;
-/// Thickness of the film at contact at first, as a share of `dp`.
-const FILM: f64 = 0.2;
+/// Film thicknesses that are tried where chi2 stays high, as shares of `dp`.
+const RETRY_FILM_SHARES: [f64; 3] = [0.25, 0.6, 0.08];
 
-/// Where the unknowns of effects are that run off as long as their size is not known, such as what
-/// shapes the loops of the drive.
-fn deferred(problem: &Problem) -> Vec<usize> {
-    let ids = CATALOGUE.iter().flat_map(|effect| {
-        let own = effect.search.deferred.iter();
-        own.map(move |parameter| format!("{}.{parameter}", effect.id))
-    });
-    ids.filter_map(|id| problem.space.position(&id)).collect()
+/// Iterations after a fitted drift was removed.
+const NO_DRIFT_STEPS: usize = 10;
+/// Initial thickness of the film at contact, as a share of `dp`.
+const INITIAL_FILM_SHARE: f64 = 0.2;
+
+/// A fit to all segments, reached from a start on the subset.
+struct Attempt {
+    /// Where the fit to the subset stood before its last steps.
+    before: Point,
+    /// Chi2 per value on the subset.
+    rough: f64,
+    fitted: Fitted,
 }
 
 impl Workspace {
@@ -68,9 +45,9 @@ impl Workspace {
         Ok(self.with_and_without_drift(model, control)?.0)
     }
 
-    /// The baseline, re-tuned to the fitted recordings from `model`, and the fit with the drift if
-    /// the ground's level shows one: that would lead the film astray, to where it is too thin and
-    /// takes long, and the baseline begins with the fit with it.
+    /// The baseline re-tuned to the fitted recordings from `model`, and the fit with a drift
+    /// if the level of the ground shows one. Such a drift would lead the film to be too thin
+    /// and the fit to be slow, so the baseline starts from the fit with it.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -80,18 +57,18 @@ impl Workspace {
         control: &DiagnoseControl<'_>,
     ) -> Result<(Fitted, Option<RequiredEffect>), DiagnoseError> {
         // A drift that the model has already is part of the baseline.
-        let Some((drift, free)) = self.drift_beyond(model) else {
-            return Ok((self.from_afar(model, &[], &[], control)?, None));
+        let Some((drift, free)) = self.unmodelled_drift(model) else {
+            return Ok((self.fit_cold_start(model, &[], &[], control)?, None));
         };
-        let with = self.from_afar(&with_effect(model, drift.clone()), free, &[], control)?;
+        let with = self.fit_cold_start(&with_effect(model, drift.clone()), free, &[], control)?;
         let mut start = with.model.clone();
         start.effects.retain(|e| e.spec != drift.spec);
-        let fitted = self.fit(&start, &[], &[], &with, WITHOUT, control)?;
+        let fitted = self.fit(&start, &[], &[], &with, NO_DRIFT_STEPS, control)?;
         let found = RequiredEffect {
             start: drift.clone(),
             free: free.clone(),
             bounds: Vec::new(),
-            shape: level_drift::shape_beside(drift.spec, free),
+            shape: level_drift::shape_parameters(drift.spec, free),
             fitted: with,
         };
         Ok((fitted, Some(found)))
@@ -99,68 +76,122 @@ impl Workspace {
 
     /// The same with the parameters of `free` moved too, from their values in `model` and
     /// within `bounds`: an effect so strong that no model without it comes near is fitted
-    /// with all else from far off.
+    /// together with everything else from a cold start.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn from_afar(
+    pub fn fit_cold_start(
         &self,
         model: &Model,
         free: &[String],
         bounds: &[Bound],
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        self.from(model, (free, bounds), self.share_open(free), control)
+        self.fit_multistart(
+            model,
+            (free, bounds),
+            self.drive_share_is_free(free),
+            control,
+        )
     }
 
-    /// Whether it is asked how the drive is shared among the modes in a fit of the parameters of
-    /// `free` besides: with an effect it is known from the model without it.
-    pub(crate) fn share_open(&self, free: &[String]) -> bool {
+    /// Whether a fit of the additional parameters `free` also tries how the drive is shared
+    /// among the modes. With an effect, that is known from the model without it.
+    pub(crate) fn drive_share_is_free(&self, free: &[String]) -> bool {
         free.is_empty() || self.train.drift.is_some()
     }
 
-    /// The baseline, re-tuned from `known`, a fit of `model` to the same recordings that were cut
-    /// otherwise, and the fit with the drift if the level shows one.
+    /// The baseline re-tuned from `known`, a fit of `model` to the same recordings cut
+    /// otherwise, and the fit with a drift if the level shows one.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub(crate) fn baseline_again(
+    pub(crate) fn retune_from(
         &self,
         model: &Model,
         known: &Fitted,
         control: &DiagnoseControl<'_>,
     ) -> Result<(Fitted, Option<RequiredEffect>), DiagnoseError> {
-        if self.drift_beyond(model).is_some() {
+        if self.unmodelled_drift(model).is_some() {
             return self.with_and_without_drift(model, control);
         }
-        Ok((self.from(&known.model, (&[], &[]), false, control)?, None))
+        Ok((
+            self.fit_multistart(&known.model, (&[], &[]), false, control)?,
+            None,
+        ))
     }
 
-    /// A fit from far off; where `share_open`, it is asked how the drive is shared among the
-    /// modes.
-    pub(crate) fn from(
+    /// A fit from a cold start. With `drive_share_is_free` it also tries how the drive is
+    /// shared among the modes.
+    pub(crate) fn fit_multistart(
         &self,
         model: &Model,
         own: (&[String], &[Bound]),
-        share_open: bool,
+        drive_share_is_free: bool,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        let fitted = self.within(model, own, (share_open, f64::INFINITY), control)?;
+        let fitted =
+            self.fit_multistart_within(model, own, (drive_share_is_free, f64::INFINITY), control)?;
         Ok(fitted.expect("no cost is beyond infinity"))
     }
 
-    /// The same, or `None` where a part of the stretches, on which it begins, stays farther off
-    /// than `most` per value, each row set aside counted as [`FORSAKEN`].
+    /// Like [`Self::fit_multistart`], or `None` where the subset of segments that the search
+    /// begins with stays above `max_chi2` per value, each row set aside counted as
+    /// [`MISREAD_CHI2`].
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub(crate) fn within(
+    pub(crate) fn fit_multistart_within(
         &self,
         model: &Model,
         own: (&[String], &[Bound]),
-        (share_open, most): (bool, f64),
+        (drive_share_is_free, max_chi2): (bool, f64),
         control: &DiagnoseControl<'_>,
     ) -> Result<Option<Fitted>, DiagnoseError> {
+        // A subset of the segments is enough to come near, and three times as fast.
+        let subset = subset_mask(&self.train.event_free.prepared.segments);
+        let starts = self.first_starts(model, own, drive_share_is_free, &subset, control)?;
+        let ((problem, before), rival) = self.release_starts(starts, &subset, control)?;
+        let point = self.improve(
+            &problem,
+            before.clone(),
+            &[],
+            (10, ROUGH_TOLERANCE),
+            control,
+        )?;
+        let reached = subset_chi2(&problem, &point, &subset);
+        if reached > max_chi2 {
+            log::debug!("{reached:.2} per value of a part, {max_chi2:.2} at most");
+            return Ok(None);
+        }
+        let rough = chi2_per_value(&point);
+        let mut best = Attempt {
+            before,
+            rough,
+            fitted: self.fit_all_segments(problem, point, &subset, control)?,
+        };
+        // Both starts may describe the subset equally well where all segments rule one out.
+        if let Some(rival) = rival.filter(|_| {
+            best.fitted.per_value() > SUBSET_MISLED_RATIO * rough.max(1.0) && !control.cancelled()
+        }) {
+            let other = self.complete_rival(rival, &subset, control)?;
+            let all = vec![true; subset.len()];
+            let cost = |f: &Fitted| subset_chi2(&f.problem, &f.point, &all);
+            log::debug!(
+                "shared otherwise: {:.1}, {:.1}",
+                cost(&other.fitted),
+                cost(&best.fitted)
+            );
+            if cost(&other.fitted) < cost(&best.fitted) {
+                best = other;
+            }
+        }
+        self.retry_films(best, &subset, control).map(Some)
+    }
+
+    /// The model that the search starts from: the ground at the level that the recordings show,
+    /// the film of its usual thickness.
+    fn start_model(&self, model: &Model) -> Model {
         let mut start = model.clone();
         if model.has_ground {
             let known = self
@@ -174,83 +205,120 @@ impl Workspace {
             if level.is_finite() && level < 0.0 {
                 p.set(ParameterId::Dp, -level);
             }
-            p.set(ParameterId::Gp, (1.0 + FILM) * p[ParameterId::Dp]);
+            p.set(
+                ParameterId::Gp,
+                (1.0 + INITIAL_FILM_SHARE) * p[ParameterId::Dp],
+            );
         }
-        // A part of the stretches is enough to come near, and three times as fast.
-        let few = thinned(&self.train.calm.prepared.segments);
-        let (mut problem, mut point) = self.near(&start, own, &few, control)?;
-        let mut other = None;
-        let off = |point: &Point| point.cost / point.rows.max(1) as f64;
-        if share_open
-            && off(&point) > ASTRAY
+        start
+    }
+
+    /// The first step from the start model and, where that stays far off, from one whose drive is
+    /// shared the other way round among the modes: the better one first.
+    fn first_starts(
+        &self,
+        model: &Model,
+        own: (&[String], &[Bound]),
+        drive_share_is_free: bool,
+        subset: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(Start, Option<Start>), DiagnoseError> {
+        let mut start = self.start_model(model);
+        let first = self.first_step(&start, own, subset, control)?;
+        let asked = drive_share_is_free
+            && chi2_per_value(&first.1) > ASTRAY_START_CHI2
             && model.uses(ParameterId::ShapeP2)
-            && model.piezo.is_some()
-        {
-            // A film that bends the beam by moments drives the second mode the other way
-            // round than a force at its centre.
-            let p = &mut start.parameters;
-            for id in [ParameterId::ShapeC2, ParameterId::ShapeP2] {
-                p.set(id, -p[id]);
-            }
-            let mut flipped = self.near(&start, own, &few, control)?;
-            if off(&flipped.1) < off(&point) {
-                std::mem::swap(&mut problem, &mut flipped.0);
-                std::mem::swap(&mut point, &mut flipped.1);
-            }
-            other = Some(flipped);
+            && model.piezo.is_some();
+        if !asked {
+            return Ok((first, None));
         }
-        let first = off(&point);
-        point = self.unlocked(&problem, point, &few, control)?;
-        // The one that is nearer at first may lead astray, and sets aside what it does not
-        // come near to.
-        let aside = few.iter().zip(&point.used).filter(|(f, u)| **f && !**u);
-        let all = few.iter().filter(|f| **f).count();
-        let astray = off(&point) > ASTRAY || aside.count() as f64 > ASIDE * all as f64;
-        // From the proof mass alone the first step hardly tells the two.
+        // A film that bends the beam by moments drives the second mode in the direction opposite
+        // to that of a force at its centre.
+        let p = &mut start.parameters;
+        for id in [ParameterId::ShapeC2, ParameterId::ShapeP2] {
+            p.set(id, -p[id]);
+        }
+        let flipped = self.first_step(&start, own, subset, control)?;
+        if chi2_per_value(&flipped.1) < chi2_per_value(&first.1) {
+            Ok((flipped, Some(first)))
+        } else {
+            Ok((first, Some(flipped)))
+        }
+    }
+
+    /// Releases the other parameters from the first start, and from its rival if the first may
+    /// have gone astray; the better one first.
+    fn release_starts(
+        &self,
+        ((problem, point), other): (Start, Option<Start>),
+        subset: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(Start, Option<Start>), DiagnoseError> {
+        let first = chi2_per_value(&point);
+        let point = self.release_parameters(&problem, point, subset, control)?;
+        // The start that is nearer at first may lead astray. It then sets aside the segments that
+        // it cannot describe.
+        let aside = subset.iter().zip(&point.used).filter(|(f, u)| **f && !**u);
+        let all = subset.iter().filter(|f| **f).count();
+        let astray = chi2_per_value(&point) > ASTRAY_START_CHI2
+            || aside.count() as f64 > ASTRAY_SET_ASIDE_SHARE * all as f64;
+        // From the proof mass alone the first step hardly distinguishes the two.
         let data = &problem.data;
         let lone = data.iter().all(|d| d.recording.cantilever.is_none());
-        let near = |other: &(Problem, Point)| lone || off(&other.1) < FARTHER * first;
-        let mut rival = None;
-        if let Some((flipped, begun)) = other.filter(|other| astray && near(other)) {
-            let mut other = (self.unlocked(&flipped, begun, &few, control)?, flipped);
-            if of_all(&other.1, &other.0, &few) < of_all(&problem, &point, &few) {
-                std::mem::swap(&mut point, &mut other.0);
-                std::mem::swap(&mut problem, &mut other.1);
-            }
-            rival = Some(other);
+        let near = |other: &Start| lone || chi2_per_value(&other.1) < RIVAL_START_MAX_RATIO * first;
+        let Some((flipped, begun)) = other.filter(|other| astray && near(other)) else {
+            return Ok(((problem, point), None));
+        };
+        let released = self.release_parameters(&flipped, begun, subset, control)?;
+        if subset_chi2(&flipped, &released, subset) < subset_chi2(&problem, &point, subset) {
+            Ok(((flipped, released), Some((problem, point))))
+        } else {
+            Ok(((problem, point), Some((flipped, released))))
         }
-        let mut before = point.clone();
-        point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
-        let reached = of_all(&problem, &point, &few);
-        if reached > most {
-            log::debug!("{reached:.2} per value of a part, {most:.2} at most");
-            return Ok(None);
-        }
-        let mut rough = off(&point);
-        let mut best = self.whole(problem, point, &few, control)?;
-        // What both tell of the few, all stretches may hold against one.
-        if let Some((point, problem)) =
-            rival.filter(|_| best.per_value() > BELIED * rough.max(1.0) && !control.cancelled())
-        {
-            let begun = point.clone();
-            let point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
-            let reached = off(&point);
-            let other = self.whole(problem, point, &few, control)?;
-            let all = vec![true; few.len()];
-            let cost = |f: &Fitted| of_all(&f.problem, &f.point, &all);
-            log::debug!("shared otherwise: {:.1}, {:.1}", cost(&other), cost(&best));
-            if cost(&other) < cost(&best) {
-                (before, rough, best) = (begun, reached, other);
-            }
-        }
-        // Strength and thickness of the film trade against each other along a valley
-        // that may lead astray: other thicknesses are tried where much is left.
+    }
+
+    /// Goes on with all segments from the rival start.
+    fn complete_rival(
+        &self,
+        (problem, before): Start,
+        subset: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Attempt, DiagnoseError> {
+        let point = self.improve(
+            &problem,
+            before.clone(),
+            &[],
+            (10, ROUGH_TOLERANCE),
+            control,
+        )?;
+        let rough = chi2_per_value(&point);
+        let fitted = self.fit_all_segments(problem, point, subset, control)?;
+        Ok(Attempt {
+            before,
+            rough,
+            fitted,
+        })
+    }
+
+    /// Tries other film thicknesses where chi2 stays high: strength and thickness of the film
+    /// trade against each other along a valley that may lead astray.
+    fn retry_films(
+        &self,
+        best: Attempt,
+        subset: &[bool],
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let Attempt {
+            before,
+            rough,
+            fitted: mut best,
+        } = best;
         let thickness = best.problem.space.position("gp");
-        for share in FILMS {
-            let left = best.per_value();
-            let Some(at) = thickness
-                .filter(|_| (MUCH..FILM_RETRY_MAX_CHI2).contains(&left) && !control.cancelled())
-            else {
+        for share in RETRY_FILM_SHARES {
+            let chi2 = best.per_value();
+            let Some(at) = thickness.filter(|_| {
+                (FILM_RETRY_MIN_CHI2..FILM_RETRY_MAX_CHI2).contains(&chi2) && !control.cancelled()
+            }) else {
                 break;
             };
             let problem = best.problem.clone();
@@ -258,124 +326,24 @@ impl Workspace {
             let mut x = before.x.clone();
             let gap = share * best.model.parameters[ParameterId::Dp];
             x[at] = gap.ln().clamp(entry.low, entry.high);
-            let mut point = settle(&problem, &x, &before.segments, &before.used, LOSS, 2)?;
+            let mut point = settle(&problem, &x, &before.segments, &before.used, ROBUST_LOSS, 2)?;
             let locked = positions(&problem, &["gp"]);
-            point = self.improve(&problem, point, &locked, (5, ROUGH), control)?;
-            point = self.improve(&problem, point, &[], (10, ROUGH), control)?;
-            // All stretches only where the few promise something.
-            let reached = point.cost / point.rows.max(1) as f64;
-            if reached > BETTER * rough {
+            point = self.improve(&problem, point, &locked, (5, ROUGH_TOLERANCE), control)?;
+            point = self.improve(&problem, point, &[], (10, ROUGH_TOLERANCE), control)?;
+            // All segments are fitted only where the subset improves.
+            if chi2_per_value(&point) > FILM_MAX_CHI2_RATIO * rough {
                 break;
             }
-            let other = self.whole(problem, point, &few, control)?;
-            let better = other.per_value() < BETTER * best.per_value();
+            let other = self.fit_all_segments(problem, point, subset, control)?;
+            let better = other.per_value() < FILM_MAX_CHI2_RATIO * best.per_value();
             if other.per_value() < best.per_value() {
                 best = other;
             }
-            // Where the film is not to blame no other will do better.
+            // Where the film is not the cause, no other thickness will do better.
             if !better {
                 break;
             }
         }
-        Ok(Some(best))
+        Ok(best)
     }
-
-    /// The first step of a fit of `start` to the `few` stretches: sizes, and what damps
-    /// the slow motion.
-    fn near(
-        &self,
-        start: &Model,
-        (free, bounds): (&[String], &[Bound]),
-        few: &[bool],
-        control: &DiagnoseControl<'_>,
-    ) -> Result<(Problem, Point), DiagnoseError> {
-        let segments = &self.train.calm.prepared.segments;
-        let mut problem = self.train.calm.prepared.problem.clone();
-        let mut ids = self.free.clone();
-        ids.extend_from_slice(free);
-        problem.space = Space::new(start, &ids)?;
-        for (id, range) in self.bounds.iter().chain(bounds) {
-            problem.space.keep_between(id, *range);
-        }
-        let mut x = problem.space.coordinates(start);
-        x.resize(problem.unknowns(), 0.0);
-        let mut point = settle(&problem, &x, segments, few, WIDE, 3)?;
-        let mut locked = positions(&problem, &LATER);
-        if locked.len() < problem.space.len() {
-            locked.extend(skews(&problem));
-            locked.extend(deferred(&problem));
-            locked.extend(self.read_alone(&problem));
-            point = self.improve(&problem, point, &locked, (7, ROUGH), control)?;
-            reassign_misread_segments(&problem, &mut point, segments)?;
-        }
-        Ok((problem, point))
-    }
-
-    /// Goes on with all but the film's thickness.
-    fn unlocked(
-        &self,
-        problem: &Problem,
-        mut point: Point,
-        few: &[bool],
-        control: &DiagnoseControl<'_>,
-    ) -> Result<Point, DiagnoseError> {
-        let segments = &self.train.calm.prepared.segments;
-        // What acts most comes first: frequencies and dampings of motions that are far off
-        // in size would go astray.
-        let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
-        for ids in late {
-            let mut locked = positions(problem, ids);
-            if locked.len() == problem.space.len() {
-                continue;
-            }
-            if ids.len() > 2 {
-                locked.extend(skews(problem));
-            }
-            locked.extend(deferred(problem));
-            locked.extend(self.read_alone(problem));
-            point = self.improve(problem, point, &locked, (7, ROUGH), control)?;
-            set_clocks(problem, &mut point, segments, few)?;
-            if reassign_misread_segments(problem, &mut point, segments)? {
-                // What was set aside must not count any more.
-                point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
-            }
-        }
-        Ok(point)
-    }
-
-    /// Positions of what the recordings say by themselves better than a fit that is far off.
-    fn read_alone(&self, problem: &Problem) -> Vec<usize> {
-        let ids = self.train.drift.iter().flat_map(|(_, ids)| ids);
-        positions(problem, &ids.map(String::as_str).collect::<Vec<_>>())
-    }
-
-    /// Goes on with all stretches where a fit was to the `few` only.
-    fn whole(
-        &self,
-        problem: Problem,
-        point: Point,
-        few: &[bool],
-        control: &DiagnoseControl<'_>,
-    ) -> Result<Fitted, DiagnoseError> {
-        let segments = &self.train.calm.prepared.segments;
-        let others: Vec<bool> = few.iter().map(|f| !f).collect();
-        let mut point = taken_in(&problem, point, segments, &others, GUESS)?;
-        reassign_misread_segments(&problem, &mut point, segments)?;
-        point = self.improve(&problem, point, &[], (20, FINE), control)?;
-        if set_clocks(&problem, &mut point, segments, &vec![true; few.len()])? {
-            point = self.improve(&problem, point, &[], (10, FINE), control)?;
-        }
-        if reassign_misread_segments(&problem, &mut point, segments)? {
-            point = self.improve(&problem, point, &[], (10, FINE), control)?;
-        }
-        self.finish(problem, point)
-    }
-}
-
-/// Cost per value of the `few` stretches, those set aside included.
-fn of_all(problem: &Problem, point: &Point, few: &[bool]) -> f64 {
-    let few = point.segments.iter().zip(few).filter(|(_, f)| **f);
-    let rows: usize = few.map(|(s, _)| problem.rows(s).len()).sum();
-    let aside = rows.saturating_sub(point.rows);
-    (point.cost + FORSAKEN * aside as f64) / rows.max(1) as f64
 }

@@ -1,301 +1,288 @@
-//! The baseline re-tuned, with the recordings cut again for it where they turn out to have been
-//! misread: readings that are late, a mass that rests over the ground without touching it.
+//! The baseline re-tuned, with the recordings cut again where they turn out to have been misread:
+//! readings that are late, or a mass that comes to rest above the ground without touching it.
 
 use std::mem::replace;
 use std::sync::Arc;
 
 use crate::diagnose::data::reading_assumptions::{ContactAmbiguity, ReadingAssumptions};
 use crate::diagnose::data::side::Split;
+use crate::diagnose::findings::Remark;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::shooting::found::LOST_TRACK_CHI2;
+use crate::diagnose::shooting::fitted::{Fitted, RequiredEffect};
 use crate::diagnose::shooting::latency;
 use crate::diagnose::shooting::workspace::Workspace;
-use crate::fit::segment::Segment;
 use crate::model::Model;
-use crate::recording::quantile_in_place;
-use crate::sim::SimError;
 
-/// How often recordings are cut again for readings that are late.
-const AGAIN: usize = 2;
-/// Share of a recording's stays that must be misread for the mass to hover.
-const MISREAD: f64 = 0.5;
-/// Fewest of them.
-const LEAST: usize = 3;
-/// Chi2 per value of a recording, over that of others and over 1, from which it is far off.
-const APART: f64 = 1.4;
-
-/// Why a recording has no stays on the ground that seems to have some.
-pub(crate) const HOVERS: &str = "the mass comes to rest over the ground without touching it";
-
-/// How far a stretch is from the model.
-struct Distance {
-    recording: usize,
-    /// Whether it is a stay on the ground.
-    stays: bool,
-    rows: usize,
-    /// Chi2 per value.
-    mean: f64,
-}
+/// How often recordings are cut again for late readings.
+const MAX_RECUTS: usize = 2;
 
 /// The re-tuned baseline.
 #[derive(Debug)]
-pub struct Tuned {
+pub struct RetunedBaseline {
     /// The recordings as cut for it.
     pub workspace: Workspace,
     /// Its fit.
     pub train: Fitted,
-    /// Those kept out, judged; `None` if there are none.
+    /// The fit to the held-out recordings; `None` if there are none.
     pub held_out: Option<Fitted>,
-    /// What was found out, in sentences.
-    pub remarks: Vec<String>,
+    /// What was found out.
+    pub remarks: Vec<Remark>,
     /// Recordings of either side in which the mass might hover.
-    pub doubted: (Vec<usize>, Vec<usize>),
-}
-
-impl Fitted {
-    /// How far each stretch is that is not set aside.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    fn distances(&self) -> Result<Vec<Distance>, SimError> {
-        let one = |(segment, mean): (&Segment, Option<(usize, f64)>)| {
-            mean.map(|(rows, mean)| Distance {
-                recording: segment.recording,
-                stays: segment.starts_held,
-                rows,
-                mean,
-            })
-        };
-        let all = self.point.segments.iter().zip(self.means()?);
-        Ok(all.filter_map(one).collect())
-    }
-
-    /// Cost of each recording's stretches that are not set aside, residuals clipped.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    pub fn costs(&self) -> Result<Vec<f64>, SimError> {
-        let mut costs = vec![0.0; self.problem.data.len()];
-        for s in self.distances()? {
-            costs[s.recording] += s.mean * s.rows as f64;
-        }
-        Ok(costs)
-    }
-
-    /// Cost and number of the values of all recordings but `these`, residuals clipped.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    pub fn cost_beside(&self, these: &[usize]) -> Result<(f64, usize), SimError> {
-        let others = self.distances()?.into_iter();
-        let others = others.filter(|s| !these.contains(&s.recording));
-        Ok(others.fold((0.0, 0), |(cost, rows), s| {
-            (cost + s.mean * s.rows as f64, rows + s.rows)
-        }))
-    }
-
-    /// Recordings in whose stays on the ground the mass may be elsewhere: most of them were set
-    /// aside as misread, or are farther from the model than those of other recordings.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    fn doubtful(&self) -> Result<Vec<usize>, SimError> {
-        let distances = self.distances()?;
-        let told: Vec<(usize, f64)> = distances
-            .iter()
-            .filter(|s| s.stays)
-            .map(|s| (s.recording, s.mean))
-            .collect();
-        let doubtful = |&k: &usize| {
-            let stays = self.point.segments.iter();
-            let all = stays.filter(|s| s.recording == k && s.starts_held).count();
-            let used = told.iter().filter(|s| s.0 == k).count();
-            let aside = all - used;
-            let misread = aside >= LEAST && aside as f64 > MISREAD * all as f64;
-            misread || (used >= LEAST && apart(&told, k, &[k]))
-        };
-        let all: Vec<usize> = (0..self.problem.data.len()).filter(doubtful).collect();
-        // Where the others are far off too, something is missing that says nothing of stays.
-        let beside = |k| !all.contains(&k);
-        let told: Vec<(usize, f64)> = distances.iter().map(|s| (s.recording, s.mean)).collect();
-        Ok(if median(&told, beside) > LOST_TRACK_CHI2 {
-            Vec::new()
-        } else {
-            all
-        })
-    }
-
-    /// Whether `other`, for which recordings are `flown` through, sets no more aside, and comes
-    /// as near to those as to others.
-    ///
-    /// # Errors
-    /// [`SimError`] if the model makes no sense.
-    fn yields_to(&self, other: &Self, flown: &[usize]) -> Result<bool, SimError> {
-        let told = other.distances()?;
-        let told: Vec<(usize, f64)> = told.iter().map(|s| (s.recording, s.mean)).collect();
-        let far = flown.iter().filter(|&&k| apart(&told, k, flown)).count();
-        log::debug!(
-            "flown through: {:.1} % aside in place of {:.1} %, {far} of {} far off",
-            100.0 * other.aside(),
-            100.0 * self.aside(),
-            flown.len()
-        );
-        Ok(other.aside() <= self.aside() && far == 0)
-    }
-}
-
-/// Whether the stretches of recording `k` are farther off than those of all but `these`, of
-/// which each has its recording and its distance.
-fn apart(told: &[(usize, f64)], k: usize, these: &[usize]) -> bool {
-    let usual = median(told, |r| !these.contains(&r));
-    median(told, |r| r == k) > APART * if usual > 1.0 { usual } else { 1.0 }
-}
-
-/// The median distance of stretches, of which each has its recording and its distance, of some
-/// recordings.
-fn median(told: &[(usize, f64)], which: impl Fn(usize) -> bool) -> f64 {
-    let mut own: Vec<f64> = told.iter().filter(|s| which(s.0)).map(|s| s.1).collect();
-    quantile_in_place(&mut own, 0.5)
+    pub ambiguous: (Vec<usize>, Vec<usize>),
 }
 
 impl Workspace {
-    /// The baseline re-tuned from `model`, with the recordings cut for it again where their
-    /// readings turn out to be late by more than stretches bear, and without stays in those
-    /// in which flight through suits better (or less, or in those it names, as `hovering` asks).
-    /// `judging` is called before those kept out are looked at.
+    /// Those of the `doubtful` recordings of `side` that may hover over the ground: not those
+    /// whose ground clearly drifts or steps. None at all where the ground steps in a recording
+    /// that is not doubtful, because others lie higher or lower for that.
+    pub fn may_hover(&self, side: &Split, mut doubtful: Vec<usize>) -> Vec<usize> {
+        let steps = |s: &Split| {
+            let ambiguous = |k: usize| std::ptr::eq(s, side) && doubtful.contains(&k);
+            let all = s.findings.iter().enumerate();
+            let mut sure = all.filter(|(k, _)| !ambiguous(*k));
+            sure.any(|(_, f)| f.change.is_some_and(|c| c.drift().is_none()))
+        };
+        let mut sides = std::iter::once(&self.train).chain(&self.held_out);
+        if sides.any(steps) {
+            return Vec::new();
+        }
+        doubtful.retain(|&k| side.findings[k].change.is_none());
+        doubtful
+    }
+
+    /// The baseline re-tuned from `model`. The recordings are cut again where their readings turn
+    /// out to be late by more than segments tolerate. Contact is left out of those in which
+    /// flight throughout fits better (or worse, or of those that `hovering` lists). `judging` is
+    /// called before the held-out recordings are looked at.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a recording or the model cannot be used.
-    pub fn tuned(
+    pub fn retune_baseline(
         self,
         model: &Model,
         (options, hovering): (&DiagnoseOptions, &ContactAmbiguity),
         control: &DiagnoseControl<'_>,
         judging: &dyn Fn(),
-    ) -> Result<Tuned, DiagnoseError> {
-        let mut known = ReadingAssumptions::default();
-        let mut doubted = (Vec::new(), Vec::new());
-        // The other way only where it is in doubt first.
-        let as_told = |first: bool| !first || *hovering == ContactAmbiguity::AsTold;
-        let mut workspace = self;
-        let again = |workspace: &Self, known: &ReadingAssumptions| {
-            let held_out = workspace.held_out.as_ref().map_or(&[][..], |s| &s.parts);
-            Self::of_known(model, (&workspace.train.parts, held_out), options, known)
-        };
-        let (mut train, mut drift) = match workspace.behind(model, options, control, &again)? {
-            Some((other, fit, lag)) => {
-                workspace = other;
-                known.lag = lag;
-                (fit, None)
-            }
-            None => workspace.with_and_without_drift(model, control)?,
-        };
-        let mut first = None;
-        for _ in 0..AGAIN {
-            // Readings that are known to lag are late for that.
-            let go_on = workspace.found.is_none() && !control.cancelled();
-            let Some(late) = latency::late(&train).filter(|_| go_on) else {
-                break;
-            };
-            known.late += late;
-            log::debug!("readings are {:.1} us late", 1e6 * known.late);
-            let cut_again = again(&workspace, &known)?;
-            let (fit, own) = cut_again.with_and_without_drift(model, control)?;
-            drift = own;
-            let before = (replace(&mut workspace, cut_again), replace(&mut train, fit));
-            first.get_or_insert(before);
-        }
-        if let Some((cut_first, fit)) = first.filter(|_| !control.cancelled()) {
-            if let Some(lagging) =
-                cut_first.lagging(known.late, (&workspace, &train), options, control)?
-            {
-                (workspace, train) = (cut_first, fit);
-                workspace.found = Some(Arc::new(lagging));
-                known.late = 0.0;
-            }
-        } else if workspace.found.is_none()
-            && !control.cancelled()
-            && let Some(late) = latency::disagreement(&train)
-            && let Some(lagging) =
-                workspace.lagging(late, (&workspace, &train), options, control)?
-        {
-            workspace.found = Some(Arc::new(lagging));
-        }
-        let lags = workspace.found.is_some();
-        let lost = |train: &Fitted| !lags && train.is_lost();
-        let mut drift = drift.filter(|_| lost(&train));
-        let mut remarks = Vec::new();
-        // With a drift without which the baseline is lost.
-        let told = drift.as_ref().map_or(&train, |drift| &drift.fitted);
-        let (doubtful, over) = match hovering {
-            ContactAmbiguity::Over(these, _) => (these.clone(), true),
-            _ => (told.doubtful()?, false),
-        };
-        let hovers = workspace.may_hover(&workspace.train, doubtful);
-        // Where the drive lags the baseline is far off for that.
-        if !hovers.is_empty() && !lags && !control.cancelled() {
-            doubted.0.clone_from(&hovers);
-            let mut flown = known.clone();
-            flown.hovers.0 = hovers;
-            let other = again(&workspace, &flown)?;
-            let (fit, own) = other.baseline_again(model, &train, control)?;
-            let own = own.filter(|_| lost(&fit));
-            let with = own.as_ref().map_or(&fit, |own| &own.fitted);
-            if over || told.yields_to(with, &flown.hovers.0)? == as_told(true) {
-                remarks.extend(said(&other.train, &flown.hovers.0));
-                (workspace, train, known, drift) = (other, fit, flown, own);
-            }
-        }
-        if let Some(drift) = drift {
-            workspace.found = Some(Arc::new(drift));
-        }
+    ) -> Result<RetunedBaseline, DiagnoseError> {
+        let mut retuning = Retuning::begin(self, model, (options, hovering), control)?;
+        let cut_first = retuning.recut_for_latency()?;
+        retuning.add_lag(cut_first)?;
+        retuning.resolve_hovering_train()?;
         judging();
-        let mut held_out = workspace.judge(&train.model, (&train, None), control)?;
-        let hovers = match (&held_out, &workspace.held_out) {
-            (Some(judged), Some(side)) => {
-                let doubtful = match hovering {
-                    ContactAmbiguity::Over(_, these) => these.clone(),
-                    _ => judged.doubtful()?,
-                };
-                workspace.may_hover(side, doubtful)
-            }
-            _ => Vec::new(),
-        };
-        if !hovers.is_empty() && !control.cancelled() {
-            doubted.1.clone_from(&hovers);
-            let mut flown = known;
-            flown.hovers.1 = hovers;
-            let mut other = again(&workspace, &flown)?;
-            other.found.clone_from(&workspace.found);
-            let judged = other.judge(&train.model, (&train, None), control)?;
-            let better = match (&held_out, &judged) {
-                (Some(before), Some(after)) => before.yields_to(after, &flown.hovers.1)?,
-                _ => false,
-            };
-            if over || better == as_told(doubted.0.is_empty()) {
-                let side = other.held_out.as_ref();
-                remarks.extend(side.into_iter().flat_map(|s| said(s, &flown.hovers.1)));
-                (workspace, held_out) = (other, judged);
-            }
-        }
-        Ok(Tuned {
-            workspace,
-            train,
+        let held_out = retuning.resolve_hovering_held_out()?;
+        Ok(RetunedBaseline {
+            workspace: retuning.workspace,
+            train: retuning.train,
             held_out,
-            remarks,
-            doubted,
+            remarks: retuning.remarks,
+            ambiguous: retuning.ambiguous,
         })
+    }
+
+    /// The same recordings cut again for `model` under other assumptions on the readings.
+    fn recut(
+        &self,
+        model: &Model,
+        options: &DiagnoseOptions,
+        assumptions: &ReadingAssumptions,
+    ) -> Result<Self, DiagnoseError> {
+        let held_out = self.held_out.as_ref().map_or(&[][..], |s| &s.parts);
+        Self::with_assumptions(model, (&self.train.parts, held_out), options, assumptions)
     }
 }
 
-/// That the mass hovers in some recordings of a side.
-fn said(side: &Split, hovers: &[usize]) -> Vec<String> {
-    let one = |&k: &usize| {
-        format!(
-            "{}: the mass comes to rest over the ground without touching it, and says nothing of contact",
-            side.parts[k].recording.name
-        )
+/// A baseline being re-tuned, one step after the other.
+struct Retuning<'a, 'c> {
+    model: &'a Model,
+    options: &'a DiagnoseOptions,
+    hovering: &'a ContactAmbiguity,
+    control: &'a DiagnoseControl<'c>,
+    /// The recordings as they are cut now.
+    workspace: Workspace,
+    /// The baseline's fit to them.
+    train: Fitted,
+    /// The fit with a drift of the zero, if the level of the ground shows one.
+    drift: Option<RequiredEffect>,
+    assumptions: ReadingAssumptions,
+    /// Recordings of either split in which the mass might hover.
+    ambiguous: (Vec<usize>, Vec<usize>),
+    remarks: Vec<Remark>,
+}
+
+impl<'a, 'c> Retuning<'a, 'c> {
+    /// The first fit: with a lag of the readings if the data show one.
+    fn begin(
+        workspace: Workspace,
+        model: &'a Model,
+        (options, hovering): (&'a DiagnoseOptions, &'a ContactAmbiguity),
+        control: &'a DiagnoseControl<'c>,
+    ) -> Result<Self, DiagnoseError> {
+        let mut assumptions = ReadingAssumptions::default();
+        let recut = |workspace: &Workspace, assumptions: &ReadingAssumptions| {
+            workspace.recut(model, options, assumptions)
+        };
+        let lagging = workspace.sensor_lag_baseline(model, options, control, &recut)?;
+        let (workspace, train, drift) = match lagging {
+            Some((cut_again, train, lag)) => {
+                assumptions.lag = lag;
+                (cut_again, train, None)
+            }
+            None => {
+                let (train, drift) = workspace.with_and_without_drift(model, control)?;
+                (workspace, train, drift)
+            }
+        };
+        Ok(Self {
+            model,
+            options,
+            hovering,
+            control,
+            workspace,
+            train,
+            drift,
+            assumptions,
+            ambiguous: (Vec::new(), Vec::new()),
+            remarks: Vec::new(),
+        })
+    }
+
+    /// Cuts the recordings again while their clocks agree that the readings are late. Returns
+    /// what was there before the first cut.
+    fn recut_for_latency(&mut self) -> Result<Option<(Workspace, Fitted)>, DiagnoseError> {
+        let mut first = None;
+        for _ in 0..MAX_RECUTS {
+            // A known lag of the readings explains their latency.
+            let go_on = self.workspace.required_effect.is_none() && !self.control.cancelled();
+            let Some(late) = latency::common_latency(&self.train).filter(|_| go_on) else {
+                break;
+            };
+            self.assumptions.latency += late;
+            log::debug!("readings are {:.1} us late", 1e6 * self.assumptions.latency);
+            let (model, options) = (self.model, self.options);
+            let cut_again = self.workspace.recut(model, options, &self.assumptions)?;
+            let (fit, drift) = cut_again.with_and_without_drift(model, self.control)?;
+            self.drift = drift;
+            let before = (
+                replace(&mut self.workspace, cut_again),
+                replace(&mut self.train, fit),
+            );
+            first.get_or_insert(before);
+        }
+        Ok(first)
+    }
+
+    /// Requires a lag of the amplifier or the sensor if that explains the data better than late
+    /// readings: in the recordings as first cut, `cut_first`, or where the clocks disagree.
+    fn add_lag(&mut self, cut_first: Option<(Workspace, Fitted)>) -> Result<(), DiagnoseError> {
+        let (options, control) = (self.options, self.control);
+        let tuned = (&self.workspace, &self.train);
+        if let Some((cut_first, fit)) = cut_first.filter(|_| !control.cancelled()) {
+            let late = self.assumptions.latency;
+            if let Some(lag) = cut_first.best_lag(late, tuned, options, control)? {
+                (self.workspace, self.train) = (cut_first, fit);
+                self.workspace.required_effect = Some(Arc::new(lag));
+                self.assumptions.latency = 0.0;
+            }
+        } else if self.workspace.required_effect.is_none()
+            && !control.cancelled()
+            && let Some(late) = latency::clock_disagreement(&self.train)
+            && let Some(lag) = self.workspace.best_lag(late, tuned, options, control)?
+        {
+            self.workspace.required_effect = Some(Arc::new(lag));
+        }
+        Ok(())
+    }
+
+    /// Whether the reading that fits better is taken; the other one is only where contact is
+    /// ambiguous `first`.
+    fn follows_fit(&self, first: bool) -> bool {
+        !first || *self.hovering == ContactAmbiguity::AsFitted
+    }
+
+    /// Leaves contact out of the fitted recordings in which the mass hovers, and requires the
+    /// drift where the baseline has lost its way without it.
+    fn resolve_hovering_train(&mut self) -> Result<(), DiagnoseError> {
+        let lags = self.workspace.required_effect.is_some();
+        let lost = |train: &Fitted| !lags && train.is_lost();
+        self.drift = self.drift.take().filter(|_| lost(&self.train));
+        let fit = self.drift.as_ref();
+        let fit = fit.map_or(&self.train, |drift| &drift.fitted);
+        let (candidates, is_given) = match self.hovering {
+            ContactAmbiguity::HoveringIn(these, _) => (these.clone(), true),
+            _ => (fit.ambiguous_recordings()?, false),
+        };
+        let hovering = self.workspace.may_hover(&self.workspace.train, candidates);
+        // Where the drive lags, that is why the baseline is far off.
+        if !hovering.is_empty() && !lags && !self.control.cancelled() {
+            self.ambiguous.0.clone_from(&hovering);
+            let mut assumptions = self.assumptions.clone();
+            assumptions.hovering.0 = hovering;
+            let (model, options) = (self.model, self.options);
+            let other = self.workspace.recut(model, options, &assumptions)?;
+            let (other_fit, drift) = other.retune_from(model, &self.train, self.control)?;
+            let drift = drift.filter(|_| lost(&other_fit));
+            let with = drift.as_ref().map_or(&other_fit, |drift| &drift.fitted);
+            let flown = &assumptions.hovering.0;
+            if is_given || fit.is_beaten_by(with, flown)? == self.follows_fit(true) {
+                self.remarks.extend(hovering_remarks(&other.train, flown));
+                self.workspace = other;
+                self.train = other_fit;
+                self.assumptions = assumptions;
+                self.drift = drift;
+            }
+        }
+        if let Some(drift) = self.drift.take() {
+            self.workspace.required_effect = Some(Arc::new(drift));
+        }
+        Ok(())
+    }
+
+    /// The fit to the held-out recordings, contact left out of those in which the mass hovers.
+    fn resolve_hovering_held_out(&mut self) -> Result<Option<Fitted>, DiagnoseError> {
+        let (model, train) = (&self.train.model, (&self.train, None));
+        let held_out = self.workspace.fit_held_out(model, train, self.control)?;
+        let (Some(fit), Some(split)) = (&held_out, &self.workspace.held_out) else {
+            return Ok(held_out);
+        };
+        let candidates = match self.hovering {
+            ContactAmbiguity::HoveringIn(_, these) => these.clone(),
+            _ => fit.ambiguous_recordings()?,
+        };
+        let hovering = self.workspace.may_hover(split, candidates);
+        if hovering.is_empty() || self.control.cancelled() {
+            return Ok(held_out);
+        }
+        self.ambiguous.1.clone_from(&hovering);
+        let mut assumptions = self.assumptions.clone();
+        assumptions.hovering.1 = hovering;
+        let mut other = self
+            .workspace
+            .recut(self.model, self.options, &assumptions)?;
+        other
+            .required_effect
+            .clone_from(&self.workspace.required_effect);
+        let other_fit = other.fit_held_out(model, train, self.control)?;
+        let flown = &assumptions.hovering.1;
+        let better = match &other_fit {
+            Some(after) => fit.is_beaten_by(after, flown)?,
+            None => false,
+        };
+        let is_given = matches!(self.hovering, ContactAmbiguity::HoveringIn(..));
+        if !is_given && better != self.follows_fit(self.ambiguous.0.is_empty()) {
+            return Ok(held_out);
+        }
+        let split = other.held_out.as_ref();
+        let remarks = split.into_iter().flat_map(|s| hovering_remarks(s, flown));
+        self.remarks.extend(remarks);
+        self.workspace = other;
+        Ok(other_fit)
+    }
+}
+
+/// Remarks that the mass hovers in some recordings of a split.
+fn hovering_remarks(side: &Split, hovers: &[usize]) -> Vec<Remark> {
+    let one = |&k: &usize| Remark::RestsAboveGround {
+        recording: side.parts[k].recording.name.clone(),
     };
     hovers.iter().map(one).collect()
 }

@@ -1,4 +1,4 @@
-//! TODO-doc
+//! Hypotheses, their fits, and whether a gain is significant.
 
 pub(super) mod hypothesis;
 pub(super) mod significance;

@@ -1,54 +1,47 @@
-//! By how much chance lets chi2 fall.
+//! Significance of a fall of chi2: how much chance alone brings, with free initial states and
+//! searches over many places allowed for.
 
 use super::hypothesis::Hypothesis;
+use crate::diagnose::thresholds::{
+    CONFIRMED_GAINS, HELD_GAIN, INITIAL_STATE_MAX_Z, SEARCHED_GAIN, TRAIN_GAIN, UNPROVED_FACTOR,
+    VANISHED_STRENGTH_RATIO,
+};
 use crate::model::Model;
 
-/// Least fall of chi2 on the fitted recordings for a name. The best of some thirty
-/// directions and some thousand frequencies falls by up to 20 by chance alone.
-pub const TRAIN_GAIN: f64 = 30.0;
-/// The same where the best of many times or frequencies was searched for.
-const SEARCHED_GAIN: f64 = 50.0;
-/// So many times what chance lets them improve by is far more.
-const UNPROVED_FACTOR: f64 = 2.0;
-/// Falls on the fitted recordings and on both sides from which a name needs no more where
-/// those kept out, of which chance knows nothing, fall by as much as that.
-const CONFIRMED: (f64, f64) = (15.0, 45.0);
-/// So many standard deviations of what free beginnings bring are none of chance's.
-const SCATTER: f64 = 3.0;
-/// Times the least strength of an effect up to which it is as weak as it may be.
-const VANISHED: f64 = 1.001;
-/// Least fall on the recordings kept out.
-pub const HELD_GAIN: f64 = 10.0;
-
-/// Whether chance lets the fitted recordings improve by `gain`, where those kept out improve by
-/// `held_gain`. Of what was searched for over many places the best of them is seen.
+/// Whether chance explains a `gain` on the fitted recordings, given that of held-out ones. An effect
+/// that was searched for over many places needs more, because the best of them is seen.
 pub fn is_insignificant(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
-    let (own, both) = CONFIRMED;
+    let (own, both) = CONFIRMED_GAINS;
     let confirmed = gain > own && held_gain > own && gain + held_gain > both;
     gain < least(hypothesis) && (hypothesis.look_elsewhere || !confirmed)
 }
 
-/// Whether the fitted recordings improve by far more than chance lets them, and those kept out
-/// do not: there is something, but not this. A further mode has a beginning of its own in each
-/// stretch, by which chance lets it improve more; and what begins after the fitted recordings
-/// gains on those kept out. Of many places the best suits whatever single reading went wrong
-/// there: what was searched for and spoils those kept out by more than it gains is refuted, and
-/// speaks of nothing.
+/// Whether the fitted recordings improve by far more than chance would and held-out ones do not: then
+/// something is missing, but not this effect. Exceptions: a further mode has a free initial state in
+/// each segment, by which chance gains more; an effect that begins after the fitted recordings gains
+/// on held-out ones only; and an effect that was searched for fits any single misread event, so that
+/// one which worsens held-out recordings by more than it gains is refuted and proves nothing.
 pub fn fails_held_out(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> bool {
     let mode = hypothesis.start.spec.adds_modes();
     let refuted = hypothesis.look_elsewhere && held_gain < -gain;
     let asked = hypothesis.estimated_on_held_out.is_none() && !mode && !refuted;
-    asked && gain > UNPROVED_FACTOR * least(hypothesis) && held_gain < HELD_GAIN
+    asked && gain > unproved_gain(hypothesis) && held_gain < HELD_GAIN
 }
 
-/// Whether chance lets chi2 fall by `gain` where each stretch has a beginning of its own besides,
-/// `unknowns` in all: each takes one on the average, which costs count, and scatters about it.
+/// Gain on the fitted recordings from which a failure on held-out ones speaks for something
+/// missing.
+pub fn unproved_gain(hypothesis: &Hypothesis) -> f64 {
+    UNPROVED_FACTOR * least(hypothesis)
+}
+
+/// Whether free initial states explain a `gain`, `unknowns` of them in all: chi2 falls by one for each
+/// on average, which is subtracted already, and scatters about that by sqrt(2 n).
 pub fn within_initial_state_dof(unknowns: usize, gain: f64) -> bool {
-    gain < SCATTER * (2.0 * unknowns as f64).sqrt()
+    gain < INITIAL_STATE_MAX_Z * (2.0 * unknowns as f64).sqrt()
 }
 
-/// Whether the fit has made the effect of `hypothesis` in `model` as weak as it may be: what it
-/// brings is then owed to the way that the fit went, not to the effect.
+/// Whether the fit has made the effect of `hypothesis` in `model` as weak as its bounds allow: its gain
+/// is then due to the path of the fit, not to the effect.
 pub fn is_at_lower_bound(hypothesis: &Hypothesis, model: &Model) -> bool {
     let bound = |id: &String| hypothesis.bounds.iter().find(|b| b.0 == *id).map(|b| b.1);
     // Constants of a law stay between two bounds, its strength above one.
@@ -56,13 +49,13 @@ pub fn is_at_lower_bound(hypothesis: &Hypothesis, model: &Model) -> bool {
     let weak = |id: &String| {
         let least = bound(id).map_or(0.0, |(least, _)| least);
         let value = model.get(id);
-        value.is_some_and(|value| value.abs() <= VANISHED * least)
+        value.is_some_and(|value| value.abs() <= VANISHED_STRENGTH_RATIO * least)
     };
     let mut strengths = hypothesis.free.iter().filter(carries).peekable();
     strengths.peek().is_some() && strengths.all(weak)
 }
 
-/// Fall of chi2 on the fitted recordings up to which chance lets them improve.
+/// Fall of chi2 on the fitted recordings that chance explains.
 fn least(hypothesis: &Hypothesis) -> f64 {
     if hypothesis.look_elsewhere {
         SEARCHED_GAIN
@@ -94,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn an_effect_at_its_least_strength_is_none() {
+    fn an_effect_at_its_lower_bound_has_vanished() {
         let paper = Preset::embedded("paper").unwrap().model;
         let with = |tau: f64, pace: f64| {
             let spec = find("amplifier_lag").unwrap();
@@ -120,15 +113,15 @@ mod tests {
     }
 
     #[test]
-    fn free_beginnings_gain_by_chance() {
-        // Two unknowns in each of two hundred stretches scatter by 28.
+    fn free_initial_states_gain_by_chance() {
+        // Two unknowns in each of two hundred segments scatter by 28.
         assert!(within_initial_state_dof(400, 63.0));
         assert!(!within_initial_state_dof(400, 120.0));
         assert!(!within_initial_state_dof(0, 1.0));
     }
 
     #[test]
-    fn what_gains_only_where_it_is_fitted_is_unproved() {
+    fn a_gain_on_fitted_recordings_alone_is_unproved() {
         let drift = of("zero_drift", false);
         assert!(fails_held_out(&drift, 140.0, -30.0));
         assert!(!fails_held_out(&drift, 140.0, 60.0));
@@ -139,11 +132,11 @@ mod tests {
         // One that spoils the others by more than it gains was none.
         assert!(fails_held_out(&step, 140.0, -130.0) && !fails_held_out(&step, 140.0, -150.0));
         assert!(fails_held_out(&drift, 140.0, -150.0));
-        let told_later = Hypothesis {
+        let determined_later = Hypothesis {
             estimated_on_held_out: Some(0),
             ..step
         };
-        assert!(!fails_held_out(&told_later, 140.0, 0.0));
+        assert!(!fails_held_out(&determined_later, 140.0, 0.0));
         assert!(!fails_held_out(&of("extra_mode", true), 140.0, 0.0));
     }
 }

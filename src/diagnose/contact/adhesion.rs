@@ -1,68 +1,51 @@
-//! Adhesion as the releases tell it: a straight line in contact time, or a law that bends.
+//! Pull-off force against contact time: a law that saturates, against a straight line.
 
 use std::collections::BTreeSet;
 
 use super::event_readings::Ground;
-use super::law_test::LawTest;
-use super::restitution::{ALSO_HELD_OUT, MIN_EVENTS, TOLD};
+use super::law_test::{LawTest, ONLY_WITH_HELD_OUT};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
+use crate::diagnose::thresholds::{
+    ADHESION_BEND_MIN_GAIN, ADHESION_LEFT_OUT_MIN_GAIN, ADHESION_MAX_TIME, ADHESION_MIN_GAIN,
+    CONTACT_TRAIN_GAIN, MIN_EVENTS, PRESSED_MAX_Z, RELEASE_MAX_ERROR_RATIO, RELEASE_MIN_SAMPLES,
+    RELEASE_MIN_STAY, SHORT_STAYS_MIN,
+};
 use crate::fit::contact_readings::Release;
 use crate::model::effects::{ActiveEffect, ContactLaw, of_contact_law};
 use crate::model::parameter::ParameterId;
 use crate::recording::quantile_in_place;
 
-/// Fall of chi2 on both sides together from which adhesion bends:
-/// the best of two laws and several times.
-const FORESEEN_BEND: f64 = 25.0;
-/// A stay of fewer samples may be one of the hops of a landing, from which the mass was not
-/// pulled off but rebounded.
-const HOP: f64 = 6.0;
-/// So may one that is shorter than this \[s\], unless there are several.
-const SHORT: f64 = 1e-3;
-/// So many on both sides together, of more than one recording, are taken for stays.
-const SEVERAL: usize = 3;
-/// Standard errors below zero from which a force presses for certain.
-const PRESSED: f64 = 4.0;
-/// A force known so many times worse than the best is not used.
-const VAGUE: f64 = 15.0;
-/// Fall of chi2 from which a bend is on top of a straight line and not in its place.
-const ON_LINE: f64 = 20.0;
-/// What the others must foresee by themselves where any one of the recordings kept out is left out.
-const BY_OTHERS: f64 = 8.0;
-/// Adhesion that takes longer to level off is a straight line \[s\].
-const LONGEST: f64 = 0.2;
-
-/// (contact time, force, error) of the releases that tell the law, those after `short` stays as
-/// well or not. Where the drive jumps the pull passes the adhesion in one step; after a short
-/// stay the force is known so badly that its error is not known either; a mass that is pressed
-/// on the ground was not pulled off it.
+/// (contact time, force, error) of the releases that are used, with those after `short` stays or
+/// without. Where the drive jumps, the pull exceeds the adhesion in one step. After a short stay the
+/// force is known so poorly that its error is not known either. A mass that is pressed onto the
+/// ground was not pulled off it.
 fn pulls(releases: &[Release], short: bool) -> Vec<Reading> {
     let known = releases
         .iter()
-        .filter(|r| pulled(r) && (short || r.contact > SHORT))
-        .filter(|r| r.error.is_finite() && r.force > -PRESSED * r.error);
+        .filter(|r| pulled(r) && (short || r.contact > RELEASE_MIN_STAY))
+        .filter(|r| r.error.is_finite() && r.force > -PRESSED_MAX_Z * r.error);
     let mut errors: Vec<f64> = known.clone().map(|r| r.error).collect();
     let good = quantile_in_place(&mut errors, 0.1);
     known
-        .filter(|r| r.error < VAGUE * good)
+        .filter(|r| r.error < RELEASE_MAX_ERROR_RATIO * good)
         .map(|r| (r.contact, r.force, r.error))
         .collect()
 }
 
 /// Whether it was a stay from which adhesion let go, and no step of the drive tore the mass off.
 fn pulled(release: &Release) -> bool {
-    release.samples > HOP && release.jump <= release.error
+    release.samples > RELEASE_MIN_SAMPLES && release.jump <= release.error
 }
 
-/// Those of long stays, whatever the others say.
+/// The same after long stays only.
 pub fn long_pulls(releases: &[Release]) -> Vec<Reading> {
     pulls(releases, false)
 }
 
-/// Whether several of the releases came after short stays: of more than one recording, for one
+/// Whether several of the releases came after short stays, of more than one recording: a single one
 /// may be misread throughout.
 fn several_short([train, held]: [&[Release]; 2]) -> bool {
-    let short = |r: &&Release| pulled(r) && r.contact <= SHORT;
+    let short = |r: &&Release| pulled(r) && r.contact <= RELEASE_MIN_STAY;
     let of = |side: &[Release]| -> Vec<usize> {
         side.iter().filter(short).map(|r| r.recording).collect()
     };
@@ -72,7 +55,7 @@ fn several_short([train, held]: [&[Release]; 2]) -> bool {
         .map(|k| (false, *k))
         .chain(held.iter().map(|k| (true, *k)))
         .collect();
-    train.len() + held.len() >= SEVERAL && recordings.len() > 1
+    train.len() + held.len() >= SHORT_STAYS_MIN && recordings.len() > 1
 }
 
 /// The straight line of the baseline through `points`: `Ca0` and `Ca`.
@@ -127,7 +110,11 @@ fn bend(points: &[Reading], straight: &Curve) -> Option<Bend> {
     let mut best: Option<Bend> = None;
     for on_line in [false, true] {
         let least = best.as_ref().map_or(f64::INFINITY, |b| b.curve.cost);
-        let asked = if on_line { least - ON_LINE } else { least };
+        let asked = if on_line {
+            least - ADHESION_BEND_MIN_GAIN
+        } else {
+            least
+        };
         for share in [0.0, 1.0] {
             let form = Form { share, on_line };
             for tau in [3e-4, 1e-3, 4e-3, 15e-3] {
@@ -137,7 +124,7 @@ fn bend(points: &[Reading], straight: &Curve) -> Option<Bend> {
                     continue;
                 };
                 let climbs = curve.values.get(3).is_none_or(|slope| *slope > 0.0);
-                let sound = growth > 0.0 && climbs && time.abs() < LONGEST;
+                let sound = growth > 0.0 && climbs && time.abs() < ADHESION_MAX_TIME;
                 let better = best.as_ref().is_none_or(|b| curve.cost < b.curve.cost);
                 if sound && better && curve.cost < asked {
                     best = Some(Bend { curve, form });
@@ -150,9 +137,9 @@ fn bend(points: &[Reading], straight: &Curve) -> Option<Bend> {
 
 /// Adhesion that saturates, against one that grows in proportion to contact time.
 ///
-/// A few excitations have few contact times: two of them are on any straight line, and
-/// only with those of the recordings kept out is there a bend. These are judged by what
-/// the fitted ones foresee of them, with all that they leave open.
+/// A few excitations have few contact times. Two of them lie on any straight line, and only together
+/// with those of held-out recordings there is a bend. Held-out releases are scored by their
+/// predictive likelihood: what the fitted ones leave open of the law is averaged over.
 pub fn test(ground: &Ground) -> Option<LawTest> {
     let sides = [&ground.train.releases, &ground.held_out.releases];
     let short = several_short(sides.map(Vec::as_slice));
@@ -165,18 +152,19 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
     let (straight, straight_all) = (line(&train), line(&all));
     let of_all = bend(&all, &straight_all)?;
     let scale = scatter(&all, of_all.curve.values.len(), &|t| of_all.at(t));
-    // All laws of bending are one hypothesis: that which suits all is asked of the first.
+    // All forms of the bend are one hypothesis: the form that fits all releases is fitted to the
+    // first ones.
     let same = of_all.form.fit(&train, &of_all.curve.values);
-    let foreseen = same.predictive_log_loss(&of_all.curve, scale);
+    let predicted = same.predictive_log_loss(&of_all.curve, scale);
     let of_train = bend(&train, &straight).unwrap_or_else(|| Bend {
         curve: same.clone(),
         form: of_all.form,
     });
-    let mut held_gain = straight.predictive_log_loss(&straight_all, scale) - foreseen;
+    let mut held_gain = straight.predictive_log_loss(&straight_all, scale) - predicted;
     let gain = (straight.cost - of_train.curve.cost) / scale;
-    let together = gain <= TOLD && held_gain > 0.0;
+    let together = gain <= CONTACT_TRAIN_GAIN && held_gain > 0.0;
     if together {
-        // One recording whose releases were misread must not tell it.
+        // A single recording whose releases were misread must not decide.
         let without = |k: usize| {
             let others = ground.held_out.releases.iter();
             let others: Vec<Release> = others.filter(|r| r.recording != k).copied().collect();
@@ -193,18 +181,18 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
             .collect();
         let least = recordings.into_iter().map(without);
         let least = least.fold(f64::INFINITY, f64::min);
-        if least < BY_OTHERS {
+        if least < ADHESION_LEFT_OUT_MIN_GAIN {
             held_gain = held_gain.min(least);
         }
     }
-    let (told, times) = if together {
+    let (best_bend, times) = if together {
         (of_all, &all)
     } else {
         (of_train, &train)
     };
-    let after = cost(&held, &|t| told.at(t));
+    let after = cost(&held, &|t| best_bend.at(t));
     let root = scale.sqrt();
-    let Bend { curve, form } = told;
+    let Bend { curve, form } = best_bend;
     let line_share = if form.on_line { 1.0 } else { 0.0 };
     let mut sets = vec![(ParameterId::Ca0, curve.values[0].max(0.0))];
     sets.extend(curve.values.get(3).map(|slope| (ParameterId::Ca, *slope)));
@@ -212,7 +200,7 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain,
         held_gain,
-        foreseen: Some(FORESEEN_BEND),
+        min_predictive_gain: Some(ADHESION_MIN_GAIN),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
@@ -231,11 +219,11 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
         ],
         sets,
         evidence: format!(
-            "{} releases: the pull-off force bends over contact times of {:.2} to {:.1} ms{}",
+            "{} releases: the pull-off force saturates over contact times of {:.2} to {:.1} ms{}",
             times.len(),
             1e3 * times.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
             1e3 * times.iter().fold(0.0f64, |a, p| a.max(p.0)),
-            if together { ALSO_HELD_OUT } else { "" }
+            if together { ONLY_WITH_HELD_OUT } else { "" }
         ),
     })
 }
@@ -273,7 +261,7 @@ mod tests {
     }
 
     /// The law through releases after contacts as short and long as those of a few excitations.
-    fn told(seed: u64, law: &dyn Fn(f64) -> f64) -> LawTest {
+    fn tested(seed: u64, law: &dyn Fn(f64) -> f64) -> LawTest {
         let ground = Ground {
             train: releases(seed, &[(6.3e-3, 6), (78e-3, 2)], law),
             held_out: releases(seed + 1000, &[(22e-3, 3), (42e-3, 3)], law),
@@ -284,18 +272,18 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_line_does_not_bend() {
+    fn no_saturation_is_found_on_a_straight_line() {
         for seed in 0..40 {
-            let test = told(seed, &|t| 29e-9 + 1.4e-6 * t);
+            let test = tested(seed, &|t| 29e-9 + 1.4e-6 * t);
             let both = test.gain + test.held_gain;
             assert!(both < 10.0, "seed {seed}: {} {}", test.gain, test.held_gain);
         }
     }
 
     #[test]
-    fn adhesion_in_place_of_the_line_is_told_with_its_parameters() {
+    fn saturation_in_place_of_the_line_is_found_with_its_parameters() {
         let law = |t: f64| 30e-9 - 120e-9 * (-t / 20e-3).exp_m1();
-        let test = told(7, &law);
+        let test = tested(7, &law);
         assert!(test.gain + test.held_gain > 1000.0, "{test:?}");
         let [growth, tau, share, on_line] = test.effect.values[..] else {
             panic!("{test:?}");
@@ -306,11 +294,11 @@ mod tests {
     }
 
     #[test]
-    fn a_bend_on_top_of_the_line_is_told() {
+    fn a_bend_on_top_of_the_line_is_found() {
         let law = |t: f64| 29e-9 + 1.25e-6 * t - 13e-9 * (-t / 4e-3).exp_m1();
-        let test = told(8, &law);
+        let test = tested(8, &law);
         assert!(
-            test.gain + test.held_gain > FORESEEN_BEND && test.held_gain > 0.0,
+            test.gain + test.held_gain > ADHESION_MIN_GAIN && test.held_gain > 0.0,
             "{test:?}"
         );
         assert_eq!(test.effect.values[3], 1.0, "{test:?}");
@@ -320,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn one_recording_kept_out_tells_no_bend() {
+    fn one_held_out_recording_does_not_prove_a_bend() {
         let law = |t: f64| 29e-9 + 1.4e-6 * t;
         let mut held_out = releases(11, &[(22e-3, 3), (42e-3, 3), (2e-3, 3)], &law);
         // Hops that were taken for contacts of some milliseconds.
@@ -334,17 +322,17 @@ mod tests {
             ..Ground::default()
         };
         let both = |ground: &Ground| test(ground).map_or(0.0, |t| t.gain + t.held_gain);
-        assert!(both(&ground) < FORESEEN_BEND, "{}", both(&ground));
+        assert!(both(&ground) < ADHESION_MIN_GAIN, "{}", both(&ground));
         // Two that agree do.
         let others = ground.held_out.releases.clone().into_iter();
         let others = others.filter(|r| r.recording == 2);
         let again = others.map(|r| Release { recording: 3, ..r });
         ground.held_out.releases.extend(again);
-        assert!(both(&ground) > FORESEEN_BEND, "{}", both(&ground));
+        assert!(both(&ground) > ADHESION_MIN_GAIN, "{}", both(&ground));
     }
 
     #[test]
-    fn short_stays_count_where_they_are_several_and_longer_than_a_hop() {
+    fn several_short_stays_count_if_they_are_longer_than_a_hop() {
         let law = |t: f64| 29e-9 + 1.4e-6 * t;
         let short = |samples: f64, sides: [usize; 2]| {
             let stays = |count| releases(12, &[(6e-3, 6), (samples / 5e4, count)], &law).releases;
@@ -353,7 +341,7 @@ mod tests {
         };
         assert!(!short(8.0, [1, 1]));
         assert!(short(8.0, [2, 1]));
-        assert!(!short(8.0, [SEVERAL, 0]), "one recording");
+        assert!(!short(8.0, [SHORT_STAYS_MIN, 0]), "one recording");
         assert!(!short(4.5, [8, 8]));
         // What is over before a millisecond shows in them alone.
         let ground = |stays: &[(f64, usize)]| Ground {
@@ -364,14 +352,14 @@ mod tests {
         };
         let bends = |stays: &[(f64, usize)]| {
             let test = test(&ground(stays));
-            test.is_some_and(|t| t.gain > TOLD && t.held_gain > FORESEEN_BEND)
+            test.is_some_and(|t| t.gain > CONTACT_TRAIN_GAIN && t.held_gain > ADHESION_MIN_GAIN)
         };
         assert!(!bends(&[(6e-3, 6), (40e-3, 4)]));
         assert!(bends(&[(6e-3, 6), (40e-3, 4), (2e-4, 4)]));
     }
 
     #[test]
-    fn releases_where_the_drive_jumps_say_nothing() {
+    fn releases_at_jumps_of_the_drive_are_not_used() {
         let mut readings = releases(9, &[(6e-3, 6), (40e-3, 4)], &|t| 29e-9 + 1.4e-6 * t);
         assert_eq!(long_pulls(&readings.releases).len(), 10);
         for r in readings.releases.iter_mut().take(6) {

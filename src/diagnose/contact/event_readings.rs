@@ -1,12 +1,12 @@
-//! View 2: what happens at the ground. Bounces, releases and stays are read with the
-//! model of flight as fitted and no law of the ground; the laws are then fitted to the
-//! readings, and each that the model lacks is a hypothesis like any other.
+//! Bounces, releases and stays as read by the model of flight, without any contact law. Contact laws
+//! are fitted to these readings afterwards.
 
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::warm_start::warm_start;
-use crate::diagnose::shooting::workspace::{LOSS, Workspace};
+use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::contact_readings;
 use crate::fit::contact_readings::ContactReadings;
 use crate::fit::problem::Problem;
@@ -18,21 +18,19 @@ use crate::fit::solve::levenberg_marquardt::Clock;
 use crate::fit::solve::point::{Point, settle};
 use crate::sim::StretchSimulator;
 
-/// Longest stretch around events \[s\]: few events in each, so that one that is misread
-/// spoils no others.
-const LONGEST: f64 = 1.2e-3;
-/// Errors of the readings are not believed below this share of the quantity: instants of
-/// neighbouring events share what is left of the model's error.
-const LEAST_RATIO_ERROR: f64 = 2e-3;
-/// See above, for forces \[N\].
-const LEAST_FORCE_ERROR: f64 = 5e-11;
+/// Longest segment around events \[s\]: it holds few events, so that a misread one spoils few others.
+const MAX_SEGMENT_DURATION: f64 = 1.2e-3;
+/// Least error of a ratio \[-\]: instants of neighbouring events share the remaining error of the model.
+const MIN_RATIO_ERROR: f64 = 2e-3;
+/// Least error of a force \[N\], likewise.
+const MIN_FORCE_ERROR: f64 = 5e-11;
 
 /// Readings at the ground on both sides.
 #[derive(Debug, Clone, Default)]
 pub struct Ground {
     /// Of the fitted recordings.
     pub train: ContactReadings,
-    /// Of those kept out.
+    /// Of the held-out recordings.
     pub held_out: ContactReadings,
     /// Mass that the ground feels \[kg\].
     pub mass: f64,
@@ -40,7 +38,7 @@ pub struct Ground {
     pub(crate) known: [Option<Known>; 2],
 }
 
-/// Stretches around events of one side as they were read in the end, by a model that came near.
+/// Segments around events of one side as they were read last, by a model that fitted well enough.
 #[derive(Debug, Clone)]
 pub(crate) struct Known {
     segments: Vec<Segment>,
@@ -102,15 +100,15 @@ fn side_readings(
     );
     for b in &mut found.bounces {
         log::trace!("{b:?}");
-        b.error = b.error.hypot(LEAST_RATIO_ERROR);
+        b.error = b.error.hypot(MIN_RATIO_ERROR);
     }
     for r in &mut found.releases {
-        r.error = r.error.hypot(LEAST_FORCE_ERROR);
+        r.error = r.error.hypot(MIN_FORCE_ERROR);
     }
     Ok((found, known))
 }
 
-/// Reads again, as in a fit, what was misread; tells how, if the model is near enough for that.
+/// Reads misread segments again, as in a fit. Also returns how, if the model is near enough for that.
 fn read_again(
     prepared: &Prepared,
     mut point: Point,
@@ -119,20 +117,27 @@ fn read_again(
     let control = control.quiet();
     let eligible = point.used.clone();
     let problem = &prepared.problem;
-    set_suspects_aside(problem, &mut point, LOSS, &control)?;
-    // How near the model is, the others say.
-    point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    set_suspects_aside(problem, &mut point, ROBUST_LOSS, &control)?;
+    // The other segments show how near the model is.
+    point = settle(
+        problem,
+        &point.x,
+        &point.segments,
+        &point.used,
+        ROBUST_LOSS,
+        1,
+    )?;
     if is_beyond_revision(&point) {
-        // Whatever is read again is misread again.
+        // A second reading would be wrong as well.
         point.used = eligible;
         return Ok((point, None));
     }
     let watch = (&control, &Clock::new(1));
-    let back = revise(problem, &mut point, &prepared.segments, LOSS, watch)?;
+    let back = revise(problem, &mut point, &prepared.segments, ROBUST_LOSS, watch)?;
     let aside = eligible.iter().zip(&point.used);
     let aside = aside.filter(|(e, u)| **e && !**u).count();
-    log::debug!("{back} stretches read again, {aside} not");
-    // Events that had been overlooked tell as much as the others.
+    log::debug!("{back} segments read again, {aside} not");
+    // Events that had been overlooked count as much as the others.
     let overlooked = |i: usize| point.used[i] && point.segments[i].has_events();
     point.used = (0..eligible.len())
         .map(|i| eligible[i] || overlooked(i))
@@ -145,7 +150,7 @@ fn read_again(
     Ok((point, Some(known)))
 }
 
-/// The same with the events read as it is `known`.
+/// The same with the events read as they are `known`.
 fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, DiagnoseError> {
     let problem = &prepared.problem;
     let simulator = problem.simulator(&point.x)?;
@@ -169,19 +174,20 @@ fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, D
         }
     };
     let segments: Vec<Segment> = (0..other.len()).map(|i| pick(i).clone()).collect();
-    // Events that were overlooked at first are known now. Cut otherwise, none is as known.
+    // Events that were overlooked at first are known now. If the segments were cut differently, none
+    // is.
     let found = |i: usize| other[i] && known.used[i] && segments[i].has_events();
     let used: Vec<bool> = (0..other.len())
         .map(|i| point.used[i] || found(i))
         .collect();
     let mut there = near_by(problem, &point.x, &segments, &used)?;
-    // What suited a model that lacked something may suit this one less.
+    // A reading that suited an incomplete model may suit this one less.
     let states = problem.states(&point.x, &simulator, &point.segments);
     let cost = |i: usize, of: &Point| {
         let segment = &of.segments[i];
         let nuisances = problem.nuisances_of(&of.x, segment.recording);
         let (states, locals) = (&states[i], &segment.locals);
-        problem.cost(segment, states, &simulator, &nuisances, locals, LOSS)
+        problem.cost(segment, states, &simulator, &nuisances, locals, ROBUST_LOSS)
     };
     for i in (0..other.len()).filter(|&i| other[i] && point.used[i]) {
         if cost(i, &point) < cost(i, &there) {
@@ -191,8 +197,8 @@ fn as_known(prepared: &Prepared, point: Point, known: &Known) -> Result<Point, D
     Ok(there)
 }
 
-/// Short stretches of one side with what happens at the ground in them, told by the model as
-/// fitted and no law of the ground.
+/// Short segments of one side around contact events, fitted by the model of flight without any
+/// contact law.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
@@ -201,7 +207,7 @@ pub fn around_events(
     side: &Split,
     fitted: &Fitted,
 ) -> Result<(Prepared, Point), DiagnoseError> {
-    let mut prepared = workspace.with_events(side, &fitted.model, LONGEST)?;
+    let mut prepared = workspace.with_events(side, &fitted.model, MAX_SEGMENT_DURATION)?;
     let own = &fitted.problem;
     for (data, known) in prepared.problem.data.iter_mut().zip(&own.data) {
         data.sigmas = known.sigmas;
@@ -225,7 +231,7 @@ fn near_by(
     used: &[bool],
 ) -> Result<Point, DiagnoseError> {
     let point = settle(problem, x, segments, used, Huber(1e3), 6)?;
-    Ok(settle(problem, x, &point.segments, used, LOSS, 5)?)
+    Ok(settle(problem, x, &point.segments, used, ROBUST_LOSS, 5)?)
 }
 
 #[cfg(test)]
@@ -242,7 +248,7 @@ mod tests {
     use crate::model::with_effect;
 
     #[test]
-    fn bounces_that_were_misread_at_first_are_read_again() {
+    fn misread_bounces_are_read_again() {
         const POWER: f64 = 0.25;
         let model = Preset::embedded("paper").unwrap().model;
         let mut law = ActiveEffect::new(find("velocity_restitution").unwrap());
@@ -256,15 +262,15 @@ mod tests {
         let ground = read(&workspace, &base, None, None, &QUIET).unwrap();
         let (before, after) = (once.bounces.len(), ground.train.bounces.len());
         assert!(after >= before + 4, "{before} {after}");
-        let told = super::super::decide::tests(&ground);
-        let told = told.iter().find(|t| t.id == "velocity_restitution");
-        let (found, error) = told.map(|t| (t.effect.values[0], t.errors[0])).unwrap();
+        let test = super::super::decide::tests(&ground);
+        let test = test.iter().find(|t| t.id == "velocity_restitution");
+        let (found, error) = test.map(|t| (t.effect.values[0], t.errors[0])).unwrap();
         assert!((found - POWER).abs() < 4.0 * error, "{found} {error}");
         assert!(error < 0.2 * POWER, "{error}");
     }
 
     #[test]
-    fn bounces_that_were_overlooked_are_told_once_they_are_found() {
+    fn overlooked_bounces_are_used_once_they_are_found() {
         let model = Preset::embedded("paper").unwrap().model;
         let drives = [("square:40Hz:7V", 0.15), ("sine:50Hz:8V", 0.12)];
         let workspace = bench_of(&model, &drives, 50e3, 20e-9);

@@ -1,25 +1,30 @@
-//! TODO-doc
+//! The test of one contact law: the events fitted with and without it, on both sides.
 
-use super::restitution::{ALSO_HELD_OUT, FEW, IN_TURN, TOLD};
 use super::robust_curve::Reading;
+use crate::diagnose::thresholds::{CONTACT_TRAIN_GAIN, MIN_HELD_OUT_EVENTS};
 use crate::fit::contact_readings::Bounce;
 use crate::model::effects::{ActiveEffect, ContactLaw};
 use crate::model::parameter::ParameterId;
 
-/// A law of the ground, fitted with and without an effect.
+/// Said of a law if held-out recordings have too few bounces.
+pub(crate) const CROSS_VALIDATED: &str = ", confirmed by leaving out each recording in turn";
+/// Said of a law that the fitted recordings do not determine by themselves.
+pub(crate) const ONLY_WITH_HELD_OUT: &str = ", but only together with the held-out recordings";
+
+/// A contact law, fitted to the events with and without an effect.
 #[derive(Debug, Clone)]
 pub struct LawTest {
     /// Id of the effect.
     pub id: &'static str,
     /// Fall of chi2 on the fitted recordings, in units of the scatter that is left.
     pub gain: f64,
-    /// Fall on those kept out.
+    /// Fall on held-out recordings.
     pub held_gain: f64,
-    /// Where that is of what the fitted ones foresee, all that they leave open averaged
-    /// over, it counts even if these by themselves tell nothing: from this fall on both
-    /// sides together.
-    pub foreseen: Option<f64>,
-    /// Chi2 per event on those kept out, with the effect.
+    /// If the held-out gain is a predictive one (averaged over what the fitted recordings leave open):
+    /// the gain of both sides from which the law counts even if the fitted recordings do not
+    /// determine it by themselves.
+    pub min_predictive_gain: Option<f64>,
+    /// Chi2 per event on held-out recordings, with the effect.
     pub held_chi2: f64,
     /// The effect as fitted.
     pub effect: ActiveEffect,
@@ -33,32 +38,33 @@ pub struct LawTest {
 }
 
 impl LawTest {
-    /// Which law of the ground the effect changes.
+    /// The contact law that the effect changes.
     pub fn law(&self) -> Option<ContactLaw> {
         self.effect.spec.contact_law()
     }
 }
 
-/// Whether the fitted recordings tell a law only together with those kept out: a few bounces
-/// tell little by themselves.
-pub(crate) fn together(gain: f64, held_gain: f64, held: &[Reading]) -> bool {
-    held.len() >= FEW && gain <= TOLD && held_gain > 0.0
+/// Whether a law is determined only by fitted and held-out recordings together: a few bounces
+/// determine little by themselves.
+pub(crate) fn needs_both_sides(gain: f64, held_gain: f64, held: &[Reading]) -> bool {
+    held.len() >= MIN_HELD_OUT_EVENTS && gain <= CONTACT_TRAIN_GAIN && held_gain > 0.0
 }
 
-/// By which recordings a law was proved, to be added to its evidence.
-pub(crate) fn proved(gain: f64, held_gain: f64, held: &[Reading]) -> &'static str {
-    if together(gain, held_gain, held) {
-        ALSO_HELD_OUT
-    } else if held.len() < FEW {
-        IN_TURN
+/// Which recordings prove a law, to be added to its evidence.
+pub(crate) fn proof_remark(gain: f64, held_gain: f64, held: &[Reading]) -> &'static str {
+    if needs_both_sides(gain, held_gain, held) {
+        ONLY_WITH_HELD_OUT
+    } else if held.len() < MIN_HELD_OUT_EVENTS {
+        CROSS_VALIDATED
     } else {
         ""
     }
 }
 
-/// Where those kept out have too few bounces: fall of chi2 over the fitted recordings, each
-/// left out in turn. `gain` is that of points left out for a law fitted to others.
-pub(crate) fn in_turn(
+/// Cross-validation, if held-out recordings have too few bounces: fall of chi2 over the fitted
+/// recordings, each left out in turn. `gain` is that of the points left out for a law fitted to the
+/// others.
+pub(crate) fn cross_validated_gain(
     bounces: &[Bounce],
     points: &dyn Fn(&[Bounce]) -> Vec<Reading>,
     scale: f64,
@@ -72,7 +78,7 @@ pub(crate) fn in_turn(
     };
     let one = |k: usize| {
         let (others, left_out) = (part(false, k), part(true, k));
-        if others.len() < FEW {
+        if others.len() < MIN_HELD_OUT_EVENTS {
             0.0
         } else {
             gain(&others, &left_out)

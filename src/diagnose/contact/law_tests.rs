@@ -1,9 +1,10 @@
-//! Laws of the ground from readings made up here.
+//! Contact laws from synthetic readings.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::diagnose::contact::decide::tests;
+use crate::diagnose::contact::law_test::{CROSS_VALIDATED, ONLY_WITH_HELD_OUT};
 use crate::diagnose::contact::restitution::*;
 use crate::fit::contact_readings::ContactReadings;
 
@@ -53,7 +54,7 @@ fn restitution_of(train: ContactReadings, held_out: ContactReadings) -> LawTest 
 }
 
 #[test]
-fn a_power_that_no_law_has_is_none() {
+fn an_implausible_power_is_rejected() {
     let grows = |v: f64| 0.4 * (v / 0.6).powf(0.9);
     let test = restitution_of(bounces(1, 20, 0, &grows), bounces(2, 12, 0, &grows));
     assert!(test.effect.values[0] < -0.8, "{:?}", test.effect);
@@ -64,7 +65,7 @@ fn a_power_that_no_law_has_is_none() {
 }
 
 #[test]
-fn restitution_that_goes_with_speed_is_told_from_landings_and_noise() {
+fn restitution_that_depends_on_speed_is_found_despite_landings_and_noise() {
     let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.1);
     let test = restitution_of(bounces(1, 20, 8, &falls), bounces(2, 12, 8, &falls));
     assert!(
@@ -77,7 +78,7 @@ fn restitution_that_goes_with_speed_is_told_from_landings_and_noise() {
 }
 
 #[test]
-fn constant_restitution_is_no_law_whatever_the_landings() {
+fn constant_restitution_is_accepted_whatever_the_landings() {
     for seed in 10..30 {
         let test = restitution_of(
             bounces(seed, 14, 6, &|_| 0.35),
@@ -89,7 +90,7 @@ fn constant_restitution_is_no_law_whatever_the_landings() {
 }
 
 #[test]
-fn landings_are_no_bounces_though_they_be_most() {
+fn landings_are_not_bounces_even_if_they_are_the_majority() {
     // As short stays of slow masses read: they seem to leave the ground by four errors.
     let with = |seed: u64, count: usize, landings: usize, law: &dyn Fn(f64) -> f64| {
         let mut all = bounces(seed, count, landings, law);
@@ -107,10 +108,10 @@ fn landings_are_no_bounces_though_they_be_most() {
         all
     };
     let [train, held_out] = [quick(3, 6, 14), quick(4, 5, 6)];
-    let told = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
+    let used = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
     assert!(
-        told.len() == 6 && told.iter().all(|b| b.1 > 0.3),
-        "{told:?}"
+        used.len() == 6 && used.iter().all(|b| b.1 > 0.3),
+        "{used:?}"
     );
     let test = restitution_of(train, held_out);
     assert!(test.gain + test.held_gain < 12.0, "{test:?}");
@@ -123,8 +124,8 @@ fn landings_are_no_bounces_though_they_be_most() {
     let slowest = both[0].bounces[..20].iter().map(|b| b.approach);
     let slowest = slowest.fold(f64::INFINITY, f64::min);
     let [train, held_out] = both;
-    let told = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
-    assert!(told.iter().any(|b| b.0 == slowest), "{told:?}");
+    let used = ratios(&train.bounces, usual([&train.bounces, &held_out.bounces]));
+    assert!(used.iter().any(|b| b.0 == slowest), "{used:?}");
     let test = restitution_of(train, held_out);
     assert!(
         (test.effect.values[0] - 0.3).abs() < 4.0 * test.errors[0],
@@ -133,7 +134,7 @@ fn landings_are_no_bounces_though_they_be_most() {
 }
 
 #[test]
-fn bounces_that_were_misread_say_nothing() {
+fn misread_bounces_are_not_used() {
     let misread = |how: &dyn Fn(&mut Bounce)| {
         let mut both = [bounces(5, 16, 0, &|_| 0.35), bounces(6, 12, 0, &|_| 0.35)];
         for b in both.iter_mut().flat_map(|r| &mut r.bounces) {
@@ -157,26 +158,29 @@ fn bounces_that_were_misread_say_nothing() {
 }
 
 #[test]
-fn a_few_bounces_count_with_those_kept_out() {
+fn a_few_bounces_count_together_with_held_out_ones() {
     let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.15);
     let mut train = bounces(5, 20, 0, &falls);
     // Two of nearly one speed.
     train.bounces = train.bounces[9..11].to_vec();
     let test = restitution_of(train, bounces(6, 24, 4, &falls));
     assert!(test.gain < 30.0 && test.held_gain > 100.0, "{test:?}");
-    assert!(test.foreseen.is_some() && test.evidence.ends_with(ALSO_HELD_OUT));
+    assert!(test.min_predictive_gain.is_some() && test.evidence.ends_with(ONLY_WITH_HELD_OUT));
 }
 
 #[test]
-fn without_bounces_kept_out_recordings_are_left_out_in_turn() {
+fn without_held_out_bounces_the_recordings_are_cross_validated() {
     let falls = |v: f64| 0.4 * (v / 0.1).powf(-0.1);
     let test = restitution_of(bounces(7, 20, 4, &falls), ContactReadings::default());
     assert!(test.gain > 300.0 && test.held_gain > 100.0, "{test:?}");
-    assert!(test.evidence.ends_with(IN_TURN));
+    assert!(test.evidence.ends_with(CROSS_VALIDATED));
     for seed in 40..60 {
         let none = restitution_of(bounces(seed, 20, 4, &|_| 0.3), ContactReadings::default());
         // Of one number, by chance, in one of a thousand.
         assert!(none.gain < 11.0, "seed {seed}: {none:?}");
-        assert!(none.foreseen.is_none(), "not to be counted twice");
+        assert!(
+            none.min_predictive_gain.is_none(),
+            "not to be counted twice"
+        );
     }
 }

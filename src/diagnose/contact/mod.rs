@@ -1,4 +1,5 @@
-//! TODO-doc
+//! Contact laws: bounces, releases and stays as read by a model of flight, and what they say about
+//! restitution, adhesion and the compliance of the ground.
 
 pub(super) mod adhesion;
 pub(super) mod bounce_readings;

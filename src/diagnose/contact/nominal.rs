@@ -1,15 +1,14 @@
-//! TODO-doc
+//! Restitution and adhesion of the baseline, fitted to the events.
 
 use super::adhesion::{line, long_pulls};
 use super::bounce_readings::{ratios, usual};
-use super::restitution::MIN_EVENTS;
 use super::robust_curve::curve;
+use crate::diagnose::thresholds::MIN_EVENTS;
 use crate::fit::contact_readings::ContactReadings;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 
-/// Restitution and adhesion as the events tell them, for the baseline: `alpha`, `Ca`,
-/// `Ca0`, each where told.
+/// The model with `alpha`, `Ca0` and `Ca` fitted to the events, each if there are enough of them.
 pub fn baseline(model: &Model, readings: &ContactReadings) -> Model {
     let mut model = model.clone();
     let bounces = ratios(&readings.bounces, usual([&readings.bounces, &[]]));

@@ -1,49 +1,23 @@
-//! Laws of the ground fitted to the events as read: restitution against speed, pull-off
-//! force against contact time, time between touch and rebound.
+//! Restitution against the speed of approach: a power law against a constant.
 
 use super::bounce_readings::{ratios, usual};
 use super::event_readings::Ground;
-use super::law_test::{LawTest, in_turn, proved, together};
+use super::law_test::{LawTest, cross_validated_gain, needs_both_sides, proof_remark};
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
+use crate::diagnose::thresholds::{
+    MIN_EVENTS, MIN_HELD_OUT_EVENTS, MIN_SPEED_POWER, POWER_RANGE_MAX_Z, RESTITUTION_MIN_GAIN,
+};
 use crate::fit::contact_readings::Bounce;
 use crate::model::effects::{ActiveEffect, ContactLaw, of_contact_law};
 use crate::model::parameter::ParameterId;
 
-/// Fall of chi2 on the fitted recordings from which they tell a law by themselves.
-pub(crate) const TOLD: f64 = 30.0;
-/// Fall of chi2 on both sides together from which a ground gives way, which is one law of
-/// one number.
-pub(crate) const FORESEEN_DWELL: f64 = 50.0;
-/// Fewest events for a law.
-pub(crate) const MIN_EVENTS: usize = 6;
-/// Time for which the mass may seem to stay below a hard ground's level, as instants are read
-/// with a film and a clock that are nearly right \[s\].
-pub(crate) const HARD: f64 = 0.6e-6;
-/// Fall of chi2 on both sides together from which restitution goes with speed: one law of
-/// one number.
-const FORESEEN_SPEED: f64 = 50.0;
-
-/// Power of the speed that is none: it changes restitution by less than three hundredths over a
-/// decade of speeds, as does a film of slightly other form.
-const LEAST_POWER: f64 = 0.013;
-
-/// Standard errors beyond the catalogue's range from which a power is none of a law: events were
-/// misread.
-const BEYOND: f64 = 3.0;
-
-/// Fewer bounces than this prove nothing.
-pub(crate) const FEW: usize = 3;
-/// What is said where the recordings kept out have too few bounces.
-pub(crate) const IN_TURN: &str = ", as each of the recordings shows when it is left out in turn";
-/// What is said where the fitted recordings by themselves tell nothing.
-pub(crate) const ALSO_HELD_OUT: &str = ", as only those of the recordings kept out tell";
-
-/// Restitution that falls or grows with speed, against a constant one.
+/// Tests a restitution that falls or grows with speed against a constant one. `None` if there are
+/// too few bounces.
 pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     let sides = [&ground.train.bounces[..], &ground.held_out.bounces];
     let usual = usual(sides);
-    let telling = |bounces: &[Bounce]| ratios(bounces, usual);
-    let [train, held] = sides.map(telling);
+    let usable = |bounces: &[Bounce]| ratios(bounces, usual);
+    let [train, held] = sides.map(usable);
     let spec = of_contact_law(ContactLaw::Restitution)?;
     let all = [train.as_slice(), held.as_slice()].concat();
     if train.is_empty() || all.len() < MIN_EVENTS {
@@ -58,10 +32,10 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     let scale = scatter(&all, 2, &|v| law(v, &fit_all.values));
     let root = scale.sqrt();
     let gain = (level.cost - fit.cost) / scale;
-    let held_gain = if held.len() < FEW {
-        in_turn(
+    let held_gain = if held.len() < MIN_HELD_OUT_EVENTS {
+        cross_validated_gain(
             &ground.train.bounces,
-            &telling,
+            &usable,
             scale,
             &|others, left_out| {
                 let level = constant(others);
@@ -72,22 +46,22 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
     } else {
         level.predictive_log_loss(&level_all, scale) - fit.predictive_log_loss(&fit_all, scale)
     };
-    let (told, points) = if together(gain, held_gain, &held) {
+    let (best, points) = if needs_both_sides(gain, held_gain, &held) {
         (&fit_all, &all)
     } else {
         (&fit, &train)
     };
-    let after = cost(&held, &|v| law(v, &told.values));
+    let after = cost(&held, &|v| law(v, &best.values));
     let evidence = format!(
-        "{} bounces: restitution goes as speed to the power {:.3} +- {:.3}{}",
+        "{} bounces: restitution varies as the speed to the power {:.3} +- {:.3}{}",
         points.len(),
-        -told.values[1],
-        told.errors[1] * root,
-        proved(gain, held_gain, &held)
+        -best.values[1],
+        best.errors[1] * root,
+        proof_remark(gain, held_gain, &held)
     );
-    let (size, error) = (told.values[1].abs(), told.errors[1] * root);
+    let (size, error) = (best.values[1].abs(), best.errors[1] * root);
     let (_, most) = spec.parameters[0].range;
-    let is_law = size >= LEAST_POWER && size - BEYOND * error <= most;
+    let is_law = size >= MIN_SPEED_POWER && size - POWER_RANGE_MAX_Z * error <= most;
     let (gain, held_gain) = if !is_law {
         (gain.min(0.0), held_gain.min(0.0))
     } else {
@@ -97,15 +71,15 @@ pub(crate) fn restitution(ground: &Ground) -> Option<LawTest> {
         id: spec.id,
         gain,
         held_gain,
-        // Recordings left out in turn are no evidence beside the same recordings.
-        foreseen: (held.len() >= FEW).then_some(FORESEEN_SPEED),
+        // Cross-validation within the fitted recordings adds no evidence to their own gain.
+        min_predictive_gain: (held.len() >= MIN_HELD_OUT_EVENTS).then_some(RESTITUTION_MIN_GAIN),
         held_chi2: after / held.len().max(1) as f64,
         effect: ActiveEffect {
             spec,
-            values: vec![told.values[1], v0],
+            values: vec![best.values[1], v0],
         },
-        errors: vec![told.errors[1] * root, f64::INFINITY],
-        sets: vec![(ParameterId::Alpha, told.values[0].clamp(0.0, 1.0))],
+        errors: vec![best.errors[1] * root, f64::INFINITY],
+        sets: vec![(ParameterId::Alpha, best.values[0].clamp(0.0, 1.0))],
         evidence,
     })
 }

@@ -1,11 +1,10 @@
-//! Curves through readings that may be wrong here and there: weighted least squares with
-//! clipped residuals. A point is where it was read, the value, and its standard error.
+//! Curves through readings with outliers: weighted least squares with a Huber loss.
 
 /// Where a quantity was read, the quantity, and its standard error.
 pub(crate) type Reading = (f64, f64, f64);
 
-/// Residuals beyond this many standard deviations count no more than this.
-const CLIP: f64 = 4.0;
+/// Residuals beyond this many standard deviations count in proportion, not by their square.
+const CLIP_SIGMAS: f64 = 4.0;
 
 /// A weighted curve fit: values, their covariance's diagonal, robust cost, and the
 /// logarithm of the information's determinant.
@@ -21,9 +20,9 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Minus twice the logarithm of the likelihood of further points, which `both` has
-    /// been fitted to beside those of `self`: what these leave open of the curve is
-    /// averaged over.
+    /// Minus twice the logarithm of the predictive likelihood of further points, `both` being the fit
+    /// to them together with those of `self`: what the latter leave open of the curve is averaged
+    /// over (Laplace approximation).
     pub fn predictive_log_loss(&self, both: &Self, scale: f64) -> f64 {
         (both.cost - self.cost) / scale + (both.information - self.information).max(0.0)
     }
@@ -44,7 +43,11 @@ pub fn curve(points: &[Reading], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f64) 
         for &(x, y, sigma) in points {
             let now = f(x, &values);
             let r = (y - now) / sigma;
-            let w = if r.abs() > CLIP { CLIP / r.abs() } else { 1.0 };
+            let w = if r.abs() > CLIP_SIGMAS {
+                CLIP_SIGMAS / r.abs()
+            } else {
+                1.0
+            };
             let slopes: Vec<f64> = (0..n)
                 .map(|k| {
                     let mut there = values.clone();
@@ -63,7 +66,7 @@ pub fn curve(points: &[Reading], start: &[f64], f: &dyn Fn(f64, &[f64]) -> f64) 
         if let Some(inverse) = normal.clone().try_inverse() {
             errors = (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt()).collect();
         }
-        // What is known of values beforehand: their order of magnitude.
+        // Prior of the values: their order of magnitude.
         let mut known = normal.clone();
         for i in 0..n {
             known[(i, i)] += values[i].abs().max(1e-12).powi(-2);
@@ -108,8 +111,8 @@ pub fn cost(points: &[Reading], f: &dyn Fn(f64) -> f64) -> f64 {
         let r = ((y - f(x)) / sigma).abs();
         if r.is_nan() {
             f64::INFINITY
-        } else if r > CLIP {
-            CLIP * (2.0 * r - CLIP)
+        } else if r > CLIP_SIGMAS {
+            CLIP_SIGMAS * (2.0 * r - CLIP_SIGMAS)
         } else {
             r * r
         }
@@ -117,11 +120,12 @@ pub fn cost(points: &[Reading], f: &dyn Fn(f64) -> f64) -> f64 {
     points.iter().map(one).sum()
 }
 
-/// Readings scatter more than their errors say where neighbouring events share what is
-/// left of the model's error: the scatter about the best law is the measure. A reading
-/// that is far off was misread and counts as one that is off.
+/// Overdispersion of the readings, at least 1: the mean square of their residuals about the best law.
+/// Neighbouring events share the remaining error of the model, so that readings scatter more than
+/// their errors say. Outliers count as `CLIP_SIGMAS`.
 pub fn scatter(points: &[Reading], unknowns: usize, f: &dyn Fn(f64) -> f64) -> f64 {
-    let one = |&(x, y, sigma): &Reading| ((y - f(x)) / sigma).powi(2).min(CLIP * CLIP);
+    let one =
+        |&(x, y, sigma): &Reading| ((y - f(x)) / sigma).powi(2).min(CLIP_SIGMAS * CLIP_SIGMAS);
     let sum: f64 = points.iter().map(one).sum();
     (sum / points.len().saturating_sub(unknowns).max(1) as f64).max(1.0)
 }

@@ -1,7 +1,8 @@
-//! Stretches in which nothing happens at the ground: the mass flies, or it is held.
+//! Segments in which nothing happens at the ground: the mass flies throughout, or it is held
+//! throughout.
 //!
-//! Simulated from free initial states they show the forces of flight and the structure's
-//! motion without any law of the ground, and no mistimed impact can spoil them.
+//! Simulated from free initial states, they show the forces of flight and the motion of the
+//! structure without any contact law, and no mistimed impact can spoil them.
 
 use std::ops::Range;
 
@@ -15,53 +16,55 @@ use crate::model::Model;
 use crate::recording::{Recording, quantile_in_place};
 use crate::sim::StretchSimulator;
 
-/// Fewest samples of a stretch.
-const LEAST: usize = 16;
-/// Samples left out on both sides of an event: its instant is known to about one.
-const GUARD: f64 = 1.6;
-/// Flight is trusted from this far above the ground, in units of the noise: nearer, a hop
-/// too small to be seen would pass for flight.
-const CLEAR: f64 = 8.0;
-/// And from at least this far \[m\].
-const LEAST_CLEAR: f64 = 0.25e-6;
-/// Standard errors by which the variance of a reading must exceed that of the noise for the
-/// mass to be moving.
-const MOVES: f64 = 6.0;
-/// So long after a landing the mass may still hop, lower than its bounces can be told
-/// apart \[s\].
-const HOPS: f64 = 3e-3;
-/// Samples whose mean shows such a hop.
-const BLOCK: usize = 8;
-/// Height of that mean above the rest of the stay that is one, in units of the noise.
-const HOP: f64 = 0.8;
-/// How far the zeros of two recordings may be apart \[m\].
-const ZEROS: f64 = 5e-6;
+/// Fewest samples of a segment \[samples\]: a shorter one hardly determines more than its own
+/// initial state.
+const MIN_SEGMENT_SAMPLES: usize = 16;
+/// Samples dropped on both sides of an event \[samples\]: its time is known to about one sample.
+const EVENT_GUARD_SAMPLES: f64 = 1.6;
+/// Flight is trusted from this height above the ground on, in standard deviations of the noise.
+/// Lower down, a hop too small to be resolved would pass for flight.
+const MIN_CLEARANCE_IN_NOISE: f64 = 8.0;
+/// Flight is trusted from at least this height above the ground on \[m\].
+const MIN_CLEARANCE: f64 = 0.25e-6;
+/// Standard errors by which the variance of a reading must exceed that of the noise for the mass
+/// to count as moving.
+const MOTION_STD_ERRORS: f64 = 6.0;
+/// Time after a landing in which the mass may still hop, too low for its bounces to be resolved
+/// \[s\].
+const HOPPING_TIME: f64 = 3e-3;
+/// Samples averaged to detect such a hop \[samples\].
+const HOP_BLOCK_SAMPLES: usize = 8;
+/// Height of that average above the rest of the contact from which it is a hop, in standard
+/// deviations of the noise.
+const HOP_HEIGHT_IN_NOISE: f64 = 0.8;
+/// Largest difference between the zeros of two recordings \[m\].
+const ZERO_UNCERTAINTY: f64 = 5e-6;
 /// The ground is looked for within this height of the lowest samples \[m\].
-const BOTTOM: f64 = 0.5e-6;
+const GROUND_SEARCH_HEIGHT: f64 = 0.5e-6;
 
-/// Recordings cut into calm stretches.
+/// Recordings cut into segments without events at the ground.
 #[derive(Debug, Clone)]
-pub struct Calm {
-    /// The problem, and the stretches as its segments.
+pub struct EventFreeSegments {
+    /// The problem, with the segments in it.
     pub prepared: Prepared,
     /// What happens at the ground in each recording.
     pub timelines: Vec<Timeline>,
-    /// Share of the samples of each recording that lie in stretches.
+    /// Share of the samples of each recording that lie in segments.
     pub covered: Vec<f64>,
 }
 
-/// A stretch between two events.
+/// The samples between two events.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interval {
-    /// Its samples, away from the events.
+    /// Its samples, without those next to the events.
     pub samples: Range<usize>,
     /// Whether the mass is on the ground.
     pub held: bool,
 }
 
-/// The stretches of `recording` between the events of `timeline`. Where the ground's
-/// level is known \[m\], flight, in the reading `xp` with a lag and changes of that level taken out,
-/// is away from it by `clear` \[m\].
+/// The intervals of `recording` between the events of `timeline`. Where the level of the ground
+/// and a clearance are known (`ground`, both \[m\]), flight stays above it by that clearance. `xp`
+/// is the reading \[m\] with a lag and changes of that level removed.
 pub fn intervals(
     recording: &Recording,
     xp: &[f64],
@@ -70,16 +73,16 @@ pub fn intervals(
     ground: Option<(f64, f64)>,
 ) -> Vec<Interval> {
     let time = &recording.time;
-    let guard = GUARD * recording.interval();
+    let guard = EVENT_GUARD_SAMPLES * recording.interval();
     let mut out = Vec::new();
-    // What the drive did before the recording and after it is not known: it may have jumped as
-    // that began or ended, and by its clock the first and the last readings may be from beyond.
+    // The drive before and after the recording is unknown. It may have jumped at either end,
+    // and the first and last readings may lie beyond those by the drive's clock.
     let mut begin = time.first().copied().unwrap_or(f64::NEG_INFINITY);
     let last = time.last().copied().unwrap_or(f64::INFINITY);
     let mut held = timeline.starts_held;
     let ends = timeline.marks.iter().map(|m| (m.time, Some(m.kind)));
     let mut add = |samples: Range<usize>, held: bool| {
-        if samples.len() >= LEAST {
+        if samples.len() >= MIN_SEGMENT_SAMPLES {
             out.push(Interval { samples, held });
         }
     };
@@ -89,7 +92,7 @@ pub fn intervals(
         let (from, to) = (from.max(samples.start), to.min(samples.end));
         match ground {
             Some((level, clear)) if !held => {
-                // Each run of samples that are well above the ground.
+                // Each run of samples clearly above the ground is an interval.
                 let low = |i: usize| xp[i] < level + clear;
                 let mut start = from;
                 for i in from..to {
@@ -108,9 +111,9 @@ pub fn intervals(
     out
 }
 
-/// Whether a reading moves along a straight line but for its noise: a mass on the ground
-/// does, one that still hops there, too low for its bounces to be told apart, does not.
-fn still(xp: &[f64], noise: f64) -> bool {
+/// Whether a reading is a straight line plus noise. A mass at rest on the ground gives one. A mass
+/// that still hops there, too low for its bounces to be resolved, does not.
+fn is_at_rest(xp: &[f64], noise: f64) -> bool {
     let points = || xp.iter().enumerate().filter(|(_, x)| x.is_finite());
     let n = points().count() as f64;
     let mean =
@@ -118,33 +121,34 @@ fn still(xp: &[f64], noise: f64) -> bool {
     let (i0, x0) = (mean(&|i, _| i), mean(&|_, x| x));
     let slope = mean(&|i, x| (i - i0) * (x - x0)) / mean(&|i, _| (i - i0).powi(2)).max(1e-12);
     let left = mean(&|i, x| (x - x0 - slope * (i - i0)).powi(2));
-    left < (1.0 + MOVES * (2.0 / n).sqrt()) * noise * noise
+    left < (1.0 + MOTION_STD_ERRORS * (2.0 / n).sqrt()) * noise * noise
 }
 
-/// Number of samples at the start of a stay, `xp` \[m\] at every `interval` \[s\], in which
-/// the mass still hops.
-fn hopping(xp: &[f64], interval: f64, noise: f64) -> usize {
+/// Number of samples at the start of a contact, `xp` \[m\] at every `interval` \[s\], in which the
+/// mass still hops.
+fn hopping_samples(xp: &[f64], interval: f64, noise: f64) -> usize {
     let finite =
         |xp: &[f64]| -> Vec<f64> { xp.iter().copied().filter(|x| x.is_finite()).collect() };
-    let first = ((HOPS / interval) as usize).min(xp.len() / 2);
+    let first = ((HOPPING_TIME / interval) as usize).min(xp.len() / 2);
     let rest = quantile_in_place(&mut finite(&xp[first..]), 0.5);
     let hops = |block: &[f64]| {
         let known = finite(block);
         let mean = known.iter().sum::<f64>() / known.len() as f64;
-        mean - rest > HOP * noise
+        mean - rest > HOP_HEIGHT_IN_NOISE * noise
     };
-    let starts = (0..first).step_by(BLOCK / 2);
-    let mut hopping = starts.filter(|&i| hops(&xp[i..(i + BLOCK).min(xp.len())]));
+    let starts = (0..first).step_by(HOP_BLOCK_SAMPLES / 2);
+    let mut hopping = starts.filter(|&i| hops(&xp[i..(i + HOP_BLOCK_SAMPLES).min(xp.len())]));
     hopping
         .next_back()
-        .map_or(0, |i| (i + 2 * BLOCK).min(first))
+        .map_or(0, |i| (i + 2 * HOP_BLOCK_SAMPLES).min(first))
 }
 
-/// Level at which the reading is most often when it is low \[m\].
-fn densest_low(xp: &[f64], noise: f64) -> Option<f64> {
+/// The level at which low readings are most frequent \[m\]: the centre of the densest window of
+/// four standard deviations of the noise.
+fn ground_level(xp: &[f64], noise: f64) -> Option<f64> {
     let mut low: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
     let bottom = quantile_in_place(&mut low, 2e-3);
-    low.retain(|x| *x < bottom + BOTTOM + 6.0 * noise);
+    low.retain(|x| *x < bottom + GROUND_SEARCH_HEIGHT + 6.0 * noise);
     low.sort_unstable_by(f64::total_cmp);
     let mut first = 0;
     let mut best = (0, 0.0);
@@ -159,17 +163,18 @@ fn densest_low(xp: &[f64], noise: f64) -> Option<f64> {
     (best.0 > 0).then_some(best.1)
 }
 
-/// Cuts `parts` into calm stretches for the parameters of `space`, guessed as in `model`.
+/// Cuts `parts` into event-free segments for the parameters of `space`, with initial values
+/// guessed from `model`.
 ///
 /// # Errors
 /// [`FitError`] if the model makes no sense, a drive is missing or nothing can be used.
-pub fn prepare_calm(
+pub fn prepare_event_free(
     model: &Model,
     space: &Space,
     parts: &[Part],
     findings: &[RecordingSummary],
     options: &FitOptions,
-) -> Result<Calm, FitError> {
+) -> Result<EventFreeSegments, FitError> {
     let mut prepared = prepare(model, space, parts, findings, options)?;
     let simulator = StretchSimulator::new(model, &prepared.problem.options)?;
     let mut known: Vec<f64> = findings
@@ -189,11 +194,11 @@ pub fn prepare_calm(
             finding.noise_of(data.sigmas.xp, recording),
         );
         let ground = if finding.level.is_ok() {
-            densest_low(&moved[part.samples.clone()], noise)
-                .map(|level| (level, (CLEAR * noise).max(LEAST_CLEAR)))
+            ground_level(&moved[part.samples.clone()], noise)
+                .map(|level| (level, (MIN_CLEARANCE_IN_NOISE * noise).max(MIN_CLEARANCE)))
         } else {
-            // It may touch the ground all the same, unseen.
-            common.is_finite().then_some((common, ZEROS))
+            // The mass may still touch the ground without being noticed.
+            common.is_finite().then_some((common, ZERO_UNCERTAINTY))
         };
         let lone = recording.cantilever.is_none();
         let longest = options
@@ -206,7 +211,7 @@ pub fn prepare_calm(
                 .then(|| recording.time[interval.samples.start]);
             if interval.held {
                 let xp = &moved[interval.samples.clone()];
-                interval.samples.start += hopping(xp, recording.interval(), noise);
+                interval.samples.start += hopping_samples(xp, recording.interval(), noise);
             }
             let quiet = Timeline {
                 marks: Vec::new(),
@@ -227,10 +232,10 @@ pub fn prepare_calm(
             );
             for mut segment in pieces {
                 let xp = &moved[segment.samples.clone()];
-                if interval.held && !still(xp, noise) {
+                if interval.held && !is_at_rest(xp, noise) {
                     continue;
                 }
-                // How it came to be held is not looked at here.
+                // How the contact began is analysed elsewhere.
                 segment.settled = false;
                 segment.since = since;
                 samples += segment.samples.len();
@@ -241,7 +246,7 @@ pub fn prepare_calm(
         timelines.push(timeline);
     }
     prepared.segments = segments;
-    Ok(Calm {
+    Ok(EventFreeSegments {
         prepared,
         timelines,
         covered,
@@ -253,7 +258,7 @@ mod tests {
     use super::super::event_free_segments::*;
 
     #[test]
-    fn hops_after_a_landing_are_left_out_of_a_stay_and_its_noise_and_drift_are_not() {
+    fn hops_after_a_landing_are_removed_from_a_contact_and_noise_and_drift_are_kept() {
         let (interval, noise) = (4e-5, 150e-9);
         let reading = |hop: f64, slope: f64| -> Vec<f64> {
             let one = |i: usize| {
@@ -264,10 +269,10 @@ mod tests {
             };
             (0..400).map(one).collect()
         };
-        assert_eq!(hopping(&reading(0.0, 0.0), interval, noise), 0);
-        assert_eq!(hopping(&reading(0.0, 2e-6), interval, noise), 0);
-        let left_out = hopping(&reading(0.6e-6, 0.0), interval, noise) as f64 * interval;
-        assert!((4e-4..HOPS).contains(&left_out), "{left_out}");
-        assert_eq!(hopping(&[], interval, noise), 0);
+        assert_eq!(hopping_samples(&reading(0.0, 0.0), interval, noise), 0);
+        assert_eq!(hopping_samples(&reading(0.0, 2e-6), interval, noise), 0);
+        let left_out = hopping_samples(&reading(0.6e-6, 0.0), interval, noise) as f64 * interval;
+        assert!((4e-4..HOPPING_TIME).contains(&left_out), "{left_out}");
+        assert_eq!(hopping_samples(&[], interval, noise), 0);
     }
 }

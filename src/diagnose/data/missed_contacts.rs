@@ -1,21 +1,22 @@
-//! Touches of the ground that were overlooked: a stretch that was read as one flight goes down and
-//! up again between two of its samples.
+//! Contacts that were overlooked: a segment read as one flight descends and rises again between
+//! two of its samples.
 
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
 use crate::sim::StretchSimulator;
 
-/// Ways between samples over the ground up to which a reading that lags may turn.
-const LATE: f64 = 2.0;
-/// Samples before the lowest one that may be of a touch already: of a reading that lags.
-const BEFORE: usize = 6;
-/// Fewest samples of a stretch that tell whether it was flown.
-const LEAST: usize = 16;
+/// Height over the ground up to which a lagging reading may turn, in units of the longest distance
+/// between two samples.
+const MAX_TURNING_HEIGHT: f64 = 2.0;
+/// Samples before the lowest one that a lagging reading may already show as contact \[samples\].
+const PRE_CONTACT_SAMPLES: usize = 6;
+/// Fewest samples that show whether a segment was flight \[samples\].
+const MIN_FLIGHT_SAMPLES: usize = 16;
 
-/// Where a stretch of flight is lowest from sample `from` of it on, and how high that is over the
-/// ground, in units of the longest way between two of its samples.
-fn lowest(
+/// Lowest sample of a flight segment from its sample `from` on, and its height over the ground in
+/// units of the longest distance between two samples.
+fn lowest_point(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
@@ -34,9 +35,9 @@ fn lowest(
     Some((at, (lowest - offset - level) / travel))
 }
 
-/// Whether a stretch of flight comes down and goes up again so low that the mass may have
-/// touched the ground between two of its samples.
-pub(crate) fn grazes(
+/// Whether a flight segment descends and rises again so low that the mass may have touched the
+/// ground between two samples.
+pub(crate) fn may_have_touched(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
@@ -45,12 +46,12 @@ pub(crate) fn grazes(
     let segment = &point.segments[i];
     let inside = |at: usize| at >= 2 && at + 2 < segment.samples.len();
     let low = |(at, height): (usize, f64)| height < 1.0 && inside(at);
-    !segment.starts_held && lowest(problem, point, simulator, (i, 0)).is_some_and(low)
+    !segment.starts_held && lowest_point(problem, point, simulator, (i, 0)).is_some_and(low)
 }
 
-/// A stretch of flight up to where it comes so low after the drive's last jump that the mass may
-/// have touched the ground, by a reading that may lag.
-pub(crate) fn until_lowest(
+/// A flight segment up to its lowest point after the last jump of the drive, if the mass may have
+/// touched the ground there. The reading may lag.
+pub(crate) fn flight_before_contact(
     problem: &Problem,
     point: &Point,
     simulator: &StretchSimulator,
@@ -60,9 +61,9 @@ pub(crate) fn until_lowest(
     let time = &problem.data[flown.recording].recording.time;
     let last = flown.joints.last()?.time;
     let after = time[flown.samples.clone()].partition_point(|t| *t <= last);
-    let (at, height) = lowest(problem, point, simulator, (i, after))?;
-    flown.samples.end = flown.samples.start + at.saturating_sub(BEFORE).max(after);
-    (height < LATE && flown.samples.len() >= LEAST).then_some(flown)
+    let (at, height) = lowest_point(problem, point, simulator, (i, after))?;
+    flown.samples.end = flown.samples.start + at.saturating_sub(PRE_CONTACT_SAMPLES).max(after);
+    (height < MAX_TURNING_HEIGHT && flown.samples.len() >= MIN_FLIGHT_SAMPLES).then_some(flown)
 }
 
 #[cfg(test)]
@@ -74,10 +75,10 @@ mod tests {
     use crate::model::preset::Preset;
 
     /// Samples between two flights with a bounce between them.
-    const BETWEEN: usize = 6;
+    const MAX_GAP_SAMPLES: usize = 6;
 
     #[test]
-    fn overlooked_touches_are_set_aside_though_most_flights_with_a_jump_have_one() {
+    fn overlooked_contacts_are_set_aside_even_if_most_flights_with_a_jump_have_one() {
         let device = Preset::embedded("paper").unwrap().model;
         let drives = [("ramped:10Hz:8V:0.15", 0.2), ("square:300Hz:8V", 0.05)];
         let workspace = test_support::bench_of(&device, &drives, 50e3, 20e-9);
@@ -88,7 +89,7 @@ mod tests {
         for i in 1..point.segments.len() {
             let (first, second) = (&point.segments[i - 1], &point.segments[i]);
             let near = second.recording == first.recording
-                && second.samples.start <= first.samples.end + BETWEEN;
+                && second.samples.start <= first.samples.end + MAX_GAP_SAMPLES;
             if near && flies(first) && flies(second) && first.has_jump() && !second.has_jump() {
                 // It ends so soon after that it is not seen to go up again.
                 let end = second.samples.start + 1;

@@ -1,4 +1,6 @@
-//! TODO-doc
+//! What the recordings show before any model is fitted: whether they can be used at all, which of
+//! their segments are free of events at the ground, how noisy they are and how the level of the
+//! ground drifts.
 
 pub mod event_free_segments;
 pub(super) mod level_drift;
@@ -6,5 +8,6 @@ pub(super) mod misread_segments;
 pub(super) mod missed_contacts;
 pub mod noise_model;
 pub(super) mod reading_assumptions;
+pub(super) mod robust_loss;
 pub mod screening;
 pub(super) mod side;

@@ -1,29 +1,32 @@
-//! The colour of the readings' noise, from stays on the ground: there the mass is still,
-//! and all that its reading does is the sensor's.
+//! Size and colour of the readings' noise, estimated from contacts: there the mass is at rest, and
+//! all that its reading does is the sensor's.
 
 use std::ops::Range;
 
 use super::event_free_segments::intervals;
+use crate::diagnose::thresholds::{
+    COLOURED_NOISE_MIN_GAIN, COMMON_NOISE_MAX_Z, OWN_NOISE_MIN_RATIO,
+};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::segment::event_sequence::Timeline;
 use crate::recording::Recording;
 
-/// Stays are looked at in windows this long \[s\].
-const WINDOW: f64 = 12e-3;
+/// Length of the windows in which contacts are analysed \[s\].
+const WINDOW_LENGTH: f64 = 12e-3;
 /// Fewest samples of a window.
-const LEAST: usize = 40;
-/// Time after touch that is left out, for what is left of the landing \[s\].
-const LANDING: f64 = 5e-4;
-/// Fewest windows from which a colour is told.
-const ENOUGH: usize = 4;
-/// Shares of the variance that are tried.
-const SHARES: [f64; 12] = [
+const MIN_WINDOW_SAMPLES: usize = 40;
+/// Time after touchdown that is skipped, for the rest of the landing \[s\].
+const LANDING_TIME: f64 = 5e-4;
+/// Fewest windows from which a colour is estimated.
+const MIN_WINDOWS: usize = 4;
+/// Shares of the variance with a memory that are tried.
+const COLOURED_SHARE_GRID: [f64; 12] = [
     0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 0.9,
 ];
 /// Memories that are tried \[samples\].
-const MEMORIES: [f64; 10] = [1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 120.0];
-/// Neighbours of a place in share and memory, in steps.
-const NEIGHBOURS: [(i32, i32); 8] = [
+const MEMORY_GRID: [f64; 10] = [1.0, 1.5, 2.5, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 120.0];
+/// Neighbours of a grid point in share and memory, in steps.
+const GRID_NEIGHBOURS: [(i32, i32); 8] = [
     (-1, -1),
     (-1, 0),
     (-1, 1),
@@ -34,51 +37,44 @@ const NEIGHBOURS: [(i32, i32); 8] = [
     (1, 1),
 ];
 /// Largest share of the variance with a memory.
-const MOST_SHARE: f64 = 0.95;
-/// By how much the log-likelihood of a colour must exceed that of white noise.
-const CLEARLY: f64 = 6.0;
+const MAX_COLOURED_SHARE: f64 = 0.95;
 
-/// How much noisier than the quietest a recording may be to have a noise of its own.
-pub const ONE_NOISE: f64 = 1.3;
-/// Relative standard error of a noise from one sample's neighbours: medians of differences
-/// of a high order waste most of what independent samples would tell.
-const ESTIMATE_ERROR: f64 = 2.6;
-/// Standard errors by which an estimate may be off the common one.
-const AGREES: f64 = 3.5;
+/// Relative standard error of a noise estimate, times the root of the number of samples. Medians
+/// of high-order differences discard most of the information in independent samples.
+const NOISE_ESTIMATE_ERROR: f64 = 2.6;
 
 /// Noise of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Factor on the noise estimated from differences of neighbouring samples, which does
-    /// not see slow noise.
+    /// Factor on the noise estimated from differences of neighbouring samples, which do not
+    /// see slow noise.
     pub factor: f64,
     /// Its colour.
     pub colour: Colour,
 }
 
-/// A stretch of a recording in which the mass is held.
+/// A recording with its events, from whose contacts the noise is estimated.
 #[derive(Debug, Clone, Copy)]
-pub struct Stays<'a> {
+pub struct ContactRecording<'a> {
     /// The recording.
     pub recording: &'a Recording,
-    /// Its events.
+    /// Its events at the ground.
     pub timeline: &'a Timeline,
-    /// The noise of the proof mass as estimated from neighbouring samples \[m\].
+    /// Noise of the proof mass estimated from neighbouring samples \[m\].
     pub sigma: f64,
 }
 
-/// One instrument has one noise: estimates from single recordings, each with its number
-/// of samples, become the one of all where they agree as far as so many samples tell. Where
-/// the motion itself is quick, it passes for noise of neighbouring samples: those far
-/// noisier than the quietest take the common one too. Returns the relative standard error
-/// of the common one; infinite if there is none.
-pub fn pool(estimates: &mut [(usize, &mut f64)]) -> f64 {
+/// One instrument has one noise. Estimates from single recordings, each with its number of
+/// samples, are replaced by the common one where they agree within their errors. Quick motion
+/// passes for noise in neighbouring samples, so recordings far noisier than the quietest take the
+/// common value too. Returns its relative standard error; infinite if there is none.
+pub fn pool_noise(estimates: &mut [(usize, &mut f64)]) -> f64 {
     let known = |sigma: f64| sigma.is_finite() && sigma > 0.0;
     let least = estimates
         .iter()
         .filter(|(_, s)| known(**s))
         .fold(f64::INFINITY, |a, (_, s)| a.min(**s));
-    let near = |sigma: f64| known(sigma) && sigma <= ONE_NOISE * least;
+    let near = |sigma: f64| known(sigma) && sigma <= OWN_NOISE_MIN_RATIO * least;
     let (mut sum, mut samples) = (0.0, 0.0);
     for (n, sigma) in estimates.iter().filter(|(_, s)| near(**s)) {
         sum += *n as f64 * **sigma;
@@ -88,10 +84,10 @@ pub fn pool(estimates: &mut [(usize, &mut f64)]) -> f64 {
     if !known(common) {
         return f64::INFINITY;
     }
-    let error_of = |samples: f64| ESTIMATE_ERROR / samples.max(1.0).sqrt();
+    let error_of = |samples: f64| NOISE_ESTIMATE_ERROR / samples.max(1.0).sqrt();
     for (n, sigma) in estimates {
         let error = error_of(*n as f64);
-        let agrees = (**sigma / common - 1.0).abs() < AGREES * error;
+        let agrees = (**sigma / common - 1.0).abs() < COMMON_NOISE_MAX_Z * error;
         if agrees || !near(**sigma) {
             **sigma = common;
         }
@@ -99,43 +95,44 @@ pub fn pool(estimates: &mut [(usize, &mut f64)]) -> f64 {
     error_of(samples)
 }
 
-/// Noise of the proof mass's reading from the stays of all recordings, as seen against
-/// each one's own level; white if there are too few.
-pub fn estimate(stays: &[Stays<'_>]) -> Noise {
-    let windows: Vec<Vec<f64>> = stays.iter().flat_map(windows).collect();
+/// Size and colour of the noise of the proof mass's reading from the contacts of all recordings,
+/// each with a level of its own. White if there are too few. The colour maximises the restricted
+/// likelihood of an AR(1) plus white noise.
+pub fn estimate_noise(stays: &[ContactRecording<'_>]) -> Noise {
+    let windows: Vec<Vec<f64>> = stays.iter().flat_map(contact_windows).collect();
     let white = Noise {
         factor: 1.0,
         colour: Colour::WHITE,
     };
-    if windows.len() < ENOUGH {
+    if windows.len() < MIN_WINDOWS {
         return white;
     }
-    let (mut best, mut likelihood) = fit(&windows, Colour::WHITE);
-    likelihood += CLEARLY;
-    for share in SHARES {
-        for memory in MEMORIES {
+    let (mut best, mut likelihood) = fit_size(&windows, Colour::WHITE);
+    likelihood += COLOURED_NOISE_MIN_GAIN;
+    for share in COLOURED_SHARE_GRID {
+        for memory in MEMORY_GRID {
             let colour = Colour {
                 share,
                 keep: (-1.0f64 / memory).exp(),
             };
-            let (noise, l) = fit(&windows, colour);
+            let (noise, l) = fit_size(&windows, colour);
             if l > likelihood {
                 (best, likelihood) = (noise, l);
             }
         }
     }
-    // Between the places of the grid, in smaller and smaller steps.
+    // Refined between the grid points in decreasing steps.
     for step in [1.25f64, 1.12, 1.06] {
         let Colour { share, keep } = best.colour;
         if share <= 0.0 {
             break;
         }
-        for (more, longer) in NEIGHBOURS {
+        for (more, longer) in GRID_NEIGHBOURS {
             let colour = Colour {
-                share: (share * step.powi(more)).min(MOST_SHARE),
+                share: (share * step.powi(more)).min(MAX_COLOURED_SHARE),
                 keep: keep.powf(step.powi(-longer)),
             };
-            let (noise, l) = fit(&windows, colour);
+            let (noise, l) = fit_size(&windows, colour);
             if l > likelihood {
                 (best, likelihood) = (noise, l);
             }
@@ -144,11 +141,11 @@ pub fn estimate(stays: &[Stays<'_>]) -> Noise {
     best
 }
 
-fn windows(stays: &Stays<'_>) -> Vec<Vec<f64>> {
+fn contact_windows(stays: &ContactRecording<'_>) -> Vec<Vec<f64>> {
     let r = stays.recording;
     let interval = r.interval();
-    let length = ((WINDOW / interval) as usize).max(LEAST);
-    let skip = (LANDING / interval).ceil() as usize;
+    let length = ((WINDOW_LENGTH / interval) as usize).max(MIN_WINDOW_SAMPLES);
+    let skip = (LANDING_TIME / interval).ceil() as usize;
     let mut out = Vec::new();
     let whole = 0..r.len();
     for stay in intervals(r, &r.proof_mass, stays.timeline, &whole, None) {
@@ -157,14 +154,14 @@ fn windows(stays: &Stays<'_>) -> Vec<Vec<f64>> {
         }
         let Range { mut start, end } = stay.samples;
         start += skip;
-        while start + LEAST <= end {
+        while start + MIN_WINDOW_SAMPLES <= end {
             let to = (start + length).min(end);
             let values: Vec<f64> = r.proof_mass[start..to]
                 .iter()
                 .filter(|x| x.is_finite())
                 .map(|x| x / stays.sigma)
                 .collect();
-            if values.len() >= LEAST {
+            if values.len() >= MIN_WINDOW_SAMPLES {
                 out.push(values);
             }
             start = to;
@@ -173,9 +170,9 @@ fn windows(stays: &Stays<'_>) -> Vec<Vec<f64>> {
     out
 }
 
-/// Best size of the noise for a colour, and the log-likelihood; each window has a level
+/// Best size of the noise for a colour, and its restricted log-likelihood; each window has a level
 /// and a slope of its own.
-fn fit(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
+fn fit_size(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
     let (mut sum, mut freedom, mut determinant) = (0.0, 0.0, 0.0);
     for window in windows {
         let n = window.len();
@@ -186,10 +183,11 @@ fn fit(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
             colour.whiten(&mut columns[i]);
             if i == 1 {
                 let [first, second] = &mut columns;
-                project(first, second);
+                remove_component(first, second);
             }
-            project(&columns[i], &mut values);
-            // A slow noise looks quieter about a line of its own: restricted likelihood.
+            remove_component(&columns[i], &mut values);
+            // Slow noise looks quieter around a line fitted to it: hence the
+            // restricted likelihood.
             determinant += columns[i].iter().map(|c| c * c).sum::<f64>().ln();
         }
         sum += values.iter().map(|v| v * v).sum::<f64>();
@@ -204,8 +202,8 @@ fn fit(windows: &[Vec<f64>], colour: Colour) -> (Noise, f64) {
     (noise, -0.5 * (freedom * variance.ln() + determinant))
 }
 
-/// Takes from `values` what lies along `direction`.
-fn project(direction: &[f64], values: &mut [f64]) {
+/// Removes from `values` the component along `direction`.
+fn remove_component(direction: &[f64], values: &mut [f64]) {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let share = dot(direction, values) / dot(direction, direction).max(1e-300);
     for (v, d) in values.iter_mut().zip(direction) {
@@ -247,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_noise_is_told_without_bias_though_each_stay_has_a_level_of_its_own() {
+    fn slow_noise_is_estimated_without_bias_despite_a_level_for_each_contact() {
         for (share, memory) in [(0.11, 42.0), (0.3, 15.0), (0.3, 4.0)] {
             let truth = slow_power(Colour {
                 share,
@@ -258,12 +256,12 @@ mod tests {
                 let recording = held(share, memory, seed);
                 let xp = &recording.proof_mass;
                 let timeline = Timeline::new(&recording.time, xp, -58e-6, SIGMA);
-                let stays = Stays {
+                let stays = ContactRecording {
                     recording: &recording,
                     timeline: &timeline,
                     sigma: SIGMA,
                 };
-                let found = estimate(&[stays]);
+                let found = estimate_noise(&[stays]);
                 assert!((found.factor - 1.0).abs() < 0.1, "{found:?}");
                 logarithms.push((slow_power(found.colour) / truth).ln());
             }
@@ -277,11 +275,11 @@ mod tests {
     fn white_noise_has_no_colour() {
         let recording = held(0.0, 1.0, 7);
         let timeline = Timeline::new(&recording.time, &recording.proof_mass, -58e-6, SIGMA);
-        let stays = Stays {
+        let stays = ContactRecording {
             recording: &recording,
             timeline: &timeline,
             sigma: SIGMA,
         };
-        assert_eq!(estimate(&[stays]).colour, Colour::WHITE);
+        assert_eq!(estimate_noise(&[stays]).colour, Colour::WHITE);
     }
 }

@@ -1,23 +1,26 @@
-//! TODO-doc
+//! What is assumed about the readings when recordings are cut into segments.
 
-/// What is found out about the readings on the way.
+/// Why a recording has no contacts although it seems to have some.
+pub(crate) const HOVERS_REASON: &str = "the mass comes to rest over the ground without touching it";
+
+/// What the re-tuning has found out about the readings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct ReadingAssumptions {
-    /// By how much they are late against the voltage \[s\].
-    pub late: f64,
-    /// By how much they lag as the data show it, 0 if they do not \[s\].
+    /// By how much the readings are late against the voltage \[s\].
+    pub latency: f64,
+    /// Time constant by which the readings lag according to the data \[s\]; 0 without a lag.
     pub lag: f64,
-    /// In which recordings of either side the mass rests over the ground.
-    pub hovers: (Vec<usize>, Vec<usize>),
+    /// Fitted and held-out recordings in which the mass rests above the ground.
+    pub hovering: (Vec<usize>, Vec<usize>),
 }
 
-/// How recordings are read of which it is in doubt whether the mass hovers in them.
+/// How recordings are read in which it is ambiguous whether the mass hovers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ContactAmbiguity {
-    /// As suits the baseline better.
-    AsTold,
-    /// The other way, on the side where it is in doubt first.
-    Otherwise,
-    /// In these of either side it does.
-    Over(Vec<usize>, Vec<usize>),
+    /// As fits the baseline better.
+    AsFitted,
+    /// The opposite way, in the first split where it is ambiguous.
+    Opposite,
+    /// The mass hovers in these fitted and held-out recordings.
+    HoveringIn(Vec<usize>, Vec<usize>),
 }

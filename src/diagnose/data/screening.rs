@@ -1,9 +1,11 @@
-//! What is looked at before anything is computed: whether the recordings can be asked at
-//! all, and what in them must not be believed.
+//! Screening before anything is computed: whether the recordings can be used at all, and which of
+//! their samples must not be believed.
 
 use std::sync::Arc;
 
+use crate::diagnose::findings::Remark;
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::thresholds::{SATURATION_MIN_RUN, SHORT_RECORDING_SAMPLES};
 use crate::fit::inspect::preconditions::check;
 use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::inspect::same_device::check_ring_frequency;
@@ -11,39 +13,37 @@ use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
 use crate::recording::{Channel, Recording};
 
-/// A run of equal extreme values at least this long is the end of a sensor's range.
-const RUN: usize = 6;
-/// A recording shorter than this tells little \[samples\].
-const SHORT: usize = 2000;
-
 /// Recordings fit to be diagnosed.
 #[derive(Debug, Clone)]
-pub struct Condition {
+pub struct ScreenedRecordings {
     /// To fit.
     pub train: Vec<Part>,
-    /// Kept out.
+    /// Held-out recordings.
     pub held_out: Vec<Part>,
     /// What limits the answer, and what was done.
-    pub remarks: Vec<String>,
+    pub remarks: Vec<Remark>,
     /// Whether an effect may be named at all.
     pub may_name: bool,
 }
 
-/// Looks at recordings.
+/// Checks recordings before a diagnosis.
 ///
 /// # Errors
 /// [`DiagnoseError`] where no answer is possible.
-pub fn condition(
+pub fn screen(
     model: &Model,
     train: &[Part],
     held_out: &[Part],
-) -> Result<Condition, DiagnoseError> {
+) -> Result<ScreenedRecordings, DiagnoseError> {
     if train.is_empty() {
         return Err(DiagnoseError::NoRecording);
     }
     let mut remarks = Vec::new();
     let mut unclip = |parts: &[Part]| -> Vec<Part> {
-        parts.iter().map(|p| unclipped(p, &mut remarks)).collect()
+        parts
+            .iter()
+            .map(|p| without_clipped_samples(p, &mut remarks))
+            .collect()
     };
     let (train, mut held_out) = (unclip(train), unclip(held_out));
     let options = FitOptions::for_model(model);
@@ -52,7 +52,7 @@ pub fn condition(
         let one = std::slice::from_ref(part);
         match check(model, one, &summarize(model, one), &options) {
             Ok(()) | Err(FitError::NoContact { .. } | FitError::IrrelevantParameter { .. }) => {}
-            // Nothing of the device need be free for a comparison.
+            // A comparison needs no free parameter.
             Err(FitError::NothingFree) => {}
             Err(error) => return Err(error.into()),
         }
@@ -62,44 +62,34 @@ pub fn condition(
     let of_one = check(model, &all, &findings, &options)
         .and_then(|()| check_ring_frequency(model, &all, &findings).map(|_| ()));
     match of_one {
-        Err(FitError::NoContact { reason, .. }) if model.has_ground => remarks.push(format!(
-            "no contact was found ({reason}): nothing can be said of impact, adhesion and film"
-        )),
+        Err(FitError::NoContact { reason, .. }) if model.has_ground => {
+            remarks.push(Remark::NoContact { reason })
+        }
         Err(error @ FitError::DifferentDevices { .. }) => {
             may_name = false;
-            remarks.push(format!("{error}; so nothing is named"));
+            let error = error.to_string();
+            remarks.push(Remark::DifferentDevices { error });
         }
         _ => {}
     }
     let samples: usize = train.iter().map(|p| p.samples.len()).sum();
-    if samples < SHORT {
-        remarks.push(format!(
-            "{samples} samples are few: effects that show slowly or rarely cannot be seen"
-        ));
+    if samples < SHORT_RECORDING_SAMPLES {
+        remarks.push(Remark::FewSamples(samples));
     }
     if train.iter().all(|p| p.recording.cantilever.is_none()) && model.has_cantilever {
-        remarks.push(
-            "only the proof mass was recorded: what moves the cantilever alone cannot be told from the drive"
-                .to_owned(),
-        );
+        remarks.push(Remark::ProofMassOnly);
     }
     if train.len() == 1 && model.piezo.is_some() {
-        remarks.push(
-            "one excitation cannot tell many effects apart; record two or three more waveforms"
-                .to_owned(),
-        );
+        remarks.push(Remark::SingleExcitation);
     }
-    // A device that is read at other points on one side would be judged by what it is not.
+    // Held-out recordings of other points of the device would test another device.
     let lone = |p: &Part| p.recording.cantilever.is_none();
     if train.iter().all(lone) != held_out.iter().all(lone) && !held_out.is_empty() {
         let with_both = held_out.len();
         held_out.retain(|p| lone(p) == train.iter().all(lone));
-        remarks.push(format!(
-            "{} recordings kept out were left aside: they read other points than the fitted ones",
-            with_both - held_out.len()
-        ));
+        remarks.push(Remark::HeldOutReadOtherPoints(with_both - held_out.len()));
     }
-    Ok(Condition {
+    Ok(ScreenedRecordings {
         train,
         held_out,
         remarks,
@@ -108,7 +98,7 @@ pub fn condition(
 }
 
 /// The part without samples at the end of the sensor's range.
-fn unclipped(part: &Part, remarks: &mut Vec<String>) -> Part {
+fn without_clipped_samples(part: &Part, remarks: &mut Vec<Remark>) -> Part {
     let r = &part.recording;
     let mut clean: Option<Recording> = None;
     for channel in [Channel::ProofMass, Channel::Cantilever] {
@@ -119,13 +109,12 @@ fn unclipped(part: &Part, remarks: &mut Vec<String>) -> Part {
         if clipped.is_empty() {
             continue;
         }
-        remarks.push(format!(
-            "{}: {} of {} samples of {} stand at the end of the sensor's range and were left out",
-            r.name,
-            clipped.len(),
-            values.len(),
-            channel.symbol()
-        ));
+        remarks.push(Remark::ClippedSamples {
+            recording: r.name.clone(),
+            channel: channel.symbol(),
+            clipped: clipped.len(),
+            samples: values.len(),
+        });
         let copy = clean.get_or_insert_with(|| (**r).clone());
         let target = match channel {
             Channel::Cantilever => copy.cantilever.as_mut(),
@@ -146,8 +135,8 @@ fn unclipped(part: &Part, remarks: &mut Vec<String>) -> Part {
     }
 }
 
-/// Samples in runs at the exact highest or lowest value. The lowest of a mass that rests
-/// on the ground is no clipping unless all else is noisy.
+/// Samples in runs at the exact highest or lowest value. A mass at rest on the ground gives such
+/// runs too; they are no clipping unless everything else is noisy.
 fn clipped_samples(values: &[f64]) -> Vec<usize> {
     let finite = values.iter().copied().filter(|v| v.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
@@ -161,7 +150,7 @@ fn clipped_samples(values: &[f64]) -> Vec<usize> {
             equal += usize::from(pair[0] == pair[1]);
         }
     }
-    // Where neighbours are equal everywhere the reading is noiseless or coarse, and equal
+    // Where neighbours are equal everywhere, the reading is noiseless or coarse, and equal
     // extremes mean nothing.
     if pairs == 0 || equal as f64 > 0.05 * pairs as f64 {
         return Vec::new();
@@ -174,7 +163,7 @@ fn clipped_samples(values: &[f64]) -> Vec<usize> {
                 .iter()
                 .take_while(|v| **v == extreme)
                 .count();
-            if run >= RUN {
+            if run >= SATURATION_MIN_RUN {
                 out.extend(start..start + run);
             }
             start += run.max(1);

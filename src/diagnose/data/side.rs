@@ -1,85 +1,56 @@
-//! One side: the recordings that are fitted, or those kept out, and what they show by themselves.
+//! One split of the recordings, fitted or held out, with what its recordings show by themselves.
 
-use super::event_free_segments::Calm;
+use super::event_free_segments::EventFreeSegments;
 use super::level_drift;
 use super::noise_model::Noise;
-use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::Part;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::segment::Segment;
-use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::recording::events::Impact;
 
-/// A drift of the zero, and ids of what is to be fitted of it.
+/// A drift of the zero, and the ids of its fitted parameters.
 pub type Drift = (ActiveEffect, Vec<String>);
 
-/// Recordings on one side: fitted, or kept out.
+/// Recordings of one split: fitted or held out.
 #[derive(Debug, Clone)]
 pub struct Split {
     /// The recordings.
     pub parts: Vec<Part>,
     pub(crate) findings: Vec<RecordingSummary>,
-    /// The drift of the zero that they show.
+    /// The drift of the zero that their contacts show.
     pub(crate) drift: Option<Drift>,
-    /// Cut into calm stretches.
-    pub calm: Calm,
+    /// The recordings cut into event-free segments.
+    pub event_free: EventFreeSegments,
 }
 
-/// The drift of the zero that the ground's level shows.
-pub(crate) fn drift_of(findings: &[RecordingSummary]) -> Option<Drift> {
+/// The drift of the zero that the level of the ground shows.
+pub(crate) fn level_drift_of(findings: &[RecordingSummary]) -> Option<Drift> {
     let noise = findings.iter().map(|f| f.noise.0);
     let drifts: Vec<_> = findings.iter().filter_map(|f| f.change?.drift()).collect();
     let finest = noise.clone().fold(f64::INFINITY, f64::min);
-    level_drift::read(&drifts, (finest, noise.fold(0.0, f64::max)))
+    level_drift::drift_from_levels(&drifts, (finest, noise.fold(0.0, f64::max)))
 }
 
 impl Split {
-    /// Takes over what was found of the noise.
-    pub(crate) fn colour(&mut self, noise: &Noise) {
-        for data in &mut self.calm.prepared.problem.data {
+    /// Applies the estimated size and colour of the noise.
+    pub(crate) fn set_noise(&mut self, noise: &Noise) {
+        for data in &mut self.event_free.prepared.problem.data {
             data.sigmas.xp *= noise.factor;
             data.sigmas.xc *= noise.factor;
             data.sigmas.colour = noise.colour;
         }
     }
 
-    /// The stretches as first guessed.
+    /// The segments with their first guesses.
     pub fn segments(&self) -> &[Segment] {
-        &self.calm.prepared.segments
+        &self.event_free.prepared.segments
     }
 
-    /// Impacts of each recording, as its data show them; none where the ground is not known.
+    /// Impacts of each recording as its data show them; none where the ground is unknown.
     pub fn impacts(&self) -> Vec<Vec<Impact>> {
         let both = self.parts.iter().zip(&self.findings);
         both.map(|(part, finding)| finding.events(&part.recording).impacts)
             .collect()
-    }
-}
-
-impl Workspace {
-    /// Those of `doubtful` recordings of `side` that may hover over the ground: not one in which the
-    /// ground drifts or steps by all its signs. None at all where it steps in a recording that is
-    /// not doubtful: others lie higher or lower for that.
-    pub fn may_hover(&self, side: &Split, mut doubtful: Vec<usize>) -> Vec<usize> {
-        let steps = |s: &Split| {
-            let doubted = |k: usize| std::ptr::eq(s, side) && doubtful.contains(&k);
-            let all = s.findings.iter().enumerate();
-            let mut sure = all.filter(|(k, _)| !doubted(*k));
-            sure.any(|(_, f)| f.change.is_some_and(|c| c.drift().is_none()))
-        };
-        let mut sides = std::iter::once(&self.train).chain(&self.held_out);
-        if sides.any(steps) {
-            return Vec::new();
-        }
-        doubtful.retain(|&k| side.findings[k].change.is_none());
-        doubtful
-    }
-
-    /// The drift that the level in the fitted recordings shows, if `model` has none yet.
-    pub fn drift_beyond(&self, model: &Model) -> Option<&Drift> {
-        let known = |spec| model.effects.iter().any(|e| e.spec == spec);
-        let drift = self.train.drift.as_ref();
-        drift.filter(|(effect, _)| !known(effect.spec))
     }
 }

@@ -1,7 +1,7 @@
-//! View 3: a further mode that is too weak for a hump of its own shows in step with what sets it
-//! ringing. Each impact does so by as much as the speed of the mass jumps there, each jump of the
-//! drive by its force: the phase is known in every stretch, and few numbers tell the ring in all
-//! of them.
+//! A further mode that is too weak for a spectral peak of its own shows as a ring in phase with
+//! its excitation. Each impact excites it in proportion to the jump of the mass's velocity, each
+//! jump of the drive in proportion to its force. The phase is known in every segment, so that few
+//! parameters describe the ring in all of them.
 
 use std::f64::consts::TAU;
 
@@ -9,9 +9,10 @@ use nalgebra::{Complex, Matrix2, SymmetricEigen, Vector2};
 use rayon::prelude::*;
 
 use super::residual_spectrum;
-use super::residual_spectrum::{LOWEST, Left};
+use super::residual_spectrum::{MIN_FREQUENCY, SegmentResiduals};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{RING_MIN_CONTRAST, RING_MIN_GAIN};
 use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::Model;
 use crate::model::drive::Segment as Piece;
@@ -19,54 +20,52 @@ use crate::model::parameter::ParameterId;
 use crate::recording::events::Impact;
 use crate::sim::SimError;
 
-/// Dampings that are tried, as shares of critical damping.
-const DAMPINGS: [f64; 3] = [0.003, 0.008, 0.02];
-/// Distance of the frequencies that are tried, in units of the damping: half of what passes for
-/// the same.
-const STEP: f64 = 1.2;
-/// Fall of chi2 by three numbers at the best of some thousand frequencies and dampings from which
-/// it is no chance.
-const SURE: f64 = 25.0;
-/// Times what most frequencies promise: what is left of something else is broad.
-const OUTSTANDING: f64 = 4.0;
-/// Share of the frequencies that most are.
-const MOST: f64 = 0.8;
-/// Most turns from one sample to the next.
-const TURNS: f64 = 1.7;
-/// Least share of the proof mass in a shape: a blow on it must have set it off.
-const LEAST_SHARE: f64 = 0.02;
-/// A ring is over after so many of its times.
-const OVER: f64 = 8.0;
+/// Damping ratios that are tried.
+const DAMPING_GRID: [f64; 3] = [0.003, 0.008, 0.02];
+/// Spacing of the frequencies that are tried, in units of the damping ratio: half of what is
+/// indistinguishable.
+const FREQUENCY_STEP: f64 = 1.2;
 
-/// A ring in step with what sets it off.
+/// Quantile of the gains over frequency that counts as typical.
+const TYPICAL_QUANTILE: f64 = 0.8;
+/// Most turns from one sample to the next.
+const MAX_TURNS_PER_SAMPLE: f64 = 1.7;
+/// Least share of the proof mass in a shape: an impact on it must have excited the mode.
+const MIN_PROOF_MASS_SHARE: f64 = 0.02;
+/// A ring is neglected after this many of its time constants.
+const DECAYED_TIME_CONSTANTS: f64 = 8.0;
+
+/// A ring in phase with its excitation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLockedRing {
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// Damping, as a share of critical damping.
+    /// Damping ratio.
     pub zeta: f64,
-    /// Fall of chi2 if it were taken out.
+    /// Fall of chi2 if it were removed.
     pub gain: f64,
-    /// What an impact sets off at proof mass and cantilever \[m\], by its change of speed \[m/s\].
-    pub by_blow: [f64; 2],
-    /// What a jump of the drive sets off \[m\], by that of its gain.
+    /// Amplitude at proof mass and cantilever \[m\] that an impact excites, per change of
+    /// velocity \[m/s\].
+    pub by_impact: [f64; 2],
+    /// Amplitude at both \[m\] that a jump of the drive excites, per change of its gain.
     pub by_jump: [f64; 2],
 }
 
 impl PhaseLockedRing {
-    /// Frequency \[Hz\], damping, shapes at cantilever and proof mass and coupling to the drive
-    /// \[kg^-1/2\] of the mode of `model` that rings so; one that no blow tells moves the mass by
-    /// `usual`.
+    /// Frequency \[Hz\], damping ratio, shapes at cantilever and proof mass and coupling to
+    /// the drive \[kg^-1/2\] of the mode of `model` that rings like this. If impacts do not
+    /// determine its shape at the mass, that is `usual`.
     pub fn mode(&self, model: &Model, usual: f64) -> [f64; 5] {
         let omega = TAU * self.frequency;
         let mass = 1.0 / model.structure().mobility();
-        let [blow, jump] = [self.by_blow, self.by_jump].map(Vector2::from);
+        let [blow, jump] = [self.by_impact, self.by_jump].map(Vector2::from);
         let eta = model.parameters[ParameterId::Eta];
-        // In both it is the mode's shape, times what it is coupled by to what moves it.
+        // Both amplitudes are the mode's shape times its coupling to the excitation.
         let swings = mass * omega * blow.norm() > eta * jump.norm();
         let shape = if swings { blow } else { jump };
         let shape = shape / shape.norm().max(1e-300);
-        let at_mass = if shape.x < 0.0 { -1.0 } else { 1.0 } * shape.x.abs().max(LEAST_SHARE);
+        let at_mass =
+            if shape.x < 0.0 { -1.0 } else { 1.0 } * shape.x.abs().max(MIN_PROOF_MASS_SHARE);
         let square = omega * blow.dot(&shape) / (mass * at_mass);
         let size = if square.abs() > 0.0 {
             square.abs().sqrt()
@@ -84,28 +83,28 @@ impl PhaseLockedRing {
     }
 }
 
-/// What sets a mode ringing, and by how much.
+/// An excitation of a mode and its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kick {
-    /// When, by the reading's clock \[s\].
+    /// Time by the reading's clock \[s\].
     time: f64,
     size: f64,
 }
 
-/// Of one recording: impacts by their change of speed \[m/s\], jumps of the drive by that of its
-/// gain; each in order of time.
+/// Excitations in one recording, in order of time: impacts by their change of velocity \[m/s\],
+/// jumps of the drive by that of its gain.
 type Kicks = [Vec<Kick>; 2];
 
-/// What a fit leaves, and what may have set it ringing.
+/// Residuals of a fit, and what may have excited rings in them.
 pub struct ImpactExcitations {
-    left: Vec<Left>,
+    residuals: Vec<SegmentResiduals>,
     kicks: Vec<Kicks>,
     /// Noise of both readings \[m\].
     noise: [f64; 2],
 }
 
 impl ImpactExcitations {
-    /// Of what `fitted`, of the recordings of `side`, leaves.
+    /// Residuals of `fitted`, a fit to the recordings of `side`, with their excitations.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -116,83 +115,86 @@ impl ImpactExcitations {
                 time: impact.time,
                 size: impact.v_after - impact.v_before,
             };
-            [own.iter().map(kick).collect(), jumps(fitted, k)]
+            [own.iter().map(kick).collect(), drive_jumps(fitted, k)]
         });
         let data = &fitted.problem.data;
         Ok(Self {
             kicks: kicks.collect(),
-            left: residual_spectrum::residuals(fitted)?,
+            residuals: residual_spectrum::flight_residuals(fitted)?,
             noise: data
                 .first()
                 .map_or([0.0; 2], |d| [d.sigmas.xp, d.sigmas.xc]),
         })
     }
 
-    /// The ring up to `quickest` \[Hz\] that stands out, if any does. Its phase also tells one that
-    /// swings further between the samples.
-    pub fn outstanding(&self, quickest: f64) -> Option<PhaseLockedRing> {
-        let rates = self.left.iter().map(|own| 1.0 / own.interval);
+    /// The ring up to `quickest` \[Hz\] that stands out, if any. Its phase also identifies
+    /// rings above the Nyquist frequency.
+    pub fn strongest(&self, quickest: f64) -> Option<PhaseLockedRing> {
+        let rates = self.residuals.iter().map(|own| 1.0 / own.interval);
         let rate = rates.fold(f64::INFINITY, f64::min);
-        let highest = quickest.min(TURNS * rate);
-        if highest <= LOWEST {
+        let highest = quickest.min(MAX_TURNS_PER_SAMPLE * rate);
+        if highest <= MIN_FREQUENCY {
             return None;
         }
-        let mut all = self.rings(LOWEST, highest);
-        // What is slow is read as this too.
-        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > LOWEST);
+        let mut all = self.scan(MIN_FREQUENCY, highest);
+        // Slow motion appears here too, by aliasing.
+        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > MIN_FREQUENCY);
         let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
         all.retain(|p| p.zeta == best.zeta);
         let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
-        let usual = crate::recording::quantile_in_place(&mut gains, MOST);
+        let usual = crate::recording::quantile_in_place(&mut gains, TYPICAL_QUANTILE);
         log::debug!("{best:?} where {usual:.1} is usual");
-        (best.gain > SURE && best.gain > OUTSTANDING * usual).then_some(best)
+        (best.gain > RING_MIN_GAIN && best.gain > RING_MIN_CONTRAST * usual).then_some(best)
     }
 
-    /// The best within `reach` of `frequency` \[Hz\].
-    pub fn near(&self, frequency: f64, reach: f64) -> Option<PhaseLockedRing> {
+    /// The ring with the largest gain within `reach` of `frequency` \[Hz\].
+    pub fn best_near(&self, frequency: f64, reach: f64) -> Option<PhaseLockedRing> {
         let (low, high) = ((frequency - reach).max(1.0), frequency + reach);
-        let all = self.rings(low, high).into_iter();
+        let all = self.scan(low, high).into_iter();
         all.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    /// Rings between those frequencies \[Hz\].
-    fn rings(&self, low: f64, high: f64) -> Vec<PhaseLockedRing> {
-        let tried = DAMPINGS.iter().flat_map(|&zeta| {
-            let count = ((high / low).ln() / (STEP * zeta)).ceil().max(0.0) as usize;
-            // As many as it takes, evenly.
+    /// Rings on a grid between those frequencies \[Hz\].
+    fn scan(&self, low: f64, high: f64) -> Vec<PhaseLockedRing> {
+        let tried = DAMPING_GRID.iter().flat_map(|&zeta| {
+            let count = ((high / low).ln() / (FREQUENCY_STEP * zeta))
+                .ceil()
+                .max(0.0) as usize;
+            // Evenly spaced in the logarithm.
             let count = count.max(1);
             (0..=count).map(move |k| (low * (high / low).powf(k as f64 / count as f64), zeta))
         });
         let tried: Vec<(f64, f64)> = tried.collect();
         tried
             .into_par_iter()
-            .filter_map(|(frequency, zeta)| self.ring(frequency, zeta))
+            .filter_map(|(frequency, zeta)| self.fit_ring(frequency, zeta))
             .collect()
     }
 
-    /// What a ring of that frequency \[Hz\] and damping would bring; `None` if nothing tells it.
-    fn ring(&self, frequency: f64, zeta: f64) -> Option<PhaseLockedRing> {
+    /// The ring of that frequency \[Hz\] and damping ratio by linear least squares; `None` if
+    /// it is not determined.
+    fn fit_ring(&self, frequency: f64, zeta: f64) -> Option<PhaseLockedRing> {
         let omega = TAU * frequency;
         let rate = Complex::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt());
         let mut normal = [Matrix2::zeros(); 2];
         let mut slopes = [Vector2::zeros(); 2];
-        for own in &self.left {
-            let [blows, jumps] = &self.kicks[own.recording];
-            // A blow sets the speed off, a jump of the drive the rest that it rings about.
-            let mut struck: Vec<f64> = course(own, blows, rate).map(|c| c.im).collect();
-            let mut driven: Vec<f64> = course(own, jumps, rate).map(|c| -c.re).collect();
-            own.colour.whiten(&mut struck);
+        for own in &self.residuals {
+            let [impacts, jumps] = &self.kicks[own.recording];
+            // An impact changes the velocity, a jump of the drive the rest position.
+            let mut by_impacts: Vec<f64> = ring_course(own, impacts, rate).map(|c| c.im).collect();
+            let mut driven: Vec<f64> = ring_course(own, jumps, rate).map(|c| -c.re).collect();
+            own.colour.whiten(&mut by_impacts);
             own.colour.whiten(&mut driven);
             let rows = || {
-                struck
+                by_impacts
                     .iter()
                     .zip(&driven)
                     .map(|(a, b)| Vector2::new(*a, *b))
             };
             let squares: Matrix2<f64> = rows().map(|row| row * row.transpose()).sum();
             for (channel, values) in own.channels.iter().enumerate() {
-                // Where samples are missing the two do not go together.
-                if values.len() != struck.len() {
+                // With missing samples the two do not match.
+                if values.len() != by_impacts.len() {
                     continue;
                 }
                 normal[channel] += squares;
@@ -202,7 +204,7 @@ impl ImpactExcitations {
                     .sum::<Vector2<f64>>();
             }
         }
-        // Both readings share in it alike, whatever has set it off.
+        // Both readings share in it in the same ratio, whatever excited it.
         let roots = normal.map(|normal| {
             let eigen = SymmetricEigen::new(normal);
             let least = 1e-9 * eigen.eigenvalues.amax();
@@ -220,14 +222,14 @@ impl ImpactExcitations {
             frequency,
             zeta,
             gain,
-            by_blow: theta.map(|t| t.x),
+            by_impact: theta.map(|t| t.x),
             by_jump: theta.map(|t| t.y),
         })
     }
 }
 
-/// Jumps of the drive in recording number `index`, where the fit has them.
-fn jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
+/// Jumps of the drive in recording number `index`, at their fitted times.
+fn drive_jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let data = &problem.data[index];
     let Some(piezo) = fitted.model.piezo else {
@@ -243,7 +245,7 @@ fn jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
             let [before, after] = [&pieces[edge.piece - 1], &pieces[edge.piece]];
             Kick {
                 time: own()
-                    .find_map(|s| instant(s, edge.time))
+                    .find_map(|s| fitted_edge_time(s, edge.time))
                     .unwrap_or(edge.time - skew),
                 size: gain(after, edge.time) - gain(before, edge.time),
             }
@@ -253,9 +255,9 @@ fn jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
     all
 }
 
-/// When a jump of the drive that was guessed at `guess` \[s\] is in `segment`, by the reading's
-/// clock \[s\]; `None` if it is not in it.
-fn instant(segment: &Segment, guess: f64) -> Option<f64> {
+/// Fitted time of the jump of the drive guessed at `guess` \[s\] in `segment`, by the reading's
+/// clock \[s\]; `None` if it lies elsewhere.
+fn fitted_edge_time(segment: &Segment, guess: f64) -> Option<f64> {
     let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
     let mut k = segment.locals.len() - joints;
     for joint in &segment.joints {
@@ -267,14 +269,14 @@ fn instant(segment: &Segment, guess: f64) -> Option<f64> {
     None
 }
 
-/// A ring that begins with `kicks` and turns at `rate` \[1/s\], at the samples of `own`.
-fn course<'a>(
-    own: &'a Left,
+/// A ring excited by `kicks` with the complex rate `rate` \[1/s\], at the samples of `own`.
+fn ring_course<'a>(
+    own: &'a SegmentResiduals,
     kicks: &'a [Kick],
     rate: Complex<f64>,
 ) -> impl Iterator<Item = Complex<f64>> + 'a {
     let since = move |at: f64, kick: &Kick| (rate * (at - kick.time)).exp() * kick.size;
-    let first = kicks.partition_point(|k| (own.start - k.time) * -rate.re > OVER);
+    let first = kicks.partition_point(|k| (own.start - k.time) * -rate.re > DECAYED_TIME_CONSTANTS);
     let mut next = kicks.partition_point(|k| k.time < own.start).max(first);
     let mut state: Complex<f64> = kicks[first..next].iter().map(|k| since(own.start, k)).sum();
     let turn = (rate * own.interval).exp();
@@ -298,13 +300,13 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    const RATE: f64 = 50e3;
-    const NOISE: f64 = 20e-9;
+    const SAMPLING_RATE: f64 = 50e3;
+    const READING_NOISE: f64 = 20e-9;
 
-    /// Stretches of 4 ms far apart, each from a while after an impact on and with a jump of the
-    /// drive in its middle, in which a mode of `own`, as [`PhaseLockedRing::mode`] gives it, rings; in step with those,
-    /// or `out of step`.
-    fn blows(own: [f64; 5], out_of_step: bool) -> ImpactExcitations {
+    /// Segments of 4 ms far apart, each starting shortly after an impact and with a jump of the
+    /// drive in its middle. In them rings a mode with the parameters `own` of
+    /// [`PhaseLockedRing::mode`], in phase with its excitation or `out_of_phase`.
+    fn excited_ring(own: [f64; 5], out_of_phase: bool) -> ImpactExcitations {
         let [frequency, zeta, phi_c, phi_p, drive] = own;
         let model = Preset::embedded("paper").unwrap().model;
         let mass = 1.0 / model.structure().mobility();
@@ -323,10 +325,16 @@ mod tests {
                 time: start + dice.random_range(2.0e-3..2.1e-3),
                 size: if k % 2 == 0 { 9.7 } else { -9.7 },
             };
-            let turned =
-                Complex::from_polar(1.0, if out_of_step { 2.4 * f64::from(k) } else { 0.0 });
+            let turned = Complex::from_polar(
+                1.0,
+                if out_of_phase {
+                    2.4 * f64::from(k)
+                } else {
+                    0.0
+                },
+            );
             let ring = |i: usize| {
-                let at = start + i as f64 / RATE;
+                let at = start + i as f64 / SAMPLING_RATE;
                 let since = |kick: &Kick| (rate * (at - kick.time)).exp() * turned;
                 let driven = if at > jump.time {
                     -drive * eta / omega.powi(2) * jump.size * since(&jump).re
@@ -338,38 +346,40 @@ mod tests {
             let mut channel = |shape: f64| -> Vec<f64> {
                 let mut noise = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
                 (0..200)
-                    .map(|i| shape * ring(i) / NOISE + noise())
+                    .map(|i| shape * ring(i) / READING_NOISE + noise())
                     .collect()
             };
-            left.push(Left {
+            left.push(SegmentResiduals {
                 channels: [channel(phi_p), channel(phi_c)],
                 recording: 0,
                 start,
-                interval: 1.0 / RATE,
+                interval: 1.0 / SAMPLING_RATE,
                 colour: Colour::WHITE,
             });
             kicks[0].push(blow);
             kicks[1].push(jump);
         }
         ImpactExcitations {
-            left,
+            residuals: left,
             kicks: vec![kicks],
-            noise: [NOISE; 2],
+            noise: [READING_NOISE; 2],
         }
     }
 
     #[test]
-    fn noise_is_in_step_with_nothing() {
+    fn noise_contains_no_ring_in_phase() {
         assert_eq!(
-            blows([7e3, 0.01, 0.0, 0.0, 0.0], false).outstanding(40e3),
+            excited_ring([7e3, 0.01, 0.0, 0.0, 0.0], false).strongest(40e3),
             None
         );
     }
 
     #[test]
-    fn a_ring_in_step_is_found_with_its_mode() {
+    fn a_ring_in_phase_is_found_with_its_mode() {
         let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
-        let ring = blows(own, false).outstanding(40e3).expect("it stands out");
+        let ring = excited_ring(own, false)
+            .strongest(40e3)
+            .expect("it stands out");
         assert!((ring.frequency / own[0] - 1.0).abs() < own[1], "{ring:?}");
         let model = Preset::embedded("paper").unwrap().model;
         let mode = ring.mode(&model, 0.0);
@@ -380,18 +390,18 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_read_at_another_frequency_is_told_from_it() {
+    fn an_aliased_ring_is_distinguished_from_its_alias() {
         let own = [41e3, 0.006, -9000.0, 9000.0, -2500.0];
-        let blows = blows(own, false);
-        let gain = |f: f64| blows.near(f, 100.0).map_or(0.0, |ring| ring.gain);
-        assert!(gain(own[0]) > 4.0 * gain(RATE - own[0]));
+        let ring = excited_ring(own, false);
+        let gain = |f: f64| ring.best_near(f, 100.0).map_or(0.0, |ring| ring.gain);
+        assert!(gain(own[0]) > 4.0 * gain(SAMPLING_RATE - own[0]));
     }
 
     #[test]
-    fn a_ring_out_of_step_is_none() {
+    fn a_ring_out_of_phase_has_little_gain() {
         let own = [7123.0, 0.006, -4000.0, 3500.0, -2500.0];
-        let gain = |out_of_step: bool| {
-            let ring = blows(own, out_of_step).near(own[0], 50.0);
+        let gain = |out_of_phase: bool| {
+            let ring = excited_ring(own, out_of_phase).best_near(own[0], 50.0);
             ring.expect("a spectrum").gain
         };
         assert!(

@@ -1,14 +1,14 @@
-//! What an effect that was named would leave behind if its law were of another form than
-//! the catalogue's: the same force, somewhat larger or smaller in windows of height,
-//! velocity or voltage, or beside it one of another time constant. A strong effect whose
-//! law is a little off leaves more than a weak one brings, and must not be given a name
-//! of its own for that.
+//! Form errors: what a named effect would leave behind if its law had another form than the
+//! catalogue's. That is the same force, somewhat larger or smaller in windows of height, velocity
+//! or voltage, or in addition one of another time constant. A strong effect whose law is slightly
+//! wrong leaves more than a weak effect brings, and its residual must not be named as another
+//! effect.
 
 use crate::diagnose::score_test::basis_forces;
-use crate::diagnose::score_test::basis_forces::{Against, hat, side_by_side, window};
+use crate::diagnose::score_test::basis_forces::{Against, hat, window, window_grid};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
-use crate::diagnose::score_test::state_range::spans;
+use crate::diagnose::score_test::state_range::state_ranges;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::model::drive::Segment;
 use crate::model::effects::{
@@ -20,18 +20,18 @@ use crate::model::piezo::Branch;
 use crate::model::sensor::Point;
 use crate::sim::SimError;
 
-/// By what share a law may be off in a window.
-const OFF: f64 = 0.3;
+/// Relative error of a law in a window.
+const MAX_FORM_ERROR: f64 = 0.3;
 /// Windows of height, velocity or voltage.
-const WINDOWS: usize = 5;
-/// Time constants of kin, over that of the effect.
-const TIMES: [f64; 3] = [0.2, 0.5, 3.0];
+const WINDOW_COUNT: usize = 5;
+/// Time constants of form errors, relative to that of the effect.
+const TIME_CONSTANT_FACTORS: [f64; 3] = [0.2, 0.5, 3.0];
 /// In place of a quantity where there is no window.
-const NOWHERE: f64 = -1.0;
-/// Values of the wrapped effect that are passed on.
-const VALUES: usize = 11;
-/// Values before those.
-const OWN: usize = 4;
+const NO_WINDOW: f64 = -1.0;
+/// Number of values passed on to the wrapped effect.
+const WRAPPED_VALUES: usize = 11;
+/// Number of values before those.
+const WRAPPER_VALUES: usize = 4;
 
 static SPEC: EffectSpec = EffectSpec {
     id: "kin",
@@ -44,8 +44,9 @@ static SPEC: EffectSpec = EffectSpec {
     build: |values, around| {
         let index = (values[0].max(0.0) as usize).min(CATALOGUE.len() - 1);
         let spec = CATALOGUE[index];
-        let own = &values[OWN..OWN + spec.parameters.len().min(VALUES)];
-        Box::new(Kin {
+        let own =
+            &values[WRAPPER_VALUES..WRAPPER_VALUES + spec.parameters.len().min(WRAPPED_VALUES)];
+        Box::new(WindowedEffect {
             inner: (spec.build)(own, around),
             against: Against::of(values[1]),
             middle: values[2],
@@ -55,54 +56,54 @@ static SPEC: EffectSpec = EffectSpec {
     ..EffectSpec::DEFAULT
 };
 
-static PARAMETERS: [ParameterSpec; OWN + VALUES] = [
-    basis_forces::number("which"),
-    basis_forces::number("against"),
-    basis_forces::number("middle"),
-    basis_forces::number("width"),
-    basis_forces::number("a"),
-    basis_forces::number("b"),
-    basis_forces::number("c"),
-    basis_forces::number("d"),
-    basis_forces::number("e"),
-    basis_forces::number("f"),
-    basis_forces::number("g"),
-    basis_forces::number("h"),
-    basis_forces::number("i"),
-    basis_forces::number("j"),
-    basis_forces::number("k"),
+static PARAMETERS: [ParameterSpec; WRAPPER_VALUES + WRAPPED_VALUES] = [
+    basis_forces::numeric_parameter("which"),
+    basis_forces::numeric_parameter("against"),
+    basis_forces::numeric_parameter("middle"),
+    basis_forces::numeric_parameter("width"),
+    basis_forces::numeric_parameter("a"),
+    basis_forces::numeric_parameter("b"),
+    basis_forces::numeric_parameter("c"),
+    basis_forces::numeric_parameter("d"),
+    basis_forces::numeric_parameter("e"),
+    basis_forces::numeric_parameter("f"),
+    basis_forces::numeric_parameter("g"),
+    basis_forces::numeric_parameter("h"),
+    basis_forces::numeric_parameter("i"),
+    basis_forces::numeric_parameter("j"),
+    basis_forces::numeric_parameter("k"),
 ];
 
-/// `effect` with other values, wrapped so that it stands beside the effect itself; in a
-/// window of a quantity if there is one.
+/// `effect` with other values, wrapped so that a model can contain it in addition to the effect
+/// itself; in a window of a quantity if one is given.
 fn wrapped(
     effect: &ActiveEffect,
     values: &[f64],
     window: Option<(Against, f64, f64)>,
 ) -> Option<ActiveEffect> {
     let index = CATALOGUE.iter().position(|e| *e == effect.spec)?;
-    let (against, middle, width) = window.map_or((NOWHERE, 0.0, 1.0), |(against, m, w)| {
+    let (against, middle, width) = window.map_or((NO_WINDOW, 0.0, 1.0), |(against, m, w)| {
         (against.number(), m, w)
     });
     let mut all = vec![index as f64, against, middle, width];
     all.extend_from_slice(values);
-    all.resize(OWN + VALUES, 0.0);
+    all.resize(WRAPPER_VALUES + WRAPPED_VALUES, 0.0);
     Some(ActiveEffect {
         spec: &SPEC,
         values: all,
     })
 }
 
-/// Directions of kin of an effect, each of the size by which its law may be off.
-fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
-    let (height, speed, volts) = spans(fitted);
+/// Directions of the form errors of an effect, each of the size by which its law may be wrong.
+fn form_errors(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
+    let (height, speed, volts) = state_ranges(fitted);
     let windows = |over: Quantity| -> Vec<(Against, f64, f64)> {
         let (against, range) = match over {
             Quantity::Displacement => (Against::Height, height),
             Quantity::Velocity => (Against::Velocity, speed),
             Quantity::Voltage => (Against::Voltage, volts),
         };
-        let (middles, width) = side_by_side(range, WINDOWS).unwrap_or_default();
+        let (middles, width) = window_grid(range, WINDOW_COUNT).unwrap_or_default();
         middles.into_iter().map(|m| (against, m, width)).collect()
     };
     let forces = |against: Option<Against>, over: Quantity, size: f64| -> Vec<ActiveEffect> {
@@ -124,22 +125,22 @@ fn directions(effect: &ActiveEffect, fitted: &Fitted) -> Vec<ActiveEffect> {
         }
     };
     let tolerance = FormTolerance {
-        share: OFF,
-        times: TIMES,
+        share: MAX_FORM_ERROR,
+        times: TIME_CONSTANT_FACTORS,
         volts,
     };
     let all = (effect.spec.search.form_errors)(&effect.values, &tolerance);
     all.into_iter().flat_map(expand).collect()
 }
 
-/// Fall of chi2 that kin of `named` would bring at a fit, none of them larger than the
-/// share by which a law may be off.
+/// Fall of chi2 that form errors of the effects `named` would bring at a fit, each under a prior
+/// of the size by which a law may be wrong.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
 pub fn form_error_gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result<f64, SimError> {
     let own = |e: &&ActiveEffect| named.contains(&e.spec);
-    let of = |e: &ActiveEffect| directions(e, fitted);
+    let of = |e: &ActiveEffect| form_errors(e, fitted);
     let probes: Vec<ActiveEffect> = fitted
         .model
         .effects
@@ -151,23 +152,22 @@ pub fn form_error_gain(fitted: &Fitted, named: &[&'static EffectSpec]) -> Result
         return Ok(0.0);
     }
     let linear = Linearized::new(fitted)?;
-    // All stand side by side, of which a model has one each by kind: one after the other.
-    let scan = ScoreScan::of(&linear, &fitted.model, &probes)?;
-    Ok(scan.within(1.0).map_or(0.0, |joint| joint.gain))
+    // A model holds one effect of a kind, so that each is tested in turn.
+    let scan = ScoreScan::of_effects(&linear, &fitted.model, &probes)?;
+    Ok(scan.joint_with_prior(1.0).map_or(0.0, |joint| joint.gain))
 }
 
-/// An effect in a window: of those places where the effects that have kin by being wrapped
-/// attach.
+/// An effect in a window, at those places where effects with windowed form errors act.
 #[derive(Debug)]
-struct Kin {
+struct WindowedEffect {
     inner: Box<dyn Action>,
     against: Option<Against>,
     middle: f64,
     width: f64,
 }
 
-impl Kin {
-    /// How much of the effect there is, by the window that it is in.
+impl WindowedEffect {
+    /// Share of the effect that acts in the window.
     fn share(&self, at: &Kinematics) -> f64 {
         let within = |u: f64| hat(u, self.middle, self.width);
         match self.against {
@@ -179,7 +179,7 @@ impl Kin {
     }
 }
 
-impl Action for Kin {
+impl Action for WindowedEffect {
     fn does_nothing(&self) -> bool {
         self.inner.does_nothing()
     }
@@ -197,7 +197,7 @@ impl Action for Kin {
     }
 
     fn acts_on_motion(&self) -> bool {
-        // Its states are no readings.
+        // Its states are not readings.
         self.inner.acts_on_motion() || !self.inner.state_rates().is_empty()
     }
 
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn kin_is_the_effect_itself_in_a_window() {
+    fn a_windowed_effect_equals_the_effect_in_its_window() {
         let cubic = ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
             values: vec![2e4, -2e12],
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn loops_in_a_window_of_voltage_are_those_of_the_effect_there() {
+    fn windowed_hysteresis_loops_equal_those_of_the_effect_in_the_window() {
         let loops = ActiveEffect {
             spec: find("hysteresis_memory").unwrap(),
             values: vec![1.0, 1.0, 8.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -320,9 +320,9 @@ mod tests {
     }
 
     #[test]
-    fn every_effect_fits_into_its_kin() {
+    fn every_effect_fits_into_the_wrapper() {
         for effect in CATALOGUE {
-            assert!(effect.parameters.len() <= VALUES, "{}", effect.id);
+            assert!(effect.parameters.len() <= WRAPPED_VALUES, "{}", effect.id);
         }
     }
 }

@@ -1,11 +1,10 @@
-//! TODO-doc
+//! What a fit leaves: where its residuals are, which force would remove them, whether segments
+//! join, which spectral peaks and rings remain, and whether named laws have the wrong form.
 
 pub(super) mod impact_ring;
 pub mod law_form;
 pub mod missing_force;
 pub(super) mod probes;
-pub(super) mod product;
 pub mod residual_map;
 pub mod residual_spectrum;
 pub(super) mod segment_joins;
-pub(super) mod swing;

@@ -1,10 +1,11 @@
-//! Where simulation and recordings differ: residuals sample by sample, gathered over
-//! time, regime, and the quantities that the mismatch may depend on.
+//! Where simulation and recordings differ: residuals sample by sample, summed over time, regime,
+//! and the quantities that the mismatch may depend on.
 
 use rayon::prelude::*;
 
 use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::MISMATCH_MIN_Z;
 use crate::fit::problem::{Data, Problem};
 use crate::fit::residual::residual_rows::SegmentContext;
 use crate::fit::residual::simulate_segment;
@@ -12,22 +13,20 @@ use crate::fit::segment::Segment;
 use crate::recording::quantile_in_place;
 use crate::sim::{SimError, Stretcher};
 
-/// Nearer to the ground than this share of the travel counts as near.
-const NEAR: f64 = 0.15;
+/// Heights below this share of the travel count as near the ground.
+const NEAR_GROUND_SHARE: f64 = 0.15;
 /// Bins of a marginal.
-const COARSE: usize = 24;
-/// Mean square of a stretch's residuals from which it is a mismatch, in units of the
-/// scatter that noise leaves above what is usual.
-const CLEAR: f64 = 4.0;
-/// Most mismatches told.
-const MOST: usize = 40;
+const MARGINAL_BINS: usize = 24;
+
+/// Most mismatches reported.
+const MAX_MISMATCHES: usize = 40;
 
 /// A sample with its residuals.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
     /// Index of the recording.
     pub recording: usize,
-    /// Number of the stretch it lies in.
+    /// Index of the segment it lies in.
     pub segment: usize,
     /// Time \[s\].
     pub time: f64,
@@ -35,7 +34,7 @@ pub struct Sample {
     pub xp: f64,
     /// Its velocity \[m/s\].
     pub vp: f64,
-    /// Voltage \[V\]; NaN without.
+    /// Voltage \[V\]; NaN if not recorded.
     pub voltage: f64,
     /// Time since the last event, or since the recording began \[s\].
     pub since: f64,
@@ -45,11 +44,11 @@ pub struct Sample {
     pub miss_c: f64,
     /// Whitened residuals of both, in units of the noise.
     pub white: (f64, f64),
-    /// What the mass is doing.
+    /// Regime of the motion.
     pub regime: Regime,
 }
 
-/// All samples of a fit's stretches.
+/// All samples of a fit's segments.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
@@ -57,8 +56,8 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let simulator = problem.simulator(&point.x)?;
     let states = problem.states(&point.x, &simulator, &point.segments);
-    let heights = near_ground(problem);
-    let calm = calm_since(problem, &point.segments);
+    let heights = near_ground_heights(problem);
+    let undisturbed = event_free_since(problem, &point.segments);
     let one = |(i, segment): (usize, &Segment)| -> Vec<Sample> {
         if !point.used[i] {
             return Vec::new();
@@ -141,7 +140,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
                     xp,
                     vp,
                     voltage: r.voltage.as_ref().map_or(f64::NAN, |v| v[k]),
-                    since: r.time[k] - calm[i].0,
+                    since: r.time[k] - undisturbed[i].0,
                     miss_p: p[n],
                     miss_c: c[n],
                     white: (wp[n], wc[n]),
@@ -158,9 +157,9 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         .collect())
 }
 
-/// For each stretch, when what it is part of began that no event breaks \[s\], and whether
-/// with an event: a recording may begin in the midst.
-pub(crate) fn calm_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, bool)> {
+/// For each segment, when the event-free interval that it is part of began \[s\], and whether with
+/// an event: a recording may begin within one.
+pub(crate) fn event_free_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, bool)> {
     let mut out: Vec<(f64, bool)> = Vec::with_capacity(segments.len());
     for (i, s) in segments.iter().enumerate() {
         let own = problem.data[s.recording].recording.time[s.samples.start];
@@ -177,17 +176,18 @@ pub(crate) fn calm_since(problem: &Problem, segments: &[Segment]) -> Vec<(f64, b
 }
 
 /// Height of each recording below which the mass is near the ground \[m\].
-pub(crate) fn near_ground(problem: &Problem) -> Vec<f64> {
+pub(crate) fn near_ground_heights(problem: &Problem) -> Vec<f64> {
     let of = |data: &Data| {
         let mut x = data.recording.proof_mass.clone();
         x.retain(|x| x.is_finite());
         let low = quantile_in_place(&mut x, 0.002);
-        low + NEAR * (quantile_in_place(&mut x, 0.998) - low)
+        low + NEAR_GROUND_SHARE * (quantile_in_place(&mut x, 0.998) - low)
     };
     problem.data.iter().map(of).collect()
 }
 
-pub(crate) fn mean_square(values: impl Iterator<Item = f64>) -> (f64, usize) {
+/// Sum of squares and number of the finite values.
+pub(crate) fn sum_of_squares(values: impl Iterator<Item = f64>) -> (f64, usize) {
     let (mut sum, mut n) = (0.0, 0);
     for v in values.filter(|v| v.is_finite()) {
         sum += v * v;
@@ -196,16 +196,16 @@ pub(crate) fn mean_square(values: impl Iterator<Item = f64>) -> (f64, usize) {
     (sum, n)
 }
 
-/// Rms of the proof mass, and chi2 as the fit has it.
+/// Rms residual of the proof mass, and chi2 per value of the fit.
 pub fn distance(fitted: &Fitted, samples: &[Sample]) -> Distance {
-    let (sum, n) = mean_square(samples.iter().map(|s| s.miss_p));
+    let (sum, n) = sum_of_squares(samples.iter().map(|s| s.miss_p));
     Distance {
         rms: (sum / n.max(1) as f64).sqrt(),
         chi2: fitted.cost / fitted.point.rows.max(1) as f64,
     }
 }
 
-/// Stretches that differ more than noise allows.
+/// Segments that differ by more than noise allows.
 pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
     let mut out: Vec<(f64, Mismatch)> = Vec::new();
     let mut total = 0.0;
@@ -222,13 +222,13 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
             let values = group
                 .iter()
                 .map(|s| if pick == 0 { s.white.0 } else { s.white.1 });
-            let (sum, n) = mean_square(values);
+            let (sum, n) = sum_of_squares(values);
             if n < 4 {
                 continue;
             }
             let excess = sum - n as f64;
             total += excess.max(0.0);
-            if excess > CLEAR * (2.0 * n as f64).sqrt() + 0.1 * n as f64 {
+            if excess > MISMATCH_MIN_Z * (2.0 * n as f64).sqrt() + 0.1 * n as f64 {
                 out.push((
                     excess,
                     Mismatch {
@@ -247,7 +247,7 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
         }
     }
     out.sort_by(|a, b| b.0.total_cmp(&a.0));
-    out.truncate(MOST);
+    out.truncate(MAX_MISMATCHES);
     out.into_iter()
         .map(|(excess, m)| Mismatch {
             share: excess / total.max(1e-300),
@@ -256,7 +256,7 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
         .collect()
 }
 
-/// Mean squares against one quantity, before and after.
+/// Mean squares against each quantity, before and after.
 pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
     type Pick = fn(&Sample) -> f64;
     let picks: [(&'static str, &'static str, Pick); 4] = [
@@ -277,10 +277,10 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
             continue;
         }
         let bins = |samples: &[Sample]| -> Vec<f64> {
-            let mut sums = vec![(0.0, 0usize); COARSE];
+            let mut sums = vec![(0.0, 0usize); MARGINAL_BINS];
             for s in samples {
-                let at = (pick(s) - low) / (high - low) * COARSE as f64;
-                if at >= 0.0 && at < COARSE as f64 {
+                let at = (pick(s) - low) / (high - low) * MARGINAL_BINS as f64;
+                if at >= 0.0 && at < MARGINAL_BINS as f64 {
                     let bin = &mut sums[at as usize];
                     for w in [s.white.0, s.white.1] {
                         if w.is_finite() {
@@ -293,11 +293,11 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
             let mean = |(sum, n): (f64, usize)| if n > 10 { sum / n as f64 } else { f64::NAN };
             sums.into_iter().map(mean).collect()
         };
-        let width = (high - low) / COARSE as f64;
+        let width = (high - low) / MARGINAL_BINS as f64;
         out.push(Marginal {
             against,
             unit,
-            at: (0..COARSE)
+            at: (0..MARGINAL_BINS)
                 .map(|i| low + (i as f64 + 0.5) * width)
                 .collect(),
             before: bins(before),
@@ -307,22 +307,22 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
     out
 }
 
-/// A stay shorter than this may be no stay \[s\].
-const LANDING: f64 = 1e-3;
+/// Contacts shorter than this may be hops \[s\].
+const MIN_STAY_TIME: f64 = 1e-3;
 
-/// How far the worst stretch is above the usual, in units of what chance leaves.
-pub fn most_local(fitted: &Fitted) -> f64 {
+/// How far the worst segment is above the typical one, in units of the scatter expected by chance.
+pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
     let Ok(samples) = samples(fitted) else {
         return 0.0;
     };
     let mut all: Vec<(f64, f64)> = Vec::new();
     for group in samples.chunk_by(|a, b| a.segment == b.segment) {
         let white = group.iter().flat_map(|s| [s.white.0, s.white.1]);
-        let (sum, n) = mean_square(white.map(|w| w.clamp(-6.0, 6.0)));
-        // In a short stay the mass may still hop, too low to be seen by itself.
+        let (sum, n) = sum_of_squares(white.map(|w| w.clamp(-6.0, 6.0)));
+        // In a short contact the mass may still hop, too low to be resolved.
         let lands = group
             .last()
-            .is_some_and(|s| s.regime == Regime::Contact && s.since < LANDING);
+            .is_some_and(|s| s.regime == Regime::Contact && s.since < MIN_STAY_TIME);
         if n > 30 && !lands {
             all.push((sum / n as f64, n as f64));
         }
@@ -333,7 +333,7 @@ pub fn most_local(fitted: &Fitted) -> f64 {
         .iter()
         .map(|(mean, n)| (mean - usual) / usual.max(1e-12) * (0.5 * n).sqrt())
         .collect();
-    // Chance is measured by the stretches themselves.
+    // The scatter is measured on the segments themselves.
     let spread = quantile_in_place(&mut deviations, 0.84).max(1.0);
     deviations.sort_unstable_by(|a, b| b.total_cmp(a));
     log::debug!(

@@ -1,4 +1,4 @@
-//! View 3: a further mode shows as a narrow hump in the spectrum of what is left.
+//! Spectral peaks of the residuals: a further mode shows as a narrow one.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,90 +6,88 @@ use nalgebra::{Complex, Matrix2, SymmetricEigen};
 use rayon::prelude::*;
 
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{KNOWN_MODE_FREQUENCY_RATIO, PEAK_MIN_SIGNIFICANCE};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::Row;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::residuals_at;
 use crate::sim::SimError;
 
-/// Spacing of the frequencies looked at \[Hz\].
-pub(crate) const SPACING: f64 = 100.0;
-/// Lowest frequency \[Hz\]: a slower one would not ring within a stretch.
-pub(crate) const LOWEST: f64 = 1500.0;
-/// Significance of a hump from which it stands out.
-pub const HUMP: f64 = 6.0;
-/// Frequencies nearer than by this factor to that of a mode are beside it.
-pub const BESIDE: f64 = 1.25;
-/// Stretches shorter than this many samples tell no frequency.
-const LEAST: usize = 40;
-/// The beginning of a stretch, in samples: a damped mode rings no longer.
-const EARLY: usize = 60;
+/// Spacing of the frequencies \[Hz\].
+pub(crate) const FREQUENCY_SPACING: f64 = 100.0;
+/// Lowest frequency \[Hz\]: a slower mode would not ring within a segment.
+pub(crate) const MIN_FREQUENCY: f64 = 1500.0;
 
-/// Where a frequency that is read as another may lie: multiples of the sampling rate, and the
-/// sign with which the other is added.
-const MIRRORS: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
-/// A top is higher than so many frequencies on either side.
-const FLANK: usize = 4;
+/// Fewest samples of a segment that is used.
+const MIN_SEGMENT_SAMPLES: usize = 40;
+/// Length of the early part of a segment \[samples\]: a damped mode has decayed after it.
+const EARLY_SAMPLES: usize = 60;
 
-/// A hump in the spectrum.
+/// Where an aliased frequency may lie: multiples of the sampling rate, and the sign with which the
+/// apparent frequency is added.
+const ALIASES: [(f64, f64); 3] = [(1.0, -1.0), (1.0, 1.0), (2.0, -1.0)];
+/// A peak is higher than this many frequencies on either side.
+const FLANK_BINS: usize = 4;
+
+/// A peak in the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectralPeak {
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// At which the recordings are sampled \[Hz\].
+    /// Sampling rate of the recordings \[Hz\].
     pub rate: f64,
-    /// Unit vector of proof mass and cantilever: how they share in it.
+    /// Unit vector of proof mass and cantilever: their shares in the peak.
     pub shape: (f64, f64),
-    /// Power above the noise, in units of what chance leaves.
+    /// Power above the noise, in standard deviations of its scatter.
     pub significance: f64,
-    /// Roughly the fall of chi2 if it were taken out.
+    /// Approximate fall of chi2 if it were removed.
     pub gain: f64,
 }
 
 impl SpectralPeak {
-    /// Quicker frequencies that are read as this one \[Hz\].
-    pub fn mirrors(&self) -> [f64; 3] {
-        MIRRORS.map(|(n, sign)| n * self.rate + sign * self.frequency)
+    /// Higher frequencies that appear at this one by aliasing \[Hz\].
+    pub fn aliases(&self) -> [f64; 3] {
+        ALIASES.map(|(n, sign)| n * self.rate + sign * self.frequency)
     }
 }
 
-/// Residuals of a stretch of flight: proof mass and cantilever, in units of the noise.
-pub(crate) struct Left {
+/// Residuals of a flight segment: proof mass and cantilever, in units of the noise.
+pub(crate) struct SegmentResiduals {
     pub(crate) channels: [Vec<f64>; 2],
-    /// Which recording it is of.
+    /// Index of the recording.
     pub(crate) recording: usize,
-    /// When it begins \[s\].
+    /// Time of its first sample \[s\].
     pub(crate) start: f64,
     /// Time between samples \[s\].
     pub(crate) interval: f64,
-    /// Of the noise by which the residuals were made white.
+    /// Colour of the noise by which the residuals were whitened.
     pub(crate) colour: Colour,
 }
 
-/// At which the recordings of a fit are sampled, the slowest of them \[Hz\]; `None` without any.
+/// Lowest sampling rate among the recordings of a fit \[Hz\]; `None` without any.
 pub(crate) fn slowest_rate(fitted: &Fitted) -> Option<f64> {
     let data = fitted.problem.data.iter();
     data.map(|d| d.recording.sampling_rate()).reduce(f64::min)
 }
 
-/// The highest hump in the residuals of a fit, if there is any spectrum to speak of: of whole
-/// stretches, in which a mode rings on, or of their beginnings, after which it has died away.
+/// The highest peak in the residuals of a fit, if there are enough for a spectrum: of whole
+/// segments, in which a mode rings on, or of their early parts, after which it has decayed.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
-pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
+pub fn strongest_peak(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let Some(rate) = slowest_rate(fitted) else {
         return Ok(None);
     };
-    let count = ((0.48 * rate - LOWEST) / SPACING).floor();
+    let count = ((0.48 * rate - MIN_FREQUENCY) / FREQUENCY_SPACING).floor();
     if count < 5.0 {
         return Ok(None);
     }
     let frequencies: Vec<f64> = (0..count as usize)
-        .map(|k| LOWEST + k as f64 * SPACING)
+        .map(|k| MIN_FREQUENCY + k as f64 * FREQUENCY_SPACING)
         .collect();
-    let left = residuals(fitted)?;
+    let left = flight_residuals(fitted)?;
     if left.len() < 5 {
         return Ok(None);
     }
@@ -97,33 +95,33 @@ pub fn find(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError> {
         .segments
         .first()
         .is_some_and(|s| problem.data[s.recording].recording.cantilever.is_some());
-    // What is left beside a mode that the model has is that mode's rather than
-    // another's, unless nothing else stands out.
+    // A peak next to a mode of the model belongs to that mode, unless nothing else stands out.
     let structure = fitted.model.structure_with_effects();
     let beside = |f: f64| {
         let known = structure.modes.iter().map(|m| m.frequency);
-        known
-            .filter(|known| *known > 0.0)
-            .any(|known| f < BESIDE * known && known < BESIDE * f)
+        known.filter(|known| *known > 0.0).any(|known| {
+            f < KNOWN_MODE_FREQUENCY_RATIO * known && known < KNOWN_MODE_FREQUENCY_RATIO * f
+        })
     };
-    let humps = [usize::MAX, EARLY].map(|length| humps(&left, (&frequencies, rate), length, both));
+    let humps = [usize::MAX, EARLY_SAMPLES]
+        .map(|length| spectral_peaks(&left, (&frequencies, rate), length, both));
     let highest = |which: &dyn Fn(f64) -> bool| {
         let all = humps.iter().flatten();
         all.filter(|ring| which(ring.frequency) && ring.gain.is_finite())
             .max_by(|a, b| a.significance.total_cmp(&b.significance))
             .copied()
     };
-    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > HUMP);
+    let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > PEAK_MIN_SIGNIFICANCE);
     let ring = elsewhere.or_else(|| highest(&|_| true));
     log::debug!("highest hump: {ring:?}");
     Ok(ring)
 }
 
-/// What the fit leaves of the stretches of flight that are long enough.
-pub(crate) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
+/// Residuals of the flight segments that are long enough.
+pub(crate) fn flight_residuals(fitted: &Fitted) -> Result<Vec<SegmentResiduals>, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let all = residuals_at(problem, point, |i, s| {
-        point.used[i] && s.samples.len() >= LEAST && !s.starts_held
+        point.used[i] && s.samples.len() >= MIN_SEGMENT_SAMPLES && !s.starts_held
     })?;
     let left = |(segment, r): (&Segment, Option<Vec<f64>>)| {
         let (rows, r) = (problem.rows(segment), r?);
@@ -132,7 +130,7 @@ pub(crate) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
             own.map(|(_, r)| r.clamp(-5.0, 5.0)).collect()
         };
         let data = &problem.data[segment.recording];
-        Some(Left {
+        Some(SegmentResiduals {
             channels: [of(Row::ProofMass), of(Row::Cantilever)],
             recording: segment.recording,
             start: data.recording.time[segment.samples.start],
@@ -143,21 +141,21 @@ pub(crate) fn residuals(fitted: &Fitted) -> Result<Vec<Left>, SimError> {
     Ok(point.segments.iter().zip(all).filter_map(left).collect())
 }
 
-/// The spectrum of the first `length` samples of all stretches at each of the `frequencies`,
-/// its tops against what is usual.
-fn humps(
-    left: &[Left],
+/// Peaks of the power spectrum of the first `length` samples of all segments, averaged over them
+/// and relative to its median, at the `frequencies` \[Hz\].
+fn spectral_peaks(
+    left: &[SegmentResiduals],
     (frequencies, rate): (&[f64], f64),
     length: usize,
     both: bool,
 ) -> Vec<SpectralPeak> {
-    let spectrum = |own: &Left, f: f64| {
+    let spectrum = |own: &SegmentResiduals, f: f64| {
         own.channels.each_ref().map(|values| {
             let turn = Complex::from_polar(1.0, -TAU * f * own.interval);
             let mut phase = Complex::new(1.0, 0.0);
             let (mut sum, mut power) = (Complex::new(0.0, 0.0), 0.0);
             for (i, v) in values.iter().take(length).enumerate() {
-                // Cut off, a hump would have others at its sides.
+                // A sharp cut would give the peak side lobes.
                 let weight = match length {
                     usize::MAX => 1.0,
                     _ => (0.5 * PI * i as f64 / length as f64).cos().powi(2),
@@ -195,12 +193,12 @@ fn humps(
     let usual = crate::recording::quantile_in_place(&mut sorted, 0.5);
     let spread = usual / n.sqrt();
     let top = |k: usize| {
-        // What only grows towards an end has its top beyond it, if it has one.
+        // A spectrum that only rises towards an end has its peak beyond it.
         let inside = k > 0 && k + 1 < powers.len();
-        let around = k.saturating_sub(FLANK)..(k + FLANK + 1).min(powers.len());
+        let around = k.saturating_sub(FLANK_BINS)..(k + FLANK_BINS + 1).min(powers.len());
         inside && powers[around].iter().all(|p| p.0 <= powers[k].0)
     };
-    // The flank of a hump is no hump.
+    // The flank of a peak is not a peak.
     let tops = (0..powers.len()).filter(|k| top(*k));
     tops.map(|k| SpectralPeak {
         frequency: frequencies[k],
@@ -218,18 +216,18 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    const RATE: f64 = 50e3;
+    const SAMPLING_RATE: f64 = 50e3;
 
     /// Stretches of white noise in which a mode of `frequency` rings, `decay` samples long, of
     /// `size` at the proof mass and half of that at the cantilever.
-    fn stretches(frequency: f64, decay: f64, size: f64) -> Vec<Left> {
+    fn stretches(frequency: f64, decay: f64, size: f64) -> Vec<SegmentResiduals> {
         let mut dice = ChaCha8Rng::seed_from_u64(3);
         (0..60)
             .map(|k| {
                 let phase = 2.4 * k as f64;
                 let mut channel = |share: f64| -> Vec<f64> {
                     let ring = |i: usize| {
-                        let turn = TAU * frequency * i as f64 / RATE + phase;
+                        let turn = TAU * frequency * i as f64 / SAMPLING_RATE + phase;
                         share * size * (-(i as f64) / decay).exp() * turn.sin()
                     };
                     (0..600)
@@ -239,58 +237,70 @@ mod tests {
                         })
                         .collect()
                 };
-                Left {
+                SegmentResiduals {
                     channels: [channel(1.0), channel(0.5)],
                     recording: 0,
                     start: 0.0,
-                    interval: 1.0 / RATE,
+                    interval: 1.0 / SAMPLING_RATE,
                     colour: Colour::WHITE,
                 }
             })
             .collect()
     }
 
-    fn highest(left: &[Left], length: usize) -> SpectralPeak {
+    fn highest(left: &[SegmentResiduals], length: usize) -> SpectralPeak {
         let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
-        let all = humps(left, (&frequencies, RATE), length, true);
+        let all = spectral_peaks(left, (&frequencies, SAMPLING_RATE), length, true);
         let top = all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
         *top.expect("a spectrum")
     }
 
     #[test]
-    fn noise_has_no_hump() {
+    fn noise_has_no_peak() {
         let left = stretches(7e3, 100.0, 0.0);
-        for length in [usize::MAX, EARLY] {
+        for length in [usize::MAX, EARLY_SAMPLES] {
             let ring = highest(&left, length);
-            assert!(ring.significance < HUMP, "{ring:?}");
+            assert!(ring.significance < PEAK_MIN_SIGNIFICANCE, "{ring:?}");
         }
     }
 
     #[test]
-    fn a_mode_that_rings_on_is_found_with_its_shape() {
+    fn a_lightly_damped_mode_is_found_with_its_shape() {
         let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
-        assert!(ring.significance > 2.0 * HUMP, "{ring:?}");
-        assert!((ring.frequency - 7e3).abs() <= SPACING, "{ring:?}");
+        assert!(ring.significance > 2.0 * PEAK_MIN_SIGNIFICANCE, "{ring:?}");
+        assert!(
+            (ring.frequency - 7e3).abs() <= FREQUENCY_SPACING,
+            "{ring:?}"
+        );
         assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
     }
 
     #[test]
-    fn a_mode_that_dies_away_is_found_in_the_beginnings() {
+    fn a_damped_mode_is_found_in_the_early_samples() {
         let left = stretches(18e3, 15.0, 1.2);
-        let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY));
-        assert!(early.significance > 1.5 * HUMP, "{early:?}");
+        let (whole, early) = (highest(&left, usize::MAX), highest(&left, EARLY_SAMPLES));
+        assert!(
+            early.significance > 1.5 * PEAK_MIN_SIGNIFICANCE,
+            "{early:?}"
+        );
         assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
-        assert!((early.frequency - 18e3).abs() <= 5.0 * SPACING, "{early:?}");
+        assert!(
+            (early.frequency - 18e3).abs() <= 5.0 * FREQUENCY_SPACING,
+            "{early:?}"
+        );
     }
 
     #[test]
-    fn the_flank_of_a_hump_is_no_hump() {
+    fn the_flank_of_a_peak_is_not_a_peak() {
         let left = stretches(7e3, 40.0, 4.0);
         let frequencies: Vec<f64> = (15..240).map(|k| 100.0 * f64::from(k)).collect();
-        for length in [usize::MAX, EARLY] {
-            for ring in humps(&left, (&frequencies, RATE), length, true) {
+        for length in [usize::MAX, EARLY_SAMPLES] {
+            for ring in spectral_peaks(&left, (&frequencies, SAMPLING_RATE), length, true) {
                 let beside = (ring.frequency - 7e3).abs() > 1e3;
-                assert!(!beside || ring.significance < HUMP, "{ring:?}");
+                assert!(
+                    !beside || ring.significance < PEAK_MIN_SIGNIFICANCE,
+                    "{ring:?}"
+                );
             }
         }
     }

@@ -1,52 +1,53 @@
-//! Whether the motion goes on unbroken from one stretch to the next where nothing happens
-//! to the mass. Every stretch starts from a state of its own, which takes over a kick or a
-//! burst of force that came before: only where two stretches are told as one does it show.
-//! Near the ground the mass may have touched it unseen, and nothing is asked.
+//! Whether the motion continues from one segment to the next where nothing happens to the mass.
+//! Every segment starts from a state of its own, which absorbs a kick or a burst of force before
+//! it; it shows only where two segments are fitted as one. Near the ground the mass may have
+//! touched it unnoticed, so joins there are not tested.
 
 use rayon::prelude::*;
 
-use super::residual_map::near_ground;
-use crate::diagnose::shooting::fitted::{Fitted, taken_over};
-use crate::diagnose::shooting::workspace::LOSS;
+use super::residual_map::near_ground_heights;
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
+use crate::diagnose::shooting::fitted::{Fitted, first_reading_correction};
 use crate::fit::problem::Data;
 use crate::fit::segment::Segment;
 use crate::sim::SimError;
 
-/// Steps of the fit of two stretches as one.
-const ROUNDS: usize = 6;
-/// Fewest joins that say something.
-const LEAST: usize = 8;
-/// No single join counts for more than this, in units of what chance gives.
-const CAP: f64 = 12.0;
-/// Share of the joins, the worst ones, that are left out of the sum of all: in one or two of them
-/// the mass may have touched something.
-const WORST: f64 = 0.05;
+/// Iterations of the fit of two segments as one.
+const JOINED_FIT_STEPS: usize = 6;
+/// Fewest joins for a result.
+const MIN_JOINS: usize = 8;
+/// Largest contribution of a single join, in units of its expectation by chance.
+const MAX_RISE_PER_JOIN: f64 = 12.0;
+/// Share of the joins, the worst ones, that are trimmed from the sum: in one or two of them the
+/// mass may have touched something.
+const TRIMMED_SHARE: f64 = 0.05;
 
-/// By how much chi2 rises where neighbouring stretches of flight are told as one.
+/// Rise of chi2 where neighbouring flight segments are fitted as one.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Breaks {
-    /// Of all together, each pair capped, in standard deviations of chance.
+pub struct JoinBreaks {
+    /// Of all joins, each capped, in standard deviations of its scatter by chance.
     pub sigmas: f64,
-    /// Of all but the worst, beyond chance.
+    /// Of all but the worst joins, beyond chance.
     pub rise: f64,
 }
 
-/// By how much chi2 rises where neighbouring stretches of flight away from the ground are told
-/// as one; 0 where there are few of them, or where the readings do not show all that moves.
+/// Rise of chi2 where neighbouring flight segments away from the ground are fitted as one; 0 where
+/// there are few, or where the readings do not show all that moves.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
-pub fn joins(fitted: &Fitted) -> Result<Breaks, SimError> {
+pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
     let (problem, point) = (&fitted.problem, &fitted.point);
     let simulator = problem.simulator(&point.x)?;
-    // From the proof mass alone single stretches hardly tell how the drive is shared among
-    // the modes, and joins at corners of the drive do: what they show is the baseline's.
+    // From the proof mass alone, single segments hardly determine how the drive is shared
+    // among the modes, but joins at corners of the drive do: what they show is an error of the
+    // baseline.
     let unseen = |d: &Data| d.recording.cantilever.is_none();
     if simulator.modes() > 1 && problem.data.iter().any(unseen) {
-        return Ok(Breaks::default());
+        return Ok(JoinBreaks::default());
     }
     let states = problem.states(&point.x, &simulator, &point.segments);
-    let near = near_ground(problem);
+    let near = near_ground_heights(problem);
     let flies_free = |i: usize| {
         let s = &point.segments[i];
         let xp = &problem.data[s.recording].recording.proof_mass[s.samples.clone()];
@@ -56,10 +57,16 @@ pub fn joins(fitted: &Fitted) -> Result<Breaks, SimError> {
     let cost = |i: usize, segment: &Segment, rounds| {
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let start = segment.locals.clone();
-        let told = problem.refine(
-            segment, &states[i], &simulator, &nuisances, start, LOSS, rounds,
+        let refined = problem.refine(
+            segment,
+            &states[i],
+            &simulator,
+            &nuisances,
+            start,
+            ROBUST_LOSS,
+            rounds,
         );
-        told.cost
+        refined.cost
     };
     // The state at the later one's start is no longer free.
     let unknowns = 2.0 * simulator.modes() as f64;
@@ -74,30 +81,30 @@ pub fn joins(fitted: &Fitted) -> Result<Breaks, SimError> {
         })
         .map(|i| {
             let (a, b) = (&point.segments[i - 1], &point.segments[i]);
-            // The later one no longer takes over its first readings.
-            let taken = taken_over(problem, &simulator, b);
+            // The later segment no longer starts from its first readings.
+            let taken = first_reading_correction(problem, &simulator, b);
             let apart = cost(i - 1, a, 2) + cost(i, b, 2) + taken;
-            (cost(i - 1, &joined(a, b), ROUNDS) - apart) / unknowns
+            (cost(i - 1, &joined(a, b), JOINED_FIT_STEPS) - apart) / unknowns
         })
         .filter(|rise| rise.is_finite())
         .collect();
-    if rises.len() < LEAST {
-        return Ok(Breaks::default());
+    if rises.len() < MIN_JOINS {
+        return Ok(JoinBreaks::default());
     }
     let n = rises.len() as f64;
-    let capped: f64 = rises.iter().map(|rise| rise.min(CAP)).sum();
+    let capped: f64 = rises.iter().map(|rise| rise.min(MAX_RISE_PER_JOIN)).sum();
     let sigmas = (capped - n) / (2.0 * n / unknowns).sqrt();
     rises.sort_by(f64::total_cmp);
     let worst = rises.last().copied().unwrap_or(0.0);
-    rises.truncate(rises.len() - (WORST * n).ceil() as usize);
-    // One that falls had not been told apart to the end.
+    rises.truncate(rises.len() - (TRIMMED_SHARE * n).ceil() as usize);
+    // A fall means that the separate fits had not converged.
     let beyond: f64 = rises.iter().map(|rise| rise.max(0.0) - 1.0).sum();
     let rise = unknowns * beyond;
     log::debug!("{n} joins: {sigmas:.1}, worst {worst:.1}, all {rise:.0}");
-    Ok(Breaks { sigmas, rise })
+    Ok(JoinBreaks { sigmas, rise })
 }
 
-/// Two stretches one after the other as one, from the state at the first one's start.
+/// Two consecutive segments as one, from the state at the start of the first.
 fn joined(a: &Segment, b: &Segment) -> Segment {
     let mut both = a.clone();
     both.samples = a.samples.start..b.samples.end;
@@ -123,7 +130,7 @@ mod tests {
     use crate::recording::Recording;
 
     /// Breaks of a ring-down by its closed form, with a kick to the velocity every 10 s.
-    fn of_a_ring_down(kick: f64) -> Breaks {
+    fn of_a_ring_down(kick: f64) -> JoinBreaks {
         let mut dice = ChaCha8Rng::seed_from_u64(5);
         let mut normal = || -> f64 { (0..12).map(|_| dice.random_range(-0.5..0.5)).sum() };
         let (omega, zeta): (f64, f64) = (8.6, 2e-3);
@@ -141,18 +148,18 @@ mod tests {
         ));
         let model = Preset::embedded("oscillator").unwrap().model;
         let workspace = Workspace::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
-        joins(&workspace.baseline(&model, &QUIET).unwrap()).unwrap()
+        join_breaks(&workspace.baseline(&model, &QUIET).unwrap()).unwrap()
     }
 
     #[test]
-    fn a_kick_that_hides_in_the_states_of_the_stretches_shows_where_they_join() {
-        let still = of_a_ring_down(0.0);
-        assert!(still.sigmas.abs() < 4.0, "{still:?}");
-        assert!(still.sigmas != 0.0, "there are joins");
-        // A four hundredth of the ring's speed, which the states of the stretches take over.
+    fn a_kick_absorbed_by_initial_states_shows_at_the_joins() {
+        let undisturbed = of_a_ring_down(0.0);
+        assert!(undisturbed.sigmas.abs() < 4.0, "{undisturbed:?}");
+        assert!(undisturbed.sigmas != 0.0, "there are joins");
+        // A four hundredth of the ring's speed, which the initial states absorb.
         let kicked = of_a_ring_down(2e-3);
         assert!(kicked.sigmas > 10.0, "{kicked:?}");
-        // What is broken beyond the cap is told by the rise.
+        // Breaks beyond the cap show in the rise.
         let hard = of_a_ring_down(2e-2);
         assert!(hard.rise > 20.0 * kicked.rise, "{hard:?} {kicked:?}");
         assert!(kicked.rise > 100.0, "{kicked:?}");

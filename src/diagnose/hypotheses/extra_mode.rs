@@ -1,52 +1,45 @@
-//! The hypothesis of a further mode: by a hump in the spectrum of what is left, or by a ring in it
-//! that is in step with what sets it off.
+//! Hypotheses of further modes: from a peak in the spectrum of the residuals, or from a ring in
+//! them that is in phase with its excitation. One more mode may be added to a further one, because
+//! a structure has infinitely many.
 
-use super::propose::PROMISING;
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::ModelState;
-use crate::diagnose::data::side::Split;
 use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, PhaseLockedRing};
 use crate::diagnose::discrepancy::residual_spectrum;
-use crate::diagnose::discrepancy::residual_spectrum::{BESIDE, LOWEST, SpectralPeak};
+use crate::diagnose::discrepancy::residual_spectrum::MIN_FREQUENCY;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::selection::self_ringing::{FIRST, MOST, NEXT, NOTICED};
-use crate::diagnose::shooting::fitted::{Bound, Fitted};
+use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    MODE_ALIAS_DECIDED_GAIN, MODE_ALIAS_MIN_SHARE, MODE_RING_MIN_GAIN, REFIT_MIN_SCORE,
+    SAME_MODE_FREQUENCY_SHARE,
+};
 use crate::model::Model;
-use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
-use crate::sim::SimError;
 
-/// Share of a further mode's motion at the mass, of that of all modes.
-const UNNOTICED: f64 = 0.06;
-/// Fall of chi2 by a ring that is in step with what sets it off from which it tells the mode.
-const IN_STEP: f64 = 15.0;
-/// The same from which it tells where it is, if it is read at several frequencies.
-pub const DECISIVE: f64 = 60.0;
-/// Share of the best one's fall below which another frequency is not where it is.
-pub const TOLD: f64 = 0.5;
-/// How far the frequency of a mode may move from where it was found, as shares of it.
-const NEAR: (f64, f64) = (0.9, 1.1);
-/// Frequencies that are apart by less than this share are one.
-pub const ALIKE: f64 = 0.03;
+/// Motion of a further mode at the mass, as a share of that of all modes.
+const HIDDEN_MODE_SHARE: f64 = 0.06;
+
+/// Bounds of a mode's frequency, relative to where it was found.
+const FREQUENCY_BOUND_FACTORS: (f64, f64) = (0.9, 1.1);
 
 /// The hypothesis of a further mode, if there is a sign of one.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn further(
+pub fn extra_mode_hypothesis(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     spec: &'static EffectSpec,
 ) -> Result<Option<Hypothesis>, DiagnoseError> {
-    let model = &stand.train.model;
-    let blows = ImpactExcitations::new(&workspace.train, &stand.train)?;
-    let hump = residual_spectrum::find(&stand.train)?
-        .filter(|ring| ring.significance > residual_spectrum::HUMP);
-    // A mass-normalised shape is of the order of the structure's own; but a mode that
-    // has gone unnoticed hardly moves the mass.
+    let model = &state.train.model;
+    let excitations = ImpactExcitations::new(&workspace.train, &state.train)?;
+    let peak = residual_spectrum::strongest_peak(&state.train)?
+        .filter(|ring| ring.significance > crate::diagnose::thresholds::PEAK_MIN_SIGNIFICANCE);
+    // A mass-normalised shape is of the order of the structure's own, but an unnoticed mode
+    // hardly moves the mass.
     let usual = model.structure().mobility().sqrt();
-    // One more is looked for where this one has shown up.
+    // A second mode is searched for once this one is established.
     let with = |own: [f64; 5]| ActiveEffect {
         spec,
         values: own
@@ -54,39 +47,41 @@ pub fn further(
             .chain([own[0], 0.01, 0.0, 0.0, 0.0])
             .collect(),
     };
-    let rate = residual_spectrum::slowest_rate(&stand.train).unwrap_or(f64::INFINITY);
-    let near = |f: f64| near_mode(spec, [0, 1], f, rate).to_vec();
-    let in_step = |ring: &PhaseLockedRing| (with(told_by(ring, model)), near(ring.frequency));
-    // Between the samples it may have swung further.
+    let rate = residual_spectrum::slowest_rate(&state.train).unwrap_or(f64::INFINITY);
+    let near = |f: f64| mode_bounds(spec, [0, 1], f, rate).to_vec();
+    let in_step = |ring: &PhaseLockedRing| (with(mode_of_ring(ring, model)), near(ring.frequency));
+    // By aliasing, the true frequency may be higher.
     let (_, quickest) = spec.parameters[0].range;
     let mut places = Vec::new();
-    if let Some(hump) = &hump {
-        let (p, c) = hump.shape;
-        let size = usual * (UNNOTICED / p.abs().max(UNNOTICED));
-        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
-        let place = |f: f64| match struck_near(&blows, f) {
+    if let Some(peak) = &peak {
+        let (p, c) = peak.shape;
+        let size = usual * (HIDDEN_MODE_SHARE / p.abs().max(HIDDEN_MODE_SHARE));
+        let all = std::iter::once(peak.frequency).chain(peak.aliases());
+        let place = |f: f64| match ring_near(&excitations, f) {
             Some(ring) => (ring.gain, in_step(&ring)),
             None => (0.0, (with([f, 0.01, size * c, size * p, 0.0]), near(f))),
         };
         places.extend(all.filter(|f| *f < quickest).map(place));
     }
-    let struck = blows.outstanding(quickest);
+    let in_phase = excitations.strongest(quickest);
     let known = |ring: &PhaseLockedRing| {
         let mut all = places.iter();
-        all.any(|(_, (start, _))| (start.values[0] / ring.frequency).ln().abs() < ALIKE)
+        all.any(|(_, (start, _))| {
+            (start.values[0] / ring.frequency).ln().abs() < SAME_MODE_FREQUENCY_SHARE
+        })
     };
-    if let Some(ring) = struck.as_ref().filter(|ring| !known(ring)) {
+    if let Some(ring) = in_phase.as_ref().filter(|ring| !known(ring)) {
         places.push((ring.gain, in_step(ring)));
     }
     places.sort_by(|a, b| b.0.total_cmp(&a.0));
     let best = places.first().map_or(0.0, |place| place.0);
-    if best > DECISIVE {
-        places.retain(|place| place.0 > TOLD * best);
+    if best > MODE_ALIAS_DECIDED_GAIN {
+        places.retain(|place| place.0 > MODE_ALIAS_MIN_SHARE * best);
     }
-    let gain = hump
+    let gain = peak
         .map(|h| h.gain)
         .into_iter()
-        .chain(struck.map(|s| s.gain));
+        .chain(in_phase.map(|s| s.gain));
     let gain = gain.fold(0.0, f64::max);
     let mut places = places.into_iter().map(|place| place.1);
     let Some((start, bounds)) = places.next() else {
@@ -99,32 +94,35 @@ pub fn further(
         cold_start: None,
         shape: own_ids(spec, &[5, 6, 7, 8]),
         bounds,
-        predicted_gain: gain.max(2.0 * PROMISING),
+        predicted_gain: gain.max(2.0 * REFIT_MIN_SCORE),
         look_elsewhere: false,
         sequential_time: false,
         estimated_on_held_out: None,
     }))
 }
 
-/// The ring near `frequency` \[Hz\] that is in step with `blows`, if one is.
-pub fn struck_near(blows: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
-    let ring = blows.near(frequency, residual_spectrum::SPACING);
-    ring.filter(|ring| ring.gain > IN_STEP)
+/// The ring near `frequency` \[Hz\] that is in phase with `excitations`, if there is one.
+pub fn ring_near(excitations: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
+    let ring = excitations.best_near(frequency, residual_spectrum::FREQUENCY_SPACING);
+    ring.filter(|ring| ring.gain > MODE_RING_MIN_GAIN)
 }
 
-/// Frequency, damping and shapes of a further mode of `model` that rings like `ring`.
-pub fn told_by(ring: &PhaseLockedRing, model: &Model) -> [f64; 5] {
-    ring.mode(model, UNNOTICED * model.structure().mobility().sqrt())
+/// Frequency, damping ratio and shapes of a further mode of `model` that rings like `ring`.
+pub fn mode_of_ring(ring: &PhaseLockedRing, model: &Model) -> [f64; 5] {
+    ring.mode(
+        model,
+        HIDDEN_MODE_SHARE * model.structure().mobility().sqrt(),
+    )
 }
 
-/// Bounds of a mode near `f` \[Hz\] whose frequency and damping are those parameters of `spec`, of
-/// recordings sampled at `rate` \[Hz\]: one that is free to be slow and dead would pass for any
-/// other force, and so would one that is read as slow.
-pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bound; 2] {
-    let (mut low, mut high) = (NEAR.0 * f, NEAR.1 * f);
+/// Bounds of the frequency and damping ratio, the parameters `which` of `spec`, of a mode near `f`
+/// \[Hz\] in recordings sampled at `rate` \[Hz\]. A mode that is free to become slow and
+/// overdamped could imitate any force, and so could one that appears slow by aliasing.
+pub fn mode_bounds(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bound; 2] {
+    let (mut low, mut high) = (FREQUENCY_BOUND_FACTORS.0 * f, FREQUENCY_BOUND_FACTORS.1 * f);
     let turns = (f / rate).round() * rate;
     if turns > 0.0 {
-        let slow = NEAR.0 * LOWEST;
+        let slow = FREQUENCY_BOUND_FACTORS.0 * MIN_FREQUENCY;
         if f < turns {
             high = high.min(turns - slow).max(f);
         } else {
@@ -136,115 +134,15 @@ pub fn near_mode(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bo
     bounds.map(|bound| (ids.next().unwrap_or_default(), bound))
 }
 
-/// The hypothesis `known`, a further mode as fitted, with one more of which `fitted`, of the
-/// recordings of `side`, leaves a hump, or that rings in step with what sets it off; `None` if it
-/// leaves none.
-///
-/// # Errors
-/// [`SimError`] if the model makes no sense.
-pub fn one_more(
-    side: &Split,
-    known: Hypothesis,
-    fitted: &Fitted,
-) -> Result<Option<Hypothesis>, SimError> {
-    let blows = ImpactExcitations::new(side, fitted)?;
-    let told = |ring: PhaseLockedRing| (ring.gain, told_by(&ring, &fitted.model));
-    let hump = residual_spectrum::find(fitted)?.filter(|r| r.significance > NOTICED);
-    let (_, quickest) = EFFECT.parameters[OF_ONE].range;
-    let signs = Signs {
-        rate: residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY),
-        hump,
-        outstanding: blows.outstanding(quickest).map(told),
-        near: &|frequency| struck_near(&blows, frequency).map(told),
-    };
-    Ok(beside(known, &signs))
-}
-
-/// A line about one more mode beside a further one, if there is one.
-pub fn beside_it(effect: &ActiveEffect) -> Option<String> {
-    let f = frequency_beside(effect)?;
-    Some(format!(
-        "one more mode goes with it, at {:.1} kHz; its coupling to the drive is hardly told apart from its shapes, and is kept as it was first found",
-        1e-3 * f
-    ))
-}
-
-/// Frequency of one more mode \[Hz\].
-pub(crate) fn frequency_beside(effect: &ActiveEffect) -> Option<f64> {
-    (*effect.spec == EFFECT && effect.bears(OF_ONE)).then(|| effect.values[OF_ONE])
-}
-
-/// What a ring in step with what sets it off brings, and the mode it is of.
-pub(crate) type Told = (f64, [f64; OF_ONE]);
-
-/// Signs of one more mode.
-pub(crate) struct Signs<'a> {
-    /// At which the recordings are sampled \[Hz\].
-    rate: f64,
-    hump: Option<SpectralPeak>,
-    /// The ring in step that stands out.
-    outstanding: Option<Told>,
-    /// The one near a frequency \[Hz\].
-    near: &'a dyn Fn(f64) -> Option<Told>,
-}
-
-/// `known` with one more mode, of which there are those signs.
-pub(crate) fn beside(known: Hypothesis, signs: &Signs<'_>) -> Option<Hypothesis> {
-    let spec = known.start.spec;
-    let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
-    // From the proof mass alone nothing is seen of the cantilever.
-    let size = known.start.values[2].abs().max(known.start.values[3].abs());
-    let read = |hump: &SpectralPeak| {
-        let (p, c) = hump.shape;
-        let all = std::iter::once(hump.frequency).chain(hump.mirrors());
-        let one = move |place| {
-            // Its shape goes into the readings times what it is driven by, impacts and film apart.
-            let read = [place, 0.02, FIRST * size * c, FIRST * size * p, size];
-            (signs.near)(place).unwrap_or((0.0, read))
-        };
-        all.map(one).collect()
-    };
-    let mut places: Vec<Told> = signs.hump.as_ref().map_or(Vec::new(), read);
-    places.extend(signs.outstanding);
-    let apart = |other: f64| other > BESIDE * f || BESIDE * other < f;
-    places.retain(|place| apart(place.1[0]) && place.1[0] < quickest);
-    // Where one frequency is read as several, modes are most likely neighbours.
-    let unlikely = |own: &Told| (own.1[0] / (NEXT * f)).ln().abs();
-    places.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
-    // But the phase in which it begins tells them apart.
-    let best = places.iter().map(|p| p.0).fold(0.0, f64::max);
-    if best > DECISIVE {
-        places.retain(|place| place.0 > TOLD * best);
-        places.sort_by(|a, b| b.0.total_cmp(&a.0));
-    }
-    // One that stands out may be the hump's as well.
-    places.dedup_by(|a, b| (a.1[0] / b.1[0]).ln().abs() < ALIKE);
-    let at = |(_, own): Told| {
-        let mut start = known.start.clone();
-        start.values[OF_ONE..].copy_from_slice(&own);
-        let mut bounds = known.bounds.clone();
-        bounds.extend(near_mode(spec, [5, 6], own[0], signs.rate));
-        (start, bounds)
-    };
-    let mut all = places.into_iter().take(MOST).map(at);
-    let (start, bounds) = all.next()?;
-    Some(Hypothesis {
-        start,
-        bounds,
-        alternative_starts: all.collect(),
-        ..known
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::extra_mode::*;
     use crate::model::effects::extra_mode::EFFECT;
 
     #[test]
-    fn a_mode_does_not_move_to_where_it_is_read_as_slow() {
+    fn a_mode_does_not_move_to_where_its_alias_is_slow() {
         let frequencies = |f: f64, rate: f64, (low, high): (f64, f64)| {
-            let found = near_mode(&EFFECT, [0, 1], f, rate)[0].1;
+            let found = mode_bounds(&EFFECT, [0, 1], f, rate)[0].1;
             let off = (found.0 - low).abs().max((found.1 - high).abs());
             assert!(off < 1e-6, "{f}: {found:?}");
         };
@@ -254,155 +152,5 @@ mod tests {
         frequencies(48.5e3, 50e3, (43.65e3, 48.65e3));
         frequencies(26.5e3, 25e3, (26.35e3, 29.15e3));
         frequencies(60e3, 50e3, (54e3, 66e3));
-    }
-}
-
-#[cfg(test)]
-mod neighbour_tests {
-    use super::*;
-    use crate::diagnose::discrepancy::residual_spectrum::SpectralPeak;
-    use crate::model::effects::find;
-
-    const RATE: f64 = 50e3;
-
-    fn known(f: f64) -> Hypothesis {
-        let start = ActiveEffect {
-            spec: &EFFECT,
-            values: vec![f, 0.02, -6e4, 3e3, 5e4, f, 0.01, 0.0, 0.0, 0.0],
-        };
-        Hypothesis {
-            bounds: near_mode(start.spec, [0, 1], f, RATE).to_vec(),
-            free: vec!["extra_mode.f".to_owned()],
-            start,
-            alternative_starts: Vec::new(),
-            cold_start: None,
-            shape: Vec::new(),
-            predicted_gain: 0.0,
-            look_elsewhere: false,
-            sequential_time: false,
-            estimated_on_held_out: None,
-        }
-    }
-
-    fn hump(frequency: f64) -> SpectralPeak {
-        SpectralPeak {
-            frequency,
-            rate: RATE,
-            shape: (0.1, 0.995),
-            significance: 10.0,
-            gain: 100.0,
-        }
-    }
-
-    /// A mode at `f` \[Hz\] with one more, of which a hump alone tells.
-    fn read(f: f64, there: f64) -> Option<Hypothesis> {
-        beside(known(f), &told(Some(hump(there)), None, &|_| None))
-    }
-
-    fn told(
-        hump: Option<SpectralPeak>,
-        outstanding: Option<Told>,
-        near: &dyn Fn(f64) -> Option<Told>,
-    ) -> Signs<'_> {
-        Signs {
-            rate: RATE,
-            hump,
-            outstanding,
-            near,
-        }
-    }
-
-    #[test]
-    fn a_neighbour_is_looked_for_first() {
-        let both = read(19.2e3, 10.8e3).unwrap();
-        let f2 = |effect: &ActiveEffect| effect.values[OF_ONE];
-        assert_eq!(f2(&both.start), 39.2e3);
-        assert_eq!(both.alternative_starts.len(), MOST - 1);
-        assert_eq!(f2(&both.alternative_starts[0].0), 60.8e3);
-        // Each keeps to its place, and the mode that is known to its own.
-        for bounds in [&both.bounds, &both.alternative_starts[0].1] {
-            assert_eq!(bounds.len(), 4);
-            assert_eq!(bounds[0].1, (0.9 * 19.2e3, 1.1 * 19.2e3));
-        }
-        assert_eq!(both.bounds[2].0, "extra_mode.f2");
-        assert_eq!(
-            both.start.values[..OF_ONE],
-            known(19.2e3).start.values[..OF_ONE]
-        );
-    }
-
-    #[test]
-    fn from_the_proof_mass_alone_it_has_a_shape_there() {
-        let mut known = known(19.2e3);
-        known.start.values[2] = 0.0;
-        let shape = (1.0, 0.0);
-        let seen = SpectralPeak {
-            shape,
-            ..hump(10.8e3)
-        };
-        let both = beside(known, &told(Some(seen), None, &|_| None));
-        let both = both.unwrap().start;
-        assert!(frequency_beside(&both).is_some());
-        assert!(both.values[9] != 0.0, "nothing drives it");
-    }
-
-    #[test]
-    fn what_stands_beside_the_known_mode_is_looked_for_at_its_mirrors() {
-        let both = read(10.5e3, 10.8e3).unwrap();
-        assert_eq!(both.start.values[OF_ONE], 39.2e3);
-    }
-
-    #[test]
-    fn the_phase_in_which_it_begins_tells_where_it_is() {
-        let at = |gain: f64, place: f64| (gain, [place, 0.008, -3e4, 2e3, -7e4]);
-        let with = |far: f64, near: f64| {
-            let struck = |f: f64| match f {
-                60.8e3 => Some(at(far, f)),
-                39.2e3 => Some(at(near, f)),
-                _ => None,
-            };
-            let signs = told(Some(hump(10.8e3)), None, &struck);
-            beside(known(19.2e3), &signs).unwrap()
-        };
-        let far = with(500.0, 100.0);
-        assert_eq!(far.start.values[OF_ONE..], at(0.0, 60.8e3).1);
-        assert!(far.alternative_starts.is_empty());
-        // Where both may be, what brings more comes first; where little tells, the neighbour.
-        let both = with(500.0, 300.0);
-        assert_eq!(both.start.values[OF_ONE], 60.8e3);
-        assert_eq!(both.alternative_starts[0].0.values[OF_ONE], 39.2e3);
-        assert_eq!(with(40.0, 20.0).start.values[OF_ONE], 39.2e3);
-    }
-
-    #[test]
-    fn one_that_stands_out_needs_no_hump() {
-        let out = (160.0, [38.5e3, 0.008, -6e4, 3e3, -7e4]);
-        let alone = told(None, Some(out), &|_| None);
-        let alone = beside(known(19.2e3), &alone).unwrap();
-        assert_eq!(alone.start.values[OF_ONE..], out.1);
-        assert!(alone.alternative_starts.is_empty());
-        // It may be the hump's.
-        let struck = |f: f64| (f == 39.2e3).then_some((150.0, [38.6e3, 0.008, -6e4, 3e3, -7e4]));
-        let both = told(Some(hump(10.8e3)), Some(out), &struck);
-        assert!(
-            beside(known(19.2e3), &both)
-                .unwrap()
-                .alternative_starts
-                .is_empty()
-        );
-        // The mode that is known is none beside it.
-        let same = told(None, Some((160.0, [19.0e3; OF_ONE])), &|_| None);
-        assert!(beside(known(19.2e3), &same).is_none());
-        assert!(beside(known(19.2e3), &told(None, None, &|_| None)).is_none());
-    }
-
-    #[test]
-    fn what_is_not_there_is_not_told() {
-        let one = known(19.2e3).start;
-        assert_eq!(beside_it(&one), None);
-        let two = read(19.2e3, 10.8e3).unwrap().start;
-        assert!(beside_it(&two).unwrap().contains("39.2 kHz"));
-        let other = ActiveEffect::new(find("hysteresis_memory").unwrap());
-        assert!(beside_it(&other).is_none());
     }
 }

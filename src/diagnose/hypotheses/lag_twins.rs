@@ -1,11 +1,14 @@
-//! A late reading or a late drive: in flight the two look alike. Where the mass strikes the
-//! ground they do not: a lag of the reading rounds the kink of the motion off, one of the drive
-//! leaves it.
+//! Lag of the sensor or of the amplifier: in flight the two look alike. At impacts they do not: a
+//! lag of the sensor rounds the kink of the motion, a lag of the drive leaves it sharp.
 
 use crate::diagnose::contact::event_readings::around_events;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::shooting::fitted::{Fitted, taken_over};
+use crate::diagnose::shooting::fitted::{Fitted, first_reading_correction};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    LAG_TWINS_MAX_CHI2, LAG_TWINS_MAX_CONTRARY, LAG_TWINS_MIN_GAIN, LAG_TWINS_MIN_VOTE,
+    LAG_TWINS_MIN_VOTES,
+};
 use crate::fit::problem::Problem;
 use crate::fit::problem::huber::Huber;
 use crate::fit::problem::prepare::Prepared;
@@ -14,47 +17,38 @@ use crate::fit::segment::{JointKind, Segment};
 use crate::fit::solve::point::{Point, residuals_at, settle};
 use crate::model::effects::twin_in_flight;
 
-/// Residuals beyond this many standard deviations count in proportion.
-const LOSS: Huber = Huber(4.0);
-/// Steps of a stretch from where the other model has it.
-const STEPS: usize = 8;
-/// Mean square of the residuals from which a stretch is misread.
-const POOR: f64 = 1.4;
-/// Most events and edges of the drive in a stretch: where more happen, either fit may lose its
-/// way among them.
-const MANY: usize = 3;
-/// What flights hardly tell.
-const SHARED: &str = "drive_p";
-/// Where it is looked for to either side, in its coordinate, and how well it is to be known.
-const LOOK: f64 = 0.1;
-const LOOKS: i32 = 5;
-const LAST_STEP: f64 = 2e-3;
-/// Mean square of the residuals that no stretch counts for more than in it.
-const ASTRAY: f64 = 20.0;
-/// No stretch counts for more than this.
-const CAP: f64 = 30.0;
-/// Nor does one tell anything by less than this.
-const TELLING: f64 = 8.0;
-/// Fall of all together from which they tell.
-const LEAST: f64 = 40.0;
-/// Fewest that must: one or two may have been misread.
-const SOME: usize = 3;
-/// Share of those telling that may tell the contrary.
-const AGAINST: f64 = 0.2;
+/// Residuals beyond this many standard deviations count linearly.
+const IMPACT_LOSS: Huber = Huber(4.0);
+/// Iterations of a segment from where the other model has it.
+const LOCAL_FIT_STEPS: usize = 8;
+
+/// Most events and edges of the drive in a segment: with more, either fit may go astray.
+const MAX_JOINTS: usize = 3;
+/// Id of the parameter that flight hardly determines.
+const DRIVE_SHARE_ID: &str = "drive_p";
+/// Step of the search to either side, in its coordinate.
+const SEARCH_STEP: f64 = 0.1;
+/// Number of those steps.
+const SEARCH_STEPS: i32 = 5;
+/// Step at which the search ends.
+const SEARCH_TOLERANCE: f64 = 2e-3;
+/// Largest chi2 per value of a segment in that search.
+const MAX_SEARCH_CHI2: f64 = 20.0;
+/// Largest contribution of a segment to the comparison.
+const MAX_SEGMENT_FALL: f64 = 30.0;
 
 /// Whether `a` and `b` are the two that look alike in flight.
-pub fn looks_like(a: &str, b: &str) -> bool {
+pub fn are_lag_twins(a: &str, b: &str) -> bool {
     twin(a) == Some(b)
 }
 
-/// The one of the two that `id` is not, if it is one of them.
+/// The other one of the two, if `id` is one of them.
 pub fn twin(id: &str) -> Option<&'static str> {
     twin_in_flight(id).map(|twin| twin.id)
 }
 
-/// Which of two fits the stretches around bounces and landings tell for, and by how much less
-/// they cost with it: above 0 it is `b`, below `a`, each a fit to the recordings fitted and that
-/// to those kept out.
+/// Compares two fits by the segments around bounces and landings: a positive fall of chi2 favours
+/// `b`, a negative one `a`. Each is a fit to the fitted recordings and that to the held-out ones.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
@@ -62,36 +56,36 @@ pub fn compare_around_impacts(
     workspace: &Workspace,
     a: (&Fitted, Option<&Fitted>),
     b: (&Fitted, Option<&Fitted>),
-) -> Result<Told, DiagnoseError> {
+) -> Result<ImpactComparison, DiagnoseError> {
     let (a, b) = (
-        shared(around(workspace, a)?)?,
-        shared(around(workspace, b)?)?,
+        with_best_drive_share(impact_segments(workspace, a)?)?,
+        with_best_drive_share(impact_segments(workspace, b)?)?,
     );
     let mut falls = Vec::new();
     for (a, b) in a.iter().zip(&b) {
-        falls.extend(side_falls(a, b)?);
+        falls.extend(cost_falls(a, b)?);
     }
     log::debug!("around bounces: {falls:.0?}");
-    Ok(verdict(&falls))
+    Ok(combine_falls(&falls))
 }
 
-/// What stretches around bounces tell.
+/// Result of the comparison around impacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Told {
-    /// By how much less they cost with the second of two fits than with the first.
+pub struct ImpactComparison {
+    /// Fall of chi2 from the first to the second fit.
     pub fall: f64,
-    /// Whether that is sure, and they tell it with one voice.
+    /// Whether it is decisive and the segments agree.
     pub sure: bool,
 }
 
-/// A side's short stretches, as a fit tells them.
-type Around = (Prepared, Point);
+/// Short segments around impacts of one split, with their fit.
+type ImpactSegments = (Prepared, Point);
 
-/// Those of both sides.
-fn around(
+/// Those of both splits.
+fn impact_segments(
     workspace: &Workspace,
     (train, held_out): (&Fitted, Option<&Fitted>),
-) -> Result<Vec<Around>, DiagnoseError> {
+) -> Result<Vec<ImpactSegments>, DiagnoseError> {
     let mut all = vec![around_events(workspace, &workspace.train, train)?];
     if let (Some(side), Some(fitted)) = (&workspace.held_out, held_out) {
         all.push(around_events(workspace, side, fitted)?);
@@ -99,16 +93,16 @@ fn around(
     Ok(all)
 }
 
-/// The same where the drive is shared between the points as suits the bounces best. In flight
-/// the further mode may swing as it does by a strong drive on a small shape or by a weak one on a
-/// large one; only how hard a blow rings it tells which.
-fn shared(all: Vec<Around>) -> Result<Vec<Around>, DiagnoseError> {
-    let place = |(prepared, _): &Around| prepared.problem.space.position(SHARED);
+/// The same with the drive shared between the modes as fits the bounces best. In flight a further
+/// mode may move alike by a strong drive on a small shape or a weak one on a large shape; only its
+/// excitation by impacts distinguishes them.
+fn with_best_drive_share(all: Vec<ImpactSegments>) -> Result<Vec<ImpactSegments>, DiagnoseError> {
+    let place = |(prepared, _): &ImpactSegments| prepared.problem.space.position(DRIVE_SHARE_ID);
     let places: Option<Vec<usize>> = all.iter().map(place).collect();
     let Some(places) = places else {
         return Ok(all);
     };
-    // Each from where the stretches were found best.
+    // Each from the best segments found so far.
     let from = |points: &[Point], away: f64| -> Result<(f64, Vec<Point>), DiagnoseError> {
         let own = all.iter().zip(points).zip(&places);
         let (mut sum, mut points) = (0.0, Vec::with_capacity(all.len()));
@@ -116,12 +110,19 @@ fn shared(all: Vec<Around>) -> Result<Vec<Around>, DiagnoseError> {
             let problem = &prepared.problem;
             let mut x = point.x.clone();
             x[*k] += away;
-            let asked = asked(point, bounces);
-            let point = settle(problem, &x, &point.segments, &asked, LOSS, STEPS)?;
+            let asked = eligible_segments(point, has_bounce);
+            let point = settle(
+                problem,
+                &x,
+                &point.segments,
+                &asked,
+                IMPACT_LOSS,
+                LOCAL_FIT_STEPS,
+            )?;
             let costs = costs_at(problem, &point, &asked)?;
             let own = costs.into_iter().zip(&point.segments).zip(&asked);
             for ((cost, segment), _) in own.filter(|(_, asked)| **asked) {
-                sum += cost.min(ASTRAY * problem.rows(segment).len() as f64);
+                sum += cost.min(MAX_SEARCH_CHI2 * problem.rows(segment).len() as f64);
             }
             points.push(point);
         }
@@ -131,19 +132,19 @@ fn shared(all: Vec<Around>) -> Result<Vec<Around>, DiagnoseError> {
     let lower = |a: (f64, Vec<Point>), b: (f64, Vec<Point>)| if b.0 < a.0 { b } else { a };
     let mut best = from(&begun, 0.0)?;
     let first = best.0;
-    // Stretches may settle otherwise from elsewhere: all of it is looked over first.
-    for k in 1..=LOOKS {
-        let away = f64::from(k) * LOOK;
+    // Segments may settle elsewhere, so the whole range is scanned first.
+    for k in 1..=SEARCH_STEPS {
+        let away = f64::from(k) * SEARCH_STEP;
         best = lower(lower(best, from(&begun, away)?), from(&begun, -away)?);
     }
-    let mut step = 0.5 * LOOK;
-    while step > LAST_STEP {
+    let mut step = 0.5 * SEARCH_STEP;
+    while step > SEARCH_TOLERANCE {
         let both = [from(&best.1, step)?, from(&best.1, -step)?];
         best = both.into_iter().fold(best, lower);
         step *= 0.5;
     }
     log::debug!(
-        "{first:.0} around bounces, {:.0} with another {SHARED}",
+        "{first:.0} around bounces, {:.0} with another {DRIVE_SHARE_ID}",
         best.0
     );
     let own = all.into_iter().zip(best.1);
@@ -154,87 +155,101 @@ fn shared(all: Vec<Around>) -> Result<Vec<Around>, DiagnoseError> {
     Ok(moved.collect())
 }
 
-/// Which stretches of a side may tell, by what happens in them.
-fn asked(point: &Point, tells: fn(&Segment) -> bool) -> Vec<bool> {
+/// The segments that are used and satisfy `tells`.
+fn eligible_segments(point: &Point, tells: fn(&Segment) -> bool) -> Vec<bool> {
     let all = point.segments.iter().zip(&point.used);
     all.map(|(segment, used)| *used && tells(segment)).collect()
 }
 
-/// What the falls of single stretches say together.
-fn verdict(falls: &[f64]) -> Told {
-    let fall: f64 = falls.iter().map(|fall| fall.clamp(-CAP, CAP)).sum();
-    let telling = falls.iter().filter(|fall| fall.abs() > TELLING);
+/// Combines the falls of single segments.
+fn combine_falls(falls: &[f64]) -> ImpactComparison {
+    let fall: f64 = falls
+        .iter()
+        .map(|fall| fall.clamp(-MAX_SEGMENT_FALL, MAX_SEGMENT_FALL))
+        .sum();
+    let telling = falls.iter().filter(|fall| fall.abs() > LAG_TWINS_MIN_VOTE);
     let against = telling.clone().filter(|own| **own * fall < 0.0).count();
-    let one_voice = against as f64 <= AGAINST * telling.clone().count() as f64;
-    let some = telling.count() >= SOME;
-    let sure = fall.abs() > LEAST && some && one_voice;
-    Told { fall, sure }
+    let one_voice = against as f64 <= LAG_TWINS_MAX_CONTRARY * telling.clone().count() as f64;
+    let some = telling.count() >= LAG_TWINS_MIN_VOTES;
+    let sure = fall.abs() > LAG_TWINS_MIN_GAIN && some && one_voice;
+    ImpactComparison { fall, sure }
 }
 
-/// By how much less each stretch around bounces costs with `b` than with `a`, where one of
-/// them comes near it.
-fn side_falls(a: &Around, b: &Around) -> Result<Vec<f64>, DiagnoseError> {
-    // Each may have lost its way in a stretch where the other has not.
-    let (of_a, of_b) = (costs(a, &b.1)?, costs(b, &a.1)?);
+/// Fall of each segment's cost around impacts from `a` to `b`, where one of them describes it.
+fn cost_falls(a: &ImpactSegments, b: &ImpactSegments) -> Result<Vec<f64>, DiagnoseError> {
+    // Either may have gone astray in a segment where the other has not.
+    let (of_a, of_b) = (impact_costs(a, &b.1)?, impact_costs(b, &a.1)?);
     let own = a.1.segments.iter().zip(of_a);
     let pairs = own
-        .filter(|(s, _)| strikes(s))
+        .filter(|(s, _)| has_impact(s))
         .filter_map(|(segment, of_a)| {
-            let k = b.1.segments.iter().position(|s| same(s, segment))?;
+            let k = b.1.segments.iter().position(|s| same_segment(s, segment))?;
             let rows = a.0.problem.rows(segment).len();
-            let near = of_a.min(of_b[k]) < POOR * rows as f64;
+            let near = of_a.min(of_b[k]) < LAG_TWINS_MAX_CHI2 * rows as f64;
             near.then_some(of_a - of_b[k])
         });
     Ok(pairs.collect())
 }
 
-fn same(a: &Segment, b: &Segment) -> bool {
+fn same_segment(a: &Segment, b: &Segment) -> bool {
     (a.recording, &a.samples, a.joints.len()) == (b.recording, &b.samples, b.joints.len())
 }
 
-/// Whether the mass bounces in a stretch, and little else happens in it.
-fn bounces(segment: &Segment) -> bool {
-    happens(segment, |kind| matches!(kind, GroundEvent::Bounce { .. }))
+/// Whether the mass bounces in a segment, and little else happens in it.
+fn has_bounce(segment: &Segment) -> bool {
+    has_event(segment, |kind| matches!(kind, GroundEvent::Bounce { .. }))
 }
 
 /// The same, or lands.
-fn strikes(segment: &Segment) -> bool {
-    happens(segment, |kind| {
+fn has_impact(segment: &Segment) -> bool {
+    has_event(segment, |kind| {
         matches!(kind, GroundEvent::Bounce { .. } | GroundEvent::Touch)
     })
 }
 
-/// Whether one of some kinds of events happens in a stretch, and little else.
-fn happens(segment: &Segment, wanted: fn(&GroundEvent) -> bool) -> bool {
+/// Whether an event of the wanted kind happens in a segment, and little else.
+fn has_event(segment: &Segment, wanted: fn(&GroundEvent) -> bool) -> bool {
     let event = |k: &JointKind| matches!(k, JointKind::Event(kind) if wanted(kind));
-    segment.joints.len() <= MANY && segment.joints.iter().any(|j| event(&j.what))
+    segment.joints.len() <= MAX_JOINTS && segment.joints.iter().any(|j| event(&j.what))
 }
 
-/// Cost of each stretch in which the mass strikes the ground, from where it is and from where
-/// `other` has it, whichever is less.
-fn costs((prepared, point): &Around, other: &Point) -> Result<Vec<f64>, DiagnoseError> {
+/// Cost of each segment with an impact, from its own initial state or from that of `other`,
+/// whichever is less.
+fn impact_costs(
+    (prepared, point): &ImpactSegments,
+    other: &Point,
+) -> Result<Vec<f64>, DiagnoseError> {
     let mut segments = point.segments.clone();
     for segment in &mut segments {
-        if let Some(there) = other.segments.iter().find(|s| same(s, segment)) {
+        if let Some(there) = other.segments.iter().find(|s| same_segment(s, segment)) {
             segment.locals.clone_from(&there.locals);
         }
     }
     let problem = &prepared.problem;
-    let asked = asked(point, strikes);
-    let settled = |segments: &[Segment]| settle(problem, &point.x, segments, &asked, LOSS, STEPS);
+    let asked = eligible_segments(point, has_impact);
+    let settled = |segments: &[Segment]| {
+        settle(
+            problem,
+            &point.x,
+            segments,
+            &asked,
+            IMPACT_LOSS,
+            LOCAL_FIT_STEPS,
+        )
+    };
     let here = costs_at(problem, &settled(&point.segments)?, &asked)?;
     let there = costs_at(problem, &settled(&segments)?, &asked)?;
     Ok(here.into_iter().zip(there).map(|(a, b)| a.min(b)).collect())
 }
 
-/// Cost of each stretch of those `asked`; infinite elsewhere.
+/// Cost of each of the `asked` segments; infinite for the others.
 fn costs_at(problem: &Problem, point: &Point, asked: &[bool]) -> Result<Vec<f64>, DiagnoseError> {
     let simulator = problem.simulator(&point.x)?;
     let all = residuals_at(problem, point, |i, _| asked[i])?;
     let one = |(segment, r): (&Segment, Option<Vec<f64>>)| {
         r.map_or(f64::INFINITY, |r| {
-            let cost: f64 = r.iter().map(|r| LOSS.cost(*r)).sum();
-            cost + taken_over(problem, &simulator, segment)
+            let cost: f64 = r.iter().map(|r| IMPACT_LOSS.cost(*r)).sum();
+            cost + first_reading_correction(problem, &simulator, segment)
         })
     };
     Ok(point.segments.iter().zip(all).map(one).collect())
@@ -251,27 +266,27 @@ mod tests {
     use crate::model::with_effect;
 
     #[test]
-    fn bounces_tell_only_with_one_voice() {
-        let told = |falls: &[f64], fall: f64, sure: bool| {
-            assert_eq!(verdict(falls), Told { fall, sure });
+    fn bounces_decide_only_if_they_agree() {
+        let check = |falls: &[f64], fall: f64, sure: bool| {
+            assert_eq!(combine_falls(falls), ImpactComparison { fall, sure });
         };
-        told(&[], 0.0, false);
-        told(&[1.0, -2.0, 7.0, 3.0], 9.0, false);
-        told(&[25.0, 20.0, 500.0, -1.0], 74.0, true);
+        check(&[], 0.0, false);
+        check(&[1.0, -2.0, 7.0, 3.0], 9.0, false);
+        check(&[25.0, 20.0, 500.0, -1.0], 74.0, true);
         // Two may have been misread.
-        told(&[25.0, 3.0, 500.0, -1.0], 57.0, false);
-        told(&[-25.0, -20.0, -15.0, -9.0, -12.0, 9.0], -72.0, true);
-        told(&[25.0, 20.0, 30.0, -20.0], 55.0, false);
+        check(&[25.0, 3.0, 500.0, -1.0], 57.0, false);
+        check(&[-25.0, -20.0, -15.0, -9.0, -12.0, 9.0], -72.0, true);
+        check(&[25.0, 20.0, 30.0, -20.0], 55.0, false);
     }
 
     #[test]
-    fn only_lags_of_the_reading_and_of_the_drive_look_alike() {
-        assert!(looks_like("sensor_lag", "amplifier_lag"));
-        assert!(looks_like("amplifier_lag", "sensor_lag"));
-        assert!(!looks_like("sensor_lag", "sensor_lag"));
+    fn only_lags_of_sensor_and_amplifier_are_twins() {
+        assert!(are_lag_twins("sensor_lag", "amplifier_lag"));
+        assert!(are_lag_twins("amplifier_lag", "sensor_lag"));
+        assert!(!are_lag_twins("sensor_lag", "sensor_lag"));
         assert_eq!(twin("sensor_lag"), Some("amplifier_lag"));
         assert_eq!(twin("piezo_creep"), None);
-        assert!(!looks_like("sensor_lag", "piezo_creep"));
+        assert!(!are_lag_twins("sensor_lag", "piezo_creep"));
     }
 
     /// The paper's device with value `which` of the effect `id`, all its others zero.
@@ -288,41 +303,43 @@ mod tests {
         test_support::bench_of(concealed, &drives, 25e3, 50e-9)
     }
 
-    /// What the bounces tell of a device with the lag `concealed`: below 0 that it is the
+    /// Fall of chi2 around the bounces of a device with the lag `concealed`: below 0 that it is the
     /// reading's, above 0 the drive's.
-    fn asked(concealed: &str) -> Option<f64> {
+    fn fall_around_impacts(concealed: &str) -> Option<f64> {
         let with = |id: &str| with(id, 0, 25e-6);
         let workspace = bench_of(&with(concealed));
         let fit = |id: &str| workspace.baseline(&with(id), &QUIET).unwrap();
         let (sensor, amplifier) = (fit("sensor_lag"), fit("amplifier_lag"));
-        let told = compare_around_impacts(&workspace, (&sensor, None), (&amplifier, None)).unwrap();
-        told.sure.then_some(told.fall)
+        let compared =
+            compare_around_impacts(&workspace, (&sensor, None), (&amplifier, None)).unwrap();
+        compared.sure.then_some(compared.fall)
     }
 
     #[test]
-    fn bounces_tell_a_late_reading_from_a_late_drive() {
-        let late_readings = asked("sensor_lag").unwrap();
-        assert!(late_readings < -LEAST, "{late_readings}");
-        let late_drive = asked("amplifier_lag").unwrap();
-        assert!(late_drive > LEAST, "{late_drive}");
+    fn bounces_distinguish_a_sensor_lag_from_an_amplifier_lag() {
+        let late_readings = fall_around_impacts("sensor_lag").unwrap();
+        assert!(late_readings < -LAG_TWINS_MIN_GAIN, "{late_readings}");
+        let late_drive = fall_around_impacts("amplifier_lag").unwrap();
+        assert!(late_drive > LAG_TWINS_MIN_GAIN, "{late_drive}");
     }
 
     #[test]
-    fn bounces_tell_how_the_drive_is_shared() {
+    fn bounces_determine_how_the_drive_is_shared() {
         let paper = Preset::embedded("paper").unwrap().model;
         let workspace = bench_of(&paper);
         let fit = workspace.baseline(&paper, &QUIET).unwrap();
-        let place = |all: &[Around]| all[0].0.problem.space.position(SHARED).unwrap();
-        let mut all = around(&workspace, (&fit, None)).unwrap();
+        let place =
+            |all: &[ImpactSegments]| all[0].0.problem.space.position(DRIVE_SHARE_ID).unwrap();
+        let mut all = impact_segments(&workspace, (&fit, None)).unwrap();
         let k = place(&all);
         let right = all[0].1.x[k];
         all[0].1.x[k] += 0.3;
-        let found = shared(all).unwrap()[0].1.x[k];
+        let found = with_best_drive_share(all).unwrap()[0].1.x[k];
         assert!((found - right).abs() < 0.05, "{found} {right}");
     }
 
     #[test]
-    fn a_delay_that_begins_far_off_is_found() {
+    fn a_delay_is_found_from_a_distant_start() {
         let delayed = |by: f64| with("sensor_lag", 1, by);
         let workspace = bench_of(&delayed(100e-6));
         // The clocks have taken all of it.

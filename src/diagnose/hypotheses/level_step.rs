@@ -1,62 +1,61 @@
-//! Directions with a time that is searched for: the best of very many is found from the products
-//! of a few.
+//! Steps of the ground's level: the best of very many times is found from the products of a few
+//! directions.
 
 use nalgebra::DVector;
 
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::{NuisanceProjector, ScoreGain, ScoreScan};
+use crate::diagnose::thresholds::LEVEL_MIN_STAYS;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, level_step};
 use crate::sim::SimError;
 
-/// Fewest stays on the ground that tell its level, such as before a step of it.
-pub const BEFORE: usize = 3;
-/// Height with which a step of the ground is looked for \[m\].
-pub const RISE: f64 = 1e-7;
+/// Height of the step that is tested \[m\].
+pub const PROBE_RISE: f64 = 1e-7;
 
-/// A ground that is higher by [`RISE`] all the time.
+/// A ground that is higher by [`PROBE_RISE`] all the time.
 ///
 /// # Panics
 /// If the catalogue has no step of the ground.
-pub(crate) fn always() -> ActiveEffect {
+pub(crate) fn raised_ground() -> ActiveEffect {
     let spec = level_step().expect("the catalogue has it");
     ActiveEffect {
         spec,
-        values: vec![RISE, -1e9],
+        values: vec![PROBE_RISE, -1e9],
     }
 }
 
-/// A step of the ground's level, and what it would bring.
+/// A step of the ground's level, and its gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// By how much, in units of [`RISE`].
+pub struct LevelStep {
+    /// Height, in units of [`PROBE_RISE`].
     pub height: f64,
-    /// When \[s\]: in each recording, or through the series.
+    /// Time \[s\]: in each recording, or in the sequence of all.
     pub time: f64,
-    /// Beginning of the last stay before that \[s\]; the recordings do not tell when between
-    /// the two it happens.
+    /// Start of the last contact before that \[s\]. Between the two the time is not
+    /// determined.
     pub since: f64,
-    /// Whether it happens once in the series of recordings.
+    /// Whether it happens once in the sequence of recordings.
     pub series: bool,
     /// Fall of chi2.
     pub gain: f64,
 }
 
-/// Looks for a step of the ground's level, at the same time in each recording and once in
-/// the series, where `epochs` are the recordings' beginnings in it; the best of either. The first
-/// `locked` unknowns stay as they are.
+/// Searches for a step of the ground's level, at the same time in each recording and once in the
+/// sequence, where `epochs` are the recordings' start times in it \[s\]; the best of either. The
+/// first `locked` unknowns stay fixed.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn find_step(
+pub fn find_level_steps(
     linear: &Linearized<'_>,
     model: &Model,
     locked: usize,
     epochs: &[f64],
-) -> Result<Vec<Step>, SimError> {
-    let products = linear.products(model, &[always()])?;
-    let whole = ScoreScan::gather(linear, &products, 1);
-    let Some(base) = whole.base_without(locked) else {
+) -> Result<Vec<LevelStep>, SimError> {
+    let products = linear.segment_grams(model, &[raised_ground()])?;
+    let whole = ScoreScan::assemble(linear, &products, 1);
+    let Some(base) = whole.projector_with_locked(locked) else {
         return Ok(Vec::new());
     };
     let n = linear.problem().unknowns();
@@ -71,15 +70,15 @@ pub fn find_step(
         .iter()
         .filter(|p| segments[p.segment].starts_held)
         .collect();
-    let weigh = |on: &dyn Fn(&SegmentGram) -> bool| {
-        promise_of(&base, n, held.iter().copied().filter(|p| on(p)))
+    let gain_of = |on: &dyn Fn(&SegmentGram) -> bool| {
+        gain_in_segments(&base, n, held.iter().copied().filter(|p| on(p)))
     };
-    let mut best: [Option<Step>; 2] = [None, None];
-    // A mass that lies on the ground may go with it, or keep lying where it is until it flies.
+    let mut best: [Option<LevelStep>; 2] = [None, None];
+    // A mass at rest on the ground may follow it, or stay where it is until it lifts off.
     let ways = [(false, false), (false, true), (true, false), (true, true)];
     for (i, at) in held.iter().enumerate() {
         let k = segments[at.segment].recording;
-        // A stay that was cut begins once.
+        // A contact that was cut into segments begins once.
         let goes_on = i > 0 && {
             let [before, now] = [held[i - 1], at].map(|p| &segments[p.segment]);
             before.recording == now.recording && before.since.is_some() && before.since == now.since
@@ -93,12 +92,12 @@ pub fn find_step(
                     false => begin(p, lies) >= t0,
                 }
             };
-            // A ground that has been elsewhere all the time has made no step.
+            // Without contacts before it, there is no step.
             let before = || held.iter().filter(|p| !later(p));
-            if before().count() < BEFORE {
+            if before().count() < LEVEL_MIN_STAYS {
                 continue;
             }
-            let Some(p) = weigh(&later) else {
+            let Some(p) = gain_of(&later) else {
                 continue;
             };
             let best = &mut best[usize::from(series)];
@@ -106,7 +105,7 @@ pub fn find_step(
                 let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
                 let in_series =
                     |p: &SegmentGram| epoch(segments[p.segment].recording) + begin(p, lies);
-                *best = Some(Step {
+                *best = Some(LevelStep {
                     height: p.theta,
                     time: in_series(at),
                     since: before()
@@ -121,8 +120,8 @@ pub fn find_step(
     Ok(best.into_iter().flatten().collect())
 }
 
-/// What a direction would bring that is there in some stretches only, of `n` unknowns in all.
-fn promise_of<'a>(
+/// Score of a direction that acts in some segments only, with `n` unknowns in all.
+fn gain_in_segments<'a>(
     base: &NuisanceProjector,
     n: usize,
     some: impl Iterator<Item = &'a SegmentGram>,
@@ -135,12 +134,12 @@ fn promise_of<'a>(
         own += p.gram[(0, 0)];
         slope += p.slope[0];
     }
-    base.promise(&cross, own, slope)
+    base.predicted_gain(&cross, own, slope)
 }
 
-/// What another level of the ground in one `recording` would bring, in units of [`RISE`], of
-/// `products` with [`always`].
-pub fn level(
+/// Score of another level of the ground in one `recording`, in units of [`PROBE_RISE`], from
+/// `products` with [`raised_ground`].
+pub fn level_gain(
     linear: &Linearized<'_>,
     base: &NuisanceProjector,
     products: &[SegmentGram],
@@ -150,33 +149,36 @@ pub fn level(
         let segment = &linear.point().segments[p.segment];
         segment.starts_held && segment.recording == recording
     });
-    promise_of(base, linear.problem().unknowns(), stays)
+    gain_in_segments(base, linear.problem().unknowns(), stays)
 }
 
-/// Another level of the ground in the first of the recordings of `linear` in which the mass
-/// stays on it, the model's parameters as they are: that recording and what it would bring
-/// there, in units of [`RISE`].
+/// Score of another level of the ground in the first recording of `linear` with enough contacts,
+/// the model's parameters fixed: the index of that recording and the score, in units of
+/// [`PROBE_RISE`].
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn first_level(
+pub fn first_level_gain(
     linear: &Linearized<'_>,
     model: &Model,
 ) -> Result<Option<(usize, ScoreGain)>, SimError> {
-    let products = linear.products(model, &[always()])?;
+    let products = linear.segment_grams(model, &[raised_ground()])?;
     let segments = &linear.point().segments;
     let count = |k: usize| {
         let own = products.iter().map(|p| &segments[p.segment]);
         own.filter(|s| s.recording == k && s.starts_held).count()
     };
     let recordings = 0..linear.problem().data.len();
-    let Some(first) = recordings.into_iter().find(|&k| count(k) >= BEFORE) else {
+    let Some(first) = recordings
+        .into_iter()
+        .find(|&k| count(k) >= LEVEL_MIN_STAYS)
+    else {
         return Ok(None);
     };
-    let whole = ScoreScan::gather(linear, &products, 1);
-    let base = whole.base_without(linear.problem().space.len());
-    let promise = base.and_then(|base| level(linear, &base, &products, first));
-    Ok(promise.map(|promise| (first, promise)))
+    let whole = ScoreScan::assemble(linear, &products, 1);
+    let base = whole.projector_with_locked(linear.problem().space.len());
+    let score = base.and_then(|base| level_gain(linear, &base, &products, first));
+    Ok(score.map(|score| (first, score)))
 }
 
 #[cfg(test)]
@@ -185,10 +187,10 @@ mod tests {
     use crate::diagnose::test_support::{QUIET, bench_of, stepping};
 
     #[test]
-    fn a_step_while_the_mass_lies_is_told_by_the_next_stay() {
-        const HEIGHT: f64 = -1e-6;
+    fn a_step_under_a_resting_mass_shows_at_the_next_contact() {
+        const STEP_HEIGHT: f64 = -1e-6;
         let bench_on = |ground: &Model| bench_of(ground, &[("square:40Hz:8V", 0.1)], 50e3, 20e-9);
-        // It sets out anew in each period: when, a ground without a step shows.
+        // The motion repeats in each period; a ground without a step shows its timing.
         let plain = bench_on(&stepping(0.0, 0.0));
         let mut landed: Vec<f64> = plain
             .train
@@ -199,22 +201,25 @@ mod tests {
         landed.dedup();
         let third = landed.iter().position(|t| *t > 0.05).unwrap();
         let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
-        let workspace = bench_on(&stepping(HEIGHT, flies));
-        let fit = |model: &Model| workspace.from_afar(model, &[], &[], &QUIET).unwrap();
-        // As it comes under a mass that lies, which keeps its level until it has flown.
+        let workspace = bench_on(&stepping(STEP_HEIGHT, flies));
+        let fit = |model: &Model| workspace.fit_cold_start(model, &[], &[], &QUIET).unwrap();
+        // Under a resting mass, which keeps its level until it has lifted off, the step shows late.
         for time in [flies, lies] {
-            let per_value = fit(&stepping(HEIGHT, time)).per_value();
+            let per_value = fit(&stepping(STEP_HEIGHT, time)).per_value();
             assert!(per_value < 1.1, "{time}: {per_value}");
         }
         let without = fit(&stepping(0.0, 0.0));
         assert!(without.per_value() > 2.0, "{}", without.per_value());
         let linear = Linearized::new(&without).unwrap();
-        let found = find_step(&linear, &without.model, 0, &workspace.epochs()).unwrap();
+        let found = find_level_steps(&linear, &without.model, 0, &workspace.epochs()).unwrap();
         let best = found
             .iter()
             .max_by(|a, b| a.gain.total_cmp(&b.gain))
             .unwrap();
         assert!(best.since < flies && flies < best.time, "{best:?}");
-        assert!((RISE * best.height / HEIGHT - 1.0).abs() < 0.3, "{best:?}");
+        assert!(
+            (PROBE_RISE * best.height / STEP_HEIGHT - 1.0).abs() < 0.3,
+            "{best:?}"
+        );
     }
 }

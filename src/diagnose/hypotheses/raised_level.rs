@@ -1,48 +1,45 @@
-//! Recordings whose ground, as it was read, lies higher than that of the others: the mass may have
-//! come to rest over it without touching it. Each recording has a zero of its own, so that a wrong
-//! level hides in that, and only the flights before and after tell.
+//! Recordings whose ground, as read, lies higher than that of the others: the mass may have come
+//! to rest above it without touching it. Each recording has a zero of its own, which absorbs a
+//! wrong level, so that only the flights before and after reveal it.
 
 use super::lag_twins::twin;
-use super::level_step::{BEFORE, always, find_step, level};
+use super::level_step::{find_level_steps, level_gain, raised_ground};
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{LEVEL_MIN_STAYS, RAISED_LEVEL_MIN_GAIN};
 use crate::sim::SimError;
 
-/// Fall of chi2 by a higher ground in one recording from which it lies higher, unless a step of the
-/// ground brings that much more.
-const HIGHER: f64 = 40.0;
-
-/// Those of either side of `stand` that may hover; none where its ground steps already, or where
-/// readings or drive lag and all is far off for that.
+/// Fitted and held-out recordings of `state` that may hover; none where the ground steps already,
+/// or where a lag of sensor or drive puts everything far off.
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn lifted(
+pub fn raised_recordings(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
 ) -> Result<(Vec<usize>, Vec<usize>), SimError> {
-    let step = always().spec;
-    let steps = stand.train.model.effects.iter().any(|e| e.spec == step);
-    let known = workspace.found.as_ref();
+    let step = raised_ground().spec;
+    let steps = state.train.model.effects.iter().any(|e| e.spec == step);
+    let known = workspace.required_effect.as_ref();
     if steps || known.is_some_and(|known| twin(known.start.spec.id).is_some()) {
         return Ok((Vec::new(), Vec::new()));
     }
-    let train = workspace.may_hover(&workspace.train, of(&stand.train, 0)?);
-    let held_out = match (&workspace.held_out, &stand.held_out) {
+    let train = workspace.may_hover(&workspace.train, raised_in_fit(&state.train, 0)?);
+    let held_out = match (&workspace.held_out, &state.held_out) {
         (Some(side), Some(fitted)) => {
             let locked = fitted.problem.space.len();
-            workspace.may_hover(side, of(fitted, locked)?)
+            workspace.may_hover(side, raised_in_fit(fitted, locked)?)
         }
         _ => Vec::new(),
     };
     Ok((train, held_out))
 }
 
-/// Those of a fit, of which the first `locked` unknowns stay as they are.
-fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
+/// Recordings with a raised ground in a fit, its first `locked` unknowns fixed.
+fn raised_in_fit(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
     let segments = &fitted.point.segments;
     let stays = |k: usize| {
         let own = segments.iter().zip(&fitted.point.used);
@@ -50,27 +47,28 @@ fn of(fitted: &Fitted, locked: usize) -> Result<Vec<usize>, SimError> {
             .count()
     };
     let mut asked: Vec<usize> = (0..fitted.problem.data.len()).collect();
-    asked.retain(|k| stays(*k) >= BEFORE);
+    asked.retain(|k| stays(*k) >= LEVEL_MIN_STAYS);
     if asked.is_empty() {
         return Ok(asked);
     }
     let linear = Linearized::new(fitted)?;
-    let products = linear.products(&fitted.model, &[always()])?;
-    let Some(base) = ScoreScan::gather(&linear, &products, 1).base_without(locked) else {
+    let products = linear.segment_grams(&fitted.model, &[raised_ground()])?;
+    let Some(base) = ScoreScan::assemble(&linear, &products, 1).projector_with_locked(locked)
+    else {
         return Ok(Vec::new());
     };
     let gain = |k: usize| {
-        let promise = level(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
-        promise.map_or(0.0, |p| p.gain)
+        let score = level_gain(&linear, &base, &products, k).filter(|p| p.theta > 0.0);
+        score.map_or(0.0, |p| p.gain)
     };
     let mut higher: Vec<(usize, f64)> = asked.into_iter().map(|k| (k, gain(k))).collect();
-    higher.retain(|(_, gain)| *gain > HIGHER);
+    higher.retain(|(_, gain)| *gain > RAISED_LEVEL_MIN_GAIN);
     if higher.is_empty() {
         return Ok(Vec::new());
     }
-    let steps = find_step(&linear, &fitted.model, locked, &[])?;
+    let steps = find_level_steps(&linear, &fitted.model, locked, &[])?;
     let step = steps.iter().fold(0.0f64, |most, s| most.max(s.gain));
-    higher.retain(|(_, gain)| *gain > step - HIGHER);
+    higher.retain(|(_, gain)| *gain > step - RAISED_LEVEL_MIN_GAIN);
     Ok(higher.into_iter().map(|(k, _)| k).collect())
 }
 
@@ -93,16 +91,16 @@ mod tests {
             on(third, "sine:50Hz:8V", 0.1),
         ];
         let fit = workspace(&parts.concat()).baseline(&stepping(plain.0, plain.1), &QUIET);
-        of(&fit.unwrap(), 0).unwrap()
+        raised_in_fit(&fit.unwrap(), 0).unwrap()
     }
 
     #[test]
-    fn the_recording_with_a_higher_ground_is_found() {
-        const ALWAYS: f64 = -1e9;
+    fn a_recording_with_raised_ground_is_found() {
+        const BEFORE_RECORDING: f64 = -1e9;
         let by = 0.25e-6;
-        assert!(higher((0.0, ALWAYS), (0.0, ALWAYS)).is_empty());
-        assert_eq!(higher((0.0, ALWAYS), (by, ALWAYS)), [2]);
-        // It lies higher in part of one: it steps.
-        assert!(higher((by, 0.15), (0.0, ALWAYS)).is_empty());
+        assert!(higher((0.0, BEFORE_RECORDING), (0.0, BEFORE_RECORDING)).is_empty());
+        assert_eq!(higher((0.0, BEFORE_RECORDING), (by, BEFORE_RECORDING)), [2]);
+        // Raised in a part of one recording only: a step.
+        assert!(higher((by, 0.15), (0.0, BEFORE_RECORDING)).is_empty());
     }
 }

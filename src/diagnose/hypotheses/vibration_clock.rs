@@ -1,6 +1,5 @@
-//! A vibration of the base that knows nothing of when recordings begin: its phase is another one
-//! in each of them. Recordings are then told by one clock, the vibration's, for as long as they
-//! are looked at.
+//! A vibration of the base that is not synchronous with the recordings: its phase differs between
+//! them. The recordings are then shifted in time to the vibration's clock for the analysis.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -8,50 +7,43 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::base_vibration::{Comb, SHAKE, Turned, probes};
+use super::base_vibration::{FrequencyComb, PROBE_ACCELERATION, PhaseShiftedGram, sine_and_cosine};
 use crate::diagnose::diagnosis::Diagnosis;
 use crate::diagnose::score_test::linearized::{Linearized, SegmentGram};
 use crate::diagnose::score_test::scan::ScoreScan;
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{
+    AMPLITUDE_MAX_SPREAD, AMPLITUDE_MIN_Z, OWN_PHASES_MIN_GAIN, OWN_PHASES_MIN_SHARE,
+    VIBRATION_LOOKED_FOR_CHI2,
+};
 use crate::fit::Part;
 use crate::model::effects::{EffectSpec, base_sinusoid};
 use crate::recording::Recording;
 use crate::sim::SimError;
 
-/// Fall of chi2 by a vibration with phases of its own from which it is one, and by which they
-/// must bring more than one phase for all.
-const TOLD: f64 = 100.0;
-/// The same as a share of the fall.
-const MORE: f64 = 0.2;
-/// Chi2 per value from which it is looked for.
-const LEAST: f64 = 1.02;
-/// How far apart the amplitudes in the recordings may be: as a share, and in standard errors.
-const ALIKE: (f64, f64) = (0.15, 4.0);
-/// Standard errors from which an amplitude is one.
-const SEEN: f64 = 5.0;
-/// Steps by which a frequency is closed in on.
-const HALVINGS: usize = 24;
+/// Halvings of the step by which a frequency is refined.
+const FREQUENCY_HALVINGS: usize = 24;
 
-/// When recordings begin by the clock of a vibration.
+/// Start times of the recordings by the clock of a vibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VibrationClock {
-    /// To be added to the times of each recording: those fitted, those kept out \[s\].
-    late: (Vec<f64>, Vec<f64>),
+    /// Offsets to be added to the times of the fitted and the held-out recordings \[s\].
+    offsets: (Vec<f64>, Vec<f64>),
 }
 
-/// Vibrations of one frequency in all recordings of a side.
-struct Shaken {
-    /// Sine and cosine of each recording \[m/s^2\].
+/// Vibrations of one frequency in all recordings of a split.
+struct RecordingVibrations {
+    /// Sine and cosine amplitudes of each recording \[m/s^2\].
     parts: Vec<Vector2<f64>>,
-    /// Standard error of both.
+    /// Standard errors of both.
     errors: Vec<f64>,
-    /// Fall of chi2 with phases of their own, and with one for all.
+    /// Fall of chi2 with a phase for each recording, and with one for all.
     gains: (f64, f64),
 }
 
 impl VibrationClock {
-    /// Those of a vibration that `train` and `held_out`, fits without one, show with another phase
-    /// in each recording; `None` if they show none.
+    /// The clock of a vibration that `train` and `held_out`, fits without one, show with
+    /// another phase in each recording; `None` if they show none.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
@@ -60,8 +52,8 @@ impl VibrationClock {
             return Ok(None);
         };
         let count = train.problem.data.len();
-        // Where nothing is left of the recordings there is nothing to be told by another clock.
-        let little = train.per_value() < LEAST;
+        // Without a misfit there is nothing to explain by another clock.
+        let little = train.per_value() < VIBRATION_LOOKED_FOR_CHI2;
         if count < 2 || little || train.model.effects.iter().any(|e| e.spec == spec) {
             return Ok(None);
         }
@@ -69,19 +61,21 @@ impl VibrationClock {
         let Some(frequency) = frequency(&linear, train, spec)? else {
             return Ok(None);
         };
-        let Some(own) = shaken(&linear, train, (spec, frequency), 0)? else {
+        let Some(own) = recording_vibrations(&linear, train, (spec, frequency), 0)? else {
             return Ok(None);
         };
         let (gain, shared) = own.gains;
         log::debug!("{frequency:.3} Hz with own phases {gain:.0}, with one {shared:.0}");
-        if gain < TOLD || gain - shared < TOLD.max(MORE * gain) {
+        if gain < OWN_PHASES_MIN_GAIN
+            || gain - shared < OWN_PHASES_MIN_GAIN.max(OWN_PHASES_MIN_SHARE * gain)
+        {
             return Ok(None);
         }
         let kept_out = match held_out {
             Some(held) => {
                 let linear = Linearized::new(held)?;
                 let locked = held.problem.space.len();
-                match shaken(&linear, held, (spec, frequency), locked)? {
+                match recording_vibrations(&linear, held, (spec, frequency), locked)? {
                     Some(kept_out) => Some(kept_out),
                     None => return Ok(None),
                 }
@@ -92,7 +86,7 @@ impl VibrationClock {
         let sizes = all.flat_map(|side| side.parts.iter().map(|p| p.norm()).zip(&side.errors));
         let sizes: Vec<(f64, f64)> = sizes.map(|(size, error)| (size, *error)).collect();
         log::debug!("amplitudes {sizes:.3?}");
-        if !alike(&sizes) {
+        if !amplitudes_agree(&sizes) {
             return Ok(None);
         }
         let phase = |part: &Vector2<f64>| part.y.atan2(part.x);
@@ -101,29 +95,38 @@ impl VibrationClock {
             let turn = phase(part) - first;
             (turn - TAU * (turn / TAU).round()) / (TAU * frequency)
         };
-        let of = |side: &Shaken| side.parts.iter().map(late).collect();
+        let of = |side: &RecordingVibrations| side.parts.iter().map(late).collect();
         Ok(Some(Self {
-            late: (of(&own), kept_out.as_ref().map_or_else(Vec::new, of)),
+            offsets: (of(&own), kept_out.as_ref().map_or_else(Vec::new, of)),
         }))
     }
 
-    /// Recordings by the vibration's clock.
-    pub fn told(&self, train: &[Part], held_out: &[Part]) -> (Vec<Part>, Vec<Part>) {
+    /// The recordings by the vibration's clock.
+    pub fn shift_recordings(&self, train: &[Part], held_out: &[Part]) -> (Vec<Part>, Vec<Part>) {
         let side = |parts: &[Part], late: &[f64]| -> Vec<Part> {
             let both = parts.iter().zip(late);
             both.map(|(part, late)| Part {
-                recording: Arc::new(later(&part.recording, *late)),
+                recording: Arc::new(shifted(&part.recording, *late)),
                 samples: part.samples.clone(),
             })
             .collect()
         };
-        (side(train, &self.late.0), side(held_out, &self.late.1))
+        (
+            side(train, &self.offsets.0),
+            side(held_out, &self.offsets.1),
+        )
     }
 
-    /// Tells the times of a diagnosis by the recordings' own clocks again.
+    /// Converts the times of a diagnosis back to the recordings' own clocks.
     pub fn undo(&self, diagnosis: &mut Diagnosis) {
-        let late: Vec<f64> = self.late.0.iter().chain(&self.late.1).copied().collect();
-        // Strips are of one recording each, those fitted first.
+        let late: Vec<f64> = self
+            .offsets
+            .0
+            .iter()
+            .chain(&self.offsets.1)
+            .copied()
+            .collect();
+        // One strip per recording, the fitted ones first.
         let names: Vec<String> = diagnosis
             .strips
             .iter()
@@ -159,44 +162,47 @@ impl VibrationClock {
     }
 }
 
-fn later(recording: &Recording, by: f64) -> Recording {
+fn shifted(recording: &Recording, by: f64) -> Recording {
     let mut out = recording.clone();
     out.time.iter_mut().for_each(|t| *t += by);
     out
 }
 
-/// Whether those amplitudes with their errors may be of one vibration.
-fn alike(sizes: &[(f64, f64)]) -> bool {
+/// Whether the amplitudes, with their errors, may be those of one vibration.
+fn amplitudes_agree(sizes: &[(f64, f64)]) -> bool {
     let weights = sizes.iter().map(|(size, error)| (size, error.powi(-2)));
     let (sum, weight) = weights.fold((0.0, 0.0), |(s, w), (size, own)| (s + own * size, w + own));
     let mean = sum / weight;
-    let seen = sizes.iter().filter(|s| s.0 > SEEN * s.1).count();
-    let near = |s: &(f64, f64)| (s.0 - mean).abs() < ALIKE.0 * mean + ALIKE.1 * s.1;
+    let seen = sizes.iter().filter(|s| s.0 > AMPLITUDE_MIN_Z * s.1).count();
+    let near = |s: &(f64, f64)| {
+        (s.0 - mean).abs() < AMPLITUDE_MAX_SPREAD.0 * mean + AMPLITUDE_MAX_SPREAD.1 * s.1
+    };
     seen >= 2 && sizes.iter().all(near)
 }
 
-/// The frequency at which phases of their own bring most \[Hz\].
+/// The frequency with the largest gain under separate phases \[Hz\].
 fn frequency(
     linear: &Linearized<'_>,
     fitted: &Fitted,
     spec: &'static EffectSpec,
 ) -> Result<Option<f64>, SimError> {
-    let Some(comb) = Comb::new(linear, &fitted.model, spec)? else {
+    let Some(comb) = FrequencyComb::new(linear, &fitted.model, spec)? else {
         return Ok(None);
     };
     let spans = fitted.problem.data.iter().map(|d| d.recording.span());
     let longest = spans.map(|(begin, end)| end - begin).fold(1e-3, f64::max);
     let gain = |at: (usize, f64)| -> f64 {
-        let all = each(linear, &comb.products, Comb::sine(at), at.1).into_iter();
+        let all = gram_per_recording(linear, &comb.products, FrequencyComb::sine_index(at), at.1)
+            .into_iter();
         all.filter_map(|own| Some(own.solve(&comb.base)?.1)).sum()
     };
-    let (all, mut reach) = comb.all(longest);
+    let (all, mut reach) = comb.frequencies(longest);
     let gains: Vec<((usize, f64), f64)> = all.into_par_iter().map(|at| (at, gain(at))).collect();
     let best = gains.into_iter().filter(|g| g.1.is_finite());
     let Some((mut at, mut most)) = best.max_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(None);
     };
-    for _ in 0..HALVINGS {
+    for _ in 0..FREQUENCY_HALVINGS {
         let beside = [at.1 - reach, at.1 + reach].map(|shift| (shift, gain((at.0, shift))));
         match beside.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((shift, gain)) if gain > most => (at.1, most) = (shift, gain),
@@ -206,35 +212,35 @@ fn frequency(
     Ok(Some(comb.frequency(at)))
 }
 
-/// Products of each recording with a sine and a cosine; see [`Turned::add`].
-fn each(
+/// Products of each recording with a sine and a cosine; see [`PhaseShiftedGram::add`].
+fn gram_per_recording(
     linear: &Linearized<'_>,
     products: &[SegmentGram],
     which: usize,
     shift: f64,
-) -> Vec<Turned> {
+) -> Vec<PhaseShiftedGram> {
     let (problem, segments) = (linear.problem(), &linear.point().segments);
-    let own = |_| Turned::new(problem.unknowns());
-    let mut out: Vec<Turned> = problem.data.iter().map(own).collect();
+    let own = |_| PhaseShiftedGram::new(problem.unknowns());
+    let mut out: Vec<PhaseShiftedGram> = problem.data.iter().map(own).collect();
     for p in products {
         out[segments[p.segment].recording].add(p, which, shift);
     }
     out
 }
 
-/// The vibrations of a side, its first `locked` unknowns as they are; `None` where they cannot be
-/// told.
-fn shaken(
+/// The vibrations of a split with its first `locked` unknowns fixed; `None` where they are not
+/// determined.
+fn recording_vibrations(
     linear: &Linearized<'_>,
     fitted: &Fitted,
     (spec, frequency): (&'static EffectSpec, f64),
     locked: usize,
-) -> Result<Option<Shaken>, SimError> {
-    let products = linear.products(&fitted.model, &probes(spec, frequency))?;
-    let Some(base) = ScoreScan::gather(linear, &products, 2).base_without(locked) else {
+) -> Result<Option<RecordingVibrations>, SimError> {
+    let products = linear.segment_grams(&fitted.model, &sine_and_cosine(spec, frequency))?;
+    let Some(base) = ScoreScan::assemble(linear, &products, 2).projector_with_locked(locked) else {
         return Ok(None);
     };
-    let each = each(linear, &products, 0, 0.0);
+    let each = gram_per_recording(linear, &products, 0, 0.0);
     let m = 2 * each.len();
     let cross = |i: usize| &each[i / 2].cross[i % 2];
     let normal = DMatrix::from_fn(m, m, |i, j| {
@@ -263,11 +269,11 @@ fn shaken(
         .map_or(0.0, |inverse| along.dot(&(inverse * along)));
     let error = |k: usize| {
         let variance = inverse[(2 * k, 2 * k)] + inverse[(2 * k + 1, 2 * k + 1)];
-        SHAKE * (0.5 * variance).sqrt()
+        PROBE_ACCELERATION * (0.5 * variance).sqrt()
     };
-    Ok(Some(Shaken {
+    Ok(Some(RecordingVibrations {
         parts: (0..each.len())
-            .map(|k| SHAKE * Vector2::new(solved[2 * k], solved[2 * k + 1]))
+            .map(|k| PROBE_ACCELERATION * Vector2::new(solved[2 * k], solved[2 * k + 1]))
             .collect(),
         errors: (0..each.len()).map(error).collect(),
         gains: (gain, of_all),
@@ -285,13 +291,18 @@ mod tests {
     use crate::model::with_effect;
 
     #[test]
-    fn amplitudes_of_one_vibration_are_alike() {
+    fn amplitudes_of_one_vibration_agree() {
         let shaken = [(9.6, 0.1), (9.7, 0.2), (9.5, 0.05), (8.0, 0.6)];
-        assert!(alike(&shaken));
+        assert!(amplitudes_agree(&shaken));
         // What follows the drive is larger where that is.
-        assert!(!alike(&[(9.6, 0.1), (4.7, 0.2), (0.5, 0.05), (8.0, 0.6)]));
+        assert!(!amplitudes_agree(&[
+            (9.6, 0.1),
+            (4.7, 0.2),
+            (0.5, 0.05),
+            (8.0, 0.6)
+        ]));
         // One recording that shows it proves nothing of phases.
-        assert!(!alike(&[(9.6, 0.1), (9.0, 4.0), (8.0, 6.0)]));
+        assert!(!amplitudes_agree(&[(9.6, 0.1), (9.0, 4.0), (8.0, 6.0)]));
     }
 
     /// Recordings of the paper's device on a base that shakes in those phases.
@@ -318,21 +329,24 @@ mod tests {
     }
 
     #[test]
-    fn recordings_are_told_by_the_clock_of_what_shakes_them() {
+    fn recordings_are_shifted_to_the_clock_of_the_vibration() {
         let parts = shaken_in(&[0.4, 2.2]);
         let clocks = clocks_of(&parts).unwrap();
         let late = (2.2 - 0.4) / (TAU * 137.0);
-        assert_eq!(clocks.late.0[0], 0.0);
-        assert!((clocks.late.0[1] - late).abs() < 2e-5, "{clocks:?} {late}");
-        let (told, _) = clocks.told(&parts, &[]);
+        assert_eq!(clocks.offsets.0[0], 0.0);
+        assert!(
+            (clocks.offsets.0[1] - late).abs() < 2e-5,
+            "{clocks:?} {late}"
+        );
+        let (moved, _) = clocks.shift_recordings(&parts, &[]);
         let first = |part: &Part| part.recording.time[0];
-        assert!((first(&told[1]) - first(&parts[1]) - late).abs() < 2e-5);
+        assert!((first(&moved[1]) - first(&parts[1]) - late).abs() < 2e-5);
         // By that clock there is one phase.
-        assert_eq!(clocks_of(&told), None);
+        assert_eq!(clocks_of(&moved), None);
     }
 
     #[test]
-    fn one_phase_for_all_asks_for_no_other_clock() {
+    fn one_phase_for_all_needs_no_other_clock() {
         assert_eq!(clocks_of(&shaken_in(&[0.4, 0.4])), None);
     }
 }

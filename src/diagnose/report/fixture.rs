@@ -1,6 +1,7 @@
 //! Diagnoses made by hand, as an engine would give them.
 
 use crate::diagnose::diagnosis::*;
+use crate::diagnose::findings::Remark;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 
@@ -80,12 +81,13 @@ pub fn drag() -> Diagnosis {
         baseline: Model::default(),
         model,
         remarks: vec![
-            "The cantilever's noise is coloured: its errors are widened by a factor of 1.4.".into(),
-            "Recording <square 300 6> has 3 bounces & 1 stay only; adhesion is told by the others."
-                .into(),
+            Remark::ProofMassOnly,
+            Remark::RestsAboveGround {
+                recording: "<square 300 6> & others".into(),
+            },
         ],
         cancelled: false,
-        left: None,
+        findings: Vec::new(),
     }
 }
 

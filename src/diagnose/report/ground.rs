@@ -1,5 +1,5 @@
-//! Events at the ground and missing forces as the report and the window draw them:
-//! measured points that tell something, and the laws that they should follow.
+//! Contact events and missing forces as the report and the window draw them: measured points
+//! without those of large errors, and the laws that they should follow.
 
 use crate::diagnose::diagnosis::ForceCurve;
 use crate::model::Model;
@@ -7,9 +7,9 @@ use crate::model::effects::{Action, ActiveEffect, Surroundings};
 use crate::model::ground::Ground;
 
 /// Points of a law's curve.
-const CURVE: usize = 80;
-/// Errors above this many times the usual one are large.
-const LARGE: f64 = 8.0;
+const CURVE_POINTS: usize = 80;
+/// Errors above this many times the median are large.
+const LARGE_ERROR_RATIO: f64 = 8.0;
 
 /// A measured point, SI; the error is NaN or infinite where it is not known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,20 +22,20 @@ pub struct Seen {
     pub error: f64,
 }
 
-/// Measured points without those that tell next to nothing, and how many these are:
-/// their errors would shrink all others to a line.
-pub fn told(points: impl Iterator<Item = Seen>) -> (Vec<Seen>, usize) {
+/// Measured points without those of large errors, and how many these are: drawn, they would shrink
+/// all others to a line.
+pub fn without_large_errors(points: impl Iterator<Item = Seen>) -> (Vec<Seen>, usize) {
     let all: Vec<Seen> = points.collect();
     let mut errors: Vec<f64> = all.iter().map(|d| d.error).collect();
     errors.retain(|e| e.is_finite());
     errors.sort_by(f64::total_cmp);
     let most = errors
         .get(errors.len() / 2)
-        .map_or(f64::INFINITY, |median| LARGE * median);
-    let keep = |d: &Seen| d.y.is_finite() && (d.error.is_nan() || d.error <= most);
-    let kept: Vec<Seen> = all.iter().copied().filter(keep).collect();
-    let left = all.len() - kept.len();
-    (kept, left)
+        .map_or(f64::INFINITY, |median| LARGE_ERROR_RATIO * median);
+    let small = |d: &Seen| d.y.is_finite() && (d.error.is_nan() || d.error <= most);
+    let shown: Vec<Seen> = all.iter().copied().filter(small).collect();
+    let hidden = all.len() - shown.len();
+    (shown, hidden)
 }
 
 /// The laws of one model's ground, its effects included.
@@ -86,14 +86,13 @@ pub fn grid(values: impl Iterator<Item = f64>) -> Vec<f64> {
     if low >= high {
         return Vec::new();
     }
-    let step = (high - low) / (CURVE - 1) as f64;
-    (0..CURVE).map(|i| low + i as f64 * step).collect()
+    let step = (high - low) / (CURVE_POINTS - 1) as f64;
+    (0..CURVE_POINTS).map(|i| low + i as f64 * step).collect()
 }
 
-/// The law through a measured force curve \[N\], with the constant and the slope that
-/// re-tuning takes up: the measured force is known but for these, since the re-tuned
-/// model has an offset, a stiffness, a damping and a gain of the drive of its own. Empty
-/// where there is no law.
+/// The law through a measured force curve \[N\], with a constant and a slope added to it: the
+/// measured force is known except for these, since the re-tuned model has an offset, a stiffness, a
+/// damping and a gain of the drive of its own, which absorb them. Empty where there is no law.
 pub fn law_through(curve: &ForceCurve) -> Vec<f64> {
     let middle = curve.at.iter().sum::<f64>() / curve.at.len().max(1) as f64;
     let mut sums = [0.0; 5];
@@ -133,7 +132,7 @@ mod tests {
     use super::super::ground::*;
 
     #[test]
-    fn a_law_is_drawn_through_what_re_tuning_leaves_open() {
+    fn a_law_is_drawn_up_to_what_re_tuning_absorbs() {
         let at: Vec<f64> = (-5..=5).map(|i| 0.1 * f64::from(i)).collect();
         let law: Vec<f64> = at.iter().map(|v| -1e-8 * v * v.abs()).collect();
         let mut curve = ForceCurve {

@@ -1,8 +1,8 @@
 //! What a diagnosis says, for people and programs: a summary for the terminal
 //! ([`text()`]), a value for programs ([`json()`]) and a page with figures ([`html()`]).
 //!
-//! All three say what [`Diagnosis`](super::result::Diagnosis) holds and judge nothing
-//! themselves.
+//! All three say what [`Diagnosis`](super::diagnosis::Diagnosis) holds and decide nothing themselves.
+//! All sentences on findings and remarks are made in [`sentences`].
 
 #[cfg(test)]
 pub(crate) mod fixture;
@@ -10,6 +10,7 @@ pub mod ground;
 mod html;
 mod json;
 pub mod rest;
+pub mod sentences;
 mod svg;
 #[cfg(test)]
 mod tests;

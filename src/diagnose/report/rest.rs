@@ -1,23 +1,24 @@
-//! What the named effects leave unexplained.
+//! What the named effects leave unexplained, as sentences.
 
-use super::words;
 use super::words::listed;
-use crate::diagnose::diagnosis::{Diagnosis, Distance, Inadequacy, Regime};
+use super::{sentences, words};
+use crate::diagnose::diagnosis::{Diagnosis, Distance, Regime};
+use crate::diagnose::findings::FindingKind;
 
-/// A mean square this close to the noise alone is not worth words: the noise itself is
-/// known no better.
-const SLACK: f64 = 0.1;
-/// Places that are told.
-const PLACES: usize = 3;
+/// A mean square this close to that of the noise is not reported: the noise itself is known no
+/// better.
+const REPORTED_EXCESS: f64 = 0.1;
+/// Places that are listed.
+const MAX_PLACES: usize = 3;
 
-/// A place where something is left.
+/// A place where error remains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     /// Name of the recording.
     pub recording: String,
     /// What the mass is doing.
     pub regime: Regime,
-    /// Share of all that is left, 0 to 1.
+    /// Share of all remaining error, 0 to 1.
     pub share: f64,
 }
 
@@ -56,44 +57,48 @@ pub fn places(diagnosis: &Diagnosis) -> Vec<Place> {
     all
 }
 
-/// Sentences on what is left.
+/// Sentences on what remains.
 pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
     let sets = [
-        ("the recordings kept out", &diagnosis.held_out),
-        ("the recordings fitted to", &diagnosis.train),
+        ("held-out recordings", &diagnosis.held_out),
+        ("the fitted recordings", &diagnosis.train),
     ];
-    let mut left = Vec::new();
+    let mut out = Vec::new();
     for (name, both) in sets {
         let Distance { chi2, .. } = both.after;
         if !chi2.is_finite() {
-            left.push(format!("Nothing could be compared on {name}."));
-        } else if chi2 > 1.0 + SLACK {
-            left.push(format!(
+            out.push(format!("Nothing could be compared on {name}."));
+        } else if chi2 > 1.0 + REPORTED_EXCESS {
+            out.push(format!(
                 "On {name} the mean square of the residuals is {} times that of the noise.",
                 words::chi2(chi2)
             ));
         }
     }
-    if left.is_empty() {
-        return vec![match diagnosis.left {
-            Some(mean @ Inadequacy::Mean(_)) => format!("{}.", words::capitalised(&mean.text())),
-            Some(rest) => format!(
-                "In the mean nothing is above the noise, but {}.",
-                rest.text()
+    if out.is_empty() {
+        return vec![match diagnosis.inadequacy() {
+            Some(found) if found.kind == FindingKind::MeanSquare => {
+                format!("{}.", words::capitalised(&sentences::finding(found)))
+            }
+            Some(found) => format!(
+                "On average the residuals are at the noise, but {}.",
+                sentences::finding(found)
             ),
             None => {
-                "Nothing above the noise: residuals are what the instruments' noise makes them."
+                "Nothing above the noise: the residuals are what instrument noise alone would give."
                     .to_owned()
             }
         }];
     }
-    // The mean square has been told already.
-    let more = diagnosis.left.filter(|l| !matches!(l, Inadequacy::Mean(_)));
-    left.extend(more.map(|l| format!("{}.", words::capitalised(&l.text()))));
+    // The mean square has been reported already.
+    let more = diagnosis
+        .inadequacy()
+        .filter(|f| f.kind != FindingKind::MeanSquare);
+    out.extend(more.map(|f| format!("{}.", words::capitalised(&sentences::finding(f)))));
     let places = places(diagnosis);
     let most: Vec<String> = places
         .iter()
-        .take(PLACES)
+        .take(MAX_PLACES)
         .map(|p| {
             format!(
                 "{} of {} ({:.0} %)",
@@ -105,7 +110,10 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
         .collect();
     if !most.is_empty() {
         let most: Vec<&str> = most.iter().map(String::as_str).collect();
-        left.push(format!("Most of what is left lies in {}.", listed(&most)));
+        out.push(format!(
+            "Most of the remaining error lies in {}.",
+            listed(&most)
+        ));
     }
-    left
+    out
 }

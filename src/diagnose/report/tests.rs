@@ -114,9 +114,9 @@ fn the_summary_says_it_in_its_first_line() {
     println!("{summary}");
     assert!(summary.starts_with("Quadratic drag was left out.\n"));
     for part in [
-        "99.9 % sure, at most 9.14 nN",
+        "probability 99.9 %, largest force 9.14 nN",
         "(1.023 \u{b1} 0.011)e-7 N s^2/m^2",
-        "cannot tell it from film_spring",
+        "cannot distinguish it from film_spring",
         "21.9 x noise",
         "Nothing above the noise",
         "drive square:220Hz:8V",
@@ -131,7 +131,7 @@ fn the_summary_says_it_in_its_first_line() {
     let summary = text(&unexplained());
     println!("{summary}");
     assert!(summary.starts_with("Something was left out, and no effect"));
-    assert!(summary.contains("Most of what is left lies in"));
+    assert!(summary.contains("Most of the remaining error lies in"));
     assert!(!summary.contains("NaN"));
 }
 

@@ -1,16 +1,16 @@
 //! The summary for the terminal.
 
-use super::rest;
 use super::words::{
-    alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, stretch,
+    alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, time_span,
     verdict_sentence, with_error,
 };
+use super::{rest, sentences};
 use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis, Verdict};
 
 /// Places of mismatch that are listed.
-const PLACES: usize = 6;
+const MAX_PLACES: usize = 6;
 /// Candidates that are listed where nothing or several could be named.
-const CANDIDATES: usize = 5;
+const MAX_CANDIDATES: usize = 5;
 
 /// The diagnosis as a person reads it on a terminal, at most 100 columns where the names
 /// of the recordings allow.
@@ -29,15 +29,15 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     }
     if !diagnosis.remarks.is_empty() {
         out.head("What limits this answer");
-        for remark in &diagnosis.remarks {
-            out.item(remark);
+        for remark in sentences::remarks(&diagnosis.remarks) {
+            out.item(&remark);
         }
     }
     if let Some(next) = &diagnosis.next_experiment {
         out.head("Next experiment");
         let (a, b) = &next.separates;
         out.item(&format!(
-            "drive {}: 0.2 s of it would tell {a} from {b} (chi2 differs by about {})",
+            "drive {}: 0.2 s of it would distinguish {a} from {b} (their chi2 would differ by about {})",
             next.drive,
             gain(next.expected)
         ));
@@ -48,7 +48,7 @@ pub fn text(diagnosis: &Diagnosis) -> String {
 fn what(out: &mut Lines, diagnosis: &Diagnosis) {
     for effect in &diagnosis.named {
         out.head(&format!(
-            "{} ({}): {} sure, at most {}",
+            "{} ({}): probability {}, largest force {}",
             capitalised(&effect.name),
             effect.id,
             probability(effect.probability),
@@ -65,11 +65,11 @@ fn what(out: &mut Lines, diagnosis: &Diagnosis) {
         }
     }
     if diagnosis.verdict == Verdict::Unexplained && !diagnosis.candidates.is_empty() {
-        out.head("Weighed and found wanting");
-        let mut rows = vec![columns(["", "probability", "chi2 kept out"])];
+        out.head("Closest effects of the catalogue");
+        let mut rows = vec![columns(["", "probability", "held-out chi2"])];
         let asked = diagnosis.candidates.iter();
         let asked = asked.filter(|c| c.gain.is_finite() || c.score > 0.0);
-        rows.extend(asked.take(CANDIDATES).map(|c| {
+        rows.extend(asked.take(MAX_CANDIDATES).map(|c| {
             columns([
                 c.name.as_str(),
                 &probability(c.probability),
@@ -84,25 +84,25 @@ fn location(out: &mut Lines, diagnosis: &Diagnosis) {
     if diagnosis.mismatch.is_empty() {
         return;
     }
-    out.head("Where the model without them differs from the recordings");
+    out.head("Where the re-tuned model differs from the recordings");
     let rows: Vec<Vec<String>> = diagnosis
         .mismatch
         .iter()
-        .take(PLACES)
+        .take(MAX_PLACES)
         .map(|m| {
             columns([
                 &share(m.share),
                 m.recording.as_str(),
-                &stretch(m),
+                &time_span(m),
                 m.channel,
                 m.regime.text(),
             ])
         })
         .collect();
     out.table(&rows, &[0]);
-    let more = diagnosis.mismatch.len().saturating_sub(PLACES);
+    let more = diagnosis.mismatch.len().saturating_sub(MAX_PLACES);
     if more > 0 {
-        out.item(&format!("and {more} shorter or weaker stretches"));
+        out.item(&format!("and {more} shorter or weaker segments"));
     }
 }
 
@@ -132,8 +132,8 @@ fn proof(out: &mut Lines, diagnosis: &Diagnosis) {
     }
     let mut rows = vec![header];
     for (held_out, title, all) in [
-        (true, "all kept out", &diagnosis.held_out),
-        (false, "all fitted to", &diagnosis.train),
+        (true, "all held-out", &diagnosis.held_out),
+        (false, "all fitted", &diagnosis.train),
     ] {
         let each: Vec<_> = diagnosis
             .proof

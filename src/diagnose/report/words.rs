@@ -7,7 +7,7 @@ use crate::model::unit::{format_number, format_quantity, prefix_for};
 pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
         Verdict::Adequate => {
-            "Nothing was left out: the re-tuned model explains the recordings to their noise."
+            "Nothing was left out: the re-tuned model explains the recordings down to their noise."
                 .to_owned()
         }
         Verdict::MissingPhysics => {
@@ -20,25 +20,21 @@ pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
                 format!(" It shows most in {}, {}.", m.channel, m.regime.text())
             });
             format!(
-                "Something was left out, and no effect of the catalogue carries it; nothing is named.{place}"
+                "Something was left out, and no effect of the catalogue explains it, so nothing is named.{place}"
             )
         }
     }
 }
 
-/// What is said where no recordings were kept out.
-pub const SPLIT: &str = "No recordings were kept out: the last third of each took their place. Other \
-     excitations would be a harder test.";
-
-/// The answer with its proof in one or two sentences: what was left out, how sure that
-/// is, and how far the residual falls on the recordings kept out.
+/// The answer with its proof in one or two sentences: what was left out, how probable that
+/// is, and how far the error falls on held-out recordings.
 pub fn headline(d: &Diagnosis) -> String {
     let before = d.held_out.before.rms;
     let noise = metres(d.noise);
     match d.verdict {
         Verdict::Adequate => format!(
-            "Nothing is missing: the re-tuned model explains the recordings to their noise \
-             (residual kept out {}, noise {noise}).",
+            "Nothing is missing: the re-tuned model explains the recordings down to \
+             their noise (error on held-out recordings {}, noise {noise}).",
             metres(before)
         ),
         Verdict::MissingPhysics => {
@@ -51,8 +47,8 @@ pub fn headline(d: &Diagnosis) -> String {
             format!("Left out: {}. {}", listed(&names), change(d))
         }
         Verdict::Unexplained => format!(
-            "Something is missing that no effect of the catalogue carries{}. The residual kept out \
-             is {}; noise {noise}.",
+            "Something is missing that no effect of the catalogue explains{}. On held-out \
+             recordings the error is {} (noise {noise}).",
             d.mismatch.first().map_or_else(String::new, |m| format!(
                 "; it shows most in {}, {}",
                 m.channel,
@@ -63,17 +59,29 @@ pub fn headline(d: &Diagnosis) -> String {
     }
 }
 
-/// What becomes of the residual on the recordings kept out, as a sentence.
+/// How the error changes on held-out recordings, as a sentence.
 pub fn change(d: &Diagnosis) -> String {
     let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
     let (was, is, noise) = (metres(before), metres(after), metres(d.noise));
     if was == is {
         return format!(
-            "The residual kept out stays about {is}; noise {noise}: it is told by many samples together."
+            "On recordings not used for fitting, the error stays at about {is} (noise {noise}). No single \
+             sample shows the effect; the statistics over all of them do."
         );
     }
     let goes = if after < before { "falls" } else { "grows" };
-    format!("The residual kept out {goes} from {was} to {is}; noise {noise}.")
+    format!(
+        "On recordings not used for fitting, the error {goes} from {was} to {is} (noise {noise})."
+    )
+}
+
+/// What the curves with the named effects are called.
+pub fn with_named(d: &Diagnosis) -> &'static str {
+    if d.named.len() > 1 {
+        "with the new effects"
+    } else {
+        "with the new effect"
+    }
 }
 
 /// `a`, `a and b`, `a, b and c`.
@@ -117,10 +125,13 @@ pub fn with_error(estimate: &Estimate) -> String {
         ..
     } = estimate;
     if !value.is_finite() {
-        return "not told by these recordings".to_owned();
+        return "not determined by these recordings".to_owned();
     }
     if !(std_error.is_finite() && *std_error > 0.0) {
-        return format!("{} (error not told)", format_quantity(*value, unit, 3));
+        return format!(
+            "{} (error not determined)",
+            format_quantity(*value, unit, 3)
+        );
     }
     let largest = value.abs().max(*std_error);
     let (prefix, mut factor) = prefix_for(largest, unit);
@@ -131,7 +142,7 @@ pub fn with_error(estimate: &Estimate) -> String {
         factor = 10f64.powi(power);
     }
     let (v, e) = (value / factor, std_error / factor);
-    // Two digits of the error tell all there is.
+    // Two digits of the error are enough.
     let decimals = (1.0 - e.log10().floor()).clamp(0.0, 9.0) as usize;
     let both = format!("{v:.decimals$} \u{b1} {e:.decimals$}");
     let unit = format!("{prefix}{unit}");
@@ -170,7 +181,7 @@ fn unsigned_zero(text: String) -> String {
     }
 }
 
-/// Fall of chi2 where fitted. One that was not worth a fit has only its first estimate.
+/// Fall of chi2 on the fitted recordings; the predicted one if the effect was not fitted.
 pub fn gain_where_fitted(c: &Candidate) -> String {
     if c.gain.is_finite() {
         gain(c.gain)
@@ -220,9 +231,9 @@ fn number_or_dash(value: f64, write: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// The stretch of time of a mismatch, in milliseconds.
-pub fn stretch(m: &Mismatch) -> String {
-    // As many digits as the length of the stretch deserves.
+/// The span of time of a mismatch, in milliseconds.
+pub fn time_span(m: &Mismatch) -> String {
+    // As many digits as the length of the span deserves.
     let decimals = if m.end - m.start < 1e-3 { 2 } else { 1 };
     format!(
         "{:.decimals$} to {:.decimals$} ms",
@@ -236,10 +247,15 @@ pub fn share(value: f64) -> String {
     number_or_dash(value, |v| format!("{:.0} %", 100.0 * v))
 }
 
-/// What an effect's probability is beside: the others it cannot be told from.
+/// The effects that it cannot be distinguished from, as a sentence; they share its probability.
 pub fn alike(ids: &[String]) -> Option<String> {
     let ids: Vec<&str> = ids.iter().map(String::as_str).collect();
-    (!ids.is_empty()).then(|| format!("These recordings cannot tell it from {}.", listed(&ids)))
+    (!ids.is_empty()).then(|| {
+        format!(
+            "These recordings cannot distinguish it from {}.",
+            listed(&ids)
+        )
+    })
 }
 
 #[cfg(test)]
@@ -267,8 +283,14 @@ mod tests {
             "(1.023 \u{b1} 0.012)e-7 N s^2/m^2"
         );
         assert_eq!(estimate(-3.1e4, 220.0, "N/m^3"), "-31000 \u{b1} 220 N/m^3");
-        assert_eq!(estimate(2.0, f64::INFINITY, "V"), "2 V (error not told)");
-        assert_eq!(estimate(f64::NAN, 1.0, "V"), "not told by these recordings");
+        assert_eq!(
+            estimate(2.0, f64::INFINITY, "V"),
+            "2 V (error not determined)"
+        );
+        assert_eq!(
+            estimate(f64::NAN, 1.0, "V"),
+            "not determined by these recordings"
+        );
         // An error larger than the value is written as such.
         assert_eq!(estimate(1e-9, 5e-9, "N"), "1.0 \u{b1} 5.0 nN");
     }

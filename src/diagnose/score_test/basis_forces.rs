@@ -1,11 +1,11 @@
-//! Forces without a name: a force that is there only in a window of one quantity. They
-//! are weighed like effects, and so measure the force that the model lacks, point by
-//! point, whatever its law; and they tell whether something is missing at all.
+//! Forces without a law: each acts only in a window of one quantity. Tested like effects, they
+//! measure the missing force point by point, whatever its law, and show whether anything is
+//! missing at all.
 
 use crate::model::effects::{Action, ActiveEffect, EffectSpec, Kinematics, Need};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 
-/// What a force is looked for against.
+/// The quantity that a force is resolved against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Against {
     /// Height of the proof mass.
@@ -66,10 +66,11 @@ impl Against {
     }
 }
 
-const ANY: (f64, f64) = (-1e300, 1e300);
+/// No limits in practice.
+const UNLIMITED: (f64, f64) = (-1e300, 1e300);
 
-/// A number of a force without a name.
-pub(crate) const fn number(id: &'static str) -> ParameterSpec {
+/// A numeric parameter of a force without a law.
+pub(crate) const fn numeric_parameter(id: &'static str) -> ParameterSpec {
     ParameterSpec {
         id,
         symbol: id,
@@ -77,7 +78,7 @@ pub(crate) const fn number(id: &'static str) -> ParameterSpec {
         unit: "",
         default: 0.0,
         range: (-1.0, 1.0),
-        limits: ANY,
+        limits: UNLIMITED,
         scale: Scale::Linear,
         rank: Rank::Advanced,
         meaning: "of a force without a name",
@@ -93,10 +94,10 @@ static SPEC: EffectSpec = EffectSpec {
     needs: Need::Nothing,
     source: "",
     parameters: &[
-        number("against"),
-        number("middle"),
-        number("width"),
-        number("size"),
+        numeric_parameter("against"),
+        numeric_parameter("middle"),
+        numeric_parameter("width"),
+        numeric_parameter("size"),
     ],
     build: |values, _| {
         Box::new(Window {
@@ -109,9 +110,8 @@ static SPEC: EffectSpec = EffectSpec {
     ..EffectSpec::DEFAULT
 };
 
-/// A force of `size` where the quantity is at `middle`, falling to nothing `width` away.
-/// Its unit is that of `against`: \[N\], or of a damping \[N s/m\], a stiffness \[N/m\], or
-/// of `gc`.
+/// A force of `size` at `middle` of the quantity, falling to zero at a distance of `width`. Its
+/// unit is that of `against`: \[N\], a damping \[N s/m\], a stiffness \[N/m\], or that of `gc`.
 pub fn window(against: Against, middle: f64, width: f64, size: f64) -> ActiveEffect {
     ActiveEffect {
         spec: &SPEC,
@@ -133,9 +133,9 @@ impl Window {
     }
 }
 
-/// Middles of `count` windows side by side over a range, and their width; `None` for a range
-/// of nothing.
-pub(crate) fn side_by_side((low, high): (f64, f64), count: usize) -> Option<(Vec<f64>, f64)> {
+/// Centres of `count` overlapping windows over a range, and their half width; `None` for an empty
+/// range.
+pub(crate) fn window_grid((low, high): (f64, f64), count: usize) -> Option<(Vec<f64>, f64)> {
     // A device without a drive has no voltage to speak of.
     if high.is_nan() || high <= low {
         return None;
@@ -144,8 +144,8 @@ pub(crate) fn side_by_side((low, high): (f64, f64), count: usize) -> Option<(Vec
     Some(((0..count).map(|i| low + i as f64 * width).collect(), width))
 }
 
-/// 1 in the middle, falling to nothing `width` away; smooth, so that the simulation needs no
-/// breaks.
+/// A window: 1 at `middle`, falling to 0 at a distance of `width` as `cos^2(pi d / 2)`. It is
+/// smooth, so that the simulation needs no breaks.
 pub(crate) fn hat(u: f64, middle: f64, width: f64) -> f64 {
     let d = ((u - middle) / width).abs();
     if d < 1.0 {

@@ -1,5 +1,5 @@
-//! The catalogue as hypotheses: for each effect some forms of it, each a direction in
-//! which the simulation would move, and what is left free when it is fitted.
+//! The catalogue as directions of the score test: for each effect some forms, each a direction in
+//! which the simulation would move, with the parameters that are free when it is fitted.
 
 use crate::fit::problem::COORDINATE_STEP;
 use crate::fit::problem::parameter_space::linear_unit;
@@ -7,28 +7,29 @@ use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, FoundBy, Motion, Start, own_ids};
 use crate::model::parameter::ParameterId;
 
-/// Shortest lag that is tried, as a share of that of its form.
-pub const LEAST_LAG: f64 = 0.3;
+/// Shortest lag that a fit may reach, as a share of that of its form.
+pub const MIN_LAG_SHARE: f64 = 0.3;
 
-/// One effect at one set of its nonlinear constants.
+/// One effect at one choice of its nonlinear constants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CatalogueDirection {
     /// The effect.
     pub spec: &'static EffectSpec,
-    /// Values of its parameters, of a size at which it still acts in proportion.
+    /// Values of its parameters, small enough for it to act in proportion.
     pub values: Vec<f64>,
-    /// Which parameter is its strength.
+    /// Index of its strength parameter.
     pub strength: usize,
     /// Whether the strength may be negative.
     pub signed: bool,
-    /// Which parameters are fitted.
+    /// Indices of the fitted parameters.
     pub free: Vec<usize>,
-    /// Constants other than the strength make no sense below this.
-    pub least_constant: f64,
-    /// Values to begin with, and which are fitted, where the law is too strong for any model
-    /// without it, if those are others.
-    pub full: Option<(Vec<f64>, Vec<usize>)>,
-    /// Which parameters shape the law, to be fitted besides once it has shown up.
+    /// Smallest sensible value of the constants other than the strength.
+    pub min_constant: f64,
+    /// Initial values and fitted parameters where the law is too strong for any model without
+    /// it, if they differ.
+    pub cold_start: Option<(Vec<f64>, Vec<usize>)>,
+    /// Indices of parameters that shape the law, fitted in addition once the effect is
+    /// established.
     pub shape: &'static [usize],
 }
 
@@ -44,19 +45,19 @@ impl CatalogueDirection {
         }
     }
 
-    /// Whether the strength is how late something is.
+    /// Whether the strength is a latency.
     pub fn is_lag(&self) -> bool {
         matches!(self.spec.parameters[self.strength].unit, "s" | "s/V")
     }
 
-    /// Least strength that a fit may come to: below it an effect of one sign is nothing, and
-    /// a lag, whose answer goes as its square beside a shift of the clocks, calls for a
+    /// Least strength that a fit may reach. Below it an effect of one sign is nothing, and a
+    /// lag, whose response is quadratic after a shift of the clocks is projected out, needs a
     /// shorter form.
-    pub fn least(&self) -> f64 {
+    pub fn min_strength(&self) -> f64 {
         if self.signed {
             f64::NEG_INFINITY
         } else {
-            let share = if self.is_lag() { LEAST_LAG } else { 1e-4 };
+            let share = if self.is_lag() { MIN_LAG_SHARE } else { 1e-4 };
             share * self.values[self.strength]
         }
     }
@@ -69,14 +70,14 @@ impl CatalogueDirection {
         )
     }
 
-    /// Ids of the parameters that are fitted, as `effect.parameter`.
+    /// Ids of the fitted parameters, as `effect.parameter`.
     pub fn free_ids(&self) -> Vec<String> {
         own_ids(self.spec, &self.free)
     }
 }
 
-/// Ids of what shapes a law with a time constant of `spec`.
-pub fn shape_of(spec: &EffectSpec) -> Vec<String> {
+/// Ids of the slew-rate parameters of a lag `spec`, which shape its law.
+pub fn pace_parameters(spec: &EffectSpec) -> Vec<String> {
     let all = spec.parameters.iter().enumerate();
     let paces = all.filter(|(_, p)| p.unit == "s/V").map(|(i, _)| i);
     own_ids(spec, &paces.collect::<Vec<_>>())
@@ -87,9 +88,9 @@ pub fn shape_of(spec: &EffectSpec) -> Vec<String> {
 pub struct Scale {
     /// Largest displacement \[m\].
     pub length: f64,
-    /// Usual speed \[m/s\].
+    /// Typical speed \[m/s\].
     pub speed: f64,
-    /// Force that goes with it \[N\].
+    /// Typical force \[N\].
     pub force: f64,
     /// Time between samples \[s\].
     pub interval: f64,
@@ -99,7 +100,7 @@ impl Scale {
     /// Of `model`, moving over `length` \[m\] and read every `interval` \[s\].
     pub fn new(model: &Model, length: f64, interval: f64) -> Self {
         /// Acceleration of a mass without a spring \[m/s^2\].
-        const FALL: f64 = 9.81;
+        const GRAVITY: f64 = 9.81;
         let structure = model.structure();
         let mass = 1.0 / structure.mobility();
         let springs = structure.modes.iter().filter(|m| m.frequency > 0.0);
@@ -115,8 +116,8 @@ impl Scale {
         } else {
             Self {
                 length,
-                speed: (FALL * length).sqrt(),
-                force: mass * FALL,
+                speed: (GRAVITY * length).sqrt(),
+                force: mass * GRAVITY,
                 interval,
             }
         }
@@ -149,9 +150,9 @@ impl Scale {
     }
 }
 
-/// Forms of all effects that the linear scan can weigh on this device. Further modes,
-/// vibrations and what happens at the ground are looked for in ways of their own.
-pub fn forms(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
+/// Forms of all effects that the linear score test can evaluate on this device. Further modes,
+/// vibrations and contact laws are searched for separately.
+pub fn catalogue_directions(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
     let motion = scale.motion(model);
     let mut out = Vec::new();
     for spec in CATALOGUE.iter().copied() {
@@ -164,8 +165,8 @@ pub fn forms(model: &Model, scale: &Scale) -> Vec<CatalogueDirection> {
             strength: start.strength,
             signed: start.signed,
             free: start.free.to_vec(),
-            least_constant: (search.least_constant)(&motion),
-            full: search.cold_start.map(|cold| {
+            min_constant: (search.least_constant)(&motion),
+            cold_start: search.cold_start.map(|cold| {
                 let mut effect = ActiveEffect::new(spec);
                 for (i, value) in cold.set {
                     effect.values[*i] = *value;

@@ -1,21 +1,23 @@
-//! TODO-doc
+//! The joint score of several directions: normal equations solved by an eigenvalue decomposition,
+//! nearly dependent directions left out.
 
 use nalgebra::{DMatrix, DVector};
 
-/// What several directions would bring together.
+/// Score of several directions together.
 #[derive(Debug, Clone)]
 pub struct Joint {
     /// Fall of chi2.
     pub gain: f64,
-    /// Directions that are told.
+    /// Number of directions that are determined.
     pub rank: usize,
-    /// How far to go along each.
+    /// Step along each direction.
     pub theta: Vec<f64>,
-    /// Standard errors of that.
+    /// Standard errors of those steps.
     pub errors: Vec<f64>,
 }
 
-/// Solves normal equations of directions that may be all but dependent.
+/// Solves the normal equations of directions that may be nearly dependent; `None` if they are not
+/// finite. Eigenvalues below 1e-5 of the scaled matrix are skipped.
 pub fn solve(normal: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<Joint> {
     let n = gradient.len();
     let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());

@@ -1,4 +1,5 @@
-//! TODO-doc
+//! A problem linearised at a fit: products of its Jacobians with the directions to be tested, each
+//! segment's own unknowns projected out.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -11,31 +12,32 @@ use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::{SimError, StretchSimulator, Stretcher};
 
-/// Products of a stretch's directions, its own unknowns taken out.
+/// Products of the directions of one segment, its own unknowns projected out by a QR
+/// decomposition.
 #[derive(Debug, Clone)]
 pub struct SegmentGram {
-    /// Unknowns of the whole problem that bear on it.
+    /// Unknowns of the problem that act on it.
     pub columns: Vec<usize>,
-    /// Of those with each other.
+    /// Products of those with each other.
     pub base: DMatrix<f64>,
-    /// Of those with the residuals.
+    /// Products of those with the residuals.
     pub base_slope: DVector<f64>,
-    /// Of those (rows) with the probes.
+    /// Products of those (rows) with the tested directions.
     pub cross: DMatrix<f64>,
-    /// Of the probes with each other.
+    /// Products of the tested directions with each other.
     pub gram: DMatrix<f64>,
-    /// Of the probes with the residuals.
+    /// Products of the tested directions with the residuals.
     pub slope: DVector<f64>,
-    /// Index of the stretch.
+    /// Index of the segment.
     pub segment: usize,
-    /// Middle of the stretch \[s\].
+    /// Middle of the segment \[s\].
     pub middle: f64,
 }
 
 impl SegmentGram {
-    /// The same with the only probe as number `which` of `count`, the others zero; all are
-    /// where it is none.
-    pub(crate) fn spread(&self, which: Option<usize>, count: usize) -> Self {
+    /// The same with its only direction as number `which` of `count`, the others zero; all are
+    /// zero for `None`.
+    pub(crate) fn in_group(&self, which: Option<usize>, count: usize) -> Self {
         let mut out = Self {
             cross: DMatrix::zeros(self.cross.nrows(), count),
             gram: DMatrix::zeros(count, count),
@@ -51,10 +53,11 @@ impl SegmentGram {
     }
 }
 
-/// A problem linearised at a point, on which directions are tried.
+/// A problem linearised at a point, on which directions are tested.
 #[derive(Debug)]
 pub struct Linearized<'a> {
     pub(crate) problem: &'a Problem,
+    /// The point of linearisation.
     pub(crate) point: &'a Point,
     jacobians: &'a [Option<Jacobian>],
 }
@@ -82,12 +85,12 @@ impl<'a> Linearized<'a> {
         self.point
     }
 
-    /// Products of the directions from `model`, which is the model at the point, to it
-    /// with each of `effects`.
+    /// Products of the directions that lead from `model`, the model at the point, to it with
+    /// each of `effects`.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
-    pub fn products(
+    pub fn segment_grams(
         &self,
         model: &Model,
         effects: &[ActiveEffect],

@@ -1,32 +1,31 @@
-//! The first look at all hypotheses at once: by how much the misfit would fall along each
-//! direction, all that re-tuning and the rig can explain taken out.
+//! The score test of all hypotheses at once: by how much chi2 would fall along each direction,
+//! with everything that re-tuning and the setup can explain projected out.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::forms::CatalogueDirection;
 use super::joint::Joint;
 use super::linearized::{Linearized, SegmentGram};
+use crate::diagnose::thresholds::UNIDENTIFIABLE_SHARE;
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
-/// A direction of which re-tuning explains all but this share cannot be told.
-pub(crate) const UNTOLD: f64 = 1e-7;
-/// Weight that keeps an unknown where it is, over what the data give it.
-const LOCKED: f64 = 1e12;
-/// Ridge of the baseline's own directions, as a share of each.
-const RIDGE: f64 = 1e-10;
+/// Weight that holds an unknown in place, relative to what the data give it.
+const LOCKING_WEIGHT: f64 = 1e12;
+/// Ridge on the baseline's own directions, relative to each diagonal element.
+const RELATIVE_RIDGE: f64 = 1e-10;
 
-/// What a direction would bring.
+/// Score of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScoreGain {
-    /// Fall of chi2.
+    /// Predicted fall of chi2.
     pub gain: f64,
-    /// How far to go, in units of the form's strength.
+    /// Step to take, in units of the form's strength.
     pub theta: f64,
 }
 
-/// Normal equations with the directions of some forms.
+/// Normal equations of the baseline's unknowns and the tested directions.
 #[derive(Debug, Clone)]
 pub struct ScoreScan {
     normal: DMatrix<f64>,
@@ -35,7 +34,7 @@ pub struct ScoreScan {
 }
 
 impl ScoreScan {
-    /// Weighs `forms` at `point`, where the model is `model`.
+    /// Tests `forms` at the linearisation point, where the model is `model`.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
@@ -45,37 +44,37 @@ impl ScoreScan {
         forms: &[CatalogueDirection],
     ) -> Result<Self, SimError> {
         let effects: Vec<ActiveEffect> = forms.iter().map(|f| f.effect(1.0)).collect();
-        Self::of(linear, model, &effects)
+        Self::of_effects(linear, model, &effects)
     }
 
-    /// Weighs effects as they are.
+    /// Tests effects as they are.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
-    pub fn of(
+    pub fn of_effects(
         linear: &Linearized<'_>,
         model: &Model,
         effects: &[ActiveEffect],
     ) -> Result<Self, SimError> {
-        let products = linear.products(model, effects)?;
-        Ok(Self::gather(linear, &products, effects.len()))
+        let products = linear.segment_grams(model, effects)?;
+        Ok(Self::assemble(linear, &products, effects.len()))
     }
 
-    /// What all directions would bring together, each known beforehand to be zero but for
-    /// `sigma` times itself.
-    pub fn within(&self, sigma: f64) -> Option<Joint> {
+    /// Joint score of all directions under a Gaussian prior of zero mean and standard
+    /// deviation `sigma`, in units of each direction.
+    pub fn joint_with_prior(&self, sigma: f64) -> Option<Joint> {
         let all: Vec<usize> = (0..self.gradient.len() - self.unknowns).collect();
         self.solve(&all, 1.0 / (sigma * sigma))
     }
 
-    /// What some of the directions would bring together, all other unknowns adjusted.
+    /// Joint score of some directions, all other unknowns adjusted.
     pub fn joint(&self, which: &[usize]) -> Option<Joint> {
         self.solve(which, 0.0)
     }
 
     fn solve(&self, which: &[usize], prior: f64) -> Option<Joint> {
         let n = self.unknowns;
-        let base = self.base()?;
+        let base = self.nuisance_projector()?;
         let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
         let columns: Vec<DVector<f64>> = which.iter().map(|&k| column(k)).collect();
         let m = which.len();
@@ -91,27 +90,31 @@ impl ScoreScan {
         super::joint::solve(&normal, &DVector::from_fn(m, |i, _| slope(i)))
     }
 
-    /// The baseline's own directions, `None` if they are singular.
-    pub(crate) fn base(&self) -> Option<NuisanceProjector> {
+    /// The projector onto the baseline's own directions; `None` if they are singular.
+    pub(crate) fn nuisance_projector(&self) -> Option<NuisanceProjector> {
         NuisanceProjector::new(&self.normal, &self.gradient, self.unknowns)
     }
 
-    /// The same where the first `locked` unknowns, the model's parameters, stay as they are.
-    pub(crate) fn base_without(&self, locked: usize) -> Option<NuisanceProjector> {
+    /// The same with the first `locked` unknowns, the model's parameters, held fixed.
+    pub(crate) fn projector_with_locked(&self, locked: usize) -> Option<NuisanceProjector> {
         let mut normal = self.normal.clone();
         for i in 0..locked.min(self.unknowns) {
-            normal[(i, i)] = LOCKED * normal[(i, i)].max(1e-200);
+            normal[(i, i)] = LOCKING_WEIGHT * normal[(i, i)].max(1e-200);
         }
         NuisanceProjector::new(&normal, &self.gradient, self.unknowns)
     }
 
-    /// Normal equations from products with so many probes each.
-    pub(crate) fn gather(linear: &Linearized<'_>, products: &[SegmentGram], probes: usize) -> Self {
+    /// Normal equations summed over segments with so many `probes` each, and the priors.
+    pub(crate) fn assemble(
+        linear: &Linearized<'_>,
+        products: &[SegmentGram],
+        probes: usize,
+    ) -> Self {
         let (problem, point) = (linear.problem, linear.point);
         let n = problem.unknowns();
         let mut normal = DMatrix::zeros(n + probes, n + probes);
         let mut gradient = DVector::zeros(n + probes);
-        // One after the other, so that rounding is the same on any number of cores.
+        // Summed in order, so that rounding does not depend on the number of cores.
         for p in products {
             for (i, &ci) in p.columns.iter().enumerate() {
                 gradient[ci] += p.base_slope[i];
@@ -141,32 +144,32 @@ impl ScoreScan {
         }
     }
 
-    /// What form `k` would bring, all other unknowns adjusted.
-    pub fn promise(&self, k: usize) -> Option<ScoreGain> {
+    /// Score of form `k`, all other unknowns adjusted.
+    pub fn predicted_gain(&self, k: usize) -> Option<ScoreGain> {
         let at = self.unknowns + k;
-        let base = self.base()?;
+        let base = self.nuisance_projector()?;
         let cross = self.normal.view((0, at), (self.unknowns, 1)).into_owned();
-        base.promise(
+        base.predicted_gain(
             &cross.column(0).into_owned(),
             self.normal[(at, at)],
             self.gradient[at],
         )
     }
 
-    /// What re-tuning alone would still bring.
-    pub fn own_promise(&self) -> f64 {
+    /// Fall of chi2 that re-tuning alone would still bring.
+    pub fn nuisance_gain(&self) -> f64 {
         let n = self.unknowns;
-        self.base().map_or(0.0, |base| {
+        self.nuisance_projector().map_or(0.0, |base| {
             let g = self.gradient.rows(0, n).into_owned();
             base.inner(&g, &g)
         })
     }
 
-    /// Cosine between forms `j` and `k` after all re-tuning: 1 if they cannot be told
-    /// apart.
+    /// Cosine between forms `j` and `k` with re-tuning projected out: 1 if they cannot be
+    /// distinguished.
     pub fn cosine(&self, j: usize, k: usize) -> f64 {
         let n = self.unknowns;
-        let Some(base) = self.base() else {
+        let Some(base) = self.nuisance_projector() else {
             return 0.0;
         };
         let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
@@ -183,7 +186,7 @@ impl ScoreScan {
     }
 }
 
-/// The baseline's own directions, ready to be taken out of others.
+/// The baseline's own directions, ready to be projected out of others.
 pub struct NuisanceProjector {
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
     scale: DVector<f64>,
@@ -195,7 +198,7 @@ impl NuisanceProjector {
     pub fn new(normal: &DMatrix<f64>, gradient: &DVector<f64>, n: usize) -> Option<Self> {
         let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
         let base = DMatrix::from_fn(n, n, |i, j| {
-            normal[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { RELATIVE_RIDGE } else { 0.0 }
         });
         let factor = base.cholesky()?;
         let right = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);
@@ -206,23 +209,23 @@ impl NuisanceProjector {
         })
     }
 
-    /// Part of the product of two directions that lies in the baseline's own.
+    /// Part of the product of two directions that lies in the span of the baseline's own.
     pub fn inner(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let scaled = b.component_mul(&self.scale);
         a.component_mul(&self.scale)
             .dot(&self.factor.solve(&scaled))
     }
 
-    /// Slope along a direction that is left when the baseline adjusts.
+    /// Slope along a direction with the baseline adjusted.
     pub fn slope(&self, cross: &DVector<f64>, slope: f64) -> f64 {
         slope - cross.component_mul(&self.scale).dot(&self.right)
     }
 
-    /// What a direction would bring, from its products with the baseline's own, with itself
-    /// and with the residuals; `None` if it cannot be told from those.
-    pub fn promise(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<ScoreGain> {
+    /// Score of a direction from its products with the baseline's own, with itself and with
+    /// the residuals: `g^2 / H` with both projected. `None` if the baseline can absorb it.
+    pub fn predicted_gain(&self, cross: &DVector<f64>, own: f64, slope: f64) -> Option<ScoreGain> {
         let left = own - self.inner(cross, cross);
-        if left.is_nan() || left <= UNTOLD * own || own <= 0.0 {
+        if left.is_nan() || left <= UNIDENTIFIABLE_SHARE * own || own <= 0.0 {
             return None;
         }
         let slope = self.slope(cross, slope);

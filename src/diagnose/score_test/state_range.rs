@@ -1,10 +1,11 @@
-//! TODO-doc
+//! Ranges of the motion in the recordings, over which windows are laid.
 
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::recording::quantile_in_place;
 
-/// Ranges of height \[m\], velocity \[m/s\] and voltage \[V\] in the recordings.
-pub(crate) fn spans(fitted: &Fitted) -> ((f64, f64), (f64, f64), (f64, f64)) {
+/// Ranges of height \[m\], velocity \[m/s\] and voltage \[V\] in the recordings: from the 1 % to
+/// the 99 % quantile, the voltage in full.
+pub(crate) fn state_ranges(fitted: &Fitted) -> ((f64, f64), (f64, f64), (f64, f64)) {
     let (mut x, mut v, mut u) = (Vec::new(), Vec::new(), Vec::new());
     for data in &fitted.problem.data {
         let r = &data.recording;

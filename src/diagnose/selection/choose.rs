@@ -1,57 +1,49 @@
-//! Which of the hypotheses weighed is the best, and which others do as well.
+//! The best of the evaluated hypotheses, and those that cannot be distinguished from it.
 
 use super::law_shape::{as_lag_twin, with_shape_parameters};
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::hypotheses::lag_twins;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    INDISTINGUISHABLE_GAIN, INDISTINGUISHABLE_SHARE, TWIN_INDISTINGUISHABLE_SHARE, TWIN_MIN_SHARE,
+};
 use crate::model::effects::{EffectSpec, find};
 
-/// Two hypotheses whose gains differ by less than this share cannot be told apart.
-const ALIKE: f64 = 0.03;
-/// Nor if they differ by less than this.
-const ALIKE_LEAST: f64 = 8.0;
-/// Share of the best one's gain from which the one that looks like it is asked as well: where
-/// it comes to less, flight itself has told.
-const TWIN: f64 = 0.8;
-/// Two that look alike in flight cannot be told there if their gains differ by less than this
-/// share: so much a law of somewhat other form makes up for.
-const TWIN_ALIKE: f64 = 0.1;
-
-/// The best of a round.
+/// The best hypothesis of a round.
 pub struct Choice {
     /// The effect.
     pub spec: &'static EffectSpec,
     /// The fit with it.
     pub trial: CandidateFit,
-    /// Others that do as well.
+    /// Ids of effects that fit equally well.
     pub alike: Vec<&'static str>,
-    /// Why one that does as well in flight is not among those.
-    pub told: Option<String>,
+    /// Why an effect that fits equally well in flight is not among those.
+    pub rejected_twin: Option<String>,
 }
 
-/// Adds to what was `weighed` the one that looks like the best in flight, begun from its fit,
-/// if it is asked for and has come to far less: the linearised problem foresees little of a
-/// lag that the clocks have taken.
+/// Adds to `scores` the lag twin of the best effect, started from its fit, if it is a candidate
+/// and scored far less: the linearised problem predicts little of a lag that the clocks have
+/// absorbed.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn add_twin(
     workspace: &Workspace,
-    stand: &ModelState,
-    weighed: &mut Vec<CandidateScore>,
+    state: &ModelState,
+    scores: &mut Vec<CandidateScore>,
     is_asked: &dyn Fn(&EffectSpec) -> bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
     let worth = |w: &CandidateScore| {
-        w.trial
+        w.fit
             .as_ref()
             .map_or(f64::NEG_INFINITY, CandidateFit::worth)
     };
-    let best = weighed
+    let best = scores
         .iter()
         .max_by(|a, b| worth(a).total_cmp(&worth(b)))
-        .and_then(|w| w.trial.as_ref().map(|t| (w.spec, t)));
+        .and_then(|w| w.fit.as_ref().map(|t| (w.spec, t)));
     let Some((first, trial)) = best.filter(|(_, t)| !t.is_insignificant()) else {
         return Ok(());
     };
@@ -61,73 +53,74 @@ pub fn add_twin(
     let Some(spec) = spec.filter(|_| !control.cancelled()) else {
         return Ok(());
     };
-    let known = weighed.iter().position(|w| w.spec == spec);
-    let least = known.map_or(f64::NEG_INFINITY, |k| worth(&weighed[k]));
-    if least > TWIN * trial.worth() {
+    let known = scores.iter().position(|w| w.spec == spec);
+    let least = known.map_or(f64::NEG_INFINITY, |k| worth(&scores[k]));
+    if least > TWIN_MIN_SHARE * trial.worth() {
         return Ok(());
     }
-    let Some(twin) = as_lag_twin(workspace, stand, trial, spec, control)? else {
+    let Some(twin) = as_lag_twin(workspace, state, trial, spec, control)? else {
         return Ok(());
     };
     log::debug!("{} as {}: {:.0}", first.id, spec.id, twin.worth());
     if twin.worth() > least {
         let own = CandidateScore {
             spec,
-            promise: known.map_or(0.0, |k| weighed[k].promise),
-            trial: Some(twin),
-            by_itself: None,
+            predicted_gain: known.map_or(0.0, |k| scores[k].predicted_gain),
+            fit: Some(twin),
+            self_ringing_frequency: None,
         };
         match known {
-            Some(k) => weighed[k] = own,
-            None => weighed.push(own),
+            Some(k) => scores[k] = own,
+            None => scores.push(own),
         }
     }
     Ok(())
 }
 
-/// The best of what was `weighed`, in which the two that look alike in flight are given the
-/// shape of their laws if one of them is the best; `None` if nothing could be fitted.
+/// The best of `scores`. If one of the two lag twins is the best, both are given their shape
+/// parameters and compared around impacts. `None` if nothing could be fitted.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn best(
+pub fn choose_best(
     workspace: &Workspace,
-    stand: &ModelState,
-    weighed: &mut [CandidateScore],
+    state: &ModelState,
+    scores: &mut [CandidateScore],
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<Choice>, DiagnoseError> {
-    let all = weighed.iter_mut();
-    let all = all.filter_map(|w| w.trial.as_mut().map(|t| (w.spec, t)));
+    let all = scores.iter_mut();
+    let all = all.filter_map(|w| w.fit.as_mut().map(|t| (w.spec, t)));
     let mut trials: Vec<(&'static EffectSpec, &mut CandidateFit)> = all.collect();
     trials.sort_by(|a, b| b.1.worth().total_cmp(&a.1.worth()));
     let Some(first) = trials.first() else {
         return Ok(None);
     };
-    // In flight the twin may even suit better, where the law is of somewhat other form.
+    // In flight the twin may even fit better where the law has a slightly different form.
     let twin = trials.iter().position(|(spec, t)| {
-        lag_twins::looks_like(first.0.id, spec.id)
-            && t.worth() > TWIN * first.1.worth()
+        lag_twins::are_lag_twins(first.0.id, spec.id)
+            && t.worth() > TWIN_MIN_SHARE * first.1.worth()
             && !first.1.excels(t)
     });
-    let mut told = None;
+    let mut rejected_twin = None;
     let mut best = 0;
     if let Some(twin) = twin {
-        // A law of another form would leave around bounces what is no matter of the two.
+        // A wrong form of the law would leave residuals around bounces that have nothing
+        // to do with the two.
         for k in [0, twin] {
-            *trials[k].1 = with_shape_parameters(workspace, stand, trials[k].1.clone(), control)?;
+            *trials[k].1 = with_shape_parameters(workspace, state, trials[k].1.clone(), control)?;
         }
         let (a, b) = (trials[0].1.worth(), trials[twin].1.worth());
         log::debug!("{} {a:.0}, {} {b:.0}", trials[0].0.id, trials[twin].0.id);
         let mut lower = b - a;
-        if a.min(b) > TWIN * a.max(b) {
+        if a.min(b) > TWIN_MIN_SHARE * a.max(b) {
             let fits = |k: usize| (&trials[k].1.train, trials[k].1.held_out.as_ref());
             let around = lag_twins::compare_around_impacts(workspace, fits(0), fits(twin))?;
             if around.sure {
                 let other = if around.fall > 0.0 { 0 } else { twin };
-                told = Some((trials[other].0, around.fall.abs()));
+                rejected_twin = Some((trials[other].0, around.fall.abs()));
                 lower = around.fall;
             } else {
-                // Two that look alike are told beside each other, the likelier first.
+                // Undecided twins are reported together, the likelier first.
                 lower += around.fall;
             }
         }
@@ -138,17 +131,19 @@ pub fn best(
     let most = trials.iter().map(|(_, t)| t.worth());
     let most = most.fold(f64::NEG_INFINITY, f64::max);
     let first = &trials[best];
-    let least = most - (ALIKE * most).max(ALIKE_LEAST);
-    let other = |spec: &EffectSpec| *spec != *first.0 && told.is_none_or(|t| *spec != *t.0);
+    let least = most - (INDISTINGUISHABLE_SHARE * most).max(INDISTINGUISHABLE_GAIN);
+    let other =
+        |spec: &EffectSpec| *spec != *first.0 && rejected_twin.is_none_or(|t| *spec != *t.0);
     let others = trials.iter().filter(|(spec, t)| {
-        let twin = lag_twins::looks_like(first.0.id, spec.id);
-        let close = t.worth() > least || twin && t.worth() > (1.0 - TWIN_ALIKE) * most;
+        let twin = lag_twins::are_lag_twins(first.0.id, spec.id);
+        let close =
+            t.worth() > least || twin && t.worth() > (1.0 - TWIN_INDISTINGUISHABLE_SHARE) * most;
         other(spec) && close && !first.1.excels(t)
     });
     let alike = others.map(|(spec, _)| spec.id).collect();
-    let told = told.map(|(other, fall)| {
+    let rejected_twin = rejected_twin.map(|(other, fall)| {
         format!(
-            "{} would do as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
+            "{} would fit as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
             other.name, first.0.name
         )
     });
@@ -156,6 +151,6 @@ pub fn best(
         spec: first.0,
         trial: first.1.clone(),
         alike,
-        told,
+        rejected_twin,
     }))
 }

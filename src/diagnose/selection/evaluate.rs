@@ -1,46 +1,43 @@
-//! Hypotheses weighed: each of those that promise most is fitted, from the fit there is or,
-//! where that has lost its way, from where the re-tuning began, and judged on the recordings
-//! kept out.
+//! Evaluation of hypotheses: those with the largest predicted gains are refitted, from the current
+//! fit or, where that has lost track, from a cold start, and tested on the held-out recordings.
 
 use super::refit::{
-    begun_from, best_start_on_subset, found, from_afar, from_near, others, with_constants,
+    MAX_FIT_STEPS, alternative_hypotheses, best_start_on_subset, fit_cold_start, fit_from,
+    fit_of_required_effect, fit_warm_start, with_fixed_constants,
 };
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::hypotheses::level_step_time;
-use crate::diagnose::hypotheses::propose::{FOUND, PROMISING, promises};
+use crate::diagnose::hypotheses::propose::propose;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{MIN_SHARE_OF_BEST, REFIT_MIN_SCORE, SEARCHED_REFIT_MIN_SCORE};
 use crate::model::effects::EffectSpec;
 
-/// Share of the best refit below which a promise is far behind.
-const MIN_SHARE_OF_BEST: f64 = 0.3;
 /// Most hypotheses refitted in a round.
 const MAX_REFITS: usize = 4;
-/// Steps of a fit at most.
-pub(crate) const ITERATIONS: usize = 12;
 
-/// Weighs all hypotheses that `stand` does not have yet, or `only` one effect whatever it
-/// promises.
+/// Evaluates all hypotheses on what `state` lacks, or `only` one effect whatever its predicted
+/// gain.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn weigh(
+pub fn evaluate_hypotheses(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     options: &DiagnoseOptions,
     only: Option<&str>,
     control: &DiagnoseControl<'_>,
     about: &dyn Fn(&str, f64),
 ) -> Result<Vec<CandidateScore>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
-    let asked = |spec: &EffectSpec| is_asked(stand, options, only, spec);
-    let mut hypotheses = promises(workspace, stand, &asked)?;
+    let asked = |spec: &EffectSpec| is_candidate(state, options, only, spec);
+    let mut hypotheses = propose(workspace, state, &asked)?;
     hypotheses.sort_by(|a, b| b.predicted_gain.total_cmp(&a.predicted_gain));
     for h in &hypotheses {
         let start = &h.start;
         log::debug!(
-            "{} promises {:.1} at {:?}",
+            "{} predicts {:.1} at {:?}",
             start.spec.id,
             h.predicted_gain,
             start.values
@@ -48,9 +45,14 @@ pub fn weigh(
     }
     let mut out: Vec<CandidateScore> = Vec::new();
     let mut best = 0.0f64;
-    let mut afar_asked = false;
-    // What the re-tuning has found comes first, whatever it promises where clocks have taken it.
-    if let Some(known) = workspace.found.as_ref().filter(|_| stand.named.is_empty()) {
+    let mut cold_start_tried = false;
+    // The required effect comes first, whatever its predicted gain where clocks have absorbed
+    // it.
+    if let Some(known) = workspace
+        .required_effect
+        .as_ref()
+        .filter(|_| state.named.is_empty())
+    {
         let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
         hypotheses.sort_by_key(|h| !is_known(h));
         hypotheses.dedup_by(|later, earlier| is_known(later) && is_known(earlier));
@@ -60,12 +62,12 @@ pub fn weigh(
         let same = |w: &CandidateScore| w.spec == hypothesis.start.spec;
         let known = out.iter().position(same);
         let k = known.unwrap_or(out.len());
-        // Where the promise is far below what a refit has reached, a refit is in vain:
-        // promises are right where the baseline is near the data.
+        // A predicted gain far below what a refit has reached makes a refit pointless:
+        // predictions are accurate where the baseline is near the data.
         let least = if hypothesis.look_elsewhere {
-            FOUND
+            SEARCHED_REFIT_MIN_SCORE
         } else {
-            PROMISING
+            REFIT_MIN_SCORE
         };
         let worth = hypothesis.predicted_gain > least
             && hypothesis.predicted_gain > MIN_SHARE_OF_BEST * best;
@@ -76,22 +78,23 @@ pub fn weigh(
                 hypothesis.start.spec.name,
                 (k + 1) as f64 / (count + 1) as f64,
             );
-            // From afar takes as long as the re-tuning did: only for what promises most of all
-            // that acts in flight, where that has gone astray.
+            // A cold start takes as long as the re-tuning did. It is tried only for
+            // the effect in flight with the largest predicted gain, where the fit has
+            // gone astray.
             let is_in_flight = !hypothesis.start.spec.is_level_step();
-            let afar = !afar_asked && stand.named.is_empty() && is_in_flight;
-            afar_asked |= afar;
-            trial = attempt(workspace, stand, &hypothesis, afar, control)?;
+            let cold_start = !cold_start_tried && state.named.is_empty() && is_in_flight;
+            cold_start_tried |= cold_start;
+            trial = refit_hypothesis(workspace, state, &hypothesis, cold_start, control)?;
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
         let own = CandidateScore {
             spec: hypothesis.start.spec,
-            promise: hypothesis.predicted_gain,
-            trial,
-            by_itself: None,
+            predicted_gain: hypothesis.predicted_gain,
+            fit: trial,
+            self_ringing_frequency: None,
         };
         let worth = |w: &CandidateScore| {
-            w.trial
+            w.fit
                 .as_ref()
                 .map_or(f64::NEG_INFINITY, CandidateFit::worth)
         };
@@ -105,8 +108,8 @@ pub fn weigh(
 }
 
 /// Whether an effect is a candidate, or the `only` one, and not named yet.
-pub fn is_asked(
-    stand: &ModelState,
+pub fn is_candidate(
+    state: &ModelState,
     options: &DiagnoseOptions,
     only: Option<&str>,
     spec: &EffectSpec,
@@ -115,70 +118,71 @@ pub fn is_asked(
         Some(only) => only == spec.id,
         None => options.has_candidate(spec.id),
     };
-    wanted && stand.named.iter().all(|n| n.spec != spec)
+    wanted && state.named.iter().all(|n| n.spec != spec)
 }
 
-/// A fit with one more effect, or `None` if it cannot be simulated; also from `afar` if the
-/// fit there is has lost its way.
-fn attempt(
+/// A fit with one more effect, or `None` if it cannot be simulated; with `cold_start` also from a
+/// cold start if the current fit has lost track.
+fn refit_hypothesis(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
-    afar: bool,
+    cold_start: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    if let Some(trial) = found(workspace, stand, hypothesis, control)? {
+    if let Some(trial) = fit_of_required_effect(workspace, state, hypothesis, control)? {
         return Ok(Some(trial));
     }
-    // A further mode begins with what a fit has left to it.
+    // A further mode starts from the residuals of a fit.
     let further = hypothesis.start.spec.adds_modes();
-    let astray = afar && !stand.misread && !further && stand.train.is_lost();
+    let astray = cold_start && !state.misread && !further && state.train.is_lost();
     if astray
         && hypothesis.cold_start.is_some()
-        && let Some(trial) = from_afar(workspace, stand, hypothesis, control)?
+        && let Some(trial) = fit_cold_start(workspace, state, hypothesis, control)?
         && trial.worth() > 0.0
     {
         return Ok(Some(trial));
     }
-    let series = hypothesis.sequential_time.then(|| workspace.in_series());
+    let series = hypothesis.sequential_time.then(|| workspace.as_sequence());
     let nearby = series.as_ref().unwrap_or(workspace);
     let near = if further {
         best_start_on_subset(
             nearby,
-            stand,
+            state,
             hypothesis,
-            (&stand.train, ITERATIONS),
+            (&state.train, MAX_FIT_STEPS),
             control,
         )?
     } else {
-        from_near(nearby, stand, hypothesis, control)?
+        fit_warm_start(nearby, state, hypothesis, control)?
     };
     let Some(mut near) = near else {
         return Ok(None);
     };
     let better = |near: CandidateFit, other: &Hypothesis| {
-        // They look alike to the fitted recordings: the fit of the one is all but the other's.
-        let start = with_constants(&near.train.model, other);
-        let tried = begun_from(nearby, stand, other, (&start, &near.train), control)?;
+        // The fitted recordings hardly distinguish them: the fit of one is nearly that of
+        // the other.
+        let start = with_fixed_constants(&near.train.model, other);
+        let tried = fit_from(nearby, state, other, (&start, &near.train), control)?;
         let tried = tried.filter(|tried| tried.worth() > near.worth());
         Ok::<CandidateFit, DiagnoseError>(tried.unwrap_or(near))
     };
-    for other in others(hypothesis).filter(|_| !further) {
+    for other in alternative_hypotheses(hypothesis).filter(|_| !further) {
         near = better(near, &other)?;
     }
     if hypothesis.start.spec.is_level_step()
         && hypothesis.estimated_on_held_out.is_none()
-        && let Some(finer) = level_step_time::finer(&near)?
+        && let Some(finer) = level_step_time::refine_step_time(&near)?
     {
         near = better(near, &finer)?;
     }
     if astray
         && hypothesis.cold_start.is_none()
         && near.train.is_lost()
-        && let Some(other) = from_afar(workspace, stand, hypothesis, control)?
+        && let Some(other) = fit_cold_start(workspace, state, hypothesis, control)?
     {
         log::debug!(
-            "from afar {:.0} in place of {:.0}",
+            "from cold_start {:.0} in place of {:.0}",
             other.worth(),
             near.worth()
         );

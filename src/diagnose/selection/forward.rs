@@ -1,84 +1,70 @@
-//! Naming: hypotheses are promised by the scan, refitted, judged on the recordings kept
-//! out, and added one by one as long as both sides improve beyond chance.
+//! Forward selection of effects: hypotheses proposed by the score test are refitted, tested on the
+//! held-out recordings, and added one by one while both splits improve significantly.
 
-use super::evaluate::{is_asked, weigh};
+use super::evaluate::{evaluate_hypotheses, is_candidate};
 use super::law_shape::{drop_second_time_constant, with_shape_parameters};
-use super::stopping::{cannot_reach_target, formal};
+use super::stopping::{cannot_reach_target, is_form_error};
 use super::{choose, prune, self_ringing};
 use crate::diagnose::comparison::significance;
-use crate::diagnose::comparison::significance::HELD_GAIN;
-use crate::diagnose::comparison::trial::{ModelState, SelectedEffect, SelectionResult};
+use crate::diagnose::comparison::trial::{
+    CandidateFit, ModelState, SelectedEffect, SelectionResult,
+};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, RECOVERED_MIN_SHARE, REVIEW_MIN_CHI2_RATIO,
+    SET_ASIDE_REVIEW_SHARE,
+};
 use crate::model::effects::EffectSpec;
 
-/// Where other forms of the laws named would bring so many times what a further name brings,
-/// it is one of those forms that is wrong, in a way that is not known.
-pub(crate) const OUTWEIGHED: f64 = 2.0;
-/// Chi2 per value up to which a law leaves nothing.
-pub(crate) const WHOLE: f64 = 1.1;
-/// Times that, of what leaves nothing, from which another one leaves much.
-pub const APART: f64 = 1.2;
-/// A further name must explain this share of what the first ones explained.
-const SHARE: f64 = 0.004;
-/// Least chi2 per value that a fit may reach, the noise known as well as it is.
-pub(crate) const LEAST: f64 = 0.9;
-/// Share of the rows set aside as misread from which they are looked at again.
-const ASIDE: f64 = 0.03;
-/// Or any, where chi2 per value is so many times larger on recordings kept out, and than 1.
-const ODD: f64 = 1.3;
-/// A name must bring back this share of them.
-const BACK: f64 = 0.5;
-/// Fall of chi2 per value from which what is misread is looked after anew.
-const CLEARER: f64 = 1.5;
-
-/// Looks for what `baseline` lacks: first with what was set aside as misread, if it is much,
-/// for an effect that spoils some stretches only hides in them.
+/// Searches for what `baseline` lacks, first with the segments set aside as misread if they are
+/// many: an effect that spoils only some segments hides in them.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-pub fn explain(
+pub fn select_effects(
     workspace: &Workspace,
     baseline: ModelState,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
 ) -> Result<SelectionResult, DiagnoseError> {
-    let aside = baseline.train.aside();
+    let aside = baseline.train.set_aside_share();
     log::debug!("{:.1} % of the rows are set aside", 100.0 * aside);
-    // What spoils recordings kept out may have been set aside in those fitted.
+    // What spoils held-out recordings may have been set aside in the fitted ones.
     let odd = baseline.held_out.as_ref().is_some_and(|held| {
-        held.per_value() > ODD && held.per_value() > ODD * baseline.train.per_value()
+        held.per_value() > HELD_OUT_ODD_RATIO
+            && held.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value()
     });
-    let look = aside > ASIDE || (aside > 0.0 && odd);
-    // Where it has lost its way in the others too, they tell what it lacks.
+    let look = aside > SET_ASIDE_REVIEW_SHARE || (aside > 0.0 && odd);
+    // Where the baseline is lost in the other segments too, these show what it lacks.
     if look
         && !baseline.train.is_lost()
         && options.by_hand.is_none()
-        && let Some(found) = among_aside(workspace, &baseline, options, control, report)?
+        && let Some(found) = select_with_set_aside(workspace, &baseline, options, control, report)?
     {
         return Ok(found);
     }
     let from = SelectionResult {
-        stand: baseline.clone(),
+        state: baseline.clone(),
         baseline,
-        weighed: Vec::new(),
+        scores: Vec::new(),
     };
-    search(workspace, from, options, control, report)
+    search_forward(workspace, from, options, control, report)
 }
 
-/// Looks for an effect that tells most of what was set aside as misread, and for others
-/// beside it; `None` if there is none.
-fn among_aside(
+/// Searches for an effect that describes most of the segments set aside as misread, and for others
+/// together with it; `None` if there is none.
+fn select_with_set_aside(
     workspace: &Workspace,
     baseline: &ModelState,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
     report: &dyn Fn(&str, f64),
 ) -> Result<Option<SelectionResult>, DiagnoseError> {
-    let all = |side: &Split, fitted: &Fitted| workspace.with_all(side, fitted);
+    let all = |side: &Split, fitted: &Fitted| workspace.with_all_segments(side, fitted);
     let held_out = workspace.held_out.as_ref().zip(baseline.held_out.as_ref());
     let whole = ModelState {
         train: all(&workspace.train, &baseline.train)?,
@@ -94,54 +80,55 @@ fn among_aside(
     };
     let from = SelectionResult {
         baseline: baseline.clone(),
-        stand: whole,
-        weighed: Vec::new(),
+        state: whole,
+        scores: Vec::new(),
     };
-    let mut found = search(workspace, from, &once, control, report)?;
-    if found.stand.named.is_empty() {
+    let mut found = search_forward(workspace, from, &once, control, report)?;
+    if found.state.named.is_empty() {
         return Ok(None);
     }
-    let stand = &mut found.stand;
-    let series = stand.named.iter().any(|n| n.hypothesis.sequential_time);
+    let state = &mut found.state;
+    let series = state.named.iter().any(|n| n.hypothesis.sequential_time);
     let workspace = if series {
-        workspace.in_series()
+        workspace.as_sequence()
     } else {
         workspace.clone()
     };
-    look_after(&workspace, stand, control)?;
-    stand.misread = false;
-    let left = stand.train.aside();
+    recheck_misread(&workspace, state, control)?;
+    state.misread = false;
+    let left = state.train.set_aside_share();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
-    // An effect that shows as well in the rest may have been fitted astray by them.
-    let astray = stand.train.per_value() > ODD * baseline.train.per_value().max(1.0);
-    if astray || left > (1.0 - BACK) * baseline.train.aside() {
+    // An effect that also acts in the other segments may have been misled by them.
+    let astray = state.train.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value().max(1.0);
+    if astray || left > (1.0 - RECOVERED_MIN_SHARE) * baseline.train.set_aside_share() {
         return Ok(None);
     }
-    search(&workspace, found, options, control, report).map(Some)
+    search_forward(&workspace, found, options, control, report).map(Some)
 }
 
-/// Sets aside what is misread for the model of `stand`.
-fn look_after(
+/// Sets aside what is misread for the model of `state`.
+fn recheck_misread(
     workspace: &Workspace,
-    stand: &mut ModelState,
+    state: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    stand.train = workspace.healed(&workspace.train, stand.train.clone(), false, control)?;
-    if let (Some(side), Some(held_out)) = (&workspace.held_out, stand.held_out.take()) {
-        let near = (&stand.train, Some(&held_out));
-        let judged = workspace.judge(&stand.train.model, near, control)?;
-        stand.held_out = judged
-            .map(|judged| workspace.healed(side, judged, true, control))
+    state.train =
+        workspace.without_misread(&workspace.train, state.train.clone(), false, control)?;
+    if let (Some(side), Some(held_out)) = (&workspace.held_out, state.held_out.take()) {
+        let near = (&state.train, Some(&held_out));
+        let fitted = workspace.fit_held_out(&state.train.model, near, control)?;
+        state.held_out = fitted
+            .map(|fitted| workspace.without_misread(side, fitted, true, control))
             .transpose()?;
     }
     Ok(())
 }
 
-/// Looks for what the stand of `from` still lacks.
+/// Searches for what the state of `from` still lacks.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
-fn search(
+fn search_forward(
     workspace: &Workspace,
     from: SelectionResult,
     options: &DiagnoseOptions,
@@ -150,13 +137,13 @@ fn search(
 ) -> Result<SelectionResult, DiagnoseError> {
     let SelectionResult {
         mut baseline,
-        mut stand,
-        mut weighed,
+        mut state,
+        mut scores,
     } = from;
     let plain = workspace;
     let mut workspace = plain.clone();
     let rounds = options.by_hand.as_ref().map_or(options.most, Vec::len);
-    for round in stand.named.len()..rounds {
+    for round in state.named.len()..rounds {
         if control.cancelled() {
             break;
         }
@@ -164,86 +151,115 @@ fn search(
             report(detail, (round as f64 + share) / rounds as f64);
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
-        // Nothing could bring enough to be named, or all that could would not do.
-        let little = stand.most_left() < SHARE * stand.explained();
-        if only.is_none() && (little || cannot_reach_target(&stand, rounds - round)?) {
+        // No effect could bring enough to be named, or all together would not suffice.
+        let little = state.most_left() < FURTHER_MIN_SHARE * state.explained();
+        if only.is_none() && (little || cannot_reach_target(&state, rounds - round)?) {
             break;
         }
-        let mut round_weighed = weigh(&workspace, &stand, options, only, control, &about)?;
-        let is_asked = |spec: &EffectSpec| is_asked(&stand, options, only, spec);
-        choose::add_twin(&workspace, &stand, &mut round_weighed, &is_asked, control)?;
-        let best = choose::best(&workspace, &stand, &mut round_weighed, control)?;
-        let vibration = self_ringing::vibration(&round_weighed);
-        if weighed.is_empty() {
-            weighed = round_weighed;
+        let mut round_scores =
+            evaluate_hypotheses(&workspace, &state, options, only, control, &about)?;
+        let is_asked = |spec: &EffectSpec| is_candidate(&state, options, only, spec);
+        choose::add_twin(&workspace, &state, &mut round_scores, &is_asked, control)?;
+        let best = choose::choose_best(&workspace, &state, &mut round_scores, control)?;
+        let vibration = self_ringing::significant_vibration(&round_scores);
+        if scores.is_empty() {
+            scores = round_scores;
         }
         let Some(mut best) = best else {
-            // Asked for by hand, the next one may still be something.
+            // With effects chosen by hand, the next one may still help.
             if only.is_some() {
                 continue;
             }
             break;
         };
-        let mut trial = with_shape_parameters(&workspace, &stand, best.trial, control)?;
-        let held = workspace.held_out.is_none() || trial.held_gain > HELD_GAIN;
-        let little = trial.worth() < SHARE * stand.explained();
-        let chance = trial.is_insignificant()
-            || !held
-            || little
-            || significance::is_at_lower_bound(&trial.hypothesis, &trial.train.model);
-        if only.is_none() && (chance || formal(&stand, &trial)?) {
+        let mut trial = with_shape_parameters(&workspace, &state, best.trial, control)?;
+        if only.is_none() && is_rejected(&workspace, &state, &trial)? {
             break;
         }
         if only.is_none()
-            && let Some(f) = self_ringing::is_self_excited(&workspace, &stand, &trial, control)?
+            && let Some(f) = self_ringing::is_self_excited(&workspace, &state, &trial, control)?
         {
-            if let Some(vibration) = vibration.filter(|v| self_ringing::as_well(v, &trial)) {
+            if let Some(vibration) = vibration.filter(|v| self_ringing::explains_as_well(v, &trial))
+            {
                 (best.spec, trial) = (vibration.hypothesis.start.spec, vibration);
                 best.alike.clear();
             } else {
-                let mut own = weighed.iter_mut();
+                let mut own = scores.iter_mut();
                 if let Some(own) = own.find(|w| w.spec == best.spec)
-                    && !trial.within_initial_state_dof(&stand)
+                    && !trial.within_initial_state_dof(&state)
                 {
-                    own.by_itself = Some(f);
+                    own.self_ringing_frequency = Some(f);
                 }
                 break;
             }
         }
         if trial.hypothesis.sequential_time {
-            workspace = workspace.in_series();
+            workspace = workspace.as_sequence();
         }
-        stand.named.push(SelectedEffect {
+        let effect = SelectedEffect {
             spec: best.spec,
             hypothesis: trial.hypothesis,
             gain: (trial.gain, trial.held_gain),
             alike: best.alike,
-            told: best.told,
-        });
-        // What was misread did not stand out while all was far off.
-        let clears =
-            |(before, after): (&Fitted, &Fitted)| before.per_value() > CLEARER * after.per_value();
-        let kept_out = stand.held_out.as_ref().zip(trial.held_out.as_ref());
-        let clearer = clears((&stand.train, &trial.train)) || kept_out.is_some_and(clears);
-        stand.train = trial.train;
-        stand.held_out = trial.held_out;
-        if (clearer || stand.train.aside() > ASIDE) && !stand.misread {
-            look_after(&workspace, &mut stand, control)?;
-        }
+            rejected_twin: best.rejected_twin,
+        };
+        let fits = (trial.train, trial.held_out);
+        add_effect(&workspace, &mut state, effect, fits, control)?;
         if only.is_none() {
-            prune::backward_eliminate(&workspace, &mut stand, control)?;
-            if stand.named.is_empty() {
-                // A name that turned out needless has led the re-tuning on: all is weighed anew.
-                baseline = stand.clone();
+            prune::backward_eliminate(&workspace, &mut state, control)?;
+            if state.named.is_empty() {
+                // An effect that turned out superfluous has improved the
+                // re-tuning: all hypotheses are evaluated again.
+                baseline = state.clone();
                 workspace.clone_from(plain);
-                weighed.clear();
+                scores.clear();
             }
-            drop_second_time_constant(&workspace, &mut stand, control)?;
+            drop_second_time_constant(&workspace, &mut state, control)?;
         }
     }
     Ok(SelectionResult {
         baseline,
-        stand,
-        weighed,
+        state,
+        scores,
     })
+}
+
+/// Whether `trial` must not be named: its gain is insignificant, not confirmed by the held-out
+/// recordings, small against what the effects named so far explain, or within the error of
+/// their laws' form.
+fn is_rejected(
+    workspace: &Workspace,
+    state: &ModelState,
+    trial: &CandidateFit,
+) -> Result<bool, DiagnoseError> {
+    let held = workspace.held_out.is_none() || trial.held_gain > HELD_GAIN;
+    let little = trial.worth() < FURTHER_MIN_SHARE * state.explained();
+    let insignificant = trial.is_insignificant()
+        || !held
+        || little
+        || significance::is_at_lower_bound(&trial.hypothesis, &trial.train.model);
+    Ok(insignificant || is_form_error(state, trial)?)
+}
+
+/// Adds an effect with the fits to both splits, and looks for misread segments anew where the
+/// fits became clearer: what was misread did not stand out while everything was far off.
+fn add_effect(
+    workspace: &Workspace,
+    state: &mut ModelState,
+    effect: SelectedEffect,
+    (train, held_out): (Fitted, Option<Fitted>),
+    control: &DiagnoseControl<'_>,
+) -> Result<(), DiagnoseError> {
+    state.named.push(effect);
+    let clears = |(before, after): (&Fitted, &Fitted)| {
+        before.per_value() > REVIEW_MIN_CHI2_RATIO * after.per_value()
+    };
+    let both = state.held_out.as_ref().zip(held_out.as_ref());
+    let clearer = clears((&state.train, &train)) || both.is_some_and(clears);
+    state.train = train;
+    state.held_out = held_out;
+    if (clearer || state.train.set_aside_share() > SET_ASIDE_REVIEW_SHARE) && !state.misread {
+        recheck_misread(workspace, state, control)?;
+    }
+    Ok(())
 }

@@ -1,43 +1,34 @@
-//! Hypotheses fitted once more: with the shape of their law, or as what looks like them.
+//! Hypotheses refitted with further shape parameters of their law, or as their lag twin.
 
-use super::forward::APART;
-use super::refit::{begun_from, best_start_on_subset, refitted, with_freedoms};
+use super::refit::{best_start_on_subset, fit_from, parameters_with, refit};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::is_at_lower_bound;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
-use crate::diagnose::score_test::forms::{LEAST_LAG, shape_of};
-use crate::diagnose::score_test::state_range::spans;
+use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, pace_parameters};
+use crate::diagnose::score_test::state_range::state_ranges;
 use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    CONFIRMED_SHAPE_GAINS, LARGE_LAG_GAIN, LEAVES_MUCH_RATIO, SHAPE_FITTED_MIN_GAIN, SHAPE_MIN_GAIN,
+};
 use crate::model::effects::{ActiveEffect, EffectSpec, RefinedBounds, own_ids};
 use crate::model::with_effect;
 
-/// Fall of chi2 on both sides from which a law has shown up.
-const SHOWS: f64 = 40.0;
-/// Fall of chi2 from which another shape of a law is better by more than chance.
-const SHAPED: f64 = 25.0;
-/// Falls on either side and on both from which another shape is better where the recordings
-/// kept out confirm it.
-const SHAPED_BY_BOTH: (f64, f64) = (5.0, 30.0);
+/// Iterations of a fit with one more mode, which is slow. What remains after these lies along its
+/// coupling and its shape, which are hardly distinguished.
+const SECOND_MODE_STEPS: usize = 6;
 
-/// Fall of chi2 from which a lag is large enough for a part of the stretches to tell it.
-const LARGE: f64 = 1e4;
-
-/// Steps of a fit with one more mode beside a further one, which takes long: after these, what is
-/// left goes along what hardly tells, how much moves it and how much of it is seen.
-const BESIDE: usize = 6;
-
-/// `trial` with its law given the shape that suits best, if that brings more than chance on
-/// both sides; that is asked once. The shape of a further mode is one more mode beside it, where
-/// a hump of one is left; that of creep is a second time. A shape of one number stays free in
-/// later fits; one of more is kept as it is, for they would take too long.
+/// `trial` with the shape parameters of its law, if these improve both splits significantly; this
+/// is tried once. The shape of a further mode is one more mode where a peak remains; that of creep
+/// is a second time constant. A single shape parameter stays free in later fits; several are then
+/// fixed, because the fits would take too long.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn with_shape_parameters(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: CandidateFit,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
@@ -46,7 +37,7 @@ pub fn with_shape_parameters(
     let hypothesis = &trial.hypothesis;
     let effects = &trial.train.model.effects;
     let effect = effects.iter().find(|e| e.spec == hypothesis.start.spec);
-    let known = trial.worth() > SHOWS && !shape.is_empty();
+    let known = trial.worth() > SHAPE_FITTED_MIN_GAIN && !shape.is_empty();
     let (Some(effect), true) = (effect, known && !control.cancelled()) else {
         return Ok(trial);
     };
@@ -58,7 +49,7 @@ pub fn with_shape_parameters(
         ..hypothesis.clone()
     };
     let edge = || {
-        let (_, _, volts) = spans(&trial.train);
+        let (_, _, volts) = state_ranges(&trial.train);
         volts.1 - volts.0
     };
     if let Some((refined, bounds)) = refined(effect, edge) {
@@ -67,18 +58,22 @@ pub fn with_shape_parameters(
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.adds_modes() {
-        match crate::diagnose::hypotheses::extra_mode::one_more(
+        match crate::diagnose::hypotheses::second_mode::with_second_mode(
             &workspace.train,
             whole,
             &trial.train,
         )? {
-            Some(both) => {
-                best_start_on_subset(workspace, stand, &both, (&trial.train, BESIDE), control)?
-            }
+            Some(both) => best_start_on_subset(
+                workspace,
+                state,
+                &both,
+                (&trial.train, SECOND_MODE_STEPS),
+                control,
+            )?,
             None => None,
         }
     } else {
-        begun_from(workspace, stand, &whole, (&start, &trial.train), control)?
+        fit_from(workspace, state, &whole, (&start, &trial.train), control)?
     };
     let Some(mut other) = other else {
         return Ok(trial);
@@ -93,56 +88,56 @@ pub fn with_shape_parameters(
     if shape.len() > 1 {
         other.hypothesis.free.clone_from(&hypothesis.free);
     }
-    let held_more = stand.held_out.as_ref();
+    let held_more = state.held_out.as_ref();
     let held_more = held_more.map(|_| other.held_gain - trial.held_gain);
-    // What has left its own strength to its shape is no better told by it.
-    let better = tells(other.gain - trial.gain, held_more)
+    // A shape that has taken over the effect's strength is no improvement.
+    let better = shape_is_significant(other.gain - trial.gain, held_more)
         && !is_at_lower_bound(&other.hypothesis, &other.train.model);
     Ok(if better { other } else { trial })
 }
 
-/// Whether a shape that brings so much on the fitted recordings, and on those kept out if there
-/// are any, is a better one by more than chance.
-fn tells(more: f64, held_more: Option<f64>) -> bool {
-    let (own, both) = SHAPED_BY_BOTH;
+/// Whether a shape with these gains on the fitted recordings and on the held-out ones, if there
+/// are any, is better by more than chance.
+fn shape_is_significant(more: f64, held_more: Option<f64>) -> bool {
+    let (own, both) = CONFIRMED_SHAPE_GAINS;
     let held = held_more.unwrap_or(0.0);
     let confirmed = more.min(held) > own && more + held > both;
-    more > SHAPED && held_more.is_none_or(|held| held > 0.0) || confirmed
+    more > SHAPE_MIN_GAIN && held_more.is_none_or(|held| held > 0.0) || confirmed
 }
 
-/// Takes back that creep named before the latest effect has two times, where that tells nothing
-/// beside the latest: what it told was the latest one's.
+/// Takes back the second time constant of creep named before the latest effect, where it is no
+/// longer significant together with the latest: what it described was the latest effect's.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn drop_second_time_constant(
     workspace: &Workspace,
-    stand: &mut ModelState,
+    state: &mut ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<(), DiagnoseError> {
-    let latest = stand.named.last().map(|n| n.spec);
-    let mut effects = stand.train.model.effects.clone();
-    effects.retain(|e| Some(e.spec) != latest && stand.named.iter().any(|n| n.spec == e.spec));
+    let latest = state.named.last().map(|n| n.spec);
+    let mut effects = state.train.model.effects.clone();
+    effects.retain(|e| Some(e.spec) != latest && state.named.iter().any(|n| n.spec == e.spec));
     for plain in effects.iter().filter_map(simplified) {
         if control.cancelled() {
             break;
         }
         let spec = plain.spec;
-        let start = with_effect(&stand.train.model, plain);
-        let Some((train, held_out)) = refitted(workspace, &start, stand, stand, control)? else {
+        let start = with_effect(&state.train.model, plain);
+        let Some((train, held_out)) = refit(workspace, &start, state, state, control)? else {
             continue;
         };
-        let held = held_out.as_ref().zip(stand.held_out.as_ref());
+        let held = held_out.as_ref().zip(state.held_out.as_ref());
         let held_more = held.map(|(plain, shaped)| plain.cost - shaped.cost);
-        let more = train.cost - stand.train.cost;
+        let more = train.cost - state.train.cost;
         log::debug!("a shape brings {more:.0}, {held_more:?} kept out beside the latest name");
-        if !tells(more, held_more) {
-            for own in stand.named.iter_mut().filter(|n| n.spec == spec) {
+        if !shape_is_significant(more, held_more) {
+            for own in state.named.iter_mut().filter(|n| n.spec == spec) {
                 own.gain.0 -= more;
                 own.gain.1 -= held_more.unwrap_or(0.0);
             }
-            stand.train = train;
-            stand.held_out = held_out;
+            state.train = train;
+            state.held_out = held_out;
         }
     }
     Ok(())
@@ -172,7 +167,7 @@ fn refined_bounds(spec: &EffectSpec, refined: RefinedBounds, bounds: Vec<Bound>)
         RefinedBounds::ShortestLag(i, shortest) => {
             let tau = id(i);
             bounds.retain(|(id, _)| *id != tau);
-            bounds.push((tau, (LEAST_LAG * shortest, f64::INFINITY)));
+            bounds.push((tau, (MIN_LAG_SHARE * shortest, f64::INFINITY)));
         }
         RefinedBounds::Alike(pairs) => {
             for (own, shape) in pairs {
@@ -186,14 +181,14 @@ fn refined_bounds(spec: &EffectSpec, refined: RefinedBounds, bounds: Vec<Bound>)
     bounds
 }
 
-/// A lag of `spec`, which looks like that of `trial` in flight, as long as that is and begun
-/// from its fit; `None` if that has no time constant or it cannot be simulated.
+/// The lag of `spec`, which looks like that of `trial` in flight, with the same time constant and
+/// started from its fit; `None` if it has no time constant or cannot be simulated.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn as_lag_twin(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: &CandidateFit,
     spec: &'static EffectSpec,
     control: &DiagnoseControl<'_>,
@@ -214,27 +209,27 @@ pub fn as_lag_twin(
     let hypothesis = Hypothesis {
         start: effect.clone(),
         alternative_starts: Vec::new(),
-        bounds: vec![(free[0].clone(), (LEAST_LAG * lag, f64::INFINITY))],
+        bounds: vec![(free[0].clone(), (MIN_LAG_SHARE * lag, f64::INFINITY))],
         free,
         cold_start: None,
-        shape: shape_of(spec),
+        shape: pace_parameters(spec),
         predicted_gain: 0.0,
         look_elsewhere: false,
         sequential_time: trial.hypothesis.sequential_time,
         estimated_on_held_out: None,
     };
     let start = with_effect(&start, effect);
-    if trial.worth() > LARGE && trial.leaves_nothing() {
-        // A part of the stretches tells where the two are far apart.
-        let (free, bounds) = with_freedoms(stand, &hypothesis);
-        let sketch = workspace.sketch(&start, &free, &bounds, &trial.train, control);
-        if sketch.is_ok_and(|s| s.per_value() > APART * trial.train.per_value()) {
+    if trial.worth() > LARGE_LAG_GAIN && trial.leaves_nothing() {
+        // A subset of the segments shows whether the two are far apart.
+        let (free, bounds) = parameters_with(state, &hypothesis);
+        let sketch = workspace.fit_subset(&start, &free, &bounds, &trial.train, control);
+        if sketch.is_ok_and(|s| s.per_value() > LEAVES_MUCH_RATIO * trial.train.per_value()) {
             return Ok(None);
         }
     }
-    begun_from(
+    fit_from(
         workspace,
-        stand,
+        state,
         &hypothesis,
         (&start, &trial.train),
         control,
@@ -248,10 +243,10 @@ mod tests {
 
     /// Mean time by which an edge of `edge` \[V\] is late, by small steps.
     fn late(values: &[f64], edge: f64) -> f64 {
-        const STEP: f64 = 1e-9;
+        const TIME_STEP: f64 = 1e-9;
         let (mut voltage, mut area) = (0.0, 0.0);
         while edge - voltage > 1e-9 * edge {
-            area += (edge - voltage) * STEP;
+            area += (edge - voltage) * TIME_STEP;
             let settles = if values[0] > 0.0 {
                 (edge - voltage) / values[0]
             } else {
@@ -262,13 +257,13 @@ mod tests {
             } else {
                 f64::INFINITY
             };
-            voltage = (voltage + settles.min(most) * STEP).min(edge);
+            voltage = (voltage + settles.min(most) * TIME_STEP).min(edge);
         }
         area / edge
     }
 
     #[test]
-    fn creep_of_two_times_is_as_large_and_as_slow_as_that_of_one() {
+    fn creep_with_two_time_constants_has_the_size_and_mean_time_of_one() {
         let spec = find("piezo_creep").unwrap();
         let values = vec![0.05, 12e-3, 0.0, 0.2];
         let one = ActiveEffect { spec, values };
@@ -283,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn an_amplifier_with_both_is_as_late_as_with_one() {
+    fn an_amplifier_with_both_limits_has_the_same_delay() {
         let spec = find("amplifier_lag").unwrap();
         for values in [[20e-6, 0.0], [0.0, 2e-6]] {
             let effect = ActiveEffect {

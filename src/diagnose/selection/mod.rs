@@ -1,4 +1,5 @@
-//! TODO-doc
+//! Forward selection: hypotheses are refitted, tested on the held-out recordings and added one by
+//! one; earlier ones that became superfluous are removed.
 
 pub(super) mod choose;
 pub(super) mod evaluate;

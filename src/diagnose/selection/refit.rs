@@ -1,39 +1,46 @@
-//! A fit with one more effect, judged against the one without on both sides.
+//! Fits with one more effect, compared with the fit without it on both splits.
 
-use super::evaluate::ITERATIONS;
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::coarse_fit::SubsetFit;
 use crate::diagnose::shooting::fitted::{Bound, Fitted};
-use crate::diagnose::shooting::local_fit::modes;
+use crate::diagnose::shooting::local_fit::mode_count;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::{Model, with_effect};
 
-/// A fit with one more effect against that of `stand`.
+/// Most iterations of a fit.
+pub(crate) const MAX_FIT_STEPS: usize = 12;
+
+/// The score of a fit with one more effect, `train`, relative to `state`, from which it was
+/// started.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn evaluate_held_out(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
     train: Fitted,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
-    let held_out = workspace.judge(&train.model, (&train, stand.held_out.as_ref()), control)?;
-    let mut gain = stand.train.cost - train.cost;
-    let mut held_gain = match (&stand.held_out, &held_out) {
+    let held_out =
+        workspace.fit_held_out(&train.model, (&train, state.held_out.as_ref()), control)?;
+    let mut gain = state.train.cost - train.cost;
+    let mut held_gain = match (&state.held_out, &held_out) {
         (Some(before), Some(after)) => before.cost - after.cost,
         _ => 0.0,
     };
-    // What begins after the fitted recordings is told by one that was kept out, which proves
-    // nothing then.
+    // An effect that begins after the fitted recordings is determined by one held-out
+    // recording, which then does not confirm it.
     if let (Some(k), Some(before), Some(after)) =
-        (hypothesis.estimated_on_held_out, &stand.held_out, &held_out)
+        (hypothesis.estimated_on_held_out, &state.held_out, &held_out)
     {
-        let falls = before.costs()?.into_iter().zip(after.costs()?);
+        let falls = before
+            .recording_costs()?
+            .into_iter()
+            .zip(after.recording_costs()?);
         let falls: Vec<f64> = falls.map(|(before, after)| before - after).collect();
         gain = falls[k];
         held_gain = falls.iter().sum::<f64>() - gain;
@@ -47,19 +54,19 @@ pub fn evaluate_held_out(
     })
 }
 
-/// A fit with one more effect against that of `stand`, from which it did not begin.
+/// The score of a fit with one more effect relative to `state`, from which it was not started.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
 pub fn evaluate_from_scratch(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: Hypothesis,
     train: Fitted,
     control: &DiagnoseControl<'_>,
 ) -> Result<CandidateFit, DiagnoseError> {
-    let held_out = workspace.judge(&train.model, (&train, None), control)?;
-    let (gain, held_gain) = whole_gains(workspace, stand, &train, held_out.as_ref())?;
+    let held_out = workspace.fit_held_out(&train.model, (&train, None), control)?;
+    let (gain, held_gain) = gains_on_all_segments(workspace, state, &train, held_out.as_ref())?;
     Ok(CandidateFit {
         gain,
         held_gain,
@@ -69,34 +76,39 @@ pub fn evaluate_from_scratch(
     })
 }
 
-/// Falls of chi2 against the fit of `stand` on either side, all stretches counted, whatever
-/// either sets aside.
-fn whole_gains(
+/// Falls of chi2 relative to `state` on either split, all segments counted, whatever either sets
+/// aside.
+fn gains_on_all_segments(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     train: &Fitted,
     held_out: Option<&Fitted>,
 ) -> Result<(f64, f64), DiagnoseError> {
     let gain = |side: &Split, before: &Fitted, after: &Fitted| {
         let first = side.segments();
-        Ok::<f64, DiagnoseError>(before.whole_cost(first)? - after.whole_cost(first)?)
+        Ok::<f64, DiagnoseError>(
+            before.cost_with_set_aside(first)? - after.cost_with_set_aside(first)?,
+        )
     };
-    let held_gain = match (&workspace.held_out, &stand.held_out, held_out) {
+    let held_gain = match (&workspace.held_out, &state.held_out, held_out) {
         (Some(side), Some(before), Some(after)) => gain(side, before, after)?,
         _ => 0.0,
     };
-    Ok((gain(&workspace.train, &stand.train, train)?, held_gain))
+    Ok((gain(&workspace.train, &state.train, train)?, held_gain))
 }
 
-/// The fit with what the re-tuning has found without which the baseline is lost; `None` for other
-/// hypotheses and elsewhere.
-pub(crate) fn found(
+/// The fit with the effect without which the baseline is lost, as found by the re-tuning; `None`
+/// for other hypotheses or once an effect is named.
+pub(crate) fn fit_of_required_effect(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    let known = workspace.found.as_ref().filter(|_| stand.named.is_empty());
+    let known = workspace
+        .required_effect
+        .as_ref()
+        .filter(|_| state.named.is_empty());
     let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
         return Ok(None);
     };
@@ -108,11 +120,12 @@ pub(crate) fn found(
         shape: known.shape.clone(),
         ..hypothesis.clone()
     };
-    evaluate_from_scratch(workspace, stand, own, known.fitted.clone(), control).map(Some)
+    evaluate_from_scratch(workspace, state, own, known.fitted.clone(), control).map(Some)
 }
 
-/// `model` with the effect of a hypothesis that it has already, but for what is not fitted.
-pub(crate) fn with_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
+/// `model`, which has the effect of a hypothesis already, with the values of the hypothesis for
+/// all that is not fitted.
+pub(crate) fn with_fixed_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
     let mut with = model.clone();
     let own = &hypothesis.start;
     for effect in with.effects.iter_mut().filter(|e| e.spec == own.spec) {
@@ -127,8 +140,10 @@ pub(crate) fn with_constants(model: &Model, hypothesis: &Hypothesis) -> Model {
     with
 }
 
-/// The hypotheses that look like `hypothesis`.
-pub(crate) fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis> + '_ {
+/// The alternative starts of `hypothesis` as hypotheses.
+pub(crate) fn alternative_hypotheses(
+    hypothesis: &Hypothesis,
+) -> impl Iterator<Item = Hypothesis> + '_ {
     hypothesis
         .alternative_starts
         .iter()
@@ -139,21 +154,21 @@ pub(crate) fn others(hypothesis: &Hypothesis) -> impl Iterator<Item = Hypothesis
         })
 }
 
-/// A fit with that of a hypothesis and those which look like it that suits a part of the fitted
-/// recordings best, begun from the fit `near`, in so many `steps` at most: of a further mode, whose
-/// fits take long. `None` if it cannot be simulated.
+/// The fit of a hypothesis or one of its alternatives, whichever fits a subset of the segments
+/// best, started from the fit `near` with at most so many `steps`. Used for further modes, whose
+/// fits are slow. `None` if it cannot be simulated.
 pub fn best_start_on_subset(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
     (near, steps): (&Fitted, usize),
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
     let mut best: Option<(SubsetFit, Hypothesis)> = None;
-    for own in std::iter::once(hypothesis.clone()).chain(others(hypothesis)) {
-        let (free, bounds) = with_freedoms(stand, &own);
+    for own in std::iter::once(hypothesis.clone()).chain(alternative_hypotheses(hypothesis)) {
+        let (free, bounds) = parameters_with(state, &own);
         let start = with_effect(&near.model, own.start.clone());
-        let sketch = workspace.sketch(&start, &free, &bounds, near, control);
+        let sketch = workspace.fit_subset(&start, &free, &bounds, near, control);
         let Some(sketch) = simulated(sketch)? else {
             continue;
         };
@@ -165,88 +180,89 @@ pub fn best_start_on_subset(
     let Some((sketch, own)) = best else {
         return Ok(None);
     };
-    let train = simulated(workspace.complete(sketch, steps, control))?;
-    let judged = train.map(|train| evaluate_held_out(workspace, stand, &own, train, control));
-    judged.transpose()
+    let train = simulated(workspace.fit_all_from(sketch, steps, control))?;
+    let scored = train.map(|train| evaluate_held_out(workspace, state, &own, train, control));
+    scored.transpose()
 }
 
-/// What is fitted with one more effect, and its bounds.
-pub fn with_freedoms(stand: &ModelState, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
-    let (mut free, mut bounds) = freedoms(stand);
+/// Free parameters and bounds with one more effect.
+pub fn parameters_with(state: &ModelState, hypothesis: &Hypothesis) -> (Vec<String>, Vec<Bound>) {
+    let (mut free, mut bounds) = selected_parameters(state);
     free.extend_from_slice(&hypothesis.free);
     bounds.extend_from_slice(&hypothesis.bounds);
     (free, bounds)
 }
 
-/// A fit with one more effect from the fit of `stand`; `None` if it cannot be simulated.
-pub(crate) fn from_near(
+/// A fit with one more effect started from the fit of `state`; `None` if it cannot be simulated.
+pub(crate) fn fit_warm_start(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    let start = with_effect(&stand.train.model, hypothesis.start.clone());
-    begun_from(
+    let start = with_effect(&state.train.model, hypothesis.start.clone());
+    fit_from(
         workspace,
-        stand,
+        state,
         hypothesis,
-        (&start, &stand.train),
+        (&start, &state.train),
         control,
     )
 }
 
-/// A fit with one more effect that begins with a model and the states of another fit; `None`
+/// A fit with one more effect started from a model and the initial states of another fit; `None`
 /// if it cannot be simulated.
-pub fn begun_from(
+pub fn fit_from(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
     (start, near): (&Model, &Fitted),
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    let (free, bounds) = with_freedoms(stand, hypothesis);
-    let train = simulated(workspace.fit(start, &free, &bounds, near, ITERATIONS, control))?;
-    let judged = train.map(|train| evaluate_held_out(workspace, stand, hypothesis, train, control));
-    judged.transpose()
+    let (free, bounds) = parameters_with(state, hypothesis);
+    let train = simulated(workspace.fit(start, &free, &bounds, near, MAX_FIT_STEPS, control))?;
+    let scored = train.map(|train| evaluate_held_out(workspace, state, hypothesis, train, control));
+    scored.transpose()
 }
 
-/// `start` with what the effects named in `stand` leave free, fitted from the fit of `near` and
-/// judged; `None` if it cannot be simulated, or a part of the stretches shows that it is lost
+/// `start` with the parameters of the effects named in `state` free, fitted from `near` on both
+/// splits; `None` if it cannot be simulated, or if a subset of the segments shows that it is lost
 /// without a mode that `near` has.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the recordings cannot be used.
-pub fn refitted(
+pub fn refit(
     workspace: &Workspace,
     start: &Model,
-    stand: &ModelState,
+    state: &ModelState,
     near: &ModelState,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<(Fitted, Option<Fitted>)>, DiagnoseError> {
-    let (free, bounds) = freedoms(stand);
-    let train = if modes(start) == modes(&near.train.model) {
-        workspace.fit(start, &free, &bounds, &near.train, ITERATIONS, control)
+    let (free, bounds) = selected_parameters(state);
+    let train = if mode_count(start) == mode_count(&near.train.model) {
+        workspace.fit(start, &free, &bounds, &near.train, MAX_FIT_STEPS, control)
     } else {
-        let sketch = workspace.sketch(start, &free, &bounds, &near.train, control);
+        let sketch = workspace.fit_subset(start, &free, &bounds, &near.train, control);
         if let Ok(sketch) = &sketch
-            && sketch.is_lost_beside(&near.train)
+            && sketch.is_lost_compared_to(&near.train)
         {
             return Ok(None);
         }
-        sketch.and_then(|sketch| workspace.complete(sketch, ITERATIONS, control))
+        sketch.and_then(|sketch| workspace.fit_all_from(sketch, MAX_FIT_STEPS, control))
     };
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };
-    let held_out = workspace.judge(&train.model, (&train, near.held_out.as_ref()), control)?;
+    let held_out =
+        workspace.fit_held_out(&train.model, (&train, near.held_out.as_ref()), control)?;
     Ok(Some((train, held_out)))
 }
 
-/// A fit with the first effect from where the re-tuning began, for `stand` has been drawn
-/// along by what it lacks; `None` if it cannot be simulated.
-pub(crate) fn from_afar(
+/// A fit with the first effect from the model that the re-tuning started with, because the fit of
+/// `state` has been drawn along by what it lacks; `None` if it cannot be simulated.
+pub(crate) fn fit_cold_start(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     hypothesis: &Hypothesis,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
@@ -256,17 +272,17 @@ pub(crate) fn from_afar(
         hypothesis.free = free;
         hypothesis.bounds.clear();
     }
-    let start = with_effect(&workspace.outset, hypothesis.start.clone());
-    let train = workspace.from_afar(&start, &hypothesis.free, &hypothesis.bounds, control);
+    let start = with_effect(&workspace.initial_model, hypothesis.start.clone());
+    let train = workspace.fit_cold_start(&start, &hypothesis.free, &hypothesis.bounds, control);
     let Some(train) = simulated(train)? else {
         return Ok(None);
     };
-    evaluate_from_scratch(workspace, stand, hypothesis, train, control).map(Some)
+    evaluate_from_scratch(workspace, state, hypothesis, train, control).map(Some)
 }
 
-/// Freedoms and bounds of the effects named so far.
-pub(crate) fn freedoms(stand: &ModelState) -> (Vec<String>, Vec<Bound>) {
-    let all = stand.named.iter().map(|n| &n.hypothesis);
+/// Free parameters and bounds of the effects named so far.
+pub(crate) fn selected_parameters(state: &ModelState) -> (Vec<String>, Vec<Bound>) {
+    let all = state.named.iter().map(|n| &n.hypothesis);
     (
         all.clone().flat_map(|h| h.free.clone()).collect(),
         all.flat_map(|h| h.bounds.clone()).collect(),

@@ -1,55 +1,39 @@
-//! One more mode beside a further one: a structure has them without end, and where one shows
-//! the next may leave enough to look like something else, a lag above all. And what is none,
-//! for it rings by itself.
+//! Modes that nothing excites: what rings by itself starts anew in each segment, and passes for a
+//! mode with free initial states.
 
-use super::refit::with_freedoms;
-use crate::diagnose::comparison::significance::{HELD_GAIN, TRAIN_GAIN};
+use super::refit::parameters_with;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::discrepancy::impact_ring::ImpactExcitations;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    EXCITED_MODE_MIN_SHARE, EXCITED_RING_MIN_GAINS, EXCITED_RING_MIN_SHARE, HELD_GAIN,
+    STEADY_VIBRATION_SHARE, TRAIN_GAIN,
+};
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
 
-/// Significance of a hump from which it is worth a look: whether it is a mode, its fit tells.
-pub(crate) const NOTICED: f64 = 3.0;
-/// Most places that are looked at: each takes a fit.
-pub(crate) const MOST: usize = 2;
-/// Frequencies of neighbouring bending modes, quick ones, one over the other.
-pub(crate) const NEXT: f64 = 2.0;
-/// Factor of the shapes of a mode that nothing moves: what it is moved by goes as its square.
-const STILL: f64 = 1e-3;
-/// Falls of chi2 by a ring of a known frequency that begins with impacts and jumps of the drive, on
-/// both sides, from which it is moved by them.
-const IN_STEP: (f64, f64) = (20.0, 12.0);
-/// Least share of what a mode brings that such a ring must bring: of something else that rings,
-/// a smaller part is in step by chance.
-const LEAST_SHARE: f64 = 0.05;
-/// Least share of what a mode brings that must go if nothing moves it: all else it brings by how
-/// it begins in each stretch, which is free.
-const LEAST_MOTION: f64 = 0.02;
-/// How far off that frequency may be, as a share.
-const NEAR: f64 = 0.03;
-/// Share of what a mode that rings by itself brings from which a vibration of the base is as good,
-/// which has no beginnings of its own.
-const STEADY: f64 = 0.6;
-/// Steps of the fit with such a mode.
-const STEPS: usize = 8;
-/// Its shape at first, as a share of that of the mode that is known: enough for a direction.
-pub(crate) const FIRST: f64 = 0.01;
+/// Factor on the shapes of a mode that is not excited; the excitation scales with its square.
+const UNDRIVEN_FACTOR: f64 = 1e-3;
 
-/// Frequency of a further mode that nothing moves \[Hz\], if `trial`, a fit with one more effect
-/// than `stand` has, is of one. What drives and strikes a device moves its modes; what rings by
-/// itself begins anew in each stretch, and passes for a mode whose motion at its start is free.
-/// From the proof mass alone that is hardly told, and not asked.
+/// Relative tolerance of that frequency.
+const FREQUENCY_TOLERANCE: f64 = 0.03;
+
+/// Iterations of the fit with such a mode.
+const UNDRIVEN_FIT_STEPS: usize = 8;
+
+/// Frequency of a further mode that nothing excites \[Hz\], if `trial`, a fit with one more effect
+/// than `state`, is of one. Drive and impacts excite the modes of a device. What rings by itself
+/// starts anew in each segment, and passes for a mode with free initial states. From the proof
+/// mass alone this is hardly distinguishable, and not tested.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn is_self_excited(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: &CandidateFit,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<f64>, DiagnoseError> {
@@ -63,7 +47,7 @@ pub fn is_self_excited(
     let Some(frequency) = fitted.model.effects.iter().find_map(mode) else {
         return Ok(None);
     };
-    if in_step(workspace, stand, trial, frequency)? {
+    if is_driven(workspace, state, trial, frequency)? {
         return Ok(None);
     }
     let mut still = fitted.model.clone();
@@ -75,66 +59,77 @@ pub fn is_self_excited(
         let all = effect.spec.parameters.iter().zip(&mut effect.values);
         for (i, (parameter, value)) in all.enumerate() {
             if i % layout.per_mode >= layout.first_shape {
-                *value *= STILL;
+                *value *= UNDRIVEN_FACTOR;
                 shapes.push(format!("{}.{}", effect.spec.id, parameter.id));
             }
         }
     }
-    let (mut free, bounds) = with_freedoms(stand, &trial.hypothesis);
+    let (mut free, bounds) = parameters_with(state, &trial.hypothesis);
     free.retain(|id| !shapes.contains(id));
-    let sketch = workspace.sketch(&still, &free, &bounds, fitted, control);
-    // What rings by itself goes on as it did: where it does not, all stretches need not be asked.
+    let sketch = workspace.fit_subset(&still, &free, &bounds, fitted, control);
+    // What rings by itself continues unchanged; where it does not, a fit to all segments is
+    // pointless.
     if let Ok(sketch) = &sketch
-        && sketch.is_lost_beside(fitted)
+        && sketch.is_lost_compared_to(fitted)
     {
         return Ok(None);
     }
-    let unmoved = sketch.and_then(|sketch| workspace.complete(sketch, STEPS, control));
-    // What cannot be simulated says nothing against the mode.
+    let unmoved =
+        sketch.and_then(|sketch| workspace.fit_all_from(sketch, UNDRIVEN_FIT_STEPS, control));
+    // A failed simulation is no evidence against the mode.
     let Some(unmoved) = simulated(unmoved)? else {
         return Ok(None);
     };
     let by_motion = unmoved.cost - fitted.cost;
     log::debug!("that the modes are moved brings {by_motion:.1}");
-    let least = TRAIN_GAIN.max(LEAST_MOTION * trial.gain);
+    let least = TRAIN_GAIN.max(EXCITED_MODE_MIN_SHARE * trial.gain);
     Ok((by_motion < least).then_some(frequency))
 }
 
-/// The vibration of the base among what was `weighed`, if chance does not do as well.
-pub fn vibration(weighed: &[CandidateScore]) -> Option<CandidateFit> {
-    let own = weighed.iter().find(|w| w.spec.is_base_sinusoid())?;
+/// The vibration of the base among `scores`, if it is significant.
+pub fn significant_vibration(scores: &[CandidateScore]) -> Option<CandidateFit> {
+    let own = scores.iter().find(|w| w.spec.is_base_sinusoid())?;
     let held = |t: &CandidateFit| t.held_out.is_none() || t.held_gain > HELD_GAIN;
-    let trial = own.trial.as_ref();
+    let trial = own.fit.as_ref();
     trial.filter(|t| held(t) && !t.is_insignificant()).cloned()
 }
 
-/// Whether the `vibration` of the base does as well as `ringing`, a mode that rings by itself.
-pub fn as_well(vibration: &CandidateFit, ringing: &CandidateFit) -> bool {
-    vibration.worth() > STEADY * ringing.worth()
+/// Whether the `vibration` of the base explains the data as well as `ringing`, a mode that rings
+/// by itself.
+pub fn explains_as_well(vibration: &CandidateFit, ringing: &CandidateFit) -> bool {
+    vibration.worth() > STEADY_VIBRATION_SHARE * ringing.worth()
 }
 
-/// Whether a ring at `frequency` \[Hz\] that begins with impacts and jumps of the drive is in what
-/// `stand` leaves, on both sides, and is not too small a part of what `trial` brings beyond it.
-fn in_step(
+/// Whether the residuals of `state` contain, on both splits, a ring at `frequency` \[Hz\] in phase
+/// with impacts and jumps of the drive that is not too small a part of the gain of `trial`.
+fn is_driven(
     workspace: &Workspace,
-    stand: &ModelState,
+    state: &ModelState,
     trial: &CandidateFit,
     frequency: f64,
 ) -> Result<bool, SimError> {
     let near = |side: &Split, fitted: &Fitted| -> Result<f64, SimError> {
-        let ring = ImpactExcitations::new(side, fitted)?.near(frequency, NEAR * frequency);
+        let ring = ImpactExcitations::new(side, fitted)?
+            .best_near(frequency, FREQUENCY_TOLERANCE * frequency);
         Ok(ring.map_or(0.0, |ring| ring.gain))
     };
-    let train = near(&workspace.train, &stand.train)?;
-    let held_out = match (&workspace.held_out, &stand.held_out) {
+    let train = near(&workspace.train, &state.train)?;
+    let held_out = match (&workspace.held_out, &state.held_out) {
         (Some(side), Some(fitted)) => Some(near(side, fitted)?),
         _ => None,
     };
     log::debug!(
-        "in step with blows {train:.1} of {:.1}, kept out {held_out:?} of {:.1}",
+        "in phase with its excitation {train:.1} of {:.1}, held out {held_out:?} of {:.1}",
         trial.gain,
         trial.held_gain
     );
-    Ok(train > IN_STEP.0.max(LEAST_SHARE * trial.gain)
-        && held_out.is_none_or(|gain| gain > IN_STEP.1.max(LEAST_SHARE * trial.held_gain)))
+    Ok(train
+        > EXCITED_RING_MIN_GAINS
+            .0
+            .max(EXCITED_RING_MIN_SHARE * trial.gain)
+        && held_out.is_none_or(|gain| {
+            gain > EXCITED_RING_MIN_GAINS
+                .1
+                .max(EXCITED_RING_MIN_SHARE * trial.held_gain)
+        }))
 }

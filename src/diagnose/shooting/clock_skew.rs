@@ -1,10 +1,13 @@
-//! Clocks of the recordings: readings that are late by several samples spoil every stretch
-//! with a jump of the voltage, and those are what the clocks are told by.
+//! Clock skews of the recordings. Readings that are late by several samples spoil every segment
+//! with a jump of the voltage, and those segments determine the clocks.
 
 use rayon::prelude::*;
 
-use super::workspace::{FORSAKEN, LOSS, WIDE};
+use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MISREAD_CHI2, ROBUST_LOSS};
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::thresholds::{
+    SKEW_MIN_COST_DROP, SKEW_PROMISING_COST_RATIO, SKEW_WELL_EXPLAINED_CHI2,
+};
 use crate::fit::problem::{FreeNuisance, Nuisance, Problem};
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, settle};
@@ -12,24 +15,19 @@ use crate::recording::quantile_in_place;
 use crate::sim::{SimError, StretchSimulator};
 
 /// Skews that every recording is tried with \[s\].
-const TRIED: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
-/// Skews nearer than this agree \[s\].
-pub(crate) const NEAR: f64 = 5e-6;
-/// Fall of a recording's cost from which it takes another skew.
-pub const BETTER: f64 = 40.0;
-/// Cost per value up to which a recording is told well as it is.
-const WELL: f64 = 1.1;
-/// Steps of each stretch's own fit, by a loss that forgives nothing and by the usual one.
-pub(crate) const ROUNDS: [usize; 2] = [3, 3];
-/// The same for a first look.
-const LOOK: [usize; 2] = [1, 0];
-/// And for none.
-const AS_IT_IS: [usize; 2] = [0, 0];
-/// Times the present cost up to which a first look at another skew leaves hope.
-const HOPEFUL: f64 = 1.5;
+const SKEW_GRID: [f64; 9] = [-2e-4, -1e-4, -5e-5, -2e-5, 0.0, 2e-5, 5e-5, 1e-4, 2e-4];
+/// Skews that differ by less than this agree \[s\].
+pub(crate) const SAME_SKEW: f64 = 5e-6;
 
-/// The stretches of a fit, to be told what they come to by another clock.
-pub(crate) struct Stretches<'a> {
+/// Iterations of each segment's own fit, by least squares and then by the robust loss.
+pub(crate) const LOCAL_FIT_STEPS: [usize; 2] = [3, 3];
+/// The same for a first look at another skew.
+const SCREENING_STEPS: [usize; 2] = [1, 0];
+/// No iterations: the segments as they are.
+const NO_STEPS: [usize; 2] = [0, 0];
+
+/// The segments of a fit, to be tried under other clock skews.
+pub(crate) struct SkewTrials<'a> {
     problem: &'a Problem,
     x: Vec<f64>,
     segments: Vec<Segment>,
@@ -37,9 +35,9 @@ pub(crate) struct Stretches<'a> {
     states: Vec<Vec<f64>>,
 }
 
-impl<'a> Stretches<'a> {
-    /// Those of `point`.
-    pub(crate) fn of(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
+impl<'a> SkewTrials<'a> {
+    /// The segments of the fit at `point`.
+    pub(crate) fn new(problem: &'a Problem, point: &Point) -> Result<Self, SimError> {
         let simulator = problem.simulator(&point.x)?;
         Ok(Self {
             states: problem.states(&point.x, &simulator, &point.segments),
@@ -50,10 +48,9 @@ impl<'a> Stretches<'a> {
         })
     }
 
-    /// What the stretches `own` of one recording cost, its skew, which is unknown number `at`,
-    /// being `skew` \[s\], and their unknowns, fitted in so many `rounds` by either loss from
-    /// where `start` has them.
-    pub(crate) fn told<'s>(
+    /// Cost of the segments `own` of one recording if its skew, unknown number `at`, is `skew`
+    /// \[s\], and their unknowns, refined from `start` in so many `rounds` under either loss.
+    pub(crate) fn cost_at<'s>(
         &self,
         own: &[usize],
         start: &(dyn Fn(usize) -> &'s [f64] + Sync),
@@ -73,11 +70,11 @@ impl<'a> Stretches<'a> {
                     let (states, simulator) = (&self.states[i], &self.simulator);
                     problem.refine(segment, states, simulator, &nuisances, locals, loss, rounds)
                 };
-                let near = fit(start(i).to_vec(), WIDE, rounds[0]);
-                let told = fit(near.locals, LOSS, rounds[1]);
-                // What was misread must not decide.
-                let most = FORSAKEN * problem.rows(segment).len() as f64;
-                (told.locals, told.cost.min(most))
+                let near = fit(start(i).to_vec(), LEAST_SQUARES, rounds[0]);
+                let refined = fit(near.locals, ROBUST_LOSS, rounds[1]);
+                // A misread segment must not decide.
+                let most = MISREAD_CHI2 * problem.rows(segment).len() as f64;
+                (refined.locals, refined.cost.min(most))
             })
             .collect();
         let cost = fits.iter().map(|(_, cost)| cost).sum();
@@ -85,14 +82,14 @@ impl<'a> Stretches<'a> {
     }
 }
 
-/// What it costs that a clock has that skew \[s\].
-pub(crate) fn prior(nuisance: &FreeNuisance, skew: f64) -> f64 {
-    LOSS.cost((skew - nuisance.mean) / nuisance.sigma)
+/// Cost of a skew \[s\] under what is known of the clock beforehand.
+pub(crate) fn skew_prior_cost(nuisance: &FreeNuisance, skew: f64) -> f64 {
+    ROBUST_LOSS.cost((skew - nuisance.mean) / nuisance.sigma)
 }
 
-/// Sets the clocks of recordings that another skew tells far better, be it one of some or
-/// that of another recording, and gives their stretches among `eligible` their say back,
-/// from their `first` guess. Whether any was set.
+/// Resets the clocks of recordings that another skew describes far better: one of a grid, or that
+/// of another recording. Their segments among `eligible` are taken in again from their `first`
+/// guess. Returns whether any clock was reset.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
@@ -103,22 +100,22 @@ pub fn set_clocks(
     eligible: &[bool],
 ) -> Result<bool, DiagnoseError> {
     let space = problem.space.len();
-    let clocks: Vec<usize> = skews(problem);
+    let clocks: Vec<usize> = skew_indices(problem);
     let unit = |i: usize| problem.nuisances[i - space].unit;
     let mut tried: Vec<f64> = clocks.iter().map(|&i| point.x[i] * unit(i)).collect();
-    for &skew in &TRIED {
-        if tried.iter().all(|t| (t - skew).abs() > NEAR) {
+    for &skew in &SKEW_GRID {
+        if tried.iter().all(|t| (t - skew).abs() > SAME_SKEW) {
             tried.push(skew);
         }
     }
-    let with = Stretches::of(problem, point)?;
+    let trials = SkewTrials::new(problem, point)?;
     let mut changed = false;
     for &at in &clocks {
         let nuisance = &problem.nuisances[at - space];
         let own: Vec<usize> = (0..point.segments.len())
             .filter(|&i| eligible[i] && point.segments[i].recording == nuisance.recording)
             .collect();
-        let told = |skew: f64, rounds| {
+        let cost_at = |skew: f64, rounds| {
             let start = |i: usize| {
                 let own = if point.used[i] {
                     &point.segments[i]
@@ -127,32 +124,32 @@ pub fn set_clocks(
                 };
                 &own.locals[..]
             };
-            let (cost, locals) = with.told(&own, &start, (at, skew), rounds);
-            (cost + prior(nuisance, skew), locals)
+            let (cost, locals) = trials.cost_at(&own, &start, (at, skew), rounds);
+            (cost + skew_prior_cost(nuisance, skew), locals)
         };
         let present = point.x[at] * nuisance.unit;
         let rows: usize = own
             .iter()
             .map(|&i| problem.rows(&point.segments[i]).len())
             .sum();
-        let well = |cost: f64| cost < WELL * rows as f64;
-        // What is told well as it stands need not be fitted to see that.
-        if well(told(present, AS_IT_IS).0) {
+        let well = |cost: f64| cost < SKEW_WELL_EXPLAINED_CHI2 * rows as f64;
+        // A recording that fits well as it is needs no refinement.
+        if well(cost_at(present, NO_STEPS).0) {
             continue;
         }
-        let now = told(present, ROUNDS).0;
+        let now = cost_at(present, LOCAL_FIT_STEPS).0;
         if well(now) {
             continue;
         }
-        let looked = told(present, LOOK).0.max(now);
+        let looked = cost_at(present, SCREENING_STEPS).0.max(now);
         let best = tried
             .iter()
-            .filter(|skew| (**skew - present).abs() > NEAR)
-            .filter(|skew| told(**skew, LOOK).0 < HOPEFUL * looked)
-            .map(|&skew| (skew, told(skew, ROUNDS)))
+            .filter(|skew| (**skew - present).abs() > SAME_SKEW)
+            .filter(|skew| cost_at(**skew, SCREENING_STEPS).0 < SKEW_PROMISING_COST_RATIO * looked)
+            .map(|&skew| (skew, cost_at(skew, LOCAL_FIT_STEPS)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((skew, (cost, locals))) = best
-            && cost < now - BETTER
+            && cost < now - SKEW_MIN_COST_DROP
         {
             log::debug!(
                 "recording {}: skew {:.1} us in place of {:.1} us, chi2 {now:.0} to {cost:.0}",
@@ -169,37 +166,44 @@ pub fn set_clocks(
         }
     }
     if changed {
-        *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+        *point = settle(
+            problem,
+            &point.x,
+            &point.segments,
+            &point.used,
+            ROBUST_LOSS,
+            1,
+        )?;
     }
     Ok(changed)
 }
 
-/// Which unknowns are skews.
-pub fn skews(problem: &Problem) -> Vec<usize> {
+/// Indices of the unknowns that are skews.
+pub fn skew_indices(problem: &Problem) -> Vec<usize> {
     let all = problem.nuisances.iter().enumerate();
     all.filter(|(_, n)| n.what == Nuisance::Skew)
         .map(|(i, _)| problem.space.len() + i)
         .collect()
 }
 
-/// Skews of all recordings of a fit against what they were cut for \[s\].
-pub fn skews_of(problem: &Problem, point: &Point) -> Vec<f64> {
+/// Skews of all recordings in a fit, relative to those they were cut for \[s\].
+pub fn fitted_skews(problem: &Problem, point: &Point) -> Vec<f64> {
     let first = problem.space.len();
     let value = |i: usize| point.x[i] * problem.nuisances[i - first].unit;
-    skews(problem).into_iter().map(value).collect()
+    skew_indices(problem).into_iter().map(value).collect()
 }
 
-/// Skew of the clocks in most recordings of a fit \[s\].
-pub fn usual_skew(problem: &Problem, point: &Point) -> f64 {
-    let skew = quantile_in_place(&mut skews_of(problem, point), 0.5);
+/// Median skew of the recordings in a fit \[s\].
+pub fn median_skew(problem: &Problem, point: &Point) -> f64 {
+    let skew = quantile_in_place(&mut fitted_skews(problem, point), 0.5);
     if skew.is_finite() { skew } else { 0.0 }
 }
 
-/// Moves all skews by `by` \[s\]: a delay of the readings that comes or goes is taken out
-/// of them, or left to them.
+/// Moves all skews by `by` \[s\], so that a delay of the readings can be added or removed
+/// elsewhere.
 pub fn shift_skews(problem: &Problem, x: &mut [f64], by: f64) {
     let first = problem.space.len();
-    for i in skews(problem) {
+    for i in skew_indices(problem) {
         x[i] += by / problem.nuisances[i - first].unit;
     }
 }

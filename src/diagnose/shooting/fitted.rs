@@ -1,45 +1,49 @@
-//! A model fitted to one side of the recordings.
+//! A model fitted to one split of the recordings.
 
 use std::sync::{Arc, OnceLock};
 
-use super::workspace::LOSS;
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
+use crate::diagnose::thresholds::LOST_TRACK_CHI2;
 use crate::fit::problem::{Jacobian, Problem};
 use crate::fit::residual::simulate_segment::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
 use crate::model::Model;
+use crate::model::effects::ActiveEffect;
 use crate::sim::{SimError, StretchSimulator};
 
-/// Noise of a first reading that is taken over, by those that follow, counts for no more than
-/// so many values.
-const MOST_TAKEN: f64 = 20.0;
+/// Most values that the noise of a first reading, carried over into those that follow, may count
+/// for.
+const MAX_FIRST_READING_VALUES: f64 = 20.0;
 
-/// A model fitted to one side.
+/// A model fitted to one split.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// The model at the fit.
+    /// The model with its fitted parameters.
     pub model: Model,
-    /// The problem with its parameters.
+    /// The least-squares problem.
     pub problem: Problem,
-    /// Where it ended.
+    /// Parameters and initial states at the end of the fit.
     pub point: Point,
-    /// Robust cost by [`LOSS`], corrected for the stretches' own unknowns.
+    /// Chi2 under [`ROBUST_LOSS`], corrected for the segments' own unknowns.
     pub cost: f64,
-    /// The stretches' Jacobians there, once they were asked for.
+    /// Jacobians of the segments at that point, once computed.
     pub(crate) jacobians: Arc<OnceLock<Vec<Option<Jacobian>>>>,
 }
 
 impl Fitted {
-    /// What has ended at `point`, settled under [`LOSS`].
+    /// What has ended at `point`, settled under [`ROBUST_LOSS`].
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense there.
     pub(crate) fn at(problem: Problem, point: Point) -> Result<Self, SimError> {
-        let own = unknowns_of(&point.segments);
+        let own = local_unknowns(&point.segments);
         let model = problem.space.model(&point.x);
         let simulator = problem.simulator(&point.x)?;
         let segments = point.segments.iter();
-        let taken_over: f64 = segments.map(|s| taken_over(&problem, &simulator, s)).sum();
+        let taken_over: f64 = segments
+            .map(|s| first_reading_correction(&problem, &simulator, s))
+            .sum();
         Ok(Self {
             model,
             cost: point.cost + own as f64 + taken_over,
@@ -49,12 +53,17 @@ impl Fitted {
         })
     }
 
-    /// Cost per row: 1 where nothing is missing.
+    /// Chi2 per row: 1 where nothing is missing.
     pub fn per_value(&self) -> f64 {
         self.cost / self.point.rows.max(1) as f64
     }
 
-    /// The stretches' Jacobians under [`LOSS`]; `None` for those that are set aside or cannot be
+    /// Whether the fit has lost track: what is missing has drawn everything else along.
+    pub fn is_lost(&self) -> bool {
+        self.per_value() > LOST_TRACK_CHI2
+    }
+
+    /// Jacobians of the segments under [`ROBUST_LOSS`]; `None` for those that are set aside or cannot be
     /// simulated.
     ///
     /// # Errors
@@ -66,26 +75,30 @@ impl Fitted {
         let Point {
             x, segments, used, ..
         } = &self.point;
-        let fresh = self.problem.jacobians(x, segments, used, LOSS)?;
+        let fresh = self.problem.jacobians(x, segments, used, ROBUST_LOSS)?;
         Ok(self.jacobians.get_or_init(|| fresh))
     }
 
-    /// Number of the stretches' own unknowns.
-    pub fn beginnings(&self) -> usize {
-        unknowns_of(&self.point.segments)
+    /// Number of the segments' own unknowns.
+    pub fn local_unknowns(&self) -> usize {
+        local_unknowns(&self.point.segments)
     }
 
-    /// Rows minus the stretches' own unknowns.
+    /// Rows minus the segments' own unknowns.
     pub fn freedom(&self) -> f64 {
-        let rows = self.point.rows.saturating_sub(self.beginnings());
+        let rows = self.point.rows.saturating_sub(self.local_unknowns());
         rows.max(1) as f64
     }
 }
 
-/// By how much taking the first readings of `segment` over lowers its cost: a lasting lag of
-/// the readings begins there, so that they are met exactly, and their noise fades in the ones
-/// that follow.
-pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Segment) -> f64 {
+/// Expected fall of a segment's cost by starting from its first readings. A lasting lag of the
+/// readings begins there, so these are met exactly, and their noise decays in those that follow:
+/// with `f = exp(-2 r dt)` by `1 - f / (1 - f)` per channel.
+pub fn first_reading_correction(
+    problem: &Problem,
+    simulator: &StretchSimulator,
+    segment: &Segment,
+) -> f64 {
     let Some(at) = simulator
         .reading_states()
         .filter(|_| begins_from_reading(segment, simulator))
@@ -96,19 +109,35 @@ pub fn taken_over(problem: &Problem, simulator: &StretchSimulator, segment: &Seg
     let data = &problem.data[segment.recording].recording;
     let channels = 1.0 + f64::from(u8::from(data.cantilever.is_some()));
     let fades = (-2.0 * rate * segment.interval).exp();
-    channels * (1.0 - (fades / (1.0 - fades)).min(MOST_TAKEN))
+    channels * (1.0 - (fades / (1.0 - fades)).min(MAX_FIRST_READING_VALUES))
 }
 
 /// Number of the segments' own unknowns.
-pub(crate) fn unknowns_of(segments: &[Segment]) -> usize {
+pub(crate) fn local_unknowns(segments: &[Segment]) -> usize {
     segments.iter().map(|s| s.locals.len()).sum()
 }
 
-/// Chi2 above the floor, all together.
-pub fn excess(fitted: &Fitted) -> f64 {
+/// Chi2 above the noise floor of 1.03 per row.
+pub fn excess_chi2(fitted: &Fitted) -> f64 {
     let rows = fitted.point.rows as f64;
     (fitted.cost - 1.03 * rows).max(0.0)
 }
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.
 pub type Bound = (String, (f64, f64));
+
+/// An effect without which the baseline is far off, fitted together with everything else from a
+/// cold start.
+#[derive(Debug, Clone)]
+pub struct RequiredEffect {
+    /// The effect at the start of the fit.
+    pub start: ActiveEffect,
+    /// Ids of its fitted parameters.
+    pub free: Vec<String>,
+    /// Bounds of those.
+    pub bounds: Vec<Bound>,
+    /// Ids of further parameters that shape its law.
+    pub shape: Vec<String>,
+    /// The fit.
+    pub fitted: Fitted,
+}

@@ -1,20 +1,20 @@
-//! What re-tuning the baseline may move, and how far.
+//! Which parameters the re-tuning of the baseline may move, and how far.
 
 use super::fitted::Bound;
 use crate::model::Model;
 
-/// Factor by which the frequencies of the modes may be off.
-const FREQUENCY: f64 = 1.5;
-/// The same of their dampings.
-const DAMPING: f64 = 20.0;
-/// A damping ratio may be as large as this whatever it was thought to be.
-const DAMPED: f64 = 0.3;
-/// The same of their shapes.
-const SHAPE: f64 = 3.0;
+/// Largest factor by which a mode's frequency may be off.
+const MAX_FREQUENCY_FACTOR: f64 = 1.5;
+/// Largest factor by which a mode's damping may be off.
+const MAX_DAMPING_FACTOR: f64 = 20.0;
+/// A damping ratio may always reach this value, whatever its nominal one.
+const MIN_DAMPING_BOUND: f64 = 0.3;
+/// Largest factor by which a mode's shape may be off.
+const MAX_SHAPE_FACTOR: f64 = 3.0;
 
-/// What re-tuning may move: the baseline's own parameters that calm stretches tell, and
-/// how the readings and the drive share in the modes.
-pub(crate) fn freedoms(model: &Model, lone: bool) -> Vec<String> {
+/// Ids of the parameters that re-tuning may move: those of the baseline that event-free segments
+/// determine, and how the readings and the drive take part in the modes.
+pub(crate) fn free_parameters(model: &Model, lone: bool) -> Vec<String> {
     use crate::model::parameter::ParameterId as P;
     let own = [
         P::Eta,
@@ -30,7 +30,7 @@ pub(crate) fn freedoms(model: &Model, lone: bool) -> Vec<String> {
         P::ShapeP2,
         P::DriveP,
     ];
-    // Without the cantilever's reading nothing shows its shares.
+    // Without the cantilever's reading its shapes are not determined.
     let seen = |p: &P| !lone || !matches!(p, P::ShapeC1 | P::ShapeC2 | P::ShapeP2);
     let mut free: Vec<String> = own
         .into_iter()
@@ -42,22 +42,22 @@ pub(crate) fn freedoms(model: &Model, lone: bool) -> Vec<String> {
     free
 }
 
-/// Bounds of the structure's own freedoms: a structure that may become any other would
-/// take over what is missing, or run off to modes that no reading could show.
+/// Bounds of the structure's parameters. A structure that may become any other would absorb what
+/// is missing, or move to modes that no reading could show.
 pub(crate) fn structure_bounds(model: &Model) -> Vec<Bound> {
     use crate::model::parameter::ParameterId as P;
     let near = |id: P, factor: f64| {
         let value = model.parameters[id];
         (id.spec().id.to_owned(), (value / factor, value * factor))
     };
-    let frequencies = [P::F1, P::F2].map(|id| near(id, FREQUENCY));
+    let frequencies = [P::F1, P::F2].map(|id| near(id, MAX_FREQUENCY_FACTOR));
     let dampings = [P::Zeta1, P::Zeta2].map(|id| {
-        let (id, (least, most)) = near(id, DAMPING);
-        (id, (least, most.max(DAMPED)))
+        let (id, (least, most)) = near(id, MAX_DAMPING_FACTOR);
+        (id, (least, most.max(MIN_DAMPING_BOUND)))
     });
     // Shapes may have either sign: so may the drive's share in a mode.
     let shapes = [P::ShapeC1, P::ShapeC2, P::ShapeP2].map(|id| {
-        let most = SHAPE * model.parameters[id].abs();
+        let most = MAX_SHAPE_FACTOR * model.parameters[id].abs();
         (id.spec().id.to_owned(), (-most, most))
     });
     frequencies

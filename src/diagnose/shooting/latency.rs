@@ -1,74 +1,76 @@
-//! Readings that are late: by what the clocks of the recordings agree about, and by a delay that
-//! the clocks have taken.
+//! Late readings: the latency that the clocks of the recordings agree on, and a delay of the
+//! readings that the clocks have absorbed.
 
 use std::sync::LazyLock;
 
-use super::clock_skew::{BETTER, NEAR, ROUNDS, Stretches, prior, shift_skews, skews, skews_of};
+use super::clock_skew::{
+    LOCAL_FIT_STEPS, SAME_SKEW, SkewTrials, fitted_skews, shift_skews, skew_indices,
+    skew_prior_cost,
+};
 use super::fitted::Fitted;
-use super::workspace::LOSS;
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::thresholds::{
+    RECUT_MIN_LAG, SKEW_MAX_Z, SKEW_MIN_COST_DROP, SKEWS_ASKED_CHI2,
+};
 use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::point::{Point, settle};
 use crate::model::Model;
-use crate::model::effects::{own_ids, reading_delay};
+use crate::model::effects::{self, own_ids};
 use crate::recording::extremes;
 use crate::sim::{SimError, StretchSimulator};
 
-/// Samples by which readings are late from which they are cut by a voltage as late.
-const LATE: f64 = 0.8;
-/// Skews nearer than this are one that was taken over \[s\].
-const SAME: f64 = 1e-9;
-/// Skews farther apart are not those of one rig \[s\].
-const APART: f64 = 15e-6;
-/// Chi2 per value from which something is missing.
-const MISSING: f64 = 1.1;
+/// Skews that differ by less than this were copied from one another \[s\].
+const COPIED_SKEW: f64 = 1e-9;
+/// Skews that differ by more than this are not those of one setup \[s\].
+const MAX_SKEW_SPREAD: f64 = 15e-6;
+
 /// Id of the delay of the readings, as `effect.parameter`.
 static DELAY: LazyLock<String> = LazyLock::new(|| {
-    let own = reading_delay().map(|(effect, which)| own_ids(effect, &[which]));
+    let own = effects::reading_delay().map(|(effect, which)| own_ids(effect, &[which]));
     own.into_iter().flatten().next().unwrap_or_default()
 });
-/// Steps in which it takes its share of the clocks.
-const SHARED: usize = 30;
-/// Standard deviations by which a clock is off from which a delay is asked for anew.
-const OFF: f64 = 3.0;
+/// Iterations of the reweighted mean that returns a delay from the clocks.
+const SHARING_ITERATIONS: usize = 30;
 
-/// Time by which readings are later against the voltage than they were cut for, where that is
-/// more than stretches bear \[s\]: what most recordings agree about, for one cut for another
-/// clock may be told by a wrong one.
-pub fn late(fitted: &Fitted) -> Option<f64> {
+/// Latency of the readings against the voltage beyond that they were cut for, where it exceeds
+/// what segments tolerate \[s\]. It is what most recordings agree on, because a recording cut for
+/// another clock may have settled on a wrong one.
+pub fn common_latency(fitted: &Fitted) -> Option<f64> {
     let data = fitted.problem.data.iter();
     let longest = data.map(|d| d.recording.interval()).fold(0.0, f64::max);
-    let all = skews_of(&fitted.problem, &fitted.point);
-    // One that took another's has no voice of its own.
-    let own = |k: usize| all[..k].iter().all(|b| (all[k] - b).abs() > SAME);
+    let all = fitted_skews(&fitted.problem, &fitted.point);
+    // A copied skew does not count as independent.
+    let own = |k: usize| all[..k].iter().all(|b| (all[k] - b).abs() > COPIED_SKEW);
     let voices: Vec<f64> = (0..all.len()).filter(|k| own(*k)).map(|k| all[k]).collect();
     let agreed = |a: f64| -> f64 {
-        let with = voices.iter().map(|b| (-(a - b).abs() / NEAR).exp());
+        let with = voices.iter().map(|b| (-(a - b).abs() / SAME_SKEW).exp());
         with.sum()
     };
     let most = all
         .iter()
         .max_by(|a, b| agreed(**a).total_cmp(&agreed(**b)))?;
-    (most.abs() > LATE * longest).then_some(-most)
+    (most.abs() > RECUT_MIN_LAG * longest).then_some(-most)
 }
 
-/// By how much the readings of one recording are later than those of another \[s\], where that is
-/// more than clocks of one rig differ by and something is missing: an amplifier that lags delays
-/// the jumps of a voltage, and slow voltages hardly.
-pub fn disagreement(fitted: &Fitted) -> Option<f64> {
-    let all = skews_of(&fitted.problem, &fitted.point);
+/// Difference in latency between two recordings \[s\], where clocks of one setup cannot differ by
+/// as much and something is missing. A lagging amplifier delays the jumps of a voltage, and hardly
+/// a slow voltage.
+pub fn clock_disagreement(fitted: &Fitted) -> Option<f64> {
+    let all = fitted_skews(&fitted.problem, &fitted.point);
     let (low, high) = extremes(&all);
     let apart = high - low;
-    (apart > APART && fitted.per_value() > MISSING).then_some(apart)
+    (apart > MAX_SKEW_SPREAD && fitted.per_value() > SKEWS_ASKED_CHI2).then_some(apart)
 }
 
-/// A delay of the readings that the clocks may have taken \[s\]: by how much it grows where all of
-/// them give up alike what they lack to be as known, and by how much less they cost then. The two
-/// fit alike, only what is known of the clocks tells them apart.
-pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
+/// The delay of the readings that the clocks may have absorbed \[s\]: its growth if all of them
+/// give up the same part of their offset from the prior, and the resulting fall of chi2. Both
+/// descriptions fit alike; only the prior on the clocks distinguishes them. The shift is a
+/// Huber-weighted mean of the offsets.
+pub fn delay_absorbed_by_clocks(problem: &Problem, x: &[f64]) -> (f64, f64) {
     let first = problem.space.len();
-    // What each clock lacks to be as known, and how well it is known.
-    let lacks: Vec<(f64, f64)> = skews(problem)
+    // Offset of each clock from its prior, and the prior's standard deviation.
+    let offsets: Vec<(f64, f64)> = skew_indices(problem)
         .into_iter()
         .map(|i| {
             let nuisance = &problem.nuisances[i - first];
@@ -76,31 +78,31 @@ pub fn taken(problem: &Problem, x: &[f64]) -> (f64, f64) {
         })
         .collect();
     let mut shift = 0.0;
-    for _ in 0..SHARED {
-        let weighed = lacks.iter().map(|(lack, sigma)| {
-            let weight = (LOSS.root_weight((lack - shift) / sigma) / sigma).powi(2);
-            (weight * lack, weight)
+    for _ in 0..SHARING_ITERATIONS {
+        let weighted = offsets.iter().map(|(offset, sigma)| {
+            let weight = (ROBUST_LOSS.root_weight((offset - shift) / sigma) / sigma).powi(2);
+            (weight * offset, weight)
         });
-        let (sum, weight) = weighed.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let (sum, weight) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
         if weight > 0.0 {
             shift = sum / weight;
         }
     }
     let cost = |by: f64| -> f64 {
-        let all = lacks.iter();
-        all.map(|(lack, sigma)| LOSS.cost((lack - by) / sigma))
+        let all = offsets.iter();
+        all.map(|(offset, sigma)| ROBUST_LOSS.cost((offset - by) / sigma))
             .sum()
     };
     (shift, cost(0.0) - cost(shift))
 }
 
-/// Gives a delay of the readings that is free what the clocks have [`taken`] of it: steps of a
-/// fit that foresee how the readings change hardly lead that way.
-pub fn share_delay(problem: &Problem, x: &mut [f64]) {
+/// Gives a free delay of the readings what the clocks have absorbed of it, see
+/// [`delay_absorbed_by_clocks`]. Linearised steps hardly lead there.
+pub fn return_delay_from_clocks(problem: &Problem, x: &mut [f64]) {
     let Some(at) = problem.space.position(&DELAY) else {
         return;
     };
-    let (shift, _) = taken(problem, x);
+    let (shift, _) = delay_absorbed_by_clocks(problem, x);
     let mut model = problem.space.model(x);
     let Some(delay) = model.get(&DELAY) else {
         return;
@@ -118,7 +120,7 @@ pub fn share_delay(problem: &Problem, x: &mut [f64]) {
 struct Clock<'a> {
     /// Number of the unknown.
     at: usize,
-    known: &'a FreeNuisance,
+    prior: &'a FreeNuisance,
     /// Its skew \[s\].
     skew: f64,
     /// Stretches that are used.
@@ -126,102 +128,118 @@ struct Clock<'a> {
 }
 
 impl Clock<'_> {
-    /// By how much it lacks what is known of it \[s\].
-    fn lacks(&self) -> f64 {
-        self.known.mean - self.skew
+    /// By how much the prior mean exceeds its skew \[s\].
+    fn prior_offset(&self) -> f64 {
+        self.prior.mean - self.skew
     }
 
-    fn is_off(&self) -> bool {
-        self.lacks().abs() > OFF * self.known.sigma
+    fn is_far_from_prior(&self) -> bool {
+        self.prior_offset().abs() > SKEW_MAX_Z * self.prior.sigma
     }
 }
 
 fn clocks_of<'a>(problem: &'a Problem, point: &Point) -> Vec<Clock<'a>> {
     let one = |(at, skew): (usize, f64)| {
-        let known = &problem.nuisances[at - problem.space.len()];
+        let prior = &problem.nuisances[at - problem.space.len()];
         let all = point.segments.iter().enumerate();
-        let used = all.filter(|(k, s)| point.used[*k] && s.recording == known.recording);
+        let used = all.filter(|(k, s)| point.used[*k] && s.recording == prior.recording);
         let own = used.map(|(k, _)| k).collect();
         Clock {
             at,
-            known,
+            prior,
             skew,
             own,
         }
     };
-    let all = skews(problem).into_iter().zip(skews_of(problem, point));
+    let all = skew_indices(problem)
+        .into_iter()
+        .zip(fitted_skews(problem, point));
     all.map(one).collect()
 }
 
-/// Unknowns of the stretches of a recording.
+/// Unknowns of the segments of a recording.
 type Unknowns = Vec<Vec<f64>>;
 
-fn take_over(point: &mut Point, own: &[usize], unknowns: Unknowns) {
+fn set_locals(point: &mut Point, own: &[usize], unknowns: Unknowns) {
     for (&k, locals) in own.iter().zip(unknowns) {
         point.segments[k].locals = locals;
     }
 }
 
-/// Sets each clock that is far off to what is known of it, where that costs less: a delay of the
-/// readings that came or went has moved all of them. Whether any was set.
+/// Resets each clock that is far from its prior to the prior mean where that costs less: a delay
+/// of the readings that was added or removed has moved all of them. Returns whether any was reset.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn rest_clocks(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
-    let with = Stretches::of(problem, point)?;
+pub fn reset_clocks(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
+    let trials = SkewTrials::new(problem, point)?;
     let mut changed = false;
-    for clock in clocks_of(problem, point).iter().filter(|c| c.is_off()) {
-        let told = |skew: f64| {
+    for clock in clocks_of(problem, point)
+        .iter()
+        .filter(|c| c.is_far_from_prior())
+    {
+        let cost_at = |skew: f64| {
             let start = |k: usize| &point.segments[k].locals[..];
-            let (cost, unknowns) = with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
-            (cost + prior(clock.known, skew), unknowns)
+            let (cost, unknowns) =
+                trials.cost_at(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS);
+            (cost + skew_prior_cost(clock.prior, skew), unknowns)
         };
-        let (now, (there, unknowns)) = (told(clock.skew).0, told(clock.known.mean));
-        if there < now - BETTER {
+        let (now, (there, unknowns)) = (cost_at(clock.skew).0, cost_at(clock.prior.mean));
+        if there < now - SKEW_MIN_COST_DROP {
             log::debug!(
                 "recording {} back: {now:.0} to {there:.0}",
-                clock.known.recording
+                clock.prior.recording
             );
-            point.x[clock.at] = clock.known.mean / clock.known.unit;
-            take_over(point, &clock.own, unknowns);
+            point.x[clock.at] = clock.prior.mean / clock.prior.unit;
+            set_locals(point, &clock.own, unknowns);
             changed = true;
         }
     }
     if changed {
-        *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+        *point = settle(
+            problem,
+            &point.x,
+            &point.segments,
+            &point.used,
+            ROBUST_LOSS,
+            1,
+        )?;
     }
     Ok(changed)
 }
 
-/// Asks each clock anew what it keeps of a delay of the readings that is free, where they differ
-/// about it by more than is known of them: a recording of jumps hardly tells its clock, and has
-/// stayed where it is known to be, at the cost of its jumps. Whether any was set.
+/// Redistributes a free delay of the readings between it and the clocks, where these differ by
+/// more than their prior allows. A recording of jumps hardly determines its clock and may have
+/// kept its prior at the expense of its jumps. Returns whether anything was moved.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model cannot be simulated.
-pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
+pub fn redistribute_delay(problem: &Problem, point: &mut Point) -> Result<bool, DiagnoseError> {
     let Some(entry) = problem.space.position(&DELAY) else {
         return Ok(false);
     };
     let clocks = clocks_of(problem, point);
-    if !clocks.iter().any(Clock::is_off) {
+    if !clocks.iter().any(Clock::is_far_from_prior) {
         return Ok(false);
     }
-    let with = Stretches::of(problem, point)?;
+    let trials = SkewTrials::new(problem, point)?;
     let start = |k: usize| &point.segments[k].locals[..];
-    let told =
-        |clock: &Clock<'_>, skew: f64| with.told(&clock.own, &start, (clock.at, skew), ROUNDS);
-    let now: Vec<f64> = clocks.iter().map(|c| told(c, c.skew).0).collect();
+    let cost_at = |clock: &Clock<'_>, skew: f64| {
+        trials.cost_at(&clock.own, &start, (clock.at, skew), LOCAL_FIT_STEPS)
+    };
+    let now: Vec<f64> = clocks.iter().map(|c| cost_at(c, c.skew).0).collect();
     let of_now = clocks.iter().zip(&now);
-    let of_now: f64 = of_now.map(|(c, cost)| cost + prior(c.known, c.skew)).sum();
-    // Clocks that have given the delay what they lack, against those that have kept it.
+    let of_now: f64 = of_now
+        .map(|(c, cost)| cost + skew_prior_cost(c.prior, c.skew))
+        .sum();
+    // Each clock either gives its offset to the delay or keeps it, whichever costs less.
     let shared = |by: f64| -> (f64, Vec<Option<Unknowns>>) {
         let mut sum = 0.0;
         let one = |(clock, now): (&Clock<'_>, &f64)| {
-            let given = now + prior(clock.known, clock.skew + by);
-            // What one keeps, it reads later by.
-            let (cost, unknowns) = told(clock, clock.skew - by);
-            let kept = cost + prior(clock.known, clock.skew);
+            let given = now + skew_prior_cost(clock.prior, clock.skew + by);
+            // A clock that keeps it reads later by as much.
+            let (cost, unknowns) = cost_at(clock, clock.skew - by);
+            let kept = cost + skew_prior_cost(clock.prior, clock.skew);
             sum += given.min(kept);
             (kept < given).then_some(unknowns)
         };
@@ -229,14 +247,14 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
         (sum, kept)
     };
     let mut asked: Vec<f64> = Vec::new();
-    for by in clocks.iter().map(Clock::lacks) {
-        if by.abs() > NEAR && asked.iter().all(|other| (other - by).abs() > NEAR) {
+    for by in clocks.iter().map(Clock::prior_offset) {
+        if by.abs() > SAME_SKEW && asked.iter().all(|other| (other - by).abs() > SAME_SKEW) {
             asked.push(by);
         }
     }
     let tried = asked.into_iter().map(|by| (by, shared(by)));
     let best = tried.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    let Some((by, (cost, kept))) = best.filter(|b| b.1.0 < of_now - BETTER) else {
+    let Some((by, (cost, kept))) = best.filter(|b| b.1.0 < of_now - SKEW_MIN_COST_DROP) else {
         return Ok(false);
     };
     let mut model = problem.space.model(&point.x);
@@ -253,16 +271,23 @@ pub fn weigh_delay(problem: &Problem, point: &mut Point) -> Result<bool, Diagnos
     point.x[entry] = wanted;
     for (clock, kept) in clocks.iter().zip(kept) {
         match kept {
-            None => point.x[clock.at] = (clock.skew + by) / clock.known.unit,
-            Some(unknowns) => take_over(point, &clock.own, unknowns),
+            None => point.x[clock.at] = (clock.skew + by) / clock.prior.unit,
+            Some(unknowns) => set_locals(point, &clock.own, unknowns),
         }
     }
-    *point = settle(problem, &point.x, &point.segments, &point.used, LOSS, 1)?;
+    *point = settle(
+        problem,
+        &point.x,
+        &point.segments,
+        &point.used,
+        ROBUST_LOSS,
+        1,
+    )?;
     Ok(true)
 }
 
-/// Time by which the effects make readings late \[s\].
-pub fn delay(model: &Model) -> Result<f64, SimError> {
+/// Time by which the effects delay the readings \[s\].
+pub fn reading_delay(model: &Model) -> Result<f64, SimError> {
     let options = crate::sim::Options::default();
     Ok(StretchSimulator::new(model, &options)?.reading_delay())
 }
@@ -275,7 +300,7 @@ mod tests {
     use crate::model::preset::Preset;
 
     #[test]
-    fn clocks_give_up_what_they_have_alike() {
+    fn clocks_return_the_delay_that_they_share() {
         let paper = Preset::embedded("paper").unwrap().model;
         let drives = [
             ("square:40Hz:8V", 0.05),
@@ -285,27 +310,27 @@ mod tests {
         let fit = test_support::bench_of(&paper, &drives, 25e3, 50e-9);
         let fit = fit.baseline(&paper, &QUIET).unwrap();
         let problem = &fit.problem;
-        let clocks = skews(problem);
+        let clocks = skew_indices(problem);
         let set = |all: [f64; 3]| {
             let mut x = fit.point.x.clone();
             for (&i, skew) in clocks.iter().zip(all) {
                 let nuisance = &problem.nuisances[i - problem.space.len()];
                 x[i] = (nuisance.mean + skew) / nuisance.unit;
             }
-            taken(problem, &x)
+            delay_absorbed_by_clocks(problem, &x)
         };
         let sigma = problem.nuisances[clocks[0] - problem.space.len()].sigma;
-        let cost = |away: f64| LOSS.cost(away / sigma);
+        let cost = |away: f64| ROBUST_LOSS.cost(away / sigma);
         let (none, nothing) = set([0.0; 3]);
         assert!(
             none.abs() < 1e-12 && nothing.abs() < 1e-9,
             "{none} {nothing}"
         );
-        // All alike: all of it, and all that it costs.
+        // All alike: the whole offset and its whole cost.
         let (shift, fall) = set([-100e-6; 3]);
         assert!((shift - 100e-6).abs() < 1e-9, "{shift}");
         assert!((fall - 3.0 * cost(100e-6)).abs() < 1e-6, "{fall}");
-        // One that is elsewhere draws by the loss's bound at most: what two agree about stays.
+        // An outlier pulls by at most the loss's bound: the value that two agree on prevails.
         let (shift, fall) = set([-100e-6, 40e-6, -100e-6]);
         let pull = 6.0 * sigma / 2.0;
         assert!((shift - (100e-6 - pull)).abs() < 1e-8, "{shift}");

@@ -1,13 +1,16 @@
-//! A model with effects: fitted from a fit near by, and judged by what was kept out.
+//! Fits of a model with effects, started from a fit of a similar model, and its test on the
+//! held-out recordings.
 
-use super::clock_skew::{BETTER, set_clocks, shift_skews, usual_skew};
+use super::clock_skew::{median_skew, set_clocks, shift_skews};
 use super::fitted::{Bound, Fitted};
-use super::latency::{delay, rest_clocks, share_delay, weigh_delay};
-use super::warm_start::{thinned, warm_start};
-use super::workspace::{FINE, LOSS, ROUGH, WIDE, Workspace};
-use crate::diagnose::data::event_free_segments::prepare_calm;
+use super::latency::{reading_delay, redistribute_delay, reset_clocks, return_delay_from_clocks};
+use super::warm_start::{subset_mask, warm_start};
+use super::workspace::{FINE_TOLERANCE, ROUGH_TOLERANCE, Workspace};
+use crate::diagnose::data::event_free_segments::prepare_event_free;
 use crate::diagnose::data::misread_segments::reassign_misread_segments;
+use crate::diagnose::data::robust_loss::{LEAST_SQUARES, ROBUST_LOSS};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::thresholds::SKEW_MIN_COST_DROP;
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::segment::Segment;
@@ -15,15 +18,15 @@ use crate::fit::solve::point::settle;
 use crate::model::Model;
 use crate::sim::StretchSimulator;
 
-/// Modes that are simulated quickly.
-const QUICK_MODES: usize = 2;
-/// Unknowns beside those of the baseline with which a step does not take long.
-const FEW: usize = 6;
+/// Number of modes up to which a simulation is quick.
+const MAX_MODES_WITHOUT_SUBSET: usize = 2;
+/// Number of parameters, besides those of the baseline, up to which an iteration is quick.
+const MAX_FREE_WITHOUT_SUBSET: usize = 6;
 
 impl Workspace {
-    /// A model with effects, fitted to the fitted recordings from `start`, whose values
-    /// for the baseline's freedoms and the ids of `free` are moved; those in `bounds` stay
-    /// within them. `from` is a fit of a model near by.
+    /// Fits a model with effects to the fitted recordings from `start`. The baseline's free
+    /// parameters and those of `free` are moved; those in `bounds` stay within them. `from` is
+    /// a fit of a similar model.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -36,30 +39,33 @@ impl Workspace {
         iterations: usize,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        if modes(start) != modes(&from.model) {
-            let sketch = self.sketch(start, free, bounds, from, control)?;
-            return self.complete(sketch, iterations, control);
+        if mode_count(start) != mode_count(&from.model) {
+            let sketch = self.fit_subset(start, free, bounds, from, control)?;
+            return self.fit_all_from(sketch, iterations, control);
         }
-        let (problem, x) = self.posed(start, free, bounds, from)?;
+        let (problem, x) = self.pose(start, free, bounds, from)?;
         let own = &from.point;
-        let mut point = if modes(start) > QUICK_MODES || free.len() > FEW {
-            // Fast modes make short steps, many unknowns make each step long: the way is gone
-            // on a part of the stretches.
-            let few = some_of(&own.segments, &own.used);
-            let start = settle(&problem, &x, &own.segments, &few, LOSS, 2)?;
-            let near = self.improve(&problem, start, &[], (iterations, ROUGH), control)?;
-            settle(&problem, &near.x, &own.segments, &own.used, LOSS, 2)?
+        let mut point = if mode_count(start) > MAX_MODES_WITHOUT_SUBSET
+            || free.len() > MAX_FREE_WITHOUT_SUBSET
+        {
+            // Fast modes need short time steps, and many unknowns make each iteration
+            // slow: most iterations use a subset of the segments.
+            let few = subset_of_used(&own.segments, &own.used);
+            let start = settle(&problem, &x, &own.segments, &few, ROBUST_LOSS, 2)?;
+            let near =
+                self.improve(&problem, start, &[], (iterations, ROUGH_TOLERANCE), control)?;
+            settle(&problem, &near.x, &own.segments, &own.used, ROBUST_LOSS, 2)?
         } else {
-            settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?
+            settle(&problem, &x, &own.segments, &own.used, ROBUST_LOSS, 2)?
         };
-        weigh_delay(&problem, &mut point)?;
-        point = self.improve(&problem, point, &[], (iterations, FINE), control)?;
+        redistribute_delay(&problem, &mut point)?;
+        point = self.improve(&problem, point, &[], (iterations, FINE_TOLERANCE), control)?;
         self.finish(problem, point)
     }
 
-    /// The problem of a model with effects, and its unknowns at `start` and beside that as in
-    /// `from`.
-    pub(crate) fn posed(
+    /// The problem of a model with effects, and its unknowns: the parameters at `start`, the
+    /// others as in `from`.
+    pub(crate) fn pose(
         &self,
         start: &Model,
         free: &[String],
@@ -68,25 +74,29 @@ impl Workspace {
     ) -> Result<(Problem, Vec<f64>), DiagnoseError> {
         let mut ids = self.free.clone();
         ids.extend_from_slice(free);
-        let mut problem = self.train.calm.prepared.problem.clone();
+        let mut problem = self.train.event_free.prepared.problem.clone();
         problem.space = Space::new(start, &ids)?;
         for (id, bound) in self.bounds.iter().chain(bounds) {
             problem.space.keep_between(id, *bound);
         }
         let mut x = problem.space.coordinates(start);
         x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
-        shift_skews(&problem, &mut x, delay(start)? - delay(&from.model)?);
-        share_delay(&problem, &mut x);
+        shift_skews(
+            &problem,
+            &mut x,
+            reading_delay(start)? - reading_delay(&from.model)?,
+        );
+        return_delay_from_clocks(&problem, &mut x);
         Ok((problem, x))
     }
 
-    /// A model against the recordings kept out, its parameters frozen; `None` if there are
-    /// none. `train` is its fit, or a fit near by; `from` is the judgement of a model near
-    /// by.
+    /// Tests a model on the held-out recordings with its parameters frozen; only clocks,
+    /// offsets and initial states are fitted. `None` if there are none. `train` is its fit or
+    /// that of a similar model; `from` is the same test of a similar model.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn judge(
+    pub fn fit_held_out(
         &self,
         model: &Model,
         (train, from): (&Fitted, Option<&Fitted>),
@@ -95,16 +105,16 @@ impl Workspace {
         let Some(side) = &self.held_out else {
             return Ok(None);
         };
-        let mut problem = side.calm.prepared.problem.clone();
+        let mut problem = side.event_free.prepared.problem.clone();
         problem.space = Space::new(model, &self.free)?;
         let mut x = problem.space.coordinates(model);
-        let near = from.filter(|f| modes(&f.model) == modes(model));
-        // The clocks are those of the fitted recordings.
+        let near = from.filter(|f| mode_count(&f.model) == mode_count(model));
+        // The clocks start from those of the fitted recordings.
         let (clocks, late) = match from {
-            Some(from) => (0.0, delay(model)? - delay(&from.model)?),
+            Some(from) => (0.0, reading_delay(model)? - reading_delay(&from.model)?),
             None => (
-                usual_skew(&train.problem, &train.point),
-                delay(model)? - delay(&train.model)?,
+                median_skew(&train.problem, &train.point),
+                reading_delay(model)? - reading_delay(&train.model)?,
             ),
         };
         let (segments, point) = match near {
@@ -112,11 +122,11 @@ impl Workspace {
                 x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
                 shift_skews(&problem, &mut x, clocks + late);
                 let own = &from.point;
-                let mut point = settle(&problem, &x, &own.segments, &own.used, LOSS, 2)?;
+                let mut point = settle(&problem, &x, &own.segments, &own.used, ROBUST_LOSS, 2)?;
                 if late != 0.0 {
-                    rest_clocks(&problem, &mut point)?;
+                    reset_clocks(&problem, &mut point)?;
                 }
-                (side.calm.prepared.segments.clone(), point)
+                (side.event_free.prepared.segments.clone(), point)
             }
             None => {
                 match from {
@@ -126,7 +136,7 @@ impl Workspace {
                 shift_skews(&problem, &mut x, clocks + late);
                 let space = &problem.space;
                 let (parts, findings) = (&side.parts, &side.findings);
-                let segments = prepare_calm(model, space, parts, findings, &self.options)?
+                let segments = prepare_event_free(model, space, parts, findings, &self.options)?
                     .prepared
                     .segments;
                 let used = match from {
@@ -140,41 +150,44 @@ impl Workspace {
                         let old = from.problem.simulator(&from.point.x)?;
                         let new = StretchSimulator::new(model, &problem.options)?;
                         let own = &from.point.segments;
-                        (warm_start(own, segments, (&old, &new), &problem), LOSS)
+                        (
+                            warm_start(own, segments, (&old, &new), &problem),
+                            ROBUST_LOSS,
+                        )
                     }
-                    None => (segments, WIDE),
+                    None => (segments, LEAST_SQUARES),
                 };
                 let point = settle(&problem, &x, &segments, &used, loss, 3)?;
                 (segments, point)
             }
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
-        let mut point = self.improve(&problem, point, &locked, (10, FINE), control)?;
-        // Jumps that all lie alike between two samples leave a clock a sample off, and what a
-        // clock has made up for before may lead it astray.
+        let mut point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
+        // If all jumps lie at the same place between two samples, a clock may be off by a
+        // sample. What a clock compensated before may also mislead it.
         let eligible = if from.is_none() {
             vec![true; segments.len()]
         } else {
             point.used.clone()
         };
-        let worse = from.is_none_or(|from| point.cost > from.point.cost + BETTER);
+        let worse = from.is_none_or(|from| point.cost > from.point.cost + SKEW_MIN_COST_DROP);
         if worse && set_clocks(&problem, &mut point, &segments, &eligible)? {
-            point = self.improve(&problem, point, &locked, (10, FINE), control)?;
+            point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         }
         if from.is_none() && reassign_misread_segments(&problem, &mut point, &segments)? {
-            point = self.improve(&problem, point, &locked, (5, FINE), control)?;
+            point = self.improve(&problem, point, &locked, (5, FINE_TOLERANCE), control)?;
         }
         Ok(Some(self.finish(problem, point)?))
     }
 }
 
-/// Those of `used` that are used on the way.
-pub(crate) fn some_of(segments: &[Segment], used: &[bool]) -> Vec<bool> {
-    let few = thinned(segments).into_iter();
+/// The segments among `used` that a fit on a subset uses.
+pub(crate) fn subset_of_used(segments: &[Segment], used: &[bool]) -> Vec<bool> {
+    let few = subset_mask(segments).into_iter();
     few.zip(used).map(|(few, used)| few && *used).collect()
 }
 
-/// Modes of a model with its effects.
-pub fn modes(model: &Model) -> usize {
+/// Number of modes of a model with its effects.
+pub fn mode_count(model: &Model) -> usize {
     model.structure_with_effects().modes.len()
 }

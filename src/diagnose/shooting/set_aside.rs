@@ -1,26 +1,27 @@
-//! Stretches that were set aside as misread: what they cost, and their way back.
+//! Segments that were set aside as misread: what they cost, and how they are taken in again.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::fitted::Fitted;
-use super::found::LOST_TRACK_CHI2;
-use super::workspace::{CLIP, FINE, LOSS, WIDE, Workspace};
-use crate::diagnose::data::misread_segments::{guess, reassign_misread_segments};
+use super::workspace::{FINE_TOLERANCE, Workspace};
+use crate::diagnose::data::misread_segments::{initial_guess, reassign_misread_segments};
+use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MAX_RESIDUAL, ROBUST_LOSS};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
+use crate::diagnose::thresholds::LOST_TRACK_CHI2;
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::{Point, residuals_at, settle};
 use crate::sim::SimError;
 
-/// Steps of each stretch's own fit, by either loss.
-const ROUNDS: usize = 8;
+/// Iterations of each segment's own fit, by either loss.
+const LOCAL_FIT_STEPS: usize = 8;
 
 impl Fitted {
-    /// Share of the rows that lie in stretches set aside.
-    pub fn aside(&self) -> f64 {
+    /// Share of the rows that lie in segments set aside.
+    pub fn set_aside_share(&self) -> f64 {
         let rows = |used: bool| -> usize {
             let all = self.point.segments.iter().zip(&self.point.used);
             all.filter(|(_, u)| **u == used)
@@ -31,27 +32,29 @@ impl Fitted {
         aside as f64 / (used + aside).max(1) as f64
     }
 
-    /// Number of values of each stretch that it uses, and chi2 per value, residuals clipped;
-    /// `None` for the others.
+    /// Number of values and chi2 per value of each segment that is used, residuals clipped at
+    /// [`MAX_RESIDUAL`]; `None` for the others.
     ///
     /// # Errors
     /// [`SimError`] if the model makes no sense.
-    pub(crate) fn means(&self) -> Result<Vec<Option<(usize, f64)>>, SimError> {
+    pub(crate) fn segment_chi2(&self) -> Result<Vec<Option<(usize, f64)>>, SimError> {
         let used = &self.point.used;
         let all = residuals_at(&self.problem, &self.point, |i, _| used[i])?;
         let mean = |r: Vec<f64>| {
-            let squares = r.iter().map(|r| r.clamp(-CLIP, CLIP).powi(2));
+            let squares = r
+                .iter()
+                .map(|r| r.clamp(-MAX_RESIDUAL, MAX_RESIDUAL).powi(2));
             (r.len(), squares.sum::<f64>() / r.len().max(1) as f64)
         };
         Ok(all.into_iter().map(|r| r.map(mean)).collect())
     }
 
-    /// The cost with that of the stretches set aside, each told as well as it can be from
-    /// its guess in `first`: so that fits that set other stretches aside can be compared.
+    /// The cost including segments set aside, each fitted as well as possible from its guess
+    /// in `first`, so that fits that set other segments aside can be compared.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn whole_cost(&self, first: &[Segment]) -> Result<f64, DiagnoseError> {
+    pub fn cost_with_set_aside(&self, first: &[Segment]) -> Result<f64, DiagnoseError> {
         let (problem, point) = (&self.problem, &self.point);
         let simulator = problem.simulator(&point.x)?;
         let states = problem.states(&point.x, &simulator, &point.segments);
@@ -63,72 +66,95 @@ impl Fitted {
                 let nuisances = problem.nuisances_of(&point.x, segment.recording);
                 let fit = |locals: Vec<f64>, loss| {
                     let (near, state) = (&nuisances, &states[i]);
-                    problem.refine(segment, state, &simulator, near, locals, loss, ROUNDS)
+                    problem.refine(
+                        segment,
+                        state,
+                        &simulator,
+                        near,
+                        locals,
+                        loss,
+                        LOCAL_FIT_STEPS,
+                    )
                 };
-                let near = fit(guess(&first[i], segment).to_vec(), WIDE);
-                fit(near.locals, LOSS).cost + segment.locals.len() as f64
+                let near = fit(initial_guess(&first[i], segment).to_vec(), LEAST_SQUARES);
+                fit(near.locals, ROBUST_LOSS).cost + segment.locals.len() as f64
             })
             .collect();
         Ok(self.cost + aside.iter().filter(|c| c.is_finite()).sum::<f64>())
     }
 }
 
-/// `point` with the `others` of its stretches in it too, each from its guess in `first`.
+/// `point` with the `others` among its segments taken in too, each from its guess in `first`.
 ///
 /// # Errors
 /// [`SimError`] if the model makes no sense.
-pub(crate) fn taken_in(
+pub(crate) fn include_segments(
     problem: &Problem,
     point: Point,
     first: &[Segment],
     others: &[bool],
     rounds: usize,
 ) -> Result<Point, SimError> {
-    let guessed = settle(problem, &point.x, first, others, WIDE, rounds)?;
+    let guessed = settle(problem, &point.x, first, others, LEAST_SQUARES, rounds)?;
     let (mut segments, mut used) = (point.segments, point.used);
     for i in (0..others.len()).filter(|&i| others[i]) {
         segments[i] = guessed.segments[i].clone();
         used[i] = true;
     }
-    settle(problem, &point.x, &segments, &used, LOSS, 2)
+    settle(problem, &point.x, &segments, &used, ROBUST_LOSS, 2)
 }
 
 impl Workspace {
-    /// A fit of `side` with all stretches in it, those set aside from their first guess, and
-    /// all else as it was.
+    /// A fit of `side` with all segments taken in, those set aside from their first guess,
+    /// everything else unchanged.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn with_all(&self, side: &Split, fitted: &Fitted) -> Result<Fitted, DiagnoseError> {
+    pub fn with_all_segments(
+        &self,
+        side: &Split,
+        fitted: &Fitted,
+    ) -> Result<Fitted, DiagnoseError> {
         let aside: Vec<bool> = fitted.point.used.iter().map(|used| !used).collect();
-        self.with(side, fitted, &aside)
+        self.with_segments(side, fitted, &aside)
     }
 
-    /// A fit of `side` with `more` of its stretches in it, each from its first guess.
-    fn with(&self, side: &Split, fitted: &Fitted, more: &[bool]) -> Result<Fitted, DiagnoseError> {
+    /// A fit of `side` with the segments `more` taken in too, each from its first guess.
+    fn with_segments(
+        &self,
+        side: &Split,
+        fitted: &Fitted,
+        more: &[bool],
+    ) -> Result<Fitted, DiagnoseError> {
         let (problem, point) = (&fitted.problem, fitted.point.clone());
-        let point = taken_in(problem, point, side.segments(), more, ROUNDS)?;
+        let point = include_segments(problem, point, side.segments(), more, LOCAL_FIT_STEPS)?;
         self.finish(problem.clone(), point)
     }
 
-    /// Two fits of `side` with those stretches that either tells or that both use, those that come
-    /// in from their guess, so that what the two leave can be compared. What one of them set aside
-    /// and the other is far from was misread for both.
+    /// Two fits of `side` on the segments that either describes well or both use, so that
+    /// their residuals can be compared. Segments that one set aside and the other is far from
+    /// were misread for both.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub fn alike(&self, side: &Split, fits: [&Fitted; 2]) -> Result<[Fitted; 2], DiagnoseError> {
+    pub fn on_common_segments(
+        &self,
+        side: &Split,
+        fits: [&Fitted; 2],
+    ) -> Result<[Fitted; 2], DiagnoseError> {
         let [a, b] = fits.map(|fitted| &fitted.point.used);
         if a == b || a.len() != b.len() || a.len() != side.segments().len() {
             return Ok(fits.map(Fitted::clone));
         }
-        let means = [fits[0].means()?, fits[1].means()?];
-        let told = |i: usize| {
+        let means = [fits[0].segment_chi2()?, fits[1].segment_chi2()?];
+        let is_described = |i: usize| {
             means
                 .iter()
                 .any(|m| m[i].is_some_and(|(_, m)| m < LOST_TRACK_CHI2))
         };
-        let shown: Vec<bool> = (0..a.len()).map(|i| told(i) || a[i] && b[i]).collect();
+        let shown: Vec<bool> = (0..a.len())
+            .map(|i| is_described(i) || a[i] && b[i])
+            .collect();
         let of = |fitted: &Fitted| {
             let own = fitted.point.used.iter().zip(&shown);
             let more: Vec<bool> = own.map(|(own, shown)| *shown && !own).collect();
@@ -137,17 +163,17 @@ impl Workspace {
             for (used, shown) in fewer.point.used.iter_mut().zip(&shown) {
                 *used &= shown;
             }
-            self.with(side, &fewer, &more)
+            self.with_segments(side, &fewer, &more)
         };
         Ok([of(fits[0])?, of(fits[1])?])
     }
 
-    /// A fit of `side` without what is misread for its model; its parameters are frozen if it
-    /// was `kept_out`.
+    /// A fit of `side` without the segments misread for its model. Parameters are frozen if it
+    /// is `kept_out`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
-    pub fn healed(
+    pub fn without_misread(
         &self,
         side: &Split,
         fitted: Fitted,
@@ -160,7 +186,7 @@ impl Workspace {
         if reassign_misread_segments(&problem, &mut point, side.segments())? {
             let frozen = if kept_out { problem.space.len() } else { 0 };
             let locked: Vec<usize> = (0..frozen).collect();
-            point = self.improve(&problem, point, &locked, (10, FINE), control)?;
+            point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         }
         self.finish(problem, point)
     }

@@ -1,12 +1,18 @@
-//! TODO-doc
+//! Warm starts: the unknowns of segments carried over to a model with other modes, and the subset
+//! of segments that fits use on the way.
 
-use crate::diagnose::data::misread_segments::{AT_LEAST, THIN, start_of};
+use crate::diagnose::data::misread_segments::start_state;
 use crate::fit::problem::Problem;
 use crate::fit::segment::Segment;
 use crate::sim::StretchSimulator;
 
-/// Takes the unknowns of `known` over into `fresh`, the same stretches of a device with
-/// other modes, of which those that both have come first. A new mode begins at rest.
+/// One in this many segments is used on the way.
+const SUBSET_STRIDE: usize = 3;
+/// Fewest segments used of each recording, in flight and held.
+const MIN_SUBSET_SEGMENTS: usize = 6;
+
+/// Carries the unknowns of the segments `known` over into `fresh`, the same segments of a device
+/// with other modes, of which the common ones come first. A new mode starts at rest.
 pub fn warm_start(
     known: &[Segment],
     fresh: Vec<Segment>,
@@ -20,7 +26,7 @@ pub fn warm_start(
         if k.samples != f.samples {
             return f;
         }
-        let (mut state, states) = start_of(k);
+        let (mut state, states) = start_state(k);
         let data = &problem.data[k.recording];
         let level = old.ground_level(data.recording.time[k.samples.start] + data.epoch);
         if k.starts_held {
@@ -42,8 +48,8 @@ pub fn warm_start(
     known.iter().zip(fresh).map(one).collect()
 }
 
-/// Which stretches are used on the way: some of each recording, in flight and held.
-pub fn thinned(segments: &[Segment]) -> Vec<bool> {
+/// The segments used on the way: some of each recording, in flight and held.
+pub fn subset_mask(segments: &[Segment]) -> Vec<bool> {
     let mut used = vec![false; segments.len()];
     let mut groups: std::collections::BTreeMap<(usize, bool), Vec<usize>> = Default::default();
     for (i, s) in segments.iter().enumerate() {
@@ -53,7 +59,7 @@ pub fn thinned(segments: &[Segment]) -> Vec<bool> {
             .push(i);
     }
     for group in groups.values() {
-        let stride = THIN.min(group.len() / AT_LEAST).max(1);
+        let stride = SUBSET_STRIDE.min(group.len() / MIN_SUBSET_SEGMENTS).max(1);
         group.iter().step_by(stride).for_each(|&i| used[i] = true);
     }
     used

@@ -1,24 +1,22 @@
-//! Recordings made ready for a diagnosis, and fits of models to them.
+//! Recordings made ready for a diagnosis, and what all fits to them share.
 //!
-//! All fits here are over calm stretches ([`super::calm`]): what happens at the ground is
-//! looked at by itself ([`super::events`]).
+//! All fits here are over event-free segments (`data::event_free_segments`). What happens at the
+//! ground is analysed separately (`contact`).
 
 use std::sync::Arc;
 
-use super::fitted::{Bound, Fitted};
-use super::found::RequiredEffect;
-use super::free_parameters::{freedoms, structure_bounds};
-use super::values::Values;
-use crate::diagnose::baseline::retune::HOVERS;
-use crate::diagnose::data::event_free_segments::prepare_calm;
+use super::clock_skew::fitted_skews;
+use super::fitted::{Bound, Fitted, RequiredEffect};
+use super::free_parameters::{free_parameters, structure_bounds};
+use crate::diagnose::data::event_free_segments::prepare_event_free;
 use crate::diagnose::data::noise_model;
-use crate::diagnose::data::noise_model::{Noise, Stays};
-use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
-use crate::diagnose::data::side::{Split, drift_of};
+use crate::diagnose::data::noise_model::{ContactRecording, Noise};
+use crate::diagnose::data::reading_assumptions::{HOVERS_REASON, ReadingAssumptions};
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
+use crate::diagnose::data::side::{Drift, Split, level_drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::fit::inspect::recording_summary::summarize_with_lag;
 use crate::fit::problem::Problem;
-use crate::fit::problem::huber::Huber;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, default_length, prepare};
 use crate::fit::residual::residual_rows::Sigmas;
@@ -28,40 +26,31 @@ use crate::fit::{FitError, FitOptions, FreeNuisances, Part};
 use crate::model::Model;
 use crate::sim::StretchSimulator;
 
-/// Standard deviation of what is known of the skew between the clocks of voltage and
-/// readings \[s\].
-const SKEW: f64 = 5e-6;
-/// A loss that forgives nothing.
-pub const WIDE: Huber = Huber(1e4);
-/// Loss by which fits are compared, in units of the noise.
-pub const LOSS: Huber = Huber(6.0);
-/// Residuals beyond this many standard deviations count no more where stretches are compared.
-pub(crate) const CLIP: f64 = 6.0;
-/// What a value counts for at most where its stretch may be misread [chi2].
-pub(crate) const FORSAKEN: f64 = 30.0;
-/// Share of the cost by which an iteration must lower it to be followed by another, at
-/// the end.
-pub(crate) const FINE: f64 = 2e-6;
+/// Prior standard deviation of the skew between the clocks of voltage and readings \[s\].
+const CLOCK_SKEW_SIGMA: f64 = 5e-6;
+/// Relative fall of the cost that an iteration must reach to be followed by another, in final
+/// fits.
+pub(crate) const FINE_TOLERANCE: f64 = 2e-6;
 /// The same on the way.
-pub(crate) const ROUGH: f64 = 2e-3;
+pub(crate) const ROUGH_TOLERANCE: f64 = 2e-3;
 
-/// Everything that does not change while hypotheses are weighed.
+/// Everything that stays fixed while hypotheses are compared.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    /// To fit.
+    /// Recordings to fit.
     pub train: Split,
-    /// Kept out; without recordings if there are none.
+    /// Held-out recordings; `None` if there are none.
     pub held_out: Option<Split>,
     /// Noise of the readings.
     pub noise: Noise,
-    /// Relative standard error of its size.
+    /// Relative standard error of the size of the noise.
     pub noise_error: f64,
-    /// Ids of the baseline's own freedoms.
+    /// Ids of the baseline's free parameters.
     pub free: Vec<String>,
-    /// The model that the re-tuning began with.
-    pub outset: Model,
-    /// What the re-tuning has found without which the baseline is lost.
-    pub found: Option<Arc<RequiredEffect>>,
+    /// The model that the re-tuning started from.
+    pub initial_model: Model,
+    /// The effect found by the re-tuning without which the baseline is lost.
+    pub required_effect: Option<Arc<RequiredEffect>>,
     pub(crate) bounds: Vec<Bound>,
     pub(crate) options: FitOptions,
 }
@@ -77,23 +66,23 @@ impl Workspace {
         held_out: &[Part],
         options: &DiagnoseOptions,
     ) -> Result<Self, DiagnoseError> {
-        let known = ReadingAssumptions::default();
-        Self::of_known(model, (train, held_out), options, &known)
+        let assumptions = ReadingAssumptions::default();
+        Self::with_assumptions(model, (train, held_out), options, &assumptions)
     }
 
-    /// The same with what was found out about the readings.
-    pub(crate) fn of_known(
+    /// The same under assumptions on the readings.
+    pub(crate) fn with_assumptions(
         model: &Model,
         (train, held_out): (&[Part], &[Part]),
         options: &DiagnoseOptions,
-        known: &ReadingAssumptions,
+        assumptions: &ReadingAssumptions,
     ) -> Result<Self, DiagnoseError> {
         if train.is_empty() {
             return Err(DiagnoseError::NoRecording);
         }
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
-        let free = freedoms(model, lone);
-        // One length for all models, so that all are judged by the same stretches.
+        let free = free_parameters(model, lone);
+        // One length for all models, so that all are compared on the same segments.
         let simulation = crate::sim::Options {
             tolerance: options.tolerance,
             ..crate::sim::Options::default()
@@ -105,59 +94,66 @@ impl Workspace {
             nuisances: FreeNuisances {
                 offsets: true,
                 scales: None,
-                skew: Some(SKEW),
-                reading_lag: known.late,
+                skew: Some(CLOCK_SKEW_SIGMA),
+                reading_lag: assumptions.latency,
             },
             tolerance: options.tolerance,
             ..FitOptions::for_model(model)
         };
         let space = Space::new(model, &free)?;
         let side = |parts: &[Part], hovers: &[usize]| -> Result<Split, FitError> {
-            let mut findings = summarize_with_lag(model, parts, known.lag);
+            let mut findings = summarize_with_lag(model, parts, assumptions.lag);
             for &k in hovers {
-                findings[k].level = Err(HOVERS.to_owned());
+                findings[k].level = Err(HOVERS_REASON.to_owned());
                 findings[k].change = None;
             }
-            let calm = prepare_calm(model, &space, parts, &findings, &fit)?;
+            let event_free = prepare_event_free(model, &space, parts, &findings, &fit)?;
             Ok(Split {
                 parts: parts.to_vec(),
-                drift: drift_of(&findings),
+                drift: level_drift_of(&findings),
                 findings,
-                calm,
+                event_free,
             })
         };
-        let mut train = side(train, &known.hovers.0)?;
+        let mut train = side(train, &assumptions.hovering.0)?;
         let mut held_out = if held_out.is_empty() {
             None
         } else {
-            Some(side(held_out, &known.hovers.1)?)
+            Some(side(held_out, &assumptions.hovering.1)?)
         };
         let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
         let mut information = 0.0;
         for pick in picks {
             let mut all: Vec<(usize, &mut f64)> = std::iter::once(&mut train)
                 .chain(&mut held_out)
-                .flat_map(|s| &mut s.calm.prepared.problem.data)
+                .flat_map(|s| &mut s.event_free.prepared.problem.data)
                 .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
                 .collect();
-            information += noise_model::pool(&mut all).powi(-2);
+            information += noise_model::pool_noise(&mut all).powi(-2);
         }
         let sides = || std::iter::once(&train).chain(&held_out);
-        let stays: Vec<Stays<'_>> = sides()
-            .flat_map(|s| s.calm.prepared.problem.data.iter().zip(&s.calm.timelines))
-            .map(|(d, timeline)| Stays {
+        let stays: Vec<ContactRecording<'_>> = sides()
+            .flat_map(|s| {
+                s.event_free
+                    .prepared
+                    .problem
+                    .data
+                    .iter()
+                    .zip(&s.event_free.timelines)
+            })
+            .map(|(d, timeline)| ContactRecording {
                 recording: &d.recording,
                 timeline,
                 sigma: d.sigmas.xp,
             })
             .collect();
-        let noise = noise_model::estimate(&stays);
+        let noise = noise_model::estimate_noise(&stays);
         for side in std::iter::once(&mut train).chain(&mut held_out) {
-            side.colour(&noise);
+            side.set_noise(&noise);
         }
         for data in std::iter::once(&train)
             .chain(&held_out)
-            .flat_map(|s| &s.calm.prepared.problem.data)
+            .flat_map(|s| &s.event_free.prepared.problem.data)
         {
             log::debug!("{}: {:?}", data.recording.name, data.sigmas);
         }
@@ -167,14 +163,15 @@ impl Workspace {
             noise,
             noise_error: information.max(1.0).powf(-0.5),
             free,
-            outset: model.clone(),
-            found: None,
+            initial_model: model.clone(),
+            required_effect: None,
             bounds: structure_bounds(model),
             options: fit,
         })
     }
 
-    /// Beginnings of the fitted recordings in the series of all, in the order given \[s\].
+    /// Start times of the fitted recordings if all are placed one after the other, in the
+    /// order given \[s\].
     pub fn epochs(&self) -> Vec<f64> {
         let mut at = 0.0;
         let parts = self.train.parts.iter();
@@ -188,21 +185,21 @@ impl Workspace {
             .collect()
     }
 
-    /// End of the fitted recordings in that series \[s\].
-    pub fn end_of_fitted(&self) -> f64 {
+    /// Total duration of the fitted recordings \[s\].
+    pub fn fitted_duration(&self) -> f64 {
         let spans = self.train.parts.iter().map(|p| p.recording.span());
         spans.map(|(begin, end)| end - begin).sum()
     }
 
-    /// The same recordings as one series in time: what happens to the ground once, happens
-    /// to all later ones. Those kept out come last.
-    pub fn in_series(&self) -> Self {
+    /// The same recordings placed one after the other in time, the held-out ones last: what
+    /// happens to the ground once affects all later recordings.
+    pub fn as_sequence(&self) -> Self {
         let mut series = self.clone();
         let mut epochs = self.epochs();
-        let mut at = self.end_of_fitted();
+        let mut at = self.fitted_duration();
         for (data, epoch) in series
             .train
-            .calm
+            .event_free
             .prepared
             .problem
             .data
@@ -214,7 +211,7 @@ impl Workspace {
         epochs.clear();
         if let Some(held_out) = &mut series.held_out {
             for (data, part) in held_out
-                .calm
+                .event_free
                 .prepared
                 .problem
                 .data
@@ -229,8 +226,15 @@ impl Workspace {
         series
     }
 
-    /// Recordings of a side cut with their events, into stretches of at most `longest`
-    /// \[s\], for `model`.
+    /// The drift that the level in the fitted recordings shows, if `model` has none yet.
+    pub fn unmodelled_drift(&self, model: &Model) -> Option<&Drift> {
+        let known = |spec| model.effects.iter().any(|e| e.spec == spec);
+        let drift = self.train.drift.as_ref();
+        drift.filter(|(effect, _)| !known(effect.spec))
+    }
+
+    /// Recordings of a split cut with their events into segments of at most `longest` \[s\],
+    /// for `model`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -276,13 +280,20 @@ impl Workspace {
             point.cost,
             point.rows,
             clock.done(),
-            Values(problem, &point)
+            FitSummary(problem, &point)
         );
         Ok(point)
     }
 
     pub(crate) fn finish(&self, problem: Problem, point: Point) -> Result<Fitted, DiagnoseError> {
-        let point = settle(&problem, &point.x, &point.segments, &point.used, LOSS, 2)?;
+        let point = settle(
+            &problem,
+            &point.x,
+            &point.segments,
+            &point.used,
+            ROBUST_LOSS,
+            2,
+        )?;
         Ok(Fitted::at(problem, point)?)
     }
 }
@@ -291,4 +302,22 @@ pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {
     ids.iter()
         .filter_map(|id| problem.space.position(id))
         .collect()
+}
+
+/// Parameters, clocks and segments of a fit in one line, for the log.
+struct FitSummary<'a>(&'a Problem, &'a Point);
+
+impl std::fmt::Debug for FitSummary<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(problem, point) = self;
+        let values = problem.space.values(&point.x);
+        for (entry, value) in problem.space.entries.iter().zip(values) {
+            write!(f, "{} {value:.4e}, ", entry.id)?;
+        }
+        for skew in fitted_skews(problem, point) {
+            write!(f, "{:.1} us, ", skew * 1e6)?;
+        }
+        let used = point.used.iter().filter(|used| **used).count();
+        write!(f, "{used} of {} stretches", point.segments.len())
+    }
 }

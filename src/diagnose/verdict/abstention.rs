@@ -1,30 +1,15 @@
-//! Whether names that were found are refused for what they leave.
+//! Whether names that were found are refused for what they leave unexplained: an effect of the
+//! catalogue may imitate a law outside it.
 
-use crate::diagnose::comparison::significance::TRAIN_GAIN;
-use crate::diagnose::diagnosis::Inadequacy;
+use crate::diagnose::findings::{Finding, FindingKind};
+use crate::diagnose::thresholds::{
+    FRICTION_BY_HEIGHT_LIMITS, LONG_RANGE_DECAY, MIN_CARRIED_SHARE, MIN_FORM_SHARE,
+    NEGLIGIBLE_SHARE, PRODUCT_FORCE_LIMITS, TRAIN_GAIN,
+};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
 
-/// Share of a force over the displacement that is left from which a law of displacement that
-/// was named is only of another form: 90 % and more where it was, up to 87 % where it was not, in
-/// trials.
-const MIN_FORM_SHARE: f64 = 0.885;
-/// Share of what is missing that is a matter of the form of the law that carries all the rest: as of
-/// a stiffness that levels off where the strokes are large.
-const TRIFLE: f64 = 0.01;
-/// Fall of chi2 by friction that goes with the height from which a dry friction is none, if it is
-/// also this share of what that brings.
-const RUBS: (f64, f64) = (60.0, 0.02);
-/// The same of a force by both displacements beside laws of displacement: less, for there is only
-/// one of it, and windows of height are seven.
-const PRODUCT: (f64, f64) = (30.0, 0.01);
-/// Height over which an attraction falls off at touch, as a share of itself, from which it is
-/// one over the whole stroke \[m\].
-const LONG_RANGE_DECAY: f64 = 8.5e-6;
-/// Share of what is missing that named effects must carry.
-pub const CARRIED: f64 = 0.8;
-
-/// Whether the force of a law hangs on the displacement more than on anything else.
+/// Whether the force of a law depends on the displacement more than on anything else.
 pub fn of_displacement(spec: &&'static EffectSpec) -> bool {
     spec.facts.force_over_displacement
 }
@@ -36,105 +21,154 @@ pub fn attraction_reaches_far(model: &Model) -> bool {
     attraction.is_some_and(|a| a.reach > LONG_RANGE_DECAY * a.exponent)
 }
 
-/// What the effects named leave.
+/// What the named effects leave, on which it depends whether their names stand. Gains are falls of
+/// chi2 on the fitted recordings.
 #[derive(Debug, Clone)]
 pub struct AbstentionEvidence {
-    /// What is not explained yet.
-    pub left: Option<Inadequacy>,
+    /// What the checks of adequacy found.
+    pub inadequacy: Option<Finding>,
     /// Names of the effects.
     pub names: Vec<&'static str>,
-    /// Those of displacement.
-    pub displaced: Vec<&'static EffectSpec>,
-    /// Whether an attraction among them reaches far.
-    pub far: bool,
-    /// Whether the strongest force that is left goes over the displacement.
-    pub over_xp: bool,
-    /// Fall of chi2 by forces without a name.
-    pub joint: f64,
-    /// The part of it that laws of somewhat other form would bring.
-    pub formal: f64,
-    /// Fall of chi2 by what swings steadily.
-    pub swings: f64,
-    /// Fall of chi2 by friction that goes with the height, and by the dry friction beside it.
-    pub rubs: (f64, f64),
-    /// Fall of chi2 by a force by the product of both displacements, and by the laws of
-    /// displacement beside it.
-    pub product: (f64, f64),
+    /// Those whose force depends on the displacement most.
+    pub of_displacement: Vec<&'static EffectSpec>,
+    /// Whether an attraction among them acts over the whole stroke.
+    pub long_range: bool,
+    /// Whether the strongest force that is still missing depends on the displacement.
+    pub over_displacement: bool,
+    /// Gain by forces of any form.
+    pub any_force_gain: f64,
+    /// The part of it that other forms of the named laws would bring.
+    pub form_gain: f64,
+    /// Gain by a steady vibration that grows with the displacement.
+    pub vibration_gain: f64,
+    /// Gains by friction that depends on the height, and by the dry friction that was named.
+    pub friction_gains: (f64, f64),
+    /// Gains by a force of the product of both displacements, and by the named laws of
+    /// displacement.
+    pub product_gains: (f64, f64),
     /// Share of what was missing that the effects carry.
-    pub share: f64,
-    /// The same of stretches each by itself.
-    pub explained: f64,
+    pub carried_share: f64,
+    /// The same of segments each by itself.
+    pub carried_of_segments: f64,
 }
 
+/// The checks that refuse names, in the order in which they are asked.
+const CHECKS: [fn(&AbstentionEvidence) -> Option<Finding>; 5] = [
+    vibration_with_displacement,
+    force_of_both_displacements,
+    friction_by_height,
+    one_force_in_their_place,
+    too_small_share,
+];
+
 impl AbstentionEvidence {
-    /// Why the names are refused, if they are.
-    pub fn refusal(&self) -> Option<String> {
-        if self.swings > TRAIN_GAIN {
-            return Some("what swings steadily grows with the displacement, as no vibration of the base does: a stiffness that comes and goes is not in the catalogue".to_owned());
-        }
-        if self.goes_with_both() {
-            return Some("what is missing goes with both displacements, as no force over that of the mass does: that is not in the catalogue".to_owned());
-        }
-        self.left?;
-        if exceeds(self.rubs, RUBS) {
-            return Some("what rubs does so more at some heights than at others, as no dry friction does: a friction that goes with the load is not in the catalogue".to_owned());
-        }
-        let names = |specs: &[&EffectSpec]| {
-            let all: Vec<&str> = specs.iter().map(|s| s.name).collect();
-            all.join(" and ")
+    /// Why the names are refused, if they are: the first check that says so.
+    pub fn first_refusal(&self) -> Option<Finding> {
+        CHECKS.iter().find_map(|check| check(self))
+    }
+
+    /// What is missing beyond what the checks of adequacy found: a force over the displacement that
+    /// these do not look for.
+    pub fn further_inadequacy(&self) -> Option<Finding> {
+        let missing = |refusal: Finding| Finding {
+            kind: FindingKind::MissingForce { over: "xp" },
+            ..refusal
         };
-        // A single stretch that is off says nothing of a force.
-        let force = matches!(self.left, Some(Inadequacy::Mean(_) | Inadequacy::Force(..)));
-        if force && (self.one_law_in_two() || self.another_law()) {
-            return Some(format!(
-                "{} would stand for one force over the displacement and still leave something of it: that is rather one law which is not in the catalogue",
-                names(&self.displaced)
-            ));
-        }
-        if self.share < CARRIED {
-            // Chi2 of stretches each by itself may fall where the whole stays as wrong.
-            let unbroken = if self.share < self.explained {
-                ", but the flight would go on no better from one stretch to the next"
-            } else {
-                ""
-            };
-            return Some(format!(
-                "{} would explain {:.0} % of what is missing{unbroken}: too little for a name",
-                self.names.join(" and "),
-                100.0 * self.explained
-            ));
-        }
-        None
+        vibration_with_displacement(self)
+            .or_else(|| force_of_both_displacements(self))
+            .map(missing)
     }
 
-    /// Whether a force by both displacements is left that laws over the stroke stand for.
-    pub fn goes_with_both(&self) -> bool {
-        self.over_stroke() > 0 && exceeds(self.product, PRODUCT)
-    }
-
-    /// Laws over the stroke. An attraction that acts at touch alone is none.
+    /// Named laws over the whole stroke. An attraction that acts at touch alone is none.
     fn over_stroke(&self) -> usize {
-        let over = |s: &&&EffectSpec| self.far || s.facts.falls_off.is_none();
-        self.displaced.iter().filter(over).count()
+        let over = |s: &&&EffectSpec| self.long_range || s.facts.falls_off.is_none();
+        self.of_displacement.iter().filter(over).count()
     }
 
     /// Whether two laws over the stroke stand for one.
-    fn one_law_in_two(&self) -> bool {
+    fn two_laws_for_one(&self) -> bool {
         self.over_stroke() > 1
     }
 
-    /// Whether what is left over the displacement is not a matter of the form of the one law
-    /// of displacement, for that leaves what its kin carry.
+    /// Whether another law of displacement is missing than the single one that was named: other
+    /// forms of that one do not bring what is missing.
     fn another_law(&self) -> bool {
-        let other = self.far || self.formal < MIN_FORM_SHARE * self.joint;
-        let much = self.explained < 1.0 - TRIFLE;
-        much && self.displaced.len() == 1 && self.over_xp && other
+        let other = self.long_range || self.form_gain < MIN_FORM_SHARE * self.any_force_gain;
+        let much = self.carried_of_segments < 1.0 - NEGLIGIBLE_SHARE;
+        much && self.of_displacement.len() == 1 && self.over_displacement && other
     }
 }
 
-/// Whether what a law brings beside others, and they, is more than that, and than that share.
-fn exceeds((gain, beside): (f64, f64), (least, share): (f64, f64)) -> bool {
-    gain > least && gain > share * beside
+/// A vibration of the base has one amplitude; one that grows with the displacement is a stiffness
+/// that varies in time.
+fn vibration_with_displacement(of: &AbstentionEvidence) -> Option<Finding> {
+    (of.vibration_gain > TRAIN_GAIN).then_some(Finding {
+        kind: FindingKind::VibrationWithDisplacement,
+        statistic: of.vibration_gain,
+        threshold: TRAIN_GAIN,
+    })
+}
+
+/// Laws over the stroke of the mass imitate a force that depends on both displacements.
+fn force_of_both_displacements(of: &AbstentionEvidence) -> Option<Finding> {
+    let found = of.over_stroke() > 0 && exceeds(of.product_gains, PRODUCT_FORCE_LIMITS);
+    found.then(|| Finding {
+        kind: FindingKind::ForceOfBothDisplacements,
+        statistic: of.product_gains.0,
+        threshold: limit(of.product_gains, PRODUCT_FORCE_LIMITS),
+    })
+}
+
+/// Dry friction imitates a friction that depends on the load.
+fn friction_by_height(of: &AbstentionEvidence) -> Option<Finding> {
+    let found = of.inadequacy.is_some() && exceeds(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS);
+    found.then(|| Finding {
+        kind: FindingKind::FrictionByHeight,
+        statistic: of.friction_gains.0,
+        threshold: limit(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS),
+    })
+}
+
+/// Laws of displacement imitate one law that is not in the catalogue.
+fn one_force_in_their_place(of: &AbstentionEvidence) -> Option<Finding> {
+    // A single segment that is off says nothing about a force.
+    let force = of.inadequacy.as_ref().is_some_and(|f| {
+        matches!(
+            f.kind,
+            FindingKind::MeanSquare | FindingKind::MissingForce { .. }
+        )
+    });
+    let found = force && (of.two_laws_for_one() || of.another_law());
+    found.then(|| Finding {
+        kind: FindingKind::OneForceInTheirPlace {
+            effects: of.of_displacement.iter().map(|s| s.name).collect(),
+        },
+        statistic: of.form_gain / of.any_force_gain,
+        threshold: MIN_FORM_SHARE,
+    })
+}
+
+/// Effects that carry too little of what is missing.
+fn too_small_share(of: &AbstentionEvidence) -> Option<Finding> {
+    let found = of.inadequacy.is_some() && of.carried_share < MIN_CARRIED_SHARE;
+    found.then(|| Finding {
+        kind: FindingKind::TooSmallShare {
+            effects: of.names.clone(),
+            of_segments: of.carried_of_segments,
+        },
+        statistic: of.carried_share,
+        threshold: MIN_CARRIED_SHARE,
+    })
+}
+
+/// Whether a gain exceeds a least one, and a share of what the named effects bring.
+fn exceeds((gain, named): (f64, f64), (least, share): (f64, f64)) -> bool {
+    gain > least && gain > share * named
+}
+
+/// The larger of these two limits.
+fn limit((_, named): (f64, f64), (least, share): (f64, f64)) -> f64 {
+    least.max(share * named)
 }
 
 #[cfg(test)]
@@ -142,128 +176,162 @@ mod tests {
     use super::super::abstention::*;
     use crate::model::effects::find;
 
-    /// `ids` named, a force over the displacement left.
+    fn finding(kind: FindingKind) -> Finding {
+        Finding {
+            kind,
+            statistic: 180.0,
+            threshold: 60.0,
+        }
+    }
+
+    /// `ids` named, a force over the displacement still missing.
     fn rest(ids: &[&str]) -> AbstentionEvidence {
         let specs = ids.iter().map(|id| find(id).unwrap());
         AbstentionEvidence {
-            left: Some(Inadequacy::Force("xp", 180.0)),
+            inadequacy: Some(finding(FindingKind::MissingForce { over: "xp" })),
             names: specs.clone().map(|s| s.name).collect(),
-            displaced: specs.filter(of_displacement).collect(),
-            far: false,
-            over_xp: true,
-            joint: 180.0,
-            formal: 170.0,
-            swings: 0.0,
-            rubs: (0.0, 0.0),
-            product: (0.0, 0.0),
-            share: 0.98,
-            explained: 0.98,
+            of_displacement: specs.filter(of_displacement).collect(),
+            long_range: false,
+            over_displacement: true,
+            any_force_gain: 180.0,
+            form_gain: 170.0,
+            vibration_gain: 0.0,
+            friction_gains: (0.0, 0.0),
+            product_gains: (0.0, 0.0),
+            carried_share: 0.98,
+            carried_of_segments: 0.98,
         }
     }
 
     #[test]
-    fn two_laws_over_the_stroke_are_refused_for_what_they_leave() {
+    fn two_laws_over_the_stroke_are_refused_when_a_force_is_still_missing() {
         let two = rest(&["cubic_stiffness", "electrostatic"]);
-        assert!(two.refusal().unwrap().contains("one force"));
-        let left = |left| AbstentionEvidence {
-            left,
+        assert!(
+            two.first_refusal()
+                .is_some_and(|f| matches!(f.kind, FindingKind::OneForceInTheirPlace { .. }))
+        );
+        let with = |inadequacy| AbstentionEvidence {
+            inadequacy,
             ..two.clone()
         };
-        assert_eq!(left(None).refusal(), None);
-        assert_eq!(left(Some(Inadequacy::Stretch(9.0))).refusal(), None);
-        assert!(left(Some(Inadequacy::Mean(1.3))).refusal().is_some());
+        assert_eq!(with(None).first_refusal(), None);
+        assert_eq!(
+            with(Some(finding(FindingKind::LocalSegment))).first_refusal(),
+            None
+        );
+        assert!(
+            with(Some(finding(FindingKind::MeanSquare)))
+                .first_refusal()
+                .is_some()
+        );
     }
 
     #[test]
-    fn an_attraction_at_touch_is_no_law_over_the_stroke() {
+    fn an_attraction_at_touch_does_not_act_over_the_stroke() {
         let near = rest(&["cubic_stiffness", "long_range_attraction"]);
-        assert_eq!(near.refusal(), None);
-        let far = AbstentionEvidence { far: true, ..near };
-        assert!(far.refusal().is_some());
+        assert_eq!(near.first_refusal(), None);
+        let far = AbstentionEvidence {
+            long_range: true,
+            ..near
+        };
+        assert!(far.first_refusal().is_some());
     }
 
     #[test]
-    fn one_law_is_refused_where_its_kin_do_not_carry_the_rest() {
+    fn one_law_is_refused_when_its_other_forms_do_not_explain_the_rest() {
         let one = rest(&["cubic_stiffness", "sensor_lag"]);
-        assert_eq!(one.refusal(), None);
-        let formal = |formal| AbstentionEvidence {
-            formal,
+        assert_eq!(one.first_refusal(), None);
+        let formal = |form_gain| AbstentionEvidence {
+            form_gain,
             ..one.clone()
         };
-        assert!(formal(100.0).refusal().is_some());
-        assert!(formal(157.0).refusal().is_some());
-        assert_eq!(formal(162.0).refusal(), None);
-        let stretch = AbstentionEvidence {
-            left: Some(Inadequacy::Stretch(12.0)),
+        assert!(formal(100.0).first_refusal().is_some());
+        assert!(formal(157.0).first_refusal().is_some());
+        assert_eq!(formal(162.0).first_refusal(), None);
+        let segment = AbstentionEvidence {
+            inadequacy: Some(finding(FindingKind::LocalSegment)),
             ..formal(100.0)
         };
-        assert_eq!(stretch.refusal(), None);
+        assert_eq!(segment.first_refusal(), None);
         let little = AbstentionEvidence {
-            explained: 0.999,
+            carried_of_segments: 0.999,
             ..formal(100.0)
         };
-        assert_eq!(little.refusal(), None);
+        assert_eq!(little.first_refusal(), None);
         let elsewhere = AbstentionEvidence {
-            over_xp: false,
+            over_displacement: false,
             ..formal(100.0)
         };
-        assert_eq!(elsewhere.refusal(), None);
+        assert_eq!(elsewhere.first_refusal(), None);
     }
 
     #[test]
-    fn a_friction_that_goes_with_the_height_is_no_dry_one() {
-        let of = |rubs| AbstentionEvidence {
-            rubs,
-            over_xp: false,
+    fn friction_that_depends_on_height_is_not_dry_friction() {
+        let of = |friction_gains| AbstentionEvidence {
+            friction_gains,
+            over_displacement: false,
             ..rest(&["dry_friction"])
         };
-        assert!(of((900.0, 2e4)).refusal().unwrap().contains("rubs"));
-        // A small share is a matter of the form of the law, and little is chance.
-        assert!(of((410.0, 2e4)).refusal().is_some());
-        assert_eq!(of((390.0, 2e4)).refusal(), None);
-        assert_eq!(of((30.0, 200.0)).refusal(), None);
-        let all_told = AbstentionEvidence {
-            left: None,
+        assert!(
+            of((900.0, 2e4))
+                .first_refusal()
+                .is_some_and(|f| f.kind == FindingKind::FrictionByHeight)
+        );
+        // A small share is due to the form of the law, and a small gain to chance.
+        assert!(of((410.0, 2e4)).first_refusal().is_some());
+        assert_eq!(of((390.0, 2e4)).first_refusal(), None);
+        assert_eq!(of((30.0, 200.0)).first_refusal(), None);
+        let explained = AbstentionEvidence {
+            inadequacy: None,
             ..of((900.0, 2e4))
         };
-        assert_eq!(all_told.refusal(), None);
+        assert_eq!(explained.first_refusal(), None);
     }
 
     #[test]
-    fn a_force_by_both_displacements_is_no_stiffness() {
-        let of = |product| AbstentionEvidence {
-            left: None,
-            product,
+    fn a_force_of_both_displacements_is_not_a_stiffness() {
+        let of = |product_gains| AbstentionEvidence {
+            inadequacy: None,
+            product_gains,
             ..rest(&["cubic_stiffness"])
         };
-        assert!(of((210.0, 2e4)).refusal().unwrap().contains("both"));
-        assert_eq!(of((190.0, 2e4)).refusal(), None);
-        assert_eq!(of((20.0, 200.0)).refusal(), None);
+        assert!(
+            of((210.0, 2e4))
+                .first_refusal()
+                .is_some_and(|f| f.kind == FindingKind::ForceOfBothDisplacements)
+        );
+        assert_eq!(of((190.0, 2e4)).first_refusal(), None);
+        assert_eq!(of((20.0, 200.0)).first_refusal(), None);
         let at_touch = AbstentionEvidence {
-            product: (900.0, 2e4),
-            left: None,
+            product_gains: (900.0, 2e4),
+            inadequacy: None,
             ..rest(&["long_range_attraction"])
         };
-        assert_eq!(at_touch.refusal(), None);
+        assert_eq!(at_touch.first_refusal(), None);
     }
 
     #[test]
-    fn too_small_a_share_and_what_swings_are_refused() {
+    fn too_small_a_share_and_a_growing_vibration_are_refused() {
         let little = AbstentionEvidence {
-            share: 0.5,
-            explained: 0.7,
+            carried_share: 0.5,
+            carried_of_segments: 0.7,
             ..rest(&["sensor_lag"])
         };
-        let said = little.refusal().unwrap();
+        let refusal = little.first_refusal().unwrap();
+        let text = crate::diagnose::report::sentences::finding(&refusal);
         assert!(
-            said.contains("70 %") && said.contains("go on no better"),
-            "{said}"
+            text.contains("70 %") && text.contains("continue no better"),
+            "{text}"
         );
         let swings = AbstentionEvidence {
-            left: None,
-            swings: 2.0 * TRAIN_GAIN,
+            inadequacy: None,
+            vibration_gain: 2.0 * TRAIN_GAIN,
             ..rest(&["base_vibration"])
         };
-        assert!(swings.refusal().unwrap().contains("swings"));
+        assert!(
+            swings
+                .first_refusal()
+                .is_some_and(|f| f.kind == FindingKind::VibrationWithDisplacement)
+        );
     }
 }

@@ -1,79 +1,133 @@
-//! What is not explained: by the mean square of what is left, by forces without a name, by single
-//! stretches, by a flight that does not go on, or by what improves the fitted recordings alone.
+//! Whether a model explains the recordings: by the mean square of the residuals, forces of any
+//! form, single segments, the joins between segments, self-sustained ringing, and effects that
+//! improve the fitted recordings alone.
 
+use crate::diagnose::comparison::significance::unproved_gain;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
-use crate::diagnose::diagnosis::Inadequacy;
-use crate::diagnose::discrepancy::missing_force::Evidence;
+use crate::diagnose::discrepancy::missing_force::MissingForces;
 use crate::diagnose::discrepancy::residual_map;
-use crate::diagnose::discrepancy::segment_joins::{Breaks, joins};
+use crate::diagnose::discrepancy::segment_joins::{JoinBreaks, join_breaks};
+use crate::diagnose::findings::{Finding, FindingKind};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Fitted;
+use crate::diagnose::thresholds::{ANY_FORCE_MIN_GAIN, JOINS_MAX_Z, SEGMENT_MAX_Z};
 
-/// Fall of chi2 by forces without a name from which something is left.
-const NAMELESS: f64 = 60.0;
-/// A single stretch this far above the others, in units of what chance leaves.
-const LOCAL: f64 = 8.0;
-/// Chi2 per value from which recordings are far off.
-pub(crate) const FAR_OFF_CHI2: f64 = 3.0;
-/// Standard deviations by which the flight does not go on from stretch to stretch from which
-/// something is left.
-pub const BROKEN: f64 = 6.5;
+/// What the checks of adequacy look at.
+pub struct Adequacy<'a> {
+    /// The model with the named effects, fitted.
+    pub state: &'a ModelState,
+    /// Every hypothesis that was scored.
+    pub scores: &'a [CandidateScore],
+    /// Forces of any form that `state` still lacks.
+    pub missing_force: &'a MissingForces,
+    /// How motion continues from segment to segment.
+    pub joins: JoinBreaks,
+    /// Chi2 per value up to which nothing is missing.
+    pub chi2_limit: f64,
+    /// Whether an effect that fails on held-out recordings speaks for something missing.
+    pub may_doubt: bool,
+}
 
-/// What is not explained yet, if there is anything.
-pub fn whats_left(
-    stand: &ModelState,
-    evidence: &Evidence,
-    broken: f64,
-    floor: f64,
-) -> Option<Inadequacy> {
-    let worst = stand
+/// The checks, in the order in which they are asked: those that speak of most first.
+const CHECKS: [fn(&Adequacy<'_>) -> Option<Finding>; 6] = [
+    mean_square,
+    missing_force,
+    local_segment,
+    broken_joins,
+    self_ringing,
+    fails_held_out,
+];
+
+impl Adequacy<'_> {
+    /// The first check that fails, if one does. Later ones are not computed then.
+    pub fn first_finding(&self) -> Option<Finding> {
+        CHECKS.iter().find_map(|check| check(self))
+    }
+}
+
+/// A finding if the statistic exceeds the threshold.
+fn above(kind: FindingKind, statistic: f64, threshold: f64) -> Option<Finding> {
+    (statistic > threshold).then_some(Finding {
+        kind,
+        statistic,
+        threshold,
+    })
+}
+
+fn mean_square(of: &Adequacy<'_>) -> Option<Finding> {
+    let worst = of
+        .state
         .held_out
         .iter()
         .map(Fitted::per_value)
-        .fold(stand.train.per_value(), f64::max);
+        .fold(of.state.train.per_value(), f64::max);
     log::debug!(
-        "worst {worst:.4}, joint {:.1} by {:?}, broken {broken:.1}",
-        evidence.joint,
-        evidence.strongest
+        "chi2 per value {worst:.4}, gain by any force {:.1} ({:?}), joins {:.1}",
+        of.missing_force.joint,
+        of.missing_force.strongest,
+        of.joins.sigmas
     );
-    if worst > floor {
-        return Some(Inadequacy::Mean(worst));
-    }
-    if evidence.joint > NAMELESS {
-        let what = evidence.strongest.map_or("state", |s| s.0.symbol());
-        return Some(Inadequacy::Force(what, evidence.joint));
-    }
-    let local = residual_map::most_local(&stand.train).max(
-        stand
-            .held_out
-            .as_ref()
-            .map_or(0.0, residual_map::most_local),
-    );
-    if local > LOCAL {
-        return Some(Inadequacy::Stretch(local));
-    }
-    (broken > BROKEN).then_some(Inadequacy::Joins(broken))
+    above(FindingKind::MeanSquare, worst, of.chi2_limit)
 }
 
-/// What improves the fitted recordings by far more than chance, and those kept out not at all.
-pub fn fails_held_out(weighed: &[CandidateScore]) -> Option<Inadequacy> {
-    let trials = weighed.iter().filter_map(|w| Some((w, w.trial.as_ref()?)));
-    let of = |(w, t): (&CandidateScore, &CandidateFit)| {
-        log::debug!("{}: {:.0}, {:.0} kept out", w.spec.id, t.gain, t.held_gain);
-        t.fails_held_out().then_some((w.spec.name, t.gain))
+fn missing_force(of: &Adequacy<'_>) -> Option<Finding> {
+    let strongest = of.missing_force.strongest;
+    let over = strongest.map_or("state", |s| s.0.symbol());
+    let kind = FindingKind::MissingForce { over };
+    above(kind, of.missing_force.joint, ANY_FORCE_MIN_GAIN)
+}
+
+fn local_segment(of: &Adequacy<'_>) -> Option<Finding> {
+    let held_out = of.state.held_out.as_ref();
+    let local = residual_map::largest_segment_excess(&of.state.train)
+        .max(held_out.map_or(0.0, residual_map::largest_segment_excess));
+    above(FindingKind::LocalSegment, local, SEGMENT_MAX_Z)
+}
+
+fn broken_joins(of: &Adequacy<'_>) -> Option<Finding> {
+    above(FindingKind::BrokenJoins, of.joins.sigmas, JOINS_MAX_Z)
+}
+
+fn self_ringing(of: &Adequacy<'_>) -> Option<Finding> {
+    let frequency = of.scores.iter().find_map(|w| w.self_ringing_frequency)?;
+    Some(Finding {
+        kind: FindingKind::SelfRinging,
+        statistic: frequency,
+        threshold: 0.0,
+    })
+}
+
+/// The effect with the largest gain on the fitted recordings among those that fail on held-out
+/// recordings.
+fn fails_held_out(of: &Adequacy<'_>) -> Option<Finding> {
+    let fits = of.scores.iter().filter_map(|w| Some((w, w.fit.as_ref()?)));
+    let failing = |(w, t): (&CandidateScore, &CandidateFit)| {
+        log::debug!("{}: {:.0}, held-out {:.0}", w.spec.id, t.gain, t.held_gain);
+        t.fails_held_out().then_some(Finding {
+            kind: FindingKind::FailsHeldOut {
+                effect: w.spec.name,
+            },
+            statistic: t.gain,
+            threshold: unproved_gain(&t.hypothesis),
+        })
     };
-    let most = trials.filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1));
-    most.map(|(name, gain)| Inadequacy::Unproved(name, gain))
+    let largest = fits
+        .filter_map(failing)
+        .max_by(|a, b| a.statistic.total_cmp(&b.statistic));
+    largest.filter(|_| of.may_doubt)
 }
 
-/// By how much the flight of both sides does not go on from stretch to stretch.
-pub fn breaks(stand: &ModelState) -> Result<Breaks, DiagnoseError> {
-    let train = joins(&stand.train)?;
-    let Some(held) = &stand.held_out else {
+/// How motion continues across the joins of segments, fitted and held-out recordings together.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model cannot be simulated.
+pub fn breaks(state: &ModelState) -> Result<JoinBreaks, DiagnoseError> {
+    let train = join_breaks(&state.train)?;
+    let Some(held) = &state.held_out else {
         return Ok(train);
     };
-    let held = joins(held)?;
-    Ok(Breaks {
+    let held = join_breaks(held)?;
+    Ok(JoinBreaks {
         sigmas: (train.sigmas + held.sigmas) / std::f64::consts::SQRT_2,
         rise: train.rise + held.rise,
     })
@@ -81,17 +135,17 @@ pub fn breaks(stand: &ModelState) -> Result<Breaks, DiagnoseError> {
 
 #[cfg(test)]
 mod tests {
-    use crate::diagnose::selection::stopping::fall_short;
+    use crate::diagnose::selection::stopping::falls_short;
 
     #[test]
-    fn what_two_more_like_the_best_may_carry_is_looked_for() {
-        assert!(!fall_short(&[100.0], 2, 200.0, 0.0));
-        assert!(fall_short(&[50.0], 2, 250.0, 0.0));
-        assert!(!fall_short(&[50.0], 2, 250.0, 100.0));
-        // Fewer are left to be looked for, and less is left.
-        assert!(fall_short(&[60.0, 30.0], 1, 150.0, 0.0));
-        assert!(!fall_short(&[60.0, 30.0], 1, 80.0, 0.0));
-        // Nothing has been found yet.
-        assert!(!fall_short(&[], 3, 1e6, 0.0));
+    fn the_search_ends_when_effects_like_the_best_would_not_suffice() {
+        assert!(!falls_short(&[100.0], 2, 200.0, 0.0));
+        assert!(falls_short(&[50.0], 2, 250.0, 0.0));
+        assert!(!falls_short(&[50.0], 2, 250.0, 100.0));
+        // One more effect may be searched for, and less is missing.
+        assert!(falls_short(&[60.0, 30.0], 1, 150.0, 0.0));
+        assert!(!falls_short(&[60.0, 30.0], 1, 80.0, 0.0));
+        // Nothing was found yet.
+        assert!(!falls_short(&[], 3, 1e6, 0.0));
     }
 }

@@ -11,7 +11,7 @@ use crate::app::analysis::diagnosis_view::Look;
 use crate::app::state::State;
 use crate::app::widgets::text::{heading, small};
 use crate::diagnose::diagnosis::{Mismatch, Regime};
-use crate::diagnose::report::words::{share, stretch};
+use crate::diagnose::report::words::{share, time_span};
 
 /// Intervals of mismatch that are numbered and listed at most.
 const MAX_LISTED_INTERVALS: usize = 12;
@@ -143,7 +143,7 @@ fn row(ui: &mut Ui, look: &mut Look, answer: &Answer, (i, m): (usize, &Mismatch)
             eframe::egui::FontId::proportional(11.0),
             ui.visuals().strong_text_color(),
         );
-        let title = format!("{}: {}", i + 1, stretch(m));
+        let title = format!("{}: {}", i + 1, time_span(m));
         let button = ui.add(Button::new(small(title)).min_size(vec2(116.0, 0.0)));
         let button = button.on_hover_text(format!(
             "{} of the excess: {}, {}, {}. Click to show it.",

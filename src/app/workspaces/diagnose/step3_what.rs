@@ -10,10 +10,12 @@ use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::widgets::text::{heading, small};
-use crate::diagnose::diagnosis::{Candidate, Inadequacy};
+use crate::diagnose::diagnosis::Candidate;
+use crate::diagnose::findings::FindingKind;
 use crate::diagnose::report::words::{chi2, in_noise, listed};
 use crate::diagnose::report::{probability, rest};
-use crate::diagnose::{CALIBRATED_PRECISION, Diagnosis, Verdict};
+use crate::diagnose::thresholds::CALIBRATED_PRECISION;
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::model::effects::find;
 
 /// Effects at least this probable are listed without being asked for.
@@ -127,7 +129,9 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         Verdict::Unexplained => (
             0.0,
             probability(0.0),
-            if matches!(d.left, Some(Inadequacy::Unproved(..))) {
+            if d.inadequacy()
+                .is_some_and(|f| matches!(f.kind, FindingKind::FailsHeldOut { .. }))
+            {
                 "Re-tuning alone reaches the noise, but an effect improves the fit significantly."
                     .to_owned()
             } else {
@@ -144,7 +148,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         &why_nothing,
     );
     let unexplained = rest::sentences(d);
-    let is_inadequate = d.left.is_some();
+    let is_inadequate = d.inadequacy().is_some();
     let (share, text, why) = match d.verdict {
         Verdict::Unexplained => (
             1.0,

@@ -10,8 +10,8 @@ use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::widgets::text::{error_color, small, time_left};
 use crate::diagnose::DiagnoseProgress;
-use crate::diagnose::report::headline;
 use crate::diagnose::report::words::{change, listed, metres};
+use crate::diagnose::report::{headline, sentences};
 use crate::model::effects::find;
 
 /// Height of the strip [points].
@@ -184,8 +184,8 @@ fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
             let title = small(format!("What limits this answer ({})", d.remarks.len()));
             ui.menu_button(title, |ui| {
                 ui.set_max_width(460.0);
-                for remark in &d.remarks {
-                    ui.label(small(super::candidate::sentence(remark)));
+                for remark in sentences::remarks(&d.remarks) {
+                    ui.label(small(super::candidate::sentence(&remark)));
                 }
             });
         }

@@ -1,10 +1,11 @@
-//! What the events at the ground say: bounces, releases, the height of the ground.
+//! Contact events: bounces, releases, the height of the ground.
 
 use super::{HALF, Page};
 use crate::diagnose::diagnosis::{BounceSeen, Diagnosis, EventsSeen};
-use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
+use crate::diagnose::report::ground::{GroundLaws, Seen, grid, without_large_errors};
 use crate::diagnose::report::svg::axis::Axis;
 use crate::diagnose::report::svg::plot::{Dot, Plot};
+use crate::diagnose::report::words::with_named;
 
 const SIZE: [f64; 2] = [HALF, 220.0];
 
@@ -18,12 +19,13 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     if bounces.is_empty() && releases.is_empty() && levels.is_empty() {
         return;
     }
-    page.heading("The events at the ground");
+    page.heading("Contact events");
     page.raw("<div class=\"legend\"><span><i class=\"dash\" style=\"color:var(--before)\"></i>law of the re-tuned model</span>");
     if !d.named.is_empty() {
-        page.raw(
-            "<span><i class=\"rule\" style=\"color:var(--law)\"></i>with what was left out</span>",
-        );
+        page.raw(&format!(
+            "<span><i class=\"rule\" style=\"color:var(--law)\"></i>{}</span>",
+            with_named(d)
+        ));
     }
     page.raw("</div>\n<div class=\"grid2\">\n");
     let laws = Laws::of(d);
@@ -36,7 +38,7 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
             y: ("restitution", ""),
             from_zero: false,
             law: Some(GroundLaws::restitution),
-            caption: "Bounces: speed kept against speed of approach.",
+            caption: "Bounces: ratio of the speeds after and before, against the speed of approach.",
         },
         Scatter {
             dots: of_bounces(|b| (b.dwell, b.dwell_error)),
@@ -64,7 +66,7 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
             y: ("height above the model's ground", "m"),
             from_zero: true,
             law: None,
-            caption: "Stays: reading minus the ground's level in the model.",
+            caption: "Stays on the ground: reading minus the ground's level in the model.",
         },
     ];
     for scatter in all.iter().filter(|s| !s.dots.0.is_empty()) {
@@ -74,10 +76,10 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     page.raw("</div>\n");
 }
 
-/// The points that tell something as they are drawn, and how many do not.
+/// The points that are drawn, and how many are not because of their large errors.
 fn dots(points: impl Iterator<Item = (f64, (f64, f64))>) -> (Vec<Dot>, usize) {
     let seen = points.map(|(x, (y, error))| Seen { x, y, error });
-    let (kept, left) = told(seen);
+    let (kept, left) = without_large_errors(seen);
     let dot = |Seen { x, y, error }| Dot { x, y, error };
     (kept.into_iter().map(dot).collect(), left)
 }
@@ -125,7 +127,7 @@ impl Scatter {
         }
         let caption = match left {
             0 => self.caption.to_owned(),
-            n => format!("{} Not drawn: {n} of large error.", self.caption),
+            n => format!("{} {n} with large errors not drawn.", self.caption),
         };
         (plot.finish(), caption)
     }

@@ -1,5 +1,5 @@
-//! "Where": strips of residuals over each recording, the worst stretches, and what the
-//! residuals go with.
+//! "Where": strips of residuals over each recording, the worst segments, and what the residuals
+//! depend on.
 
 use super::strip::{Scale, figure};
 use super::{HALF, Page};
@@ -7,15 +7,15 @@ use crate::diagnose::diagnosis::{Diagnosis, Marginal, Regime};
 use crate::diagnose::report::svg::axis::Axis;
 use crate::diagnose::report::svg::escape;
 use crate::diagnose::report::svg::plot::{Dot, Plot};
-use crate::diagnose::report::words::{share, stretch};
+use crate::diagnose::report::words::{share, time_span, with_named};
 
-/// Stretches that get a number, in the table and in the strips.
+/// Segments that get a number, in the table and in the strips.
 const NUMBERED: usize = 12;
 
 /// Writes the section's inside.
 pub fn write(page: &mut Page, d: &Diagnosis) {
     if d.strips.is_empty() {
-        page.paragraph("No residuals over time were kept.");
+        page.paragraph("There are no residuals over time.");
     } else {
         strips(page, d);
     }
@@ -25,9 +25,9 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
 
 fn strips(page: &mut Page, d: &Diagnosis) {
     page.paragraph(
-        "Root mean square of simulation minus recording along each recording, all on one \
-         logarithmic scale: filled for the re-tuned model, coloured by what the mass is \
-         doing. The numbers are those of the table below.",
+        "Root mean square of simulation minus recording along each recording, on one logarithmic \
+         scale. The filled area is the re-tuned model, coloured by what the mass is doing. \
+         Numbers refer to the table below.",
     );
     page.raw("<div class=\"legend\">");
     for (i, regime) in Regime::ALL.iter().enumerate() {
@@ -37,7 +37,10 @@ fn strips(page: &mut Page, d: &Diagnosis) {
         ));
     }
     if !d.named.is_empty() {
-        page.raw("<span><i class=\"rule\"></i>with what was left out</span>");
+        page.raw(&format!(
+            "<span><i class=\"rule\"></i>{}</span>",
+            with_named(d)
+        ));
     }
     page.raw("<span><i class=\"dash\"></i>noise</span></div>\n");
     let scale = Scale::of(d);
@@ -50,7 +53,11 @@ fn strips(page: &mut Page, d: &Diagnosis) {
         if these.is_empty() {
             continue;
         }
-        page.heading(if held_out { "Kept out" } else { "Fitted to" });
+        page.heading(if held_out {
+            "Held-out recordings"
+        } else {
+            "Fitted recordings"
+        });
         for strip in these {
             let marked: Vec<_> = d
                 .mismatch
@@ -65,10 +72,10 @@ fn strips(page: &mut Page, d: &Diagnosis) {
 }
 
 fn worst(page: &mut Page, d: &Diagnosis) {
-    page.heading("The stretches with the largest excess");
+    page.heading("Segments with the largest excess over the noise");
     if d.mismatch.is_empty() {
         page.paragraph(
-            "There is no stretch where the re-tuned model differs by more than the noise.",
+            "There is no segment in which the re-tuned model differs by more than the noise.",
         );
         return;
     }
@@ -82,7 +89,7 @@ fn worst(page: &mut Page, d: &Diagnosis) {
                 (i + 1).to_string(),
                 share(m.share),
                 m.recording.clone(),
-                stretch(m),
+                time_span(m),
                 m.channel.to_owned(),
                 m.regime.text().to_owned(),
             ]
@@ -99,7 +106,7 @@ fn worst(page: &mut Page, d: &Diagnosis) {
     page.table(&heads, &rows, &[1]);
     let more = d.mismatch.len().saturating_sub(NUMBERED);
     if more > 0 {
-        page.paragraph(&format!("{more} further stretches are shorter or weaker."));
+        page.paragraph(&format!("{more} further segments are shorter or weaker."));
     }
 }
 
@@ -107,11 +114,14 @@ fn marginals(page: &mut Page, d: &Diagnosis) {
     if d.marginals.is_empty() {
         return;
     }
-    page.heading("What the residuals go with");
-    page.paragraph("Mean square of the residuals in units of the noise; 1 is the noise alone.");
+    page.heading("What the residuals depend on");
+    page.paragraph("Mean square of the residuals divided by that of the noise; 1 is noise alone.");
     page.raw("<div class=\"legend\"><span><i class=\"rule\" style=\"color:var(--before)\"></i>re-tuned model</span>");
     if !d.named.is_empty() {
-        page.raw("<span><i class=\"rule\" style=\"color:var(--after)\"></i>with what was left out</span>");
+        page.raw(&format!(
+            "<span><i class=\"rule\" style=\"color:var(--after)\"></i>{}</span>",
+            with_named(d)
+        ));
     }
     page.raw("</div>\n<div class=\"grid2\">\n");
     let all: Vec<f64> = d

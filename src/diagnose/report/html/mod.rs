@@ -7,11 +7,12 @@ mod proof;
 mod strip;
 mod what;
 
-use super::rest;
 use super::svg::escape;
 use super::words::{
     alike, capitalised, gain, in_noise, metres, probability, size, verdict_sentence, with_error,
+    with_named,
 };
+use super::{rest, sentences};
 use crate::diagnose::diagnosis::{Diagnosis, Verdict};
 use crate::model::parameter::PARAMETERS;
 use crate::model::unit::format_quantity;
@@ -47,7 +48,7 @@ pub fn html(diagnosis: &Diagnosis) -> String {
         if diagnosis.remarks.is_empty() {
             page.paragraph("Nothing was found that limits it.");
         }
-        page.list(&diagnosis.remarks);
+        page.list(&sentences::remarks(&diagnosis.remarks));
     });
     page.section("Next experiment", |page| next(page, diagnosis));
     page.raw("<footer>Written by impactscope ");
@@ -72,17 +73,21 @@ fn summary(page: &mut Page, d: &Diagnosis) {
     let mut facts = vec![
         (
             "recordings",
-            format!("{fitted} fitted to, {held_out} kept out"),
+            format!("{fitted} fitted, {held_out} held out"),
         ),
         ("noise of the proof mass", metres(d.noise)),
         (
-            "kept out, re-tuned model",
+            "held-out error, re-tuned model",
             in_noise(d.held_out.before.rms, d.noise),
         ),
     ];
     if !d.named.is_empty() {
         facts.push((
-            "kept out, with what was left out",
+            if d.named.len() > 1 {
+                "held-out error, with the new effects"
+            } else {
+                "held-out error, with the new effect"
+            },
             in_noise(d.held_out.after.rms, d.noise),
         ));
     }
@@ -102,7 +107,7 @@ fn summary(page: &mut Page, d: &Diagnosis) {
 
 fn how_much(page: &mut Page, d: &Diagnosis) {
     if d.named.is_empty() {
-        page.paragraph("Nothing is named, so there is nothing to measure.");
+        page.paragraph("No effect is named, so there is none to quantify.");
     }
     for effect in &d.named {
         page.raw("<h3>");
@@ -111,7 +116,7 @@ fn how_much(page: &mut Page, d: &Diagnosis) {
         page.text(&effect.id);
         page.raw("</code></h3>\n");
         page.paragraph(&format!(
-            "Its largest force over the recordings: {}. Probability among all that were weighed: {}.",
+            "Largest force over the recordings: {}. Probability: {}.",
             size(effect.size),
             probability(effect.probability)
         ));
@@ -151,14 +156,14 @@ fn how_much(page: &mut Page, d: &Diagnosis) {
             ]
         })
         .collect();
-    let heads = ["parameter", "", "re-tuned", "with what was left out"];
+    let heads = ["parameter", "", "re-tuned", with_named(d)];
     page.table(&heads, &rows, &[2, 3]);
     page.raw("</details>\n");
 }
 
 fn next(page: &mut Page, d: &Diagnosis) {
     let Some(next) = &d.next_experiment else {
-        page.paragraph("No further recording is needed to tell the candidates apart.");
+        page.paragraph("No further recording is needed to distinguish the candidates.");
         return;
     };
     let (a, b) = &next.separates;
@@ -166,7 +171,7 @@ fn next(page: &mut Page, d: &Diagnosis) {
     page.text(&next.drive);
     page.raw("</code>: ");
     page.text(&format!(
-        "0.2 s of it would tell {a} from {b}; their chi2 would differ by about {}.",
+        "0.2 s of it would distinguish {a} from {b}; their chi2 would differ by about {}.",
         gain(next.expected)
     ));
     page.raw("</p>\n");

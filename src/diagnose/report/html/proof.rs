@@ -1,10 +1,10 @@
-//! "Proof": distances before and after on each recording, those kept out first.
+//! "Proof": distances before and after on each recording, held-out ones first.
 
 use super::{FULL, Page};
 use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis, ProofOf};
 use crate::diagnose::report::svg::axis::Axis;
 use crate::diagnose::report::svg::{Anchor, Svg, escape};
-use crate::diagnose::report::words::{chi2, in_noise, metres, share, two_digits};
+use crate::diagnose::report::words::{chi2, in_noise, metres, share, two_digits, with_named};
 
 /// Space for the names of the recordings, and for the numbers behind the bars.
 const LEFT: f64 = 190.0;
@@ -26,16 +26,22 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     let fitted: Vec<&ProofOf> = d.proof.iter().filter(|p| !p.held_out).collect();
     let named = !d.named.is_empty();
     page.paragraph(
-        "Root mean square of simulation minus recording, proof mass. Recordings kept out \
-         took no part in any fit; only what improves on them counts as an improvement.",
+        "Root mean square of simulation minus recording, proof mass. Held-out recordings \
+         took no part in any fit; only an improvement on them counts.",
     );
     page.raw("<div class=\"legend\"><span><i style=\"background:var(--before)\"></i>re-tuned model</span>");
     if named {
-        page.raw("<span><i style=\"background:var(--after)\"></i>with what was left out</span>");
+        page.raw(&format!(
+            "<span><i style=\"background:var(--after)\"></i>{}</span>",
+            with_named(d)
+        ));
     }
     page.raw("<span><i class=\"dash\"></i>noise</span></div>\n");
     let all: Vec<&ProofOf> = kept.iter().chain(&fitted).copied().collect();
-    for (title, these) in [("Kept out", &kept), ("Fitted to", &fitted)] {
+    for (title, these) in [
+        ("Held-out recordings", &kept),
+        ("Fitted recordings", &fitted),
+    ] {
         if !these.is_empty() {
             page.heading(title);
             page.figure(&bars(d, these, &all), "");
@@ -173,7 +179,7 @@ fn table(page: &mut Page, d: &Diagnosis, kept: &[&ProofOf], fitted: &[&ProofOf])
         page.raw("</tr>\n");
     };
     let sets = [
-        ("all kept out", kept, &d.held_out),
+        ("all held-out", kept, &d.held_out),
         ("all fitted to", fitted, &d.train),
     ];
     for (title, these, all) in sets {

@@ -13,8 +13,8 @@ const MOTION: (f64, f64) = (22.0, 62.0);
 const RESIDUAL: (f64, f64) = (72.0, 162.0);
 /// Height of the figure.
 const HEIGHT: f64 = 198.0;
-/// Numbers of stretches nearer than this would overlap.
-const APART: f64 = 15.0;
+/// Numbers of segments nearer than this would overlap \[pixels\].
+const MIN_LABEL_DISTANCE: f64 = 15.0;
 
 /// Scales that all strips of a page share.
 pub struct Scale {
@@ -39,7 +39,7 @@ impl Scale {
     }
 }
 
-/// The figure of one strip; `marked` are its numbered stretches.
+/// The figure of one strip; `marked` are its numbered segments.
 pub fn figure(
     d: &Diagnosis,
     strip: &Strip,
@@ -113,7 +113,7 @@ pub fn figure(
     svg.finish()
 }
 
-/// Marks the numbered stretches behind everything else.
+/// Marks the numbered segments behind everything else.
 fn spots(svg: &mut Svg, marked: &[(usize, &Mismatch)], x: impl Fn(f64) -> f64) {
     let mut taken: Vec<f64> = Vec::new();
     for (i, m) in marked {
@@ -126,7 +126,10 @@ fn spots(svg: &mut Svg, marked: &[(usize, &Mismatch)], x: impl Fn(f64) -> f64) {
             [width, RESIDUAL.1 - MOTION.0 + 2.0],
         );
         let middle = from + 0.5 * width;
-        if taken.iter().all(|t| (t - middle).abs() > APART) {
+        if taken
+            .iter()
+            .all(|t| (t - middle).abs() > MIN_LABEL_DISTANCE)
+        {
             taken.push(middle);
             let number = (i + 1).to_string();
             svg.text("number", [middle, MOTION.0 + 9.0], Anchor::Middle, &number);

@@ -1,4 +1,4 @@
-//! "What": every effect that was weighed, and the force that the model lacks.
+//! "What": every effect that was compared, and the force that the model lacks.
 
 use super::{HALF, Page};
 use crate::diagnose::diagnosis::{Diagnosis, ForceCurve};
@@ -18,7 +18,7 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
     let law = if d.forces.iter().any(|f| !f.law.is_empty()) {
         format!(
-            " The line is {} as fitted, with the constant and the slope that re-tuning takes up.",
+            " The line is the fitted law of {}. A constant and a slope are added to it, because re-tuning absorbs both.",
             listed(&names)
         )
     } else {
@@ -36,19 +36,19 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
 
 fn candidates(page: &mut Page, d: &Diagnosis) {
     if d.candidates.is_empty() {
-        page.paragraph("No effect was weighed.");
+        page.paragraph("No effect was compared.");
         return;
     }
     page.paragraph(
-        "Every effect that was weighed. A gain is the fall of chi2 when the effect is \
-         added; what counts is the gain on recordings kept out.",
+        "Every effect that was compared. The gain is the fall of chi2 when the effect is \
+         added; what counts is the gain on held-out recordings.",
     );
     page.raw("<div class=\"wide\"><table>\n<thead><tr><th>effect</th>");
     for head in [
         "probability",
-        "gain fitted",
-        "gain kept out",
-        "chi2 kept out",
+        "gain, fitted",
+        "gain, held-out",
+        "chi2, held-out",
     ] {
         page.raw(&format!("<th class=\"n\">{head}</th>"));
     }

@@ -9,7 +9,7 @@ use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
 use crate::app::workspaces::diagnose::words::after_text;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::report::ground::{GroundLaws, Seen, grid, told};
+use crate::diagnose::report::ground::{GroundLaws, Seen, grid, without_large_errors};
 
 /// A contact law: value at an abscissa, both in SI units.
 type Law = fn(&GroundLaws, f64) -> f64;
@@ -36,7 +36,7 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         }
     });
     let kind = kind(d, look.events);
-    let (points, hidden) = told(kind.points.iter().copied());
+    let (points, hidden) = without_large_errors(kind.points.iter().copied());
     if points.is_empty() {
         ui.weak("There are no such events in these recordings.");
         return;

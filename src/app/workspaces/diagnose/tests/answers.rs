@@ -136,7 +136,7 @@ fn an_interval_of_mismatch_can_be_zoomed() {
     let d = fixture::drag();
     let worst = d.mismatch[0].clone();
     let mut harness = harness_of(answered(d), [1920.0, 1600.0]);
-    let button = format!("1: {}", crate::diagnose::report::words::stretch(&worst));
+    let button = format!("1: {}", crate::diagnose::report::words::time_span(&worst));
     harness.get_by_label(&button).scroll_to_me();
     harness.run_steps(40);
     press(&mut harness, &button);

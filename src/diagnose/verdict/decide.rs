@@ -1,0 +1,247 @@
+//! The verdict: what the checks find, whether names stand, and which answer follows.
+
+use super::abstention::{AbstentionEvidence, attraction_reaches_far, of_displacement};
+use super::adequacy::{Adequacy, breaks};
+use crate::diagnose::comparison::trial::{ModelState, SelectionResult};
+use crate::diagnose::contact::law_test::LawTest;
+use crate::diagnose::diagnosis::Verdict;
+use crate::diagnose::discrepancy::missing_force::MissingForces;
+use crate::diagnose::discrepancy::segment_joins::JoinBreaks;
+use crate::diagnose::discrepancy::{law_form, probes};
+use crate::diagnose::findings::{Finding, FindingKind};
+use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::shooting::fitted::{Fitted, excess_chi2};
+use crate::diagnose::thresholds::{
+    ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, NOISE_MAX_Z,
+};
+use crate::model::effects::{ContactLaw, EffectSpec};
+use crate::sim::SimError;
+
+/// What the verdict rests on besides the search's result.
+pub struct Grounds<'a> {
+    /// Forces of any form that are still missing with the named effects.
+    pub missing_force: &'a MissingForces,
+    /// Relative standard error of the noise.
+    pub noise_error: f64,
+    /// Whether the effects were chosen by hand: then nothing is refused.
+    pub by_hand: bool,
+    /// Whether the search ran to its end.
+    pub complete: bool,
+}
+
+/// The verdict with what it leaves of the search's result.
+pub struct Decision {
+    /// The answer.
+    pub verdict: Verdict,
+    /// What the checks found: what is missing first, then why names are refused.
+    pub findings: Vec<Finding>,
+    /// The search's result, without its names if they are refused.
+    pub found: SelectionResult,
+    /// Named laws of the ground.
+    pub contact_laws: Vec<LawTest>,
+}
+
+impl Decision {
+    /// Why names were refused, if they were.
+    pub fn refusal(&self) -> Option<&Finding> {
+        self.findings.iter().find(|f| f.kind.refuses_names())
+    }
+}
+
+/// Decides what the answer is.
+///
+/// # Errors
+/// [`DiagnoseError`] if a model cannot be simulated.
+pub fn decide(
+    mut found: SelectionResult,
+    mut contact_laws: Vec<LawTest>,
+    grounds: &Grounds<'_>,
+) -> Result<Decision, DiagnoseError> {
+    let named = !found.state.named.is_empty();
+    let joins = breaks(&found.state)?;
+    let adequacy = Adequacy {
+        state: &found.state,
+        scores: &found.scores,
+        missing_force: grounds.missing_force,
+        joins,
+        // Chi2 scales as the inverse square of the noise.
+        chi2_limit: ADEQUATE_MAX_CHI2 + 2.0 * NOISE_MAX_Z * grounds.noise_error,
+        // A search that was cancelled proves nothing either way.
+        may_doubt: !named && contact_laws.is_empty() && grounds.complete,
+    };
+    let mut findings: Vec<Finding> = adequacy.first_finding().into_iter().collect();
+    if !named && !findings.is_empty() && !grounds.by_hand {
+        // Events are read with a model of flight that does not hold. Only a compliant ground shows
+        // in the stays on it as well.
+        contact_laws.retain(|t| t.law() == Some(ContactLaw::Compliance));
+    }
+    if named && !grounds.by_hand {
+        let evidence = abstention_evidence(
+            &found,
+            grounds.missing_force,
+            joins,
+            findings.first().cloned(),
+        )?;
+        log::debug!("{evidence:?}");
+        if findings.is_empty() {
+            findings.extend(evidence.further_inadequacy());
+        }
+        findings.extend(evidence.first_refusal());
+    }
+    let verdict = verdict(named || !contact_laws.is_empty(), &findings);
+    if findings.iter().any(|f| f.kind.refuses_names()) {
+        found.state = found.baseline.clone();
+        // Events are read with a model of flight that does not hold.
+        contact_laws.clear();
+    }
+    Ok(Decision {
+        verdict,
+        findings,
+        found,
+        contact_laws,
+    })
+}
+
+/// The verdict as a fold over the findings: names hold against what is only missing, and nothing
+/// holds against a refusal.
+fn verdict(named: bool, findings: &[Finding]) -> Verdict {
+    let at_first = if named {
+        Verdict::MissingPhysics
+    } else {
+        Verdict::Adequate
+    };
+    findings.iter().fold(at_first, |verdict, finding| {
+        if finding.kind.refuses_names() || verdict == Verdict::Adequate {
+            Verdict::Unexplained
+        } else {
+            verdict
+        }
+    })
+}
+
+/// What the named effects leave.
+fn abstention_evidence(
+    found: &SelectionResult,
+    missing_force: &MissingForces,
+    joins: JoinBreaks,
+    inadequacy: Option<Finding>,
+) -> Result<AbstentionEvidence, DiagnoseError> {
+    let state = &found.state;
+    let specs = state.specs();
+    // Other forms of the named laws may carry what is missing.
+    let form_gain = if inadequacy.is_some() {
+        law_form::form_error_gain(&state.train, &specs)?
+    } else {
+        0.0
+    };
+    let carried = carried_shares(found, missing_force, joins, form_gain, inadequacy.as_ref())?;
+    Ok(AbstentionEvidence {
+        inadequacy,
+        names: specs.iter().map(|s| s.name).collect(),
+        of_displacement: state.specs().into_iter().filter(of_displacement).collect(),
+        long_range: attraction_reaches_far(&state.train.model),
+        over_displacement: missing_force
+            .strongest
+            .is_some_and(|s| s.0.symbol() == "xp"),
+        any_force_gain: missing_force.joint,
+        form_gain,
+        vibration_gain: probes::swinging_stiffness_gain(&state.train)?,
+        friction_gains: probe_gains(
+            state,
+            &|spec| spec.facts.friction_force.is_some(),
+            probes::friction_at_height_gain,
+        )?,
+        product_gains: probe_gains(state, &of_displacement, probes::displacement_product_gain)?,
+        carried_share: carried.overall,
+        carried_of_segments: carried.of_segments,
+    })
+}
+
+/// Shares of what was missing that the named effects carry, 0 to 1.
+struct CarriedShares {
+    /// Of segments each by itself.
+    of_segments: f64,
+    /// Of these and of the joins between them, whichever is less.
+    overall: f64,
+}
+
+fn carried_shares(
+    found: &SelectionResult,
+    missing_force: &MissingForces,
+    joins: JoinBreaks,
+    form_gain: f64,
+    inadequacy: Option<&Finding>,
+) -> Result<CarriedShares, DiagnoseError> {
+    let state = &found.state;
+    let carried: f64 = state.named.iter().map(|n| n.gain.0).sum();
+    let rest = missing_force.joint.max(0.0) + excess_chi2(&state.train);
+    let mut share = carried / (carried + (rest - form_gain).max(0.0));
+    if let Some(held) = &state.held_out {
+        let held_carried: f64 = state.named.iter().map(|n| n.gain.1).sum();
+        let form_gain = form_gain * (held_carried / carried).clamp(0.0, 1.0);
+        let rest = (excess_chi2(held) - form_gain).max(0.0);
+        share = share.min(held_carried / (held_carried + rest));
+    }
+    let of_segments = share;
+    // A law of another form also breaks the motion at the joins.
+    if joins.sigmas > JOINS_MAX_Z && form_gain < FORM_EXPLAINS_SHARE * rest {
+        // A baseline that sets aside what it cannot explain may look unbroken.
+        let before = breaks(&found.baseline)?.rise.max(joins.rise);
+        let of_joins = (1.0 - joins.rise / before).max(0.0);
+        // Where only the joins are broken, the segments themselves are explained.
+        let joins_alone = inadequacy.is_some_and(|f| f.kind == FindingKind::BrokenJoins);
+        share = if joins_alone {
+            of_joins
+        } else {
+            share.min(of_joins)
+        };
+    }
+    Ok(CarriedShares {
+        of_segments,
+        overall: share,
+    })
+}
+
+/// Gains by a probe in place of the named effects that `imitates` picks, and by these; the probe is
+/// not computed where there is no such effect.
+fn probe_gains(
+    state: &ModelState,
+    imitates: &dyn Fn(&&'static EffectSpec) -> bool,
+    probe: fn(&Fitted) -> Result<f64, SimError>,
+) -> Result<(f64, f64), SimError> {
+    let imitating = state.named.iter().filter(|n| imitates(&n.spec));
+    let named: f64 = imitating.map(|n| n.gain.0).sum();
+    let probed = if named > 0.0 {
+        probe(&state.train)?
+    } else {
+        0.0
+    };
+    Ok((probed, named))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::decide::*;
+
+    fn finding(kind: FindingKind) -> Finding {
+        Finding {
+            kind,
+            statistic: 2.0,
+            threshold: 1.0,
+        }
+    }
+
+    #[test]
+    fn names_stand_unless_they_are_refused() {
+        let missing = [finding(FindingKind::MeanSquare)];
+        let refused = [
+            finding(FindingKind::MeanSquare),
+            finding(FindingKind::FrictionByHeight),
+        ];
+        assert_eq!(verdict(false, &[]), Verdict::Adequate);
+        assert_eq!(verdict(false, &missing), Verdict::Unexplained);
+        assert_eq!(verdict(true, &[]), Verdict::MissingPhysics);
+        assert_eq!(verdict(true, &missing), Verdict::MissingPhysics);
+        assert_eq!(verdict(true, &refused), Verdict::Unexplained);
+    }
+}
