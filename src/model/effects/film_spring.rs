@@ -9,14 +9,13 @@ use super::{
 };
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
-/// Time of the film at contact over that far off, at most: between these, by the quickest rate
-/// [1/s] that a simulation follows in few steps. Far off the film is so weak that it does not
-/// matter how late it is.
-const MOST: (f64, f64) = (9.0, 50.0);
-/// See above.
-const QUICKEST: f64 = 2e5;
+/// Bounds of the largest ratio of the film's time at contact to that far off. Between them the ratio
+/// follows from [`MAX_RATE`]. Far off the film is so weak that its delay does not matter.
+const MAX_TIME_RATIO_BOUNDS: (f64, f64) = (9.0, 50.0);
+/// Fastest rate that a simulation follows in few steps [1/s].
+const MAX_RATE: f64 = 2e5;
 /// Thinnest film, as a share of that at contact.
-const THINNEST: f64 = 0.1;
+const MIN_THICKNESS_SHARE: f64 = 0.1;
 
 /// The effect.
 pub static EFFECT: EffectSpec = EffectSpec {
@@ -56,21 +55,21 @@ pub static EFFECT: EffectSpec = EffectSpec {
     ],
     build: |values, around| {
         let (tau, growth) = (values[0], values[1]);
-        let most = if growth > 0.0 {
-            (QUICKEST * tau).clamp(MOST.0, MOST.1)
+        let max_time_ratio = if growth > 0.0 {
+            (MAX_RATE * tau).clamp(MAX_TIME_RATIO_BOUNDS.0, MAX_TIME_RATIO_BOUNDS.1)
         } else {
             1.0
         };
         let parameters = around.parameters;
         Box::new(FilmSpring {
             rates: if tau > 0.0 {
-                vec![most / tau]
+                vec![max_time_ratio / tau]
             } else {
                 Vec::new()
             },
             growth,
-            most,
-            far: most.powf(1.0 / growth),
+            max_time_ratio,
+            far: max_time_ratio.powf(1.0 / growth),
             gap: parameters[ParameterId::Gp],
             thinnest: parameters[ParameterId::Gp] - parameters[ParameterId::Dp],
         })
@@ -104,12 +103,12 @@ fn starts(motion: &Motion) -> Vec<Start> {
 /// its force on the mass counts in the balance.
 #[derive(Debug)]
 struct FilmSpring {
-    /// The quickest rate [1/s].
+    /// The fastest rate [1/s]; none without the effect.
     rates: Vec<f64>,
     growth: f64,
-    /// Rate far off over that at contact, at most.
-    most: f64,
-    /// Thickness over that at contact from which the rate is the quickest.
+    /// Largest ratio of the rate far off to that at contact.
+    max_time_ratio: f64,
+    /// Thickness over that at contact from which the rate is the fastest.
     far: f64,
     /// Thickness of the film where the mass is at zero, and at contact [m].
     gap: f64,
@@ -126,7 +125,7 @@ impl Action for FilmSpring {
     }
 
     fn lasting(&self) -> f64 {
-        self.most
+        self.max_time_ratio
     }
 
     fn states_are_forces(&self) -> bool {
@@ -137,17 +136,17 @@ impl Action for FilmSpring {
         if self.growth == 0.0 {
             return 1.0;
         }
-        let wider = (at.xp + self.gap).max(THINNEST * self.thinnest) / self.thinnest;
+        let wider = (at.xp + self.gap).max(MIN_THICKNESS_SHARE * self.thinnest) / self.thinnest;
         if wider >= self.far {
             return 1.0;
         }
-        // Nearly always: a power takes long.
+        // The usual case: a square is faster than a general power.
         let grown = if self.growth == 2.0 {
             wider * wider
         } else {
             wider.powf(self.growth)
         };
-        (grown / self.most).min(1.0)
+        (grown / self.max_time_ratio).min(1.0)
     }
 
     fn state_inputs(&self, at: &Kinematics, _z: &[f64], inputs: &mut [f64]) {
