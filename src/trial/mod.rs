@@ -2,9 +2,9 @@
 //! and another solver than the instrument's, and the score of what a diagnosis says.
 //!
 //! Nothing here uses the simulator or the laws of the instrument. A device is a set of
-//! mass, damping and stiffness matrices ([`structure`], [`beam`]) under forces in
-//! formulations of their own ([`terms`], [`law`], [`preisach`]), followed by a
-//! Runge-Kutta pair with root finding ([`integrator`], [`hybrid`]). [`Case::draw`] draws
+//! mass, damping and stiffness matrices ([`device::structure`], [`device::beam`]) under forces
+//! in formulations of their own ([`concealed`]), followed by a Runge-Kutta pair with root
+//! finding ([`hybrid::integrator`], [`hybrid`]). [`Case::draw`] draws
 //! device, instruments and effect from a seed, sized by how visible they are ([`visibility`]).
 //!
 //! [`Recordings`] is all that a diagnosis is given; the truth waits in an [`Envelope`]

@@ -137,7 +137,7 @@ impl Workspace {
 
     /// Like [`Self::fit_multistart`], or `None` where the subset of segments that the search
     /// begins with stays above `max_chi2` per value, each row set aside counted as
-    /// [`MISREAD_CHI2`].
+    /// [`MISREAD_CHI2`](crate::diagnose::data::robust_loss::MISREAD_CHI2).
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.

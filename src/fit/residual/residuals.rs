@@ -1,5 +1,5 @@
 //! Residuals of a segment: (measured - simulated) in units of the standard deviation, one for each
-//! of [`rows`].
+//! of [`rows`](super::residual_rows::rows).
 
 use super::residual_rows::{Encounter, Nuisances, SegmentContext, SegmentRun, Sigmas};
 use super::simulate_segment::simulate_segment;
