@@ -1,5 +1,5 @@
-//! The house rules: what `docs/ARCHITECTURE.md` and `CONTRIBUTING.md` promise about `src` is
-//! read from the source itself and held here.
+//! The house rules: what `docs/ARCHITECTURE.md` and `docs/CONTRIBUTING.md` promise about
+//! `src` is read from the source itself and held here.
 //!
 //! Every rule is a function from a tree of files to the list of what breaks it, with a test
 //! on a small made-up tree that breaks it.

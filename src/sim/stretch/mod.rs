@@ -3,7 +3,8 @@
 //!
 //! A [`StretchSimulator`] is a model made ready once; it is shared by all threads, and
 //! its propagators are made once for all stretches. Each thread steps with a
-//! [`Stretcher`] of its own, which allocates nothing per step but what readings that lag need.
+//! [`Stretcher`](propagate::Stretcher) of its own, which allocates nothing per step but what
+//! readings that lag need.
 
 #[cfg(test)]
 mod friction_tests;
