@@ -1,5 +1,5 @@
-//! A distributed device: an Euler-Bernoulli beam of Hermite elements with a rigid proof
-//! mass at its end, bent by the moment pair of a piezo patch.
+//! A distributed device: an Euler-Bernoulli beam of Hermite elements. It carries a rigid proof mass
+//! at its end and is bent by the pair of moments of a piezo patch.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::structure::Mode;
 
-/// What the beam is made of.
+/// Dimensions and material of the beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
     /// Free length from the clamp to the proof mass \[m\].
@@ -22,13 +22,13 @@ pub struct Beam {
     pub mass_length: f64,
     /// Height of the proof mass \[m\], for its rotary inertia.
     pub mass_height: f64,
-    /// Where the cantilever is read \[m from the clamp\].
+    /// Position of the cantilever's reading \[m from the clamp\].
     pub reading: f64,
-    /// The piezo patch reaches from here \[m from the clamp\] ...
+    /// Start of the piezo patch \[m from the clamp\].
     pub patch_from: f64,
-    /// ... to here.
+    /// End of the piezo patch \[m from the clamp\].
     pub patch_to: f64,
-    /// Elements along the beam.
+    /// Number of elements along the beam.
     pub elements: usize,
 }
 
@@ -50,8 +50,8 @@ impl Default for Beam {
 }
 
 impl Beam {
-    /// Hermite shape functions of the point `x`: element and its four weights for
-    /// deflection, then for slope.
+    /// Hermite shape functions at the point `x`: the element, its four weights for the deflection,
+    /// and those for the slope.
     fn shape(&self, x: f64) -> (usize, [f64; 4], [f64; 4]) {
         let l = self.length / self.elements as f64;
         let e = ((x / l).floor().max(0.0) as usize).min(self.elements - 1);
@@ -74,9 +74,9 @@ impl Beam {
         )
     }
 
-    /// The lowest `count` modes, each with damping ratio `zetas[i]` (the last is used
-    /// for those beyond). The drive is the modal work of the patch's moment pair per
-    /// newton metre. `None` if the matrices are not positive definite.
+    /// The lowest `count` modes with the damping ratios `zetas[i]`. The last ratio holds for all
+    /// further modes. The drive is the modal work of the patch's pair of moments per newton metre.
+    /// `None` if the matrices are not positive definite.
     #[must_use]
     pub fn modes(&self, count: usize, zetas: &[f64]) -> Option<Vec<Mode>> {
         let size = 2 * self.elements;
@@ -105,7 +105,7 @@ impl Beam {
                     continue;
                 };
                 for j in 0..4 {
-                    // A rigid translation moves the clamp's deflection as well.
+                    // A rigid translation also moves the clamp.
                     if j % 2 == 0 {
                         rigid[gi] += ra * me[i][j];
                     }
@@ -152,7 +152,7 @@ impl Beam {
             };
             let phi_p = y[w] + arm * y[r];
             let phi_c = at_point(self.reading, false);
-            // The cantilever's centre moves up in every mode of the table.
+            // Sign convention: the cantilever's centre moves up in every mode of the table.
             let sign = if phi_c < 0.0 { -1.0 } else { 1.0 };
             modes.push(Mode {
                 frequency: eigen.eigenvalues[at].max(0.0).sqrt() / TAU,

@@ -1,4 +1,4 @@
-//! The forces that act, and what they make of the state.
+//! The forces on the device, and the time derivative of its state.
 
 use super::laws::Film;
 use super::structure::{Dofs, MAX_DOF, dot};
@@ -8,8 +8,8 @@ use crate::trial::hybrid::integrator::{MAX_STATE, State};
 use crate::trial::voltage::Piece;
 
 impl Device {
-    /// Forces that do not depend on the phase, then accelerations without the hold.
-    /// Returns what pulls on the mass besides the structure \[N\].
+    /// Accelerations by all forces except the one that holds the mass. Returns the force on the
+    /// mass without that of the structure \[N\].
     fn free(
         &self,
         t: f64,
@@ -104,8 +104,8 @@ impl Device {
         }
     }
 
-    /// Force that would keep the mass at rest \[N\], and what else than the structure
-    /// pulls on it.
+    /// Force that would hold the mass at rest, and the force on the mass without that of the
+    /// structure \[N\].
     #[must_use]
     pub fn hold(&self, t: f64, y: &State, piece: &Piece, phase: Phase) -> (f64, f64) {
         let s = &self.structure;

@@ -1,5 +1,5 @@
-//! Laws of ground, restitution, adhesion, film and drive: those of the plain device and
-//! those that stand in their place.
+//! Laws of ground, restitution, adhesion, film and drive: those of the baseline device, and those
+//! that replace them.
 
 use serde::Serialize;
 
@@ -8,37 +8,39 @@ use crate::trial::concealed::preisach::Preisach;
 use crate::trial::hybrid::integrator::State;
 use crate::trial::voltage::Piece;
 
-/// How the ground answers.
+/// Law of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ground {
-    /// Impulses and a rigid hold.
+    /// Bounces by impulses, and a rigid hold.
     Rigid,
-    /// A linear spring \[N/m\] and damper \[N s/m\] glued to the mass until the bond tears.
+    /// A linear spring \[N/m\] and damper \[N s/m\]. They are bonded to the mass until the bond
+    /// tears.
     Bonded { stiffness: f64, damping: f64 },
-    /// Hertz's law with Tsuji's damping `c d^(1/4) d'`, adhesion pulling while touching.
+    /// Hertz's law with Tsuji's damping `c d^(1/4) d'`. Adhesion pulls during contact.
     Hertz { stiffness: f64, damping: f64 },
 }
 
-/// Restitution against the speed of approach.
+/// Restitution as a function of the approach speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Restitution {
     /// Constant.
     Constant,
-    /// The share `blend` follows plastic impact, `(v/v0)^(-1/4)` (Johnson).
+    /// A share `blend` follows plastic impact, `(v/v0)^(-1/4)` (Johnson).
     Plastic { blend: f64, v0: f64 },
     /// Viscoelastic: `1 - c ((v/v0)^(1/5) - 1)`.
     Viscoelastic { c: f64, v0: f64 },
 }
 
-/// Adhesion against contact time, in the share `blend` in place of the line.
+/// Adhesion as a function of contact time. A share `blend` of the law replaces the line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Adhesion {
     /// The line `Ca t + Ca0`.
     Line,
-    /// `Ca0 + dF (1 - exp(-(t/tau)^beta))`, stretched for many bridges that fill at once.
+    /// `Ca0 + dF (1 - exp(-(t/tau)^beta))`, a stretched exponential: many bridges fill at
+    /// once.
     Stretched {
         blend: f64,
         rise: f64,
@@ -54,22 +56,23 @@ pub enum Adhesion {
 pub enum Film {
     /// Incompressible.
     Viscous,
-    /// The force follows with `tau`, longer for a thinner film as `(gap/(x + gp))^power`.
+    /// The force follows with the time constant `tau`, which grows in a thinner film as
+    /// `(gap/(x + gp))^power`.
     Elastic { tau: f64, gap: f64, power: i32 },
 }
 
-/// `gc` in place of, or together with, the two branches.
+/// Law of `gc`: the two branches, or a law that replaces or modifies them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Gain {
     /// The two branches.
     Branches,
-    /// The share `blend` from a sum of relays with a loop of `height`.
+    /// A share `blend` is a sum of relays with a loop of `height`.
     Relays {
         sum: Box<Preisach>,
         blend: f64,
         height: f64,
     },
-    /// The voltages below `width` \[V\] are lost.
+    /// A dead zone: voltages below `width` \[V\] have no effect.
     DeadZone { width: f64 },
 }
 
@@ -94,7 +97,7 @@ impl Device {
         }
     }
 
-    /// `gc` at `t` on a piece of the drive whose voltage is `v`.
+    /// `gc` on a piece of the drive, at the voltage `v`.
     #[must_use]
     pub fn gc(&self, piece: &Piece, v: f64) -> f64 {
         match &self.gain {
@@ -134,7 +137,7 @@ impl Device {
         }
     }
 
-    /// Restitution at the speed of approach `v` \[m/s\], within 0 and 0.98.
+    /// Restitution at the approach speed `v` \[m/s\], limited to 0 to 0.98.
     #[must_use]
     pub fn restitution(&self, v: f64) -> f64 {
         let v = v.abs().max(1e-6);
@@ -163,14 +166,14 @@ impl Device {
         }
     }
 
-    /// Whether the bond to a compliant ground gives way: below zero when it has.
+    /// Margin of the bond to a compliant ground. Below zero the bond has torn.
     #[must_use]
     pub fn bond(&self, t: f64, y: &State, since: f64) -> f64 {
         let [xp, ..] = self.points(y);
         let depth = self.level(t) - xp;
         match self.ground {
             Ground::Rigid => 1.0,
-            // Depth is what tears: the damper's pull does not break the bond.
+            // Only the spring's extension tears the bond, not the damper's force.
             Ground::Bonded { stiffness, .. } => depth + self.adhesion(t - since) / stiffness,
             Ground::Hertz { .. } => depth,
         }

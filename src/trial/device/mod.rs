@@ -1,5 +1,5 @@
-//! A trial device: structure, drive, film, ground, and the forces of whatever else it
-//! conceals, as accelerations of its coordinates.
+//! A trial device: structure, drive, film, ground and concealed forces, as accelerations of its
+//! coordinates.
 
 pub mod beam;
 pub(crate) mod flow;
@@ -13,15 +13,15 @@ use self::structure::{Structure, dot};
 use super::concealed::hidden_forces::Term;
 use super::hybrid::integrator::{MAX_STATE, State};
 
-/// Local error bound of positions \[m\] that the trials are made with.
+/// Local error bound of positions in the trials \[m\].
 pub const TOLERANCE: f64 = 2e-12;
 
-/// Everything that moves.
+/// A device with all its laws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Device {
     /// Masses and springs.
     pub structure: Structure,
-    /// Newton per unit of `gc`.
+    /// Drive gain \[N per unit of `gc`\].
     pub eta: f64,
     /// Film coefficient \[N m^2 s\].
     pub cs: f64,
@@ -37,11 +37,11 @@ pub struct Device {
     pub ca0: f64,
     /// Dry friction on the mass \[N\].
     pub friction: f64,
-    /// The ground rises by this \[m\] ...
+    /// Height of a step of the ground \[m\].
     pub ground_rise: f64,
-    /// ... at this time \[s\].
+    /// Time of that step \[s\].
     pub rise_time: f64,
-    /// Contact law.
+    /// Law of the ground.
     pub ground: Ground,
     /// Restitution law.
     pub restitution: Restitution,
@@ -55,12 +55,12 @@ pub struct Device {
     pub terms: Vec<Term>,
 }
 
-/// What the mass is doing.
+/// Phase of the proof mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Phase {
-    /// In the air; the sign of dry friction's motion is kept so that it cannot chatter.
+    /// In flight. The direction of sliding is stored, so that dry friction cannot chatter.
     Flight { direction: f64 },
-    /// In the air, held by dry friction.
+    /// Held by dry friction, above the ground.
     Jammed,
     /// Held by a rigid ground since the time given \[s\].
     Held { since: f64 },
@@ -69,7 +69,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Whether the ground is involved.
+    /// Whether the mass is in contact with the ground.
     #[must_use]
     pub fn in_contact(self) -> bool {
         matches!(self, Phase::Held { .. } | Phase::Touching { .. })
@@ -77,7 +77,7 @@ impl Phase {
 }
 
 impl Device {
-    /// States: positions, velocities, then those of film and terms.
+    /// Number of states: positions, velocities, then those of film and concealed forces.
     #[must_use]
     pub fn dimension(&self) -> usize {
         self.first_term_state() + self.terms.iter().map(Term::states).sum::<usize>()
@@ -123,8 +123,7 @@ impl Device {
         ]
     }
 
-    /// What the readings show before the sensor's offsets: a lagging sensor has states
-    /// of its own.
+    /// The readings without the sensor's offsets. A lagging sensor has states of its own.
     #[must_use]
     pub fn readings(&self, y: &State) -> (f64, f64) {
         let mut k = self.first_term_state();
@@ -146,7 +145,7 @@ impl Device {
         }
     }
 
-    /// Moves the mass by `change` \[m\] as a force on it alone would.
+    /// Moves the mass by `change` \[m\], as a force on it alone would.
     pub fn shift(&self, y: &mut State, change: f64) {
         let s = &self.structure;
         for i in 0..s.n {

@@ -26,7 +26,7 @@ pub fn table_modes() -> [Mode; 2] {
     ]
 }
 
-/// The device as tabulated, on a structure of its own.
+/// The device with the values of the table, on the given structure.
 #[must_use]
 pub fn table_device(structure: Structure) -> Device {
     Device {
@@ -50,8 +50,8 @@ pub fn table_device(structure: Structure) -> Device {
     }
 }
 
-/// The tabulated beam with four modes whose drive moves the mass as much as the
-/// tabulated one does. `None` never happens for the tabulated beam.
+/// The default beam with four modes. Its drive is scaled to the static motion of the tabulated
+/// device. It is never `None` for this beam.
 #[must_use]
 pub fn table_beam() -> Option<Structure> {
     let modes = Beam::default().modes(4, &[0.0262, 0.0257, 0.02, 0.02])?;
@@ -61,14 +61,14 @@ pub fn table_beam() -> Option<Structure> {
     Some(structure)
 }
 
-/// One recording to make.
+/// One recording to be made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Excitation {
     /// The voltage.
     pub waveform: Waveform,
-    /// How long \[s\].
+    /// Duration \[s\].
     pub duration: f64,
-    /// Whether it is held out.
+    /// Whether it is a held-out recording.
     pub held_out: bool,
 }
 

@@ -1,18 +1,18 @@
-//! The moving structure of a trial device: mass, damping and stiffness matrices with
-//! the places where forces act and readings are taken.
+//! The moving structure of a trial device: mass, damping and stiffness matrices, the points at
+//! which forces act, and the points of the readings.
 //!
-//! The lumped device is kept in its physical coordinates `[xc, xp]`, the beam in the
-//! coordinates of its lowest modes; the solver does not distinguish them.
+//! The lumped device uses its physical coordinates `[xc, xp]`, the beam the coordinates of its
+//! lowest modes. The solver does not distinguish them.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector, Matrix2};
 use serde::Serialize;
 
-/// Most degrees of freedom of a trial device.
+/// Largest number of degrees of freedom of a trial device.
 pub const MAX_DOF: usize = 6;
 
-/// A vector of one number per degree of freedom.
+/// A vector with one number for each degree of freedom.
 pub type Dofs = [f64; MAX_DOF];
 
 /// Frequency \[Hz\], damping ratio and mass-normalised shape \[kg^-1/2\] at the
@@ -36,15 +36,15 @@ pub struct Mode {
 /// `M x'' + B x' + K x = f`, solved for the accelerations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
-    /// Degrees of freedom in use.
+    /// Number of degrees of freedom in use.
     pub n: usize,
     /// `M^-1 K`.
     pub stiffness: [Dofs; MAX_DOF],
     /// `M^-1 B`.
     pub damping: [Dofs; MAX_DOF],
-    /// Row that reads the proof mass off the coordinates.
+    /// Row that gives the displacement of the proof mass from the coordinates.
     pub read_p: Dofs,
-    /// Row that reads the cantilever's centre.
+    /// The same for the cantilever's centre.
     pub read_c: Dofs,
     /// Accelerations per newton on the proof mass.
     pub push_p: Dofs,
@@ -88,8 +88,8 @@ pub fn dot(n: usize, a: &Dofs, b: &[f64]) -> f64 {
 }
 
 impl Structure {
-    /// The lumped device in `[xc, xp]`, from two measured modes; the drive acts on the
-    /// cantilever, with the share `on_p` on the proof mass.
+    /// The lumped device in `[xc, xp]`, from two measured modes. The drive acts on the cantilever,
+    /// and with the share `on_p` on the proof mass.
     ///
     /// `None` if the two shapes are not independent.
     #[must_use]
@@ -151,7 +151,7 @@ impl Structure {
         s
     }
 
-    /// Adds one more oscillator that shows in both readings and feels all forces.
+    /// Adds an oscillator. All forces excite it, and both readings show it.
     pub fn append(&mut self, mode: &Mode) {
         if self.n == MAX_DOF {
             return;
@@ -169,8 +169,8 @@ impl Structure {
         self.mobility = dot(self.n, &self.read_p, &self.push_p);
     }
 
-    /// Static displacement of proof mass and cantilever per newton of drive \[m/N\];
-    /// `None` if the stiffness is singular.
+    /// Static displacements of proof mass and cantilever per newton of drive \[m/N\]. `None` if the
+    /// stiffness is singular.
     #[must_use]
     pub fn static_gain(&self) -> Option<(f64, f64)> {
         let k = DMatrix::from_fn(self.n, self.n, |i, j| self.stiffness[i][j]);
@@ -182,7 +182,7 @@ impl Structure {
         ))
     }
 
-    /// Lets the drive gain give `target` \[m\] of static proof-mass motion per newton.
+    /// Multiplies the drive by `factor`.
     pub fn scale_drive(&mut self, factor: f64) {
         self.push_drive.iter_mut().for_each(|d| *d *= factor);
     }
