@@ -1,34 +1,34 @@
-//! A Preisach operator of smooth density: what sweeps of the voltage move of its relays, and
-//! which extremes of the past count.
+//! A Preisach operator with a smooth density: the effect of voltage sweeps on its relays, and the
+//! past extremes that determine its state.
 //!
-//! Relays of half width `h` whose centre lies at `c` volts have the weight `f(h) g(c)`,
+//! Relays of half width `h` \[V\] with their centre at `c` \[V\] have the weight `f(h) g(c)`,
 //!
 //! `f = exp(-(q h)^2 / 2) (1 + k h / v_ref)`,  `g = 1 + b1' c + b2 (c/v_ref)^2 + b4 (c/v_ref)^4`.
 //!
-//! Of such an operator all that counts of the past are the extremes of the voltage that no
-//! later extreme has overtaken. A sweep from `b` up to `a` moves all relays that lie between,
-//! by Everett's function
+//! The state depends on those extremes of the voltage that no later extreme has exceeded. A sweep
+//! from `b` up to `a` switches all relays between. This changes the output by Everett's function
 //!
-//! `E(a, b) = int_0^((a-b)/2) f(h) (G(a - h) - G(b + h)) dh`,  `G' = g`,
+//! `E(a, b) = int_0^((a-b)/2) f(h) (G(a - h) - G(b + h)) dh`,  `G' = g`.
 //!
-//! and the first one, from zero to `v`, by `E(v, -v) / 2`. Source: Mayergoyz, Mathematical
-//! Models of Hysteresis, 1991.
+//! The first sweep, from zero to `v`, changes it by `E(v, -v) / 2`. Source: Mayergoyz,
+//! Mathematical Models of Hysteresis, 1991.
 
-/// Extremes that are remembered; of still more nested ones the innermost are forgotten.
+/// Largest number of extremes that are stored. Beyond it the innermost ones are dropped.
 pub const MEMORY: usize = 12;
-/// Voltages that differ by less than this count as equal [V].
+/// Voltages that differ by less than this are equal [V].
 pub const EQUAL: f64 = 1e-9;
-/// Moments of the density that `G`, of the fifth power, calls for.
+/// Number of moments of the density. `G` is a polynomial of degree 5.
 const MOMENT_COUNT: usize = 6;
-/// Half widths at which they are known, as a share of the reference amplitude.
+/// Distance of the half widths with tabulated moments, as a share of the reference amplitude.
 const MOMENT_STEP: f64 = 1.0 / 160.0;
-/// The same as a share of `1/q`, which may be shorter.
+/// The same as a share of `1/q`. The smaller distance is used.
 const NARROW_MOMENT_STEP: f64 = 0.125;
-/// How many of those there are: sweeps of 7.5 times the reference. Later ones are summed.
+/// Number of such intervals. They suffice for sweeps up to 7.5 times the reference; the moments of
+/// larger half widths are summed.
 const MOMENT_CELLS: usize = 600;
-/// Parts in which widths beyond those are summed.
+/// Number of parts in which larger half widths are summed.
 const TAIL_PARTS: usize = 64;
-/// Nodes and weights of Gauss and Legendre's rule of 4 points on -1 to 1.
+/// Nodes and weights of the Gauss-Legendre rule with 4 points on -1 to 1.
 static NODES: [(f64, f64); 4] = [
     (-0.8611363115940526, 0.34785484513745374),
     (-0.3399810435848563, 0.6521451548625464),
@@ -36,30 +36,32 @@ static NODES: [(f64, f64); 4] = [
     (0.8611363115940526, 0.34785484513745374),
 ];
 
-/// An end of a sweep \[V\], and `G` around it as a polynomial; zeros where all widths count alike.
+/// An end of a sweep \[V\], and `G` around it as a polynomial. The coefficients are zero where the
+/// density is uniform in `h`.
 type End = (f64, [f64; MOMENT_COUNT]);
 
-/// The relays, with what their cycle between plus and minus the reference comes to.
+/// The relays, with constants of their cycle between plus and minus the reference.
 #[derive(Debug, Clone)]
 pub struct Relays {
     narrow: f64,
     wider: f64,
-    /// Coefficients of `g`, of `c`, its square and its fourth power.
+    /// Coefficients of `c`, `c^2` and `c^4` in `g`.
     uneven: [f64; 3],
-    /// Half the height of that cycle at 0 V.
+    /// Half the height of the cycle at 0 V.
     half_height: f64,
-    /// Its ends, minus and plus the reference.
+    /// Ends of the cycle: minus and plus the reference.
     ends: [End; 2],
-    /// Distance of the half widths at which the moments are known \[V\].
+    /// Distance of the half widths with tabulated moments \[V\].
     step: f64,
-    /// `int_0^h f(h') h'^n dh'` at every `step` of `h`; empty where all widths count alike.
+    /// `int_0^h f(h') h'^n dh'` at every `step` of `h`. Empty where the density is
+    /// uniform in `h`.
     moments: Vec<[f64; MOMENT_COUNT]>,
-    /// `f` there, times `step`.
+    /// `f` at the same half widths, times `step`.
     densities: Vec<f64>,
 }
 
 impl Relays {
-    /// Relays with `v_ref` \[V\], `q` \[1/V\] and `k`, and with the coefficients `b1'` \[1/V\], `b2` and
+    /// Relays with `v_ref` \[V\], `q` \[1/V\] and `k`, and the coefficients `b1'` \[1/V\], `b2` and
     /// `b4`.
     pub fn new([reference, narrow, wider]: [f64; 3], [slant, b2, b4]: [f64; 3]) -> Self {
         let mut relays = Self {
@@ -80,7 +82,7 @@ impl Relays {
         relays.ends = [-reference, reference].map(|v| relays.end(v));
         let e = |a: f64, b: f64| relays.everett(a, b);
         let half = 0.5 * (e(reference, -reference) - e(reference, 0.0) - e(0.0, -reference));
-        // Weights that cancel have no loop.
+        // Weights that cancel give no loop.
         relays.half_height = if half.abs() > 1e-12 * reference * reference {
             half
         } else {
@@ -94,7 +96,7 @@ impl Relays {
         (-0.5 * (self.narrow * h).powi(2)).exp() * (1.0 + self.wider * h)
     }
 
-    /// The moments over half widths that a sweep may reach.
+    /// Table of the moments over half widths.
     fn integrate(&self) -> Vec<[f64; MOMENT_COUNT]> {
         let mut sum = [0.0; MOMENT_COUNT];
         let mut all = vec![sum];
@@ -105,7 +107,7 @@ impl Relays {
         all
     }
 
-    /// Adds to the moments what half widths from `h` on bring over `step`.
+    /// Adds the contribution of half widths from `h` to `h + step` to the moments.
     fn add(&self, sum: &mut [f64; MOMENT_COUNT], h: f64, step: f64) {
         for (x, weight) in NODES {
             let h = h + step * (0.5 + 0.5 * x);
@@ -117,7 +119,7 @@ impl Relays {
         }
     }
 
-    /// The moments up to `h` \[V\]: between the points by value and slope.
+    /// The moments up to `h` \[V\]: cubic interpolation by values and slopes of the table.
     fn moments(&self, h: f64) -> [f64; MOMENT_COUNT] {
         let place = h / self.step;
         if place > MOMENT_CELLS as f64 {
@@ -148,7 +150,7 @@ impl Relays {
     fn around(&self, c: f64) -> [f64; MOMENT_COUNT] {
         let [slant, square, fourth] = self.uneven;
         let mut g = [0.0, 1.0, 0.5 * slant, square / 3.0, 0.0, 0.2 * fourth];
-        // Horner's scheme, once for each power.
+        // Shift of the polynomial: Horner's scheme once for each power.
         for first in 0..MOMENT_COUNT {
             for n in (first..MOMENT_COUNT - 1).rev() {
                 g[n] += c * g[n + 1];
@@ -157,7 +159,7 @@ impl Relays {
         g
     }
 
-    /// What a sweep from `b` to `a` \[V\] gains.
+    /// Change of the output by a sweep from `b` to `a` \[V\].
     fn everett(&self, a: f64, b: f64) -> f64 {
         self.between(&self.end(a), &self.end(b))
     }
@@ -172,7 +174,7 @@ impl Relays {
         (c, around)
     }
 
-    /// What a sweep from the second to the first gains.
+    /// Change of the output by a sweep from the end `b` to the end `a`.
     fn between(&self, a: &End, b: &End) -> f64 {
         let u = a.0 - b.0;
         if self.moments.is_empty() {
@@ -189,9 +191,9 @@ impl Relays {
         sign * sum
     }
 
-    /// What the relays have moved at `voltage` \[V\] after `past`, with the middle line of the
-    /// cycle between plus and minus the reference taken out, over half the height of that
-    /// cycle at 0 V; its sign is that of the falling branch.
+    /// Output at `voltage` \[V\] after the extremes `past`. The middle line of the cycle between
+    /// plus and minus the reference is subtracted, and half the height of that cycle at 0 V is the
+    /// unit. The falling branch is positive.
     pub fn loops(&self, past: &[f64], voltage: f64) -> f64 {
         let past = standing(past, voltage, 0.0);
         let last = self.end(voltage);
@@ -214,24 +216,25 @@ impl Relays {
     }
 }
 
-/// Extremes of the past, first to last.
+/// Past extremes of the voltage, first to last.
 #[derive(Debug, Clone, Copy)]
 pub struct Past {
     all: [f64; 1 + MEMORY],
     count: usize,
-    /// Whether the first is that from before the drive began, which the states do not have.
+    /// Whether the first extreme is from before the drive began. The states do not contain it.
     pub older: bool,
 }
 
 impl Past {
-    /// The extremes in the states `z`, how many and they, after one of `before` \[V\]; 0: none.
+    /// The extremes stored in the states `z`: their number, then their values. An extreme of
+    /// `before` \[V\] comes first; 0 means none.
     pub fn new(before: f64, z: &[f64]) -> Self {
         let own = z.split_first().map_or(&[][..], |(count, rest)| {
-            // Dense output may have left the count a rounding error off.
+            // Dense output may change the number by a rounding error.
             &rest[..(count.round().max(0.0) as usize).min(rest.len())]
         });
         let mut all = [0.0; 1 + MEMORY];
-        // Where the first was larger, it has overtaken that from before.
+        // A larger first extreme has exceeded the one from before.
         let older = before != 0.0 && own.first().is_none_or(|v| v.abs() < before.abs() - EQUAL);
         all[0] = before;
         let at = usize::from(older);
@@ -250,14 +253,14 @@ impl Past {
     }
 }
 
-/// Those of the extremes that `voltage` has not overtaken; coming within `slack` [V] of
-/// one overtakes it. The last one is overtaken only by going on beyond it.
+/// The extremes that `voltage` has not exceeded. An extreme counts as exceeded from `slack` [V]
+/// before it. The last one is exceeded only by a voltage beyond it.
 pub fn standing(mut past: &[f64], voltage: f64, slack: f64) -> &[f64] {
-    // How far the voltage is past `a`, as seen from `b`.
+    // Distance of the voltage beyond `a`, in the direction from `b` to `a`.
     let past_by = |a: f64, b: f64| (voltage - a) * if a > b { 1.0 } else { -1.0 };
     loop {
         let n = past.len();
-        // Before the first extreme there was its mirror image.
+        // The first extreme follows its mirror image.
         let (before, last) = match *past {
             [] => return past,
             [first] => (-first, first),
@@ -285,8 +288,8 @@ mod tests {
         (-0.5 * (q * h).powi(2)).exp() * (1.0 + 3.0 * h / 8.0) * g
     }
 
-    /// What a sweep from `b` to `a` gains: relays summed one by one, each switched up at c + h and
-    /// down at c - h.
+    /// Change of the output by a sweep from `b` to `a`: a sum over single relays. Each switches up
+    /// at c + h and down at c - h.
     fn by_relays(q: f64, a: f64, b: f64) -> f64 {
         if a < b {
             return -by_relays(q, b, a);
@@ -306,7 +309,7 @@ mod tests {
 
     #[test]
     fn everetts_function_is_the_integral_over_the_relays() {
-        // The last is beyond the half widths at which the moments are known.
+        // The last case lies beyond the table of moments.
         for (q, a, b) in [
             (0.4, 8.0, -8.0),
             (0.4, 3.0, -5.5),
