@@ -1,7 +1,7 @@
-//! The five Gauss-Lobatto points of a step and what is computed on them once.
+//! The five Gauss-Lobatto points of a step, and constants that follow from them.
 //!
 //! Within a step `[0, h]` every force is the polynomial of degree 4 through its values
-//! at these points; the linear structure's answer to such a force is exact.
+//! at these points. The response of the linear structure to such a force is exact.
 
 use std::sync::OnceLock;
 
@@ -32,8 +32,8 @@ pub fn lagrange(c: f64) -> [f64; S] {
     })
 }
 
-/// Weights that give the coefficient of the fourth Legendre polynomial of a force
-/// from its values at the points: the part that a longer polynomial would refine.
+/// Weights that give the coefficient of a force's fourth Legendre polynomial from its values at
+/// the points. The error estimate uses this highest coefficient.
 pub fn top_coefficient() -> &'static [f64; S] {
     static WEIGHTS: OnceLock<[f64; S]> = OnceLock::new();
     // 70 is the leading coefficient of the shifted Legendre polynomial of degree 4.
@@ -115,7 +115,8 @@ impl Dense {
         let c = &self.0;
         let u = 2.0 * s - 1.0;
         let u2 = u * u;
-        // Even and odd powers apart: two short chains instead of a long one.
+        // Even and odd powers separately: two short chains of operations are faster than a long
+        // one.
         let even = c[0] + u2 * (c[2] + u2 * (c[4] + u2 * (c[6] + u2 * c[8])));
         let odd = c[1] + u2 * (c[3] + u2 * (c[5] + u2 * (c[7] + u2 * c[9])));
         even + u * odd
@@ -133,8 +134,8 @@ impl Dense {
         (self.value(s), (even + u * odd) * 2.0 / h)
     }
 
-    /// Most that the time derivative changes per fraction of a step of length `h` \[s\], and most
-    /// that this changes per fraction.
+    /// Bounds of the first and of the second derivative of the time derivative with respect to the
+    /// fraction of a step of length `h` \[s\].
     pub fn most_bend(&self, h: f64) -> (f64, f64) {
         let sum = |f: fn(f64) -> f64| -> f64 {
             let own = self.0.iter().enumerate();
@@ -146,7 +147,7 @@ impl Dense {
         )
     }
 
-    /// What the time derivative times `sign` is nowhere below, over a step of length `h` [s].
+    /// Lower bound of `sign` times the time derivative over a step of length `h` [s].
     pub fn least_slope(&self, sign: f64, h: f64) -> f64 {
         let rest = self.0.iter().enumerate().skip(2);
         let rest: f64 = rest.map(|(power, c)| power as f64 * c.abs()).sum();
@@ -159,14 +160,14 @@ pub fn interpolant(values: &[f64; S]) -> [f64; S] {
     static MATRIX: OnceLock<[[f64; S]; S]> = OnceLock::new();
     let matrix = MATRIX.get_or_init(|| {
         let system = DMatrix::from_fn(S, S, |k, power| (2.0 * NODES[k] - 1.0).powi(power as i32));
-        // The points are distinct, so that there is an inverse.
+        // The points are distinct: the matrix has an inverse.
         let inverse = system.try_inverse().unwrap_or_else(|| DMatrix::zeros(S, S));
         std::array::from_fn(|power| std::array::from_fn(|k| inverse[(power, k)]))
     });
     matrix.map(|row| row.iter().zip(values).map(|(m, v)| m * v).sum())
 }
 
-/// Row `2k` are the coefficients per unit value at point k, row `2k + 1` per unit slope.
+/// Row `2k` has the coefficients per unit value at point k, row `2k + 1` those per unit slope.
 fn hermite() -> &'static [[f64; DENSE]; DENSE] {
     static MATRIX: OnceLock<[[f64; DENSE]; DENSE]> = OnceLock::new();
     MATRIX.get_or_init(|| {
@@ -187,7 +188,7 @@ fn hermite() -> &'static [[f64; DENSE]; DENSE] {
         std::array::from_fn(|row| {
             let mut unit = DVector::zeros(DENSE);
             unit[row] = 1.0;
-            // The points are distinct, so that the system has a solution.
+            // The points are distinct: the system has a solution.
             let solved = lu.solve(&unit).unwrap_or_else(|| DVector::zeros(DENSE));
             std::array::from_fn(|power| solved[power])
         })

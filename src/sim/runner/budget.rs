@@ -1,13 +1,13 @@
-//! Bounds on the work of a run, and what it went into.
+//! Bounds on the work of a run, and what causes most of it.
 
 use super::Runner;
 use crate::sim::error::{Burden, SimError};
 use crate::sim::trace::{EventKind, Trace};
 
 impl Runner {
-    /// What most of the work went into.
+    /// What causes most of the work.
     pub(super) fn burden(&self, trace: &Trace) -> Burden {
-        // The latest events tell; a live run has forgotten the first.
+        // Only the latest events count: a live run has dropped the first ones.
         let events = &trace.events[trace.events.len().saturating_sub(1000)..];
         let corners = events.iter().filter(|e| e.kind == EventKind::DriveStep);
         let usual = self.flight_tables.length(0);
@@ -26,7 +26,7 @@ impl Runner {
         }
     }
 
-    /// Counts a step attempt and bounds the work.
+    /// Counts an attempted step and ends a run that takes too many.
     pub(super) fn count_step(&mut self, trace: &mut Trace) -> Result<(), SimError> {
         self.steps += 1;
         trace.steps += 1;

@@ -1,4 +1,4 @@
-//! Changes made on the way: of the model, of the drive, of the longest step.
+//! Changes during a run: of the model, the drive and the longest step.
 
 use super::{Phase, Runner};
 use crate::model::Model;
@@ -9,18 +9,18 @@ use crate::sim::output::FastModes;
 use crate::sim::step::tables::phase_tables;
 use crate::sim::step::{Step, Touch};
 
-/// No limit of the steps is shorter than this [s]: a run must get on.
+/// Shortest limit of the step length [s]. Below it a run would hardly advance.
 const LEAST_LIMIT: f64 = 1e-7;
 
 impl Runner {
-    /// Changes parameters on the running device: positions and velocities are kept.
+    /// Changes the model of the running device. Positions and velocities stay the same.
     ///
     /// # Errors
-    /// [`SimError`]; then nothing is changed.
+    /// [`SimError`]; nothing has changed then.
     pub fn set_model(&mut self, model: &Model) -> Result<(), SimError> {
         let device = Device::new(model)?;
         let level = device.ground_level(self.t);
-        // Held motion is taken over in flight coordinates, which outlive the change.
+        // A held state is converted to flight coordinates: these stay valid after the change.
         let mut contact = self.touch.map(|touch| touch.since);
         match self.phase {
             Phase::Held { level, since } => {
@@ -70,7 +70,7 @@ impl Runner {
             }
             _ => {
                 let (x, v) = self.proof_mass();
-                // The ground was raised above the mass: it is lifted with it.
+                // The ground now lies above the mass and lifts it.
                 if x < level {
                     self.place(level, v.max(0.0));
                 }
@@ -80,7 +80,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Takes no step longer than `longest` [s] from now on.
+    /// From now on no step is longer than `longest` [s].
     pub fn limit_step(&mut self, longest: f64) {
         self.options.longest_step = Some(longest.max(LEAST_LIMIT));
         [self.flight_tables, self.held_tables] =
@@ -91,7 +91,7 @@ impl Runner {
     /// Changes the drive from now on.
     ///
     /// # Errors
-    /// [`SimError`]; then nothing is changed.
+    /// [`SimError`]; nothing has changed then.
     pub fn set_drive(&mut self, drive: &Waveform) -> Result<(), SimError> {
         drive.check()?;
         self.device.end_piece(&self.segment, self.t, &mut self.z);

@@ -1,4 +1,4 @@
-//! Contact and friction: what ends a stretch of motion, and what follows.
+//! Contact and friction: the events that end a phase, and the phase that follows.
 
 use super::{Phase, Runner};
 use crate::sim::crossing::first_below;
@@ -8,20 +8,20 @@ use crate::sim::output::Sink;
 use crate::sim::step::Touch;
 use crate::sim::trace::{EventKind, Trace};
 
-/// What ends a step of flight early.
+/// An event that ends a step of flight early.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Stop {
     /// The mass meets the ground.
     Hit,
-    /// It leaves a compliant ground.
+    /// The mass leaves a compliant ground.
     Leave,
-    /// Its velocity comes to zero, where friction turns.
+    /// The velocity of the mass becomes zero, where friction changes its sign.
     Turn,
 }
 
 impl Runner {
-    /// Sets out in flight with friction: the mass slides as it moves, or as it is pulled,
-    /// or is held.
+    /// Begins flight with friction. The mass slides in the direction of its velocity. At rest it
+    /// slides in the direction of the force on it, or friction holds it.
     pub(super) fn set_out(&mut self) {
         if self.device.friction == 0.0 {
             self.sliding = 0.0;
@@ -34,8 +34,8 @@ impl Runner {
         }
     }
 
-    /// The mass is at rest at `x` for an instant, in flight coordinates: friction holds it,
-    /// or it slides the way it is pulled.
+    /// The mass is at rest at `x` for an instant, in flight coordinates. Friction holds it, or it
+    /// slides in the direction of the force.
     pub(super) fn turn(&mut self, x: f64) {
         self.place(x, 0.0);
         let pull = self.pull_if_held() + self.reaction(x, 0.0, self.t);
@@ -48,7 +48,7 @@ impl Runner {
         }
     }
 
-    /// Force of a compliant ground on the mass at `x` with velocity `v`, 0 out of contact.
+    /// Force of a compliant ground on the mass at `x` with velocity `v`. It is 0 without contact.
     pub(super) fn reaction(&self, x: f64, v: f64, t: f64) -> f64 {
         self.touch.map_or(0.0, |touch| {
             self.device
@@ -56,8 +56,8 @@ impl Runner {
         })
     }
 
-    /// An effect may have moved the ground: a mass above is lifted with it, one that lay on
-    /// it loses it.
+    /// Follows a ground that an effect has moved. A rising ground lifts the mass; a falling one
+    /// leaves it in the air.
     pub(super) fn follow_ground(&mut self, trace: &mut Trace) -> Result<(), SimError> {
         let level = self.device.ground_level(self.t);
         if let Phase::Held { since, level: old } = self.phase {
@@ -85,7 +85,7 @@ impl Runner {
         }
         let (x, v) = self.proof_mass();
         match height {
-            // In a compliant ground it keeps its depth as it is lifted.
+            // In a compliant ground the mass keeps its depth while it is lifted.
             Some(fall) if fall < 0.0 => {
                 self.place(x - fall, v);
                 self.touch = self.touch.map(|touch| Touch { level, ..touch });
@@ -97,7 +97,7 @@ impl Runner {
         Ok(())
     }
 
-    /// What first ends a step of flight before `end`, and at which fraction.
+    /// First event in a step of flight before the fraction `end`, and its fraction.
     pub(super) fn first_stop(&self, h: f64, end: f64) -> Option<(f64, Stop)> {
         let contact = match self.touch {
             Some(touch) => self.first_leave(touch, end).map(|s| (s, Stop::Leave)),
@@ -115,7 +115,7 @@ impl Runner {
             .or(contact)
     }
 
-    /// Fraction of the step at which the mass comes up to a compliant ground's level.
+    /// Fraction of the step at which the mass rises to the level of a compliant ground.
     pub(super) fn first_leave(&self, touch: Touch, end: f64) -> Option<f64> {
         let smooth = self.flight.smooth(&self.device.phi_p);
         let depth =
@@ -129,8 +129,8 @@ impl Runner {
         let ground = self.device.ground_level(self.t);
         let lowest = step.xp.iter().fold(f64::INFINITY, |a, &x| a.min(x));
         let fastest = step.vp.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-        // Points are at most 0.33 h apart, two radians of the fastest mode, whose greatest
-        // velocity they miss by less than half. An effect may move the ground: then look.
+        // Points are at most 0.33 h apart: two radians of the fastest mode. Its largest velocity is
+        // more than half as large at one of them. An effect may move the ground: no shortcut then.
         let far = lowest - ground > 0.35 * h * fastest;
         if far && !self.device.has_effects() {
             return None;
@@ -144,7 +144,7 @@ impl Runner {
         first_below(gap, end, slack)
     }
 
-    /// Contact with a compliant ground begins.
+    /// Begins contact with a compliant ground.
     pub(super) fn enter(&mut self, v: f64, trace: &mut Trace) -> Result<(), SimError> {
         let level = self.device.ground_level(self.t);
         let since = self.t;
@@ -154,7 +154,7 @@ impl Runner {
         self.report(trace, EventKind::Stick, [v; 2], pull, 0.0)
     }
 
-    /// Contact with a compliant ground ends.
+    /// Ends contact with a compliant ground.
     pub(super) fn leave(&mut self, trace: &mut Trace) -> Result<(), SimError> {
         let Some(touch) = self.touch.take() else {
             return Ok(());
@@ -182,7 +182,7 @@ impl Runner {
         self.report(trace, EventKind::Stick, [before, 0.0], pull, 0.0)
     }
 
-    /// Held by friction, away from a rigid ground.
+    /// Begins a hold by friction, away from a rigid ground.
     pub(super) fn rest(&mut self, level: f64, trace: &mut Trace) -> Result<(), SimError> {
         let net = self.pull_at_rest(level) + self.reaction(level, 0.0, self.t);
         if net.abs() > self.device.friction {
@@ -206,7 +206,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Friction no longer holds the mass against the force `net`.
+    /// Ends a hold by friction: the force `net` exceeds it.
     pub(super) fn slide(&mut self, level: f64, net: f64) {
         self.lift(level);
         self.sliding = net.signum();
@@ -226,7 +226,7 @@ impl Runner {
         self.device.pull_flight(&self.q, &self.v, drive, on_mass)
     }
 
-    /// Pull-off force now, of the mass held at `level`.
+    /// Present pull-off force of the mass held at `level`.
     pub(super) fn pull_at_rest(&self, level: f64) -> f64 {
         let voltage = self.segment.shape.voltage(self.t);
         let device = &self.device;
@@ -236,7 +236,7 @@ impl Runner {
         device.pull_held(&self.r, &self.dr, level, drive, on_mass)
     }
 
-    /// Pull-off force that frees the mass after `contact_time` [s]: friction holds it too.
+    /// Pull-off force that releases the mass after `contact_time` [s]: adhesion plus friction.
     pub(super) fn threshold(&self, contact_time: f64) -> f64 {
         self.device.adhesion(contact_time).max(0.0) + self.device.friction
     }

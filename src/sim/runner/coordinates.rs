@@ -1,5 +1,5 @@
-//! The mass moved by impulses, and the change between the coordinates of flight and
-//! those of the held structure.
+//! Impulses on the mass, and the change between flight coordinates and coordinates of the held
+//! structure.
 
 use super::{Phase, Runner};
 use crate::sim::device::dot;
@@ -44,7 +44,7 @@ impl Runner {
         }
     }
 
-    /// From held coordinates to flight ones; the phase is left to the caller.
+    /// From held coordinates to flight ones. The caller sets the phase.
     pub(super) fn lift(&mut self, level: f64) {
         let held = &self.device.held;
         let m = self.r.len();

@@ -1,4 +1,4 @@
-//! Samples cut out of the steps of either phase.
+//! Samples of the steps, in flight and in held phases.
 
 use super::Runner;
 use crate::sim::device::dot;
@@ -6,7 +6,8 @@ use crate::sim::output::{FastModes, Sample, Sink};
 use crate::sim::trace::Trace;
 
 impl Runner {
-    /// Voltage when a sample is taken that shows the device at `t`.
+    /// Voltage at the time of a sample that shows the device at `t`. The two times differ by the
+    /// delay of the readings.
     #[inline]
     pub(super) fn voltage_when_taken(&self, t: f64) -> f64 {
         if self.delay > 0.0 {
@@ -30,11 +31,11 @@ impl Runner {
         while let Some((t, s)) = sink.next() {
             fast.advance(s * h);
             if t < self.t {
-                // A late sample of before the start shows the start.
+                // A late sample would show the device before the start: it shows the start.
                 fast.restart();
             }
             let states = device.has_effects().then(|| self.flight.states_at(s));
-            // The start of a step is known exactly: a run starts where it is said to.
+            // The state at the start of a step is exact: a run begins at its initial state.
             let (xp, vp) = match s {
                 0.0 => (dot(&device.phi_p, &self.q), dot(&device.phi_p, &self.v)),
                 _ => fast.add(p.value_and_slope(s, h), &device.phi_p),
@@ -61,8 +62,8 @@ impl Runner {
         self.next_sample = sink.next_sample();
     }
 
-    /// Samples of a held step up to fraction `s`; on the ground `since` [s], or held by
-    /// friction.
+    /// Samples of a held step up to fraction `s`. The mass is on the ground since `since` [s], or
+    /// held by friction.
     pub(super) fn emit_held(
         &mut self,
         h: f64,

@@ -1,4 +1,4 @@
-//! The hybrid automaton: flight and held phases, events between them, output.
+//! The hybrid automaton: flight and held phases, the events between them, and the output.
 
 mod budget;
 mod change;
@@ -17,7 +17,7 @@ use super::trace::{Event, EventKind, Trace};
 use crate::model::Model;
 use crate::model::drive::{Segment, Waveform};
 
-/// What the proof mass is doing.
+/// Phase of the proof mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Flight,
@@ -32,20 +32,19 @@ enum Phase {
     },
 }
 
-/// A device in motion that can be advanced piece by piece and changed on the way.
+/// A device in motion. It can be advanced piece by piece and changed between pieces.
 #[derive(Debug, Clone)]
 pub struct Runner {
     options: Options,
     device: Device,
     drive: Waveform,
     index: usize,
-    /// The drive's segment, and the piece of it that is run through.
+    /// The drive's present segment, and the piece of it in progress.
     whole: Segment,
     segment: Segment,
     t: f64,
     phase: Phase,
-    /// Direction in which the mass slides against friction, and its contact with a
-    /// compliant ground.
+    /// Direction in which the mass slides, for friction, and its contact with a compliant ground.
     sliding: f64,
     touch: Option<Touch>,
     /// Modal state in flight, held state on the ground, extra states.
@@ -62,7 +61,7 @@ pub struct Runner {
     flight_sampling: Vec<[f64; 4]>,
     held_sampling: Vec<[f64; 4]>,
     level: usize,
-    /// Time by which samples are late [s].
+    /// Delay of the samples [s].
     delay: f64,
     next_sample: u64,
     steps: u64,
@@ -73,14 +72,14 @@ impl Runner {
     /// A device at its initial state at t = 0.
     ///
     /// # Errors
-    /// [`SimError`] if model, drive or options make no sense.
+    /// [`SimError`] if model, drive or options are invalid.
     pub fn new(model: &Model, drive: &Waveform, options: &Options) -> Result<Self, SimError> {
         options.check()?;
         drive.check()?;
         let device = Device::new(model)?;
         let index = drive.index_at(0.0);
         let (q, v) = initial_state(&device);
-        // Before t = 0 the device rested where it starts, without a voltage.
+        // Before t = 0 the device rested in its initial position, without a voltage.
         let still = vec![0.0; v.len()];
         let z = device.settled_states(&device.flight_kinematics(0.0, 0.0, &q, &still));
         let m = device.held_modes.len();
@@ -118,8 +117,8 @@ impl Runner {
         Ok(runner)
     }
 
-    /// A device at a given state at `t` \[s\]; `held_since` if the mass is on the ground.
-    /// The readings are of no use: samples are counted from zero.
+    /// A device with a given state at `t` \[s\]; `held_since` if the mass is on the ground. Its
+    /// samples are counted from zero and must not be used.
     ///
     /// # Errors
     /// As [`Runner::new`].
@@ -161,7 +160,7 @@ impl Runner {
         Ok(runner)
     }
 
-    /// An empty trace to advance into; its first sample is the next one due.
+    /// An empty trace to advance into. It begins with the next sample.
     pub fn new_trace(&self) -> Trace {
         let sensor = self.device.sensor;
         Trace {
@@ -178,12 +177,12 @@ impl Runner {
         self.t
     }
 
-    /// Runs on until `until` [s] is passed, appending samples, events and contacts to
-    /// `trace`. Whole steps are taken: the run may reach a little further than asked,
-    /// and gives the same result in one piece or in many.
+    /// Advances beyond `until` [s]. Samples, events and contacts are appended to `trace`. Only
+    /// whole steps are taken, so that the run may end a little later. The result is the same in one
+    /// piece or in many.
     ///
     /// # Errors
-    /// [`SimError`]; `trace` holds what was reached.
+    /// [`SimError`]; `trace` holds the results up to then.
     pub fn advance(&mut self, until: f64, trace: &mut Trace) -> Result<(), SimError> {
         while self.t <= until {
             self.enter_segment(trace)?;
@@ -253,8 +252,8 @@ impl Runner {
     }
 }
 
-/// Modal state for the initial displacement (bent as by a static force on the mass)
-/// and velocity (given as by an impulse on it).
+/// Modal state for the initial displacement and velocity. The structure is bent as by a static
+/// force on the mass and moves as after an impulse on it.
 fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
     let (x0, v0) = device.initial;
     let anchor = &device.held.anchor;

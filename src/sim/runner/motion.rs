@@ -1,5 +1,4 @@
-//! Steps of either phase, as long as the tolerance and the drive allow, and flight from
-//! step to step.
+//! Steps in flight and in held phases, as long as the tolerance and the drive allow.
 
 use super::contact::Stop;
 use super::{Phase, Runner};
@@ -10,7 +9,7 @@ use crate::sim::step::tables::{LEVELS, Tables};
 use crate::sim::trace::Trace;
 
 impl Runner {
-    /// First level whose step does not reach far beyond the segment's end.
+    /// First level of the table whose step does not end far beyond the segment.
     fn covering_level(&self, tables: &Tables) -> usize {
         if self.options.fixed_step.is_some() || !self.segment.end.is_finite() {
             return 0;
@@ -26,7 +25,7 @@ impl Runner {
         }
     }
 
-    /// Takes one step of the present phase into its scratch; returns the step's length.
+    /// Computes one step of the present phase in its scratch, and returns its length.
     pub(super) fn step(&mut self, trace: &mut Trace) -> Result<f64, SimError> {
         let held = match self.phase {
             Phase::Held { level, .. } | Phase::Stuck { level } => Some(level),
@@ -65,7 +64,7 @@ impl Runner {
                 &self.flight
             };
             let (error, size) = (step.error, step.xp[0].abs());
-            // Errors below rounding cannot be asked for.
+            // No error below rounding can be reached.
             let tolerance = self.options.tolerance + 16.0 * f64::EPSILON * size;
             let fixed = self.options.fixed_step.is_some();
             if taken.is_ok() && (fixed || error <= tolerance) {
@@ -79,7 +78,7 @@ impl Runner {
             rejected = true;
             level += 1;
             if level >= LEVELS || (fixed && taken.is_err()) {
-                // Away from the ground it is not the film that needs ever shorter steps.
+                // Above its zero the film cannot be the cause: the motion diverges.
                 let runs_away = self.phase == Phase::Flight && self.proof_mass().0 > 0.0;
                 return Err(
                     if self.q.iter().any(|q| !q.is_finite()) || (runs_away && !fixed) {
@@ -132,7 +131,7 @@ impl Runner {
         }
     }
 
-    /// Takes over the held state at fraction `s` of the step.
+    /// Sets the held state to that at fraction `s` of the step.
     pub(super) fn take_held(&mut self, h: f64, s: f64, whole: bool) {
         if s >= 1.0 {
             const LAST: usize = nodes::S - 1;
@@ -146,7 +145,7 @@ impl Runner {
         self.t = self.time_after(h, s, whole);
     }
 
-    /// Time at fraction `s` of a step; a segment's end is met exactly.
+    /// Time at fraction `s` of a step. The end of a segment is reached exactly.
     fn time_after(&self, h: f64, s: f64, whole: bool) -> f64 {
         if whole && s < 1.0 {
             self.segment.end
