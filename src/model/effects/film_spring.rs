@@ -9,8 +9,8 @@ use super::{
 };
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
-/// Bounds of the largest ratio of the film's time at contact to that far off. Between them the ratio
-/// follows from [`MAX_RATE`]. Far off the film is so weak that its delay does not matter.
+/// Bounds of the largest ratio of the film's time at contact to that far off. Between them the
+/// ratio follows from [`MAX_RATE`]. Far off the film is so weak that its delay does not matter.
 const MAX_TIME_RATIO_BOUNDS: (f64, f64) = (9.0, 50.0);
 /// Fastest rate that a simulation follows in few steps [1/s].
 const MAX_RATE: f64 = 2e5;
