@@ -7,6 +7,7 @@ use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::MISMATCH_MIN_Z;
 use crate::fit::problem::{Data, Problem};
+use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::SegmentContext;
 use crate::fit::residual::simulate_segment;
 use crate::fit::segment::Segment;
@@ -95,23 +96,7 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
             nuisances.scale_c,
             nuisances.offset_c,
         );
-        let white = |miss: &[f64], sigma: f64| {
-            let mut w: Vec<f64> = miss
-                .iter()
-                .filter(|m| m.is_finite())
-                .map(|m| m / sigma)
-                .collect();
-            data.sigmas.colour.whiten(&mut w);
-            let mut w = w.into_iter();
-            let back = |m: &f64| {
-                if m.is_finite() {
-                    w.next().unwrap_or(f64::NAN)
-                } else {
-                    f64::NAN
-                }
-            };
-            miss.iter().map(back).collect::<Vec<f64>>()
-        };
+        let white = |miss: &[f64], sigma: f64| whitened(miss, sigma, &data.sigmas.colour);
         let (wp, wc) = (white(&p, data.sigmas.xp), white(&c, data.sigmas.xc));
         let near = heights[segment.recording];
         segment
@@ -124,14 +109,8 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
                 let xp = r.proof_mass[k];
                 let regime = if segment.starts_held {
                     Regime::Contact
-                } else if fitted.model.has_ground && xp < near {
-                    if vp < 0.0 {
-                        Regime::NearGroundApproach
-                    } else {
-                        Regime::NearGroundDeparture
-                    }
                 } else {
-                    Regime::FarFlight
+                    flight_regime(fitted.model.has_ground && xp < near, vp)
                 };
                 Sample {
                     recording: segment.recording,
@@ -155,6 +134,37 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         .enumerate()
         .flat_map_iter(one)
         .collect())
+}
+
+/// Residuals in units of `sigma`, decorrelated by the colour of the noise. Missing values stay
+/// missing and do not enter the filter.
+fn whitened(residuals: &[f64], sigma: f64, colour: &Colour) -> Vec<f64> {
+    let mut present: Vec<f64> = residuals
+        .iter()
+        .filter(|m| m.is_finite())
+        .map(|m| m / sigma)
+        .collect();
+    colour.whiten(&mut present);
+    let mut present = present.into_iter();
+    let back = |m: &f64| {
+        if m.is_finite() {
+            present.next().unwrap_or(f64::NAN)
+        } else {
+            f64::NAN
+        }
+    };
+    residuals.iter().map(back).collect()
+}
+
+/// Regime of a mass in flight with velocity `vp` \[m/s\].
+fn flight_regime(near_ground: bool, vp: f64) -> Regime {
+    if !near_ground {
+        Regime::FarFlight
+    } else if vp < 0.0 {
+        Regime::NearGroundApproach
+    } else {
+        Regime::NearGroundDeparture
+    }
 }
 
 /// For each segment, when the event-free interval that it is part of began \[s\], and whether with
