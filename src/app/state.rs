@@ -39,7 +39,7 @@ pub struct State {
     pub refusal: Option<Refusal>,
     /// Live mode: whether the person paused it. Whether it has paused is in the snapshot.
     pub paused: bool,
-    /// Live mode: the scrubbed time [s]; `None` follows the run.
+    /// Live mode: the scrubbed time \[s\]; `None` follows the run.
     pub scrub: Option<f64>,
     /// Cursors of the plots.
     pub cursors: Cursors,

@@ -14,7 +14,7 @@ use crate::recording::csv::import_voltage;
 
 /// Factor outside its slider's range from which a value is odd.
 const ODD_VALUE_FACTOR: f64 = 10.0;
-/// Voltage up to which the branches of the piezo film were measured [V].
+/// Voltage up to which the branches of the piezo film were measured \[V\].
 const KNOWN_VOLTAGE: f64 = 8.0;
 
 /// A drive as on the command line, files included.

@@ -7,7 +7,7 @@ use super::parameter::{ParameterId, Parameters};
 pub struct SqueezeFilm {
     /// `Cs` [N m^2 s].
     pub coefficient: f64,
-    /// `gp`, thickness at the zero position [m].
+    /// `gp`, thickness at the zero position \[m\].
     pub gap: f64,
 }
 
@@ -20,7 +20,7 @@ impl SqueezeFilm {
         }
     }
 
-    /// Force on the proof mass [N] at displacement `xp` [m] and velocity `vp` [m/s].
+    /// Force on the proof mass \[N\] at displacement `xp` \[m\] and velocity `vp` [m/s].
     /// It opposes the motion. Singular at `xp = -gp`: not finite there.
     #[inline]
     pub fn force(&self, xp: f64, vp: f64) -> f64 {

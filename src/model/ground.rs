@@ -5,13 +5,13 @@ use super::parameter::{ParameterId, Parameters};
 /// The rigid, adhesive ground below the proof mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ground {
-    /// Contact level, `-dp` [m].
+    /// Contact level, `-dp` \[m\].
     pub level: f64,
     /// Coefficient of restitution, eq (12).
     pub alpha: f64,
     /// Growth of adhesion with contact time, `Ca` [N/s].
     pub adhesion_rate: f64,
-    /// Adhesion at touch, `Ca0` [N].
+    /// Adhesion at touch, `Ca0` \[N\].
     pub adhesion_start: f64,
 }
 
@@ -26,7 +26,7 @@ impl Ground {
         }
     }
 
-    /// Adhesion [N] after `contact_time` [s] of contact, eq (14).
+    /// Adhesion \[N\] after `contact_time` \[s\] of contact, eq (14).
     pub fn adhesion(&self, contact_time: f64) -> f64 {
         self.adhesion_rate * contact_time + self.adhesion_start
     }

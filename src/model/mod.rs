@@ -59,7 +59,7 @@ pub struct Model {
     /// Mode shapes, and the modes beyond the second whole. Frequency and damping of the
     /// first two modes stand in `parameters`.
     pub modes: Vec<structure::Mode>,
-    /// Rigid mass at the tip [kg].
+    /// Rigid mass at the tip \[kg\].
     pub proof_mass: f64,
     /// The piezo's hysteresis branches; `None` for a device without drive.
     pub piezo: Option<Piezo>,

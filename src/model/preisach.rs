@@ -15,7 +15,7 @@
 
 /// Largest number of extremes that are stored. Beyond it the innermost ones are dropped.
 pub const MEMORY: usize = 12;
-/// Voltages that differ by less than this are equal [V].
+/// Voltages that differ by less than this are equal \[V\].
 pub const EQUAL: f64 = 1e-9;
 /// Number of moments of the density. `G` is a polynomial of degree 5.
 const MOMENT_COUNT: usize = 6;
@@ -247,13 +247,13 @@ impl Past {
         }
     }
 
-    /// The extremes [V].
+    /// The extremes \[V\].
     pub fn extremes(&self) -> &[f64] {
         &self.all[..self.count]
     }
 }
 
-/// The extremes that `voltage` has not exceeded. An extreme counts as exceeded from `slack` [V]
+/// The extremes that `voltage` has not exceeded. An extreme counts as exceeded from `slack` \[V\]
 /// before it. The last one is exceeded only by a voltage beyond it.
 pub fn standing(mut past: &[f64], voltage: f64, slack: f64) -> &[f64] {
     // Distance of the voltage beyond `a`, in the direction from `b` to `a`.

@@ -18,11 +18,11 @@ pub enum Point {
 /// The two readings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sensor {
-    /// Added to the reading of the proof mass [m].
+    /// Added to the reading of the proof mass \[m\].
     pub offset_p: f64,
-    /// Added to the reading of the cantilever [m].
+    /// Added to the reading of the cantilever \[m\].
     pub offset_c: f64,
-    /// Standard deviation of the white noise [m].
+    /// Standard deviation of the white noise \[m\].
     pub noise: f64,
 }
 

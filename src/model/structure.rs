@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// One vibration mode with mass-normalised shape.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Mode {
-    /// Undamped natural frequency [Hz]; 0 is a free mass.
+    /// Undamped natural frequency \[Hz\]; 0 is a free mass.
     pub frequency: f64,
     /// Share of critical damping.
     pub zeta: f64,
@@ -41,7 +41,7 @@ impl Mode {
 pub struct Structure {
     /// Modes, at least one.
     pub modes: Vec<Mode>,
-    /// Rigid mass at the tip [kg], on which weight acts.
+    /// Rigid mass at the tip \[kg\], on which weight acts.
     pub proof_mass: f64,
 }
 

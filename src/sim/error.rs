@@ -8,14 +8,14 @@ use crate::model::drive::DriveError;
 /// How accurately, how densely and how long to simulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Samples per second of the trace [Hz].
+    /// Samples per second of the trace \[Hz\].
     pub rate: f64,
-    /// Bound on the local error of a step, as displacement of the proof mass [m].
+    /// Bound on the local error of a step, as displacement of the proof mass \[m\].
     pub tolerance: f64,
-    /// If set, steps of this length [s] are taken whatever their error, for studies of
+    /// If set, steps of this length \[s\] are taken whatever their error, for studies of
     /// convergence.
     pub fixed_step: Option<f64>,
-    /// If set, no step is longer than this [s]: a run that is watched shows what it has
+    /// If set, no step is longer than this \[s\]: a run that is watched shows what it has
     /// reached between steps.
     pub longest_step: Option<f64>,
     /// Whether to record forces.

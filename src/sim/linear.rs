@@ -15,7 +15,7 @@ pub struct Oscillator {
 }
 
 impl Oscillator {
-    /// Response to a unit impulse and its time derivative at `t` [s].
+    /// Response to a unit impulse and its time derivative at `t` \[s\].
     ///
     /// Under-, over- and critically damped in one form without cancellation.
     pub fn impulse_response(&self, t: f64) -> (f64, f64) {
@@ -48,7 +48,7 @@ impl Oscillator {
         }
     }
 
-    /// Longest step [s] over which the motion is followed exactly between the points, and
+    /// Longest step \[s\] over which the motion is followed exactly between the points, and
     /// its crests are not overlooked: a period of a vibration, which [`Swing`] carries, but less than one time
     /// constant of a creeping motion, which the polynomial carries. Infinite for a free
     /// mass.
@@ -68,14 +68,14 @@ impl Oscillator {
     }
 
     /// What a lag `y' = rate (x - y)` of free motion `x` goes over to, per displacement and per
-    /// velocity [s]; `None` if the motion does not go to and fro, and may decay as the lag does.
+    /// velocity \[s\]; `None` if the motion does not go to and fro, and may decay as the lag does.
     pub fn lagged(&self, rate: f64) -> Option<(f64, f64)> {
         let per_velocity = 1.0 / (self.damping - rate - self.omega2 / rate);
         self.swings()
             .then_some((per_velocity * (self.damping - rate), per_velocity))
     }
 
-    /// From displacement and velocity to those after `t` [s] of free motion:
+    /// From displacement and velocity to those after `t` \[s\] of free motion:
     /// `[xx, xv, vx, vv]`.
     pub fn free_motion(&self, t: f64) -> [f64; 4] {
         let (s, ds) = self.impulse_response(t);
@@ -101,7 +101,7 @@ impl Swing {
     /// Below this many radians per step a polynomial is exact to rounding.
     const MAX_POLYNOMIAL_PHASE: f64 = 0.5;
 
-    /// From the state at the start of a step of `h` [s] and the forces at its points.
+    /// From the state at the start of a step of `h` \[s\] and the forces at its points.
     pub fn new(oscillator: Oscillator, h: f64, x: f64, v: f64, force: &[f64; S]) -> Self {
         let mut swing = Self {
             oscillator,
@@ -137,7 +137,7 @@ impl Swing {
         self.start = (x - value, v - slope);
     }
 
-    /// Particular answer at fraction `s` of a step of `h` [s]: displacement and velocity.
+    /// Particular answer at fraction `s` of a step of `h` \[s\]: displacement and velocity.
     pub fn answer_to_force(&self, s: f64, h: f64) -> (f64, f64) {
         let (u, p) = (2.0 * s - 1.0, &self.particular);
         let value = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * p[4])));
@@ -151,7 +151,7 @@ impl Swing {
         (v * v + self.oscillator.omega2 * x * x).sqrt()
     }
 
-    /// Free motion at `t` [s] after the step's start: displacement and velocity.
+    /// Free motion at `t` \[s\] after the step's start: displacement and velocity.
     pub fn free(&self, t: f64) -> (f64, f64) {
         apply(&self.oscillator.free_motion(t), self.start)
     }
@@ -174,7 +174,7 @@ pub struct Propagator {
     pub displacement: [[f64; S]; S - 1],
     /// Likewise velocity.
     pub velocity: [[f64; S]; S - 1],
-    /// Length of the step [s].
+    /// Length of the step \[s\].
     h: f64,
     /// The [`Swing`] of each force of 1 at a point and 0 at the others: what the particular answer
     /// has per force, by point.
@@ -184,7 +184,7 @@ pub struct Propagator {
 }
 
 impl Propagator {
-    /// Over a step of `h` [s].
+    /// Over a step of `h` \[s\].
     pub fn new(oscillator: Oscillator, h: f64) -> Self {
         let mut result = Self {
             oscillator,
@@ -256,7 +256,7 @@ pub struct DecayPropagator {
 }
 
 impl DecayPropagator {
-    /// Over a step of `h` [s], however fast the decay.
+    /// Over a step of `h` \[s\], however fast the decay.
     pub fn new(rate: f64, h: f64) -> Self {
         let mut result = Self::default();
         for k in 0..S - 1 {

@@ -26,13 +26,13 @@ use crate::model::drive::Waveform;
 /// Most extra states that the effects can have together.
 const MAX_STATES: usize = 32;
 
-/// Device time between two reports of progress, at which a run can be cancelled [s].
+/// Device time between two reports of progress, at which a run can be cancelled \[s\].
 const PROGRESS_INTERVAL: f64 = 0.01;
 
 /// Most samples of one run: 10 GB of trace.
 const MAX_SAMPLES: f64 = 2e8;
 
-/// Simulates from rest at `t = 0` to `duration` [s], first sample at 0.
+/// Simulates from rest at `t = 0` to `duration` \[s\], first sample at 0.
 ///
 /// # Errors
 /// [`SimError`], naming the parameter at fault and the time.

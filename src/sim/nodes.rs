@@ -94,7 +94,7 @@ impl Dense {
         }
     }
 
-    /// From values and time derivatives at the points of a step of length `h` [s].
+    /// From values and time derivatives at the points of a step of length `h` \[s\].
     #[inline]
     pub fn new(values: &[f64; S], slopes: &[f64; S], h: f64) -> Self {
         let matrix = hermite();
@@ -122,7 +122,7 @@ impl Dense {
         even + u * odd
     }
 
-    /// Value and time derivative at fraction `s` of a step of length `h` [s].
+    /// Value and time derivative at fraction `s` of a step of length `h` \[s\].
     #[inline]
     pub fn value_and_slope(&self, s: f64, h: f64) -> (f64, f64) {
         let c = &self.0;
@@ -147,7 +147,7 @@ impl Dense {
         )
     }
 
-    /// Lower bound of `sign` times the time derivative over a step of length `h` [s].
+    /// Lower bound of `sign` times the time derivative over a step of length `h` \[s\].
     pub fn least_slope(&self, sign: f64, h: f64) -> f64 {
         let rest = self.0.iter().enumerate().skip(2);
         let rest: f64 = rest.map(|(power, c)| power as f64 * c.abs()).sum();

@@ -20,7 +20,7 @@ pub(super) struct Sink {
 }
 
 impl Sink {
-    /// Samples from number `next` on, taken `delay` [s] late, that lie before fraction `s`
+    /// Samples from number `next` on, taken `delay` \[s\] late, that lie before fraction `s`
     /// of the step of `h` at `t`.
     pub fn new(options: &Options, t: f64, h: f64, s: f64, next: u64, delay: f64) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl<'a> FastModes<'a> {
         }
     }
 
-    /// On to the next sample; the first is `t` [s] after the step's start.
+    /// On to the next sample; the first is `t` \[s\] after the step's start.
     #[inline]
     pub fn advance(&mut self, t: f64) {
         for (i, swing) in self.swings.iter().enumerate() {
@@ -132,11 +132,11 @@ pub(super) struct Sample<'a> {
     pub vc: f64,
     /// Pull-off force and adhesion while held, if forces are recorded.
     pub pull: Option<(f64, f64)>,
-    /// Friction on the mass [N].
+    /// Friction on the mass \[N\].
     pub friction: f64,
-    /// Force of a compliant ground on the mass, adhesion included [N].
+    /// Force of a compliant ground on the mass, adhesion included \[N\].
     pub reaction: f64,
-    /// Voltage when the sample is taken, which a late one does not show [V].
+    /// Voltage when the sample is taken, which a late one does not show \[V\].
     pub voltage: f64,
     /// Extra states, if there are any.
     pub z: &'a [f64],

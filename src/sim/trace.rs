@@ -28,7 +28,7 @@ impl EventKind {
 /// One event, located to 1 ns or better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// When [s].
+    /// When \[s\].
     pub time: f64,
     /// What.
     pub kind: EventKind,
@@ -36,14 +36,14 @@ pub struct Event {
     pub velocity_before: f64,
     /// Velocity of the proof mass just after [m/s].
     pub velocity_after: f64,
-    /// Pull-off force, eq (13) [N]: after the hypothesised bounce at an impact, at
+    /// Pull-off force, eq (13) \[N\]: after the hypothesised bounce at an impact, at
     /// break-off at a release, 0 in flight.
     pub pull_off_force: f64,
-    /// Length of the contact that ends here [s]; 0 but at a release.
+    /// Length of the contact that ends here \[s\]; 0 but at a release.
     pub contact_duration: f64,
 }
 
-/// Forces at each sample [N]; positive is up. Same length as the trace.
+/// Forces at each sample \[N\]; positive is up. Same length as the trace.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForceTraces {
     /// Piezo drive on the cantilever, `eta gc`.
@@ -65,15 +65,15 @@ pub struct ForceTraces {
 /// displacements are as the sensor shows them (offsets included), SI.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trace {
-    /// Time of the first sample [s].
+    /// Time of the first sample \[s\].
     pub t0: f64,
-    /// Sample interval [s].
+    /// Sample interval \[s\].
     pub dt: f64,
-    /// Drive voltage [V].
+    /// Drive voltage \[V\].
     pub voltage: Vec<f64>,
-    /// Reading of the proof mass [m].
+    /// Reading of the proof mass \[m\].
     pub proof_mass: Vec<f64>,
-    /// Reading of the cantilever's centre [m]; empty for a device without that point.
+    /// Reading of the cantilever's centre \[m\]; empty for a device without that point.
     pub cantilever: Vec<f64>,
     /// Velocity of the proof mass [m/s].
     pub proof_mass_velocity: Vec<f64>,
@@ -81,10 +81,10 @@ pub struct Trace {
     pub cantilever_velocity: Vec<f64>,
     /// Events in order of time.
     pub events: Vec<Event>,
-    /// Stretches in contact, start and end [s]; the last may still be open at the end
+    /// Stretches in contact, start and end \[s\]; the last may still be open at the end
     /// of the run, and then ends with it.
     pub contacts: Vec<(f64, f64)>,
-    /// Level of the ground as the sensor shows it [m], if there is a ground.
+    /// Level of the ground as the sensor shows it \[m\], if there is a ground.
     pub ground_level: Option<f64>,
     /// Forces, if asked for.
     pub forces: Option<ForceTraces>,
@@ -103,22 +103,22 @@ impl Trace {
         self.proof_mass.is_empty()
     }
 
-    /// Time of sample `i` [s].
+    /// Time of sample `i` \[s\].
     pub fn time(&self, i: usize) -> f64 {
         self.t0 + i as f64 * self.dt
     }
 
-    /// Times of all samples [s].
+    /// Times of all samples \[s\].
     pub fn times(&self) -> Vec<f64> {
         (0..self.len()).map(|i| self.time(i)).collect()
     }
 
-    /// Time of the last sample [s].
+    /// Time of the last sample \[s\].
     pub fn end(&self) -> f64 {
         self.time(self.len().saturating_sub(1))
     }
 
-    /// Whether the mass is in contact at `t` [s].
+    /// Whether the mass is in contact at `t` \[s\].
     ///
     /// # Examples
     /// ```
@@ -222,7 +222,7 @@ impl Trace {
             .for_each(|column| column.reserve(samples + 64));
     }
 
-    /// Cuts off what lies beyond `samples` and `end` [s].
+    /// Cuts off what lies beyond `samples` and `end` \[s\].
     pub(super) fn truncate(&mut self, samples: usize, end: f64) {
         self.columns().for_each(|column| column.truncate(samples));
         self.events.retain(|event| event.time <= end);

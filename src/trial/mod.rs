@@ -5,7 +5,7 @@
 //! mass, damping and stiffness matrices ([`device::structure`], [`device::beam`]) under forces
 //! in formulations of their own ([`concealed`]), followed by a Runge-Kutta pair with root
 //! finding ([`hybrid::integrator`], [`hybrid`]). [`Case::draw`] draws
-//! device, instruments and effect from a seed, sized by how visible they are ([`visibility`]).
+//! device, instruments and effect from a seed, sized by how visible they are ([`mod@visibility`]).
 //!
 //! [`Recordings`] is all that a diagnosis is given; the truth waits in an [`Envelope`]
 //! whose seal is published first.

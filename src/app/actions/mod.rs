@@ -1,5 +1,5 @@
 //! What commands do, and what happens to files that have been read or saved. Everything
-//! here acts on [`Services`](super::services::Services).
+//! here acts on `Services`.
 
 pub(super) mod diagnosis;
 pub(super) mod intake;

@@ -80,7 +80,7 @@ impl EventPlot {
 pub struct Look {
     /// The recording: its name, and whether its held-out part is shown.
     pub recording: Option<(String, bool)>,
-    /// The time span in view [s]; `None` is all of it.
+    /// The time span in view \[s\]; `None` is all of it.
     pub window: Option<(f64, f64)>,
     /// The open figure.
     pub evidence: Evidence,

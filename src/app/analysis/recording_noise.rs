@@ -10,7 +10,7 @@ use crate::model::unit::format_quantity;
 use crate::recording::noise::{NoiseEstimate, recording_noise};
 use crate::recording::{Channel, Recording};
 
-/// Noise below this is reported as none [m]; it is far below any displacement sensor.
+/// Noise below this is reported as none \[m\]; it is far below any displacement sensor.
 pub const NEGLIGIBLE_NOISE: f64 = 1e-13;
 /// Recordings with more samples are estimated on a thread of their own, so that the window
 /// does not stall.
@@ -46,7 +46,7 @@ fn of(ui: &Ui, overlay: &Overlay) -> Estimate {
     result
 }
 
-/// Standard deviation of the noise of xp before its scale [m], once it is known.
+/// Standard deviation of the noise of xp before its scale \[m\], once it is known.
 pub fn sigma(ui: &Ui, overlay: &Overlay) -> Option<f64> {
     of(ui, overlay)
         .get()?
@@ -60,13 +60,13 @@ pub fn is_pending(ui: &Ui, overlay: &Overlay) -> bool {
     of(ui, overlay).get().is_none()
 }
 
-/// The smallest known noise of `overlays` [m].
+/// The smallest known noise of `overlays` \[m\].
 pub fn quietest<'a>(ui: &Ui, overlays: impl IntoIterator<Item = &'a Overlay>) -> f64 {
     let known = overlays.into_iter().filter_map(|o| sigma(ui, o));
     known.fold(f64::INFINITY, f64::min)
 }
 
-/// The noise as text. If other recordings are as quiet as `quietest` [m], a larger estimate
+/// The noise as text. If other recordings are as quiet as `quietest` \[m\], a larger estimate
 /// is only an upper bound, because fast motion looks like noise.
 pub fn text(ui: &Ui, overlay: &Overlay, quietest: f64) -> String {
     match of(ui, overlay).get() {

@@ -121,7 +121,7 @@ pub struct Trial {
     pub level: Level,
     /// Whether the device is a distributed beam.
     pub beam: bool,
-    /// Rms of the measurement noise [m].
+    /// Rms of the measurement noise \[m\].
     pub noise: f64,
     /// The trial being generated.
     pub making: Option<Job<(), Made>>,

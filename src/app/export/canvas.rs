@@ -11,10 +11,10 @@ use super::error::ExportError;
 pub const FONT: &str = "sans-serif";
 /// The size that plotters takes for a font of one point.
 const FONT_UNIT: f64 = 1.24;
-/// Length of a dash and of the gap after it [points].
+/// Length of a dash and of the gap after it \[points\].
 const DASH_AND_GAP: [f64; 2] = [6.0, 4.0];
 
-/// A position [points] from the upper left corner.
+/// A position \[points\] from the upper left corner.
 pub type Place = [f64; 2];
 
 /// Where text lies relative to its position.
@@ -30,7 +30,7 @@ pub enum Anchor {
     Upwards,
 }
 
-/// A rectangle [points].
+/// A rectangle \[points\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Left upper corner.
@@ -89,7 +89,7 @@ fn style(color: Color32, size: f64, anchor: Anchor) -> TextStyle<'static> {
     }
 }
 
-/// Width of a text [points].
+/// Width of a text \[points\].
 pub fn text_width(text: &str, size: f64) -> Result<f64, ExportError> {
     // Measured at ten times the size, because plotters answers in whole numbers.
     let font = (FONT, 10.0 * FONT_UNIT * size).into_font();

@@ -25,7 +25,7 @@ use self::sheet::Sheet;
 use super::files::atomic_write::write_atomically;
 use super::state::State;
 
-/// Width of the axes' area of a page [points].
+/// Width of the axes' area of a page \[points\].
 const PAGE_WIDTH: f64 = 1100.0;
 /// Units of the SVG drawing per point. The backend takes whole numbers only, so tenths of
 /// a point keep curves smooth.

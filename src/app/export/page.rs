@@ -8,17 +8,17 @@ use super::error::ExportError;
 use super::sheet::{Line, Panel, Sheet};
 use crate::app::plots::frame::layer::Mark;
 
-/// Text size of axes and legends [points].
+/// Text size of axes and legends \[points\].
 const TEXT_SIZE: f64 = 12.0;
-/// Space around the page [points].
+/// Space around the page \[points\].
 const PAGE_MARGIN: f64 = 14.0;
-/// Width for ticks and label of a vertical axis [points].
+/// Width for ticks and label of a vertical axis \[points\].
 const AXIS_WIDTH: f64 = 72.0;
-/// Height for ticks and label of a horizontal axis [points].
+/// Height for ticks and label of a horizontal axis \[points\].
 const AXIS_HEIGHT: f64 = 44.0;
-/// Height of one row of a legend [points].
+/// Height of one row of a legend \[points\].
 const LEGEND_ROW: f64 = 18.0;
-/// Space between pictures [points].
+/// Space between pictures \[points\].
 const PICTURE_GAP: f64 = 12.0;
 
 /// The sign next to a name in a legend.
@@ -28,7 +28,7 @@ enum Sign {
     Mark(Mark, Color32),
 }
 
-/// A name in a legend, with its position [points].
+/// A name in a legend, with its position \[points\].
 struct Entry {
     sign: Sign,
     name: String,
@@ -48,7 +48,7 @@ struct Placed<'a> {
 pub struct Page<'a> {
     sheet: &'a Sheet,
     pictures: Vec<Placed<'a>>,
-    /// Width and height [points].
+    /// Width and height \[points\].
     pub size: [f64; 2],
 }
 

@@ -15,9 +15,9 @@ use crate::app::setup::view::Picture;
 use crate::app::state::State;
 use crate::app::theme;
 
-/// Longest wait for the noise of long recordings [s].
+/// Longest wait for the noise of long recordings \[s\].
 const MAX_NOISE_WAIT: f64 = 2.0;
-/// Smallest space between two ticks, horizontal and vertical [points].
+/// Smallest space between two ticks, horizontal and vertical \[points\].
 const TICK_SPACING: [f64; 2] = [80.0, 28.0];
 
 /// All visible pictures except the device's.
@@ -55,7 +55,7 @@ pub struct Line {
     pub points: Vec<[f64; 2]>,
     /// Its colour.
     pub color: Color32,
-    /// Its width [points].
+    /// Its width \[points\].
     pub width: f32,
     /// Whether it is dashed.
     pub dashed: bool,
@@ -70,7 +70,7 @@ pub struct Panel {
     pub x: Scale,
     /// Vertical axis.
     pub y: Scale,
-    /// Height inside its axes [points].
+    /// Height inside its axes \[points\].
     pub height: f64,
     /// Lines, from back to front.
     pub lines: Vec<Line>,
@@ -146,7 +146,7 @@ impl Sheet {
     }
 }
 
-/// Height of pictures without a time axis [points].
+/// Height of pictures without a time axis \[points\].
 const PLANE_HEIGHT: f64 = 320.0;
 
 /// Whether the noise of a visible recording is still being estimated.

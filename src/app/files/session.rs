@@ -14,7 +14,7 @@ use crate::atomic_write::folder_of;
 /// they stay in the session.
 ///
 /// # Errors
-/// [`SessionError::Io`], [`SessionError::Unwritable`].
+/// `SessionError::Io`, `SessionError::Unwritable`.
 pub fn save(
     path: &Path,
     setup: &Setup,
@@ -40,7 +40,7 @@ pub fn is_session(path: &Path) -> bool {
 /// path is looked for at its relative path, then in the session's folder.
 ///
 /// # Errors
-/// [`SessionError`]; the file is never changed.
+/// `SessionError`; the file is never changed.
 pub fn load(path: &Path) -> Result<Loaded, SessionError> {
     let fail = |source| SessionError::Io {
         path: path.to_owned(),

@@ -21,7 +21,7 @@ use crate::app::state::State;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
-/// Smallest and largest height of the picture [points].
+/// Smallest and largest height of the picture \[points\].
 const HEIGHT_RANGE: (f32, f32) = (110.0, 420.0);
 
 /// Shown on hovering: what is to scale.
@@ -63,7 +63,7 @@ struct Layout {
     mass_x: f32,
     /// Width and height of the mass.
     mass: eframe::egui::Vec2,
-    /// The level of the ground as drawn, if there is one [m].
+    /// The level of the ground as drawn, if there is one \[m\].
     ground: Option<f64>,
     low: f64,
     low_y: f32,
@@ -111,18 +111,18 @@ impl Layout {
         }
     }
 
-    /// Height on screen of a displacement [m].
+    /// Height on screen of a displacement \[m\].
     fn y(&self, x: f64) -> f32 {
         self.low_y - ((x - self.low) * self.scale) as f32
     }
 
-    /// Length of the longest arrow [points].
+    /// Length of the longest arrow \[points\].
     fn arrow(&self) -> f32 {
         (0.3 * self.area.height()).clamp(26.0, 70.0)
     }
 }
 
-/// Draws the device at `time` [s] (held within the run; the run's last sample if `None`)
+/// Draws the device at `time` \[s\] (held within the run; the run's last sample if `None`)
 /// in the room that `ui` has.
 pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
     let room = ui.available_size();

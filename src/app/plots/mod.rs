@@ -18,13 +18,13 @@ use self::frame::time_plot::{Common, TimePlot};
 use super::setup::view::Picture;
 use super::state::{Cursors, State};
 
-/// Space between two pictures [points].
+/// Space between two pictures \[points\].
 const PICTURE_SPACING: f32 = 6.0;
-/// Height of the line of text that replaces an empty picture [points].
+/// Height of the line of text that replaces an empty picture \[points\].
 const MESSAGE_HEIGHT: f32 = 20.0;
-/// Height of ticks and label of the time axis [points].
+/// Height of ticks and label of the time axis \[points\].
 const TIME_AXIS_HEIGHT: f32 = 36.0;
-/// Smallest height of the pictures without a time axis [points].
+/// Smallest height of the pictures without a time axis \[points\].
 const MIN_XY_HEIGHT: f32 = 190.0;
 
 /// Draws all pictures that are switched on and reacts to mouse and keys over them.
@@ -156,7 +156,7 @@ pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
     (plots, lines)
 }
 
-/// Smallest height [points], and share of the remaining height.
+/// Smallest height \[points\], and share of the remaining height.
 fn demand(picture: Picture) -> (f32, f32) {
     match picture {
         Picture::Trajectory => (150.0, 3.0),
@@ -178,7 +178,7 @@ fn heights(plots: &[TimePlot], space: f32) -> Vec<(Picture, f32)> {
         .collect()
 }
 
-/// Time at which the device is drawn [s].
+/// Time at which the device is drawn \[s\].
 fn device_time(state: &State) -> Option<f64> {
     frame::readout::time(state).or_else(|| {
         let snapshot = state.snapshot.as_ref()?;

@@ -13,9 +13,9 @@ use crate::model::drive::{VoltageTable, Waveform};
 pub enum DriveEntry {
     /// As on the command line: `square:15Hz:8V`.
     Waveform(String),
-    /// A chirp with the duration of its sweep [s].
+    /// A chirp with the duration of its sweep \[s\].
     Chirp { text: String, sweep: f64 },
-    /// Voltages [V] at times [s].
+    /// Voltages \[V\] at times \[s\].
     Table {
         name: String,
         time: Vec<f64>,
@@ -46,7 +46,7 @@ impl DriveEntry {
         }
     }
 
-    /// Reads it back, for a run of `duration` [s].
+    /// Reads it back, for a run of `duration` \[s\].
     ///
     /// # Errors
     /// What is wrong with it.

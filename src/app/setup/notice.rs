@@ -30,7 +30,7 @@ pub struct Notice {
     pub text: String,
     /// What it is about, if a button can help. Such a notice stays until it is dismissed.
     pub about: Option<About>,
-    /// When it was first shown, on the window's clock [s].
+    /// When it was first shown, on the window's clock \[s\].
     pub since: Option<f64>,
 }
 
@@ -50,7 +50,7 @@ impl Notice {
         !self.is_error && self.about.is_none()
     }
 
-    /// How long it stays [s], if it disappears by itself: long enough to be read twice.
+    /// How long it stays \[s\], if it disappears by itself: long enough to be read twice.
     pub fn seconds(&self) -> Option<f64> {
         self.is_timed()
             .then(|| 4.0 + 0.08 * self.text.chars().count() as f64)

@@ -15,10 +15,10 @@ pub struct ReferenceCurve {
     pub preset: Preset,
     /// Its drive.
     pub drive: DriveChoice,
-    /// Time shift of the recording that supplied the drive [s]. It is stored because the
+    /// Time shift of the recording that supplied the drive \[s\]. It is stored because the
     /// recording may be shifted later.
     pub shift: f64,
-    /// Simulated span [s].
+    /// Simulated span \[s\].
     pub duration: f64,
 }
 

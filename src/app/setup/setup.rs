@@ -18,7 +18,7 @@ pub struct Setup {
     pub original: Arc<Preset>,
     /// Its drive.
     pub drive: DriveChoice,
-    /// Span of the whole-span mode [s].
+    /// Span of the whole-span mode \[s\].
     pub duration: f64,
     /// Ids of parameters that are locked against change.
     pub locked: BTreeSet<String>,

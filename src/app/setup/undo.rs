@@ -4,7 +4,7 @@ use super::setup::Setup;
 
 /// Steps that can be undone.
 const MAX_STEPS: usize = 200;
-/// A change counts as finished when nothing has moved for this long [s].
+/// A change counts as finished when nothing has moved for this long \[s\].
 const SETTLE_TIME: f64 = 0.3;
 
 /// Setups to go back and forth between.
@@ -14,7 +14,7 @@ pub struct History {
     future: Vec<Setup>,
     /// The last finished setup.
     settled: Setup,
-    /// The setup seen last, and since when it has been like this [s].
+    /// The setup seen last, and since when it has been like this \[s\].
     seen: Setup,
     since: f64,
     /// Whether a button or a text field was held in the last frame.
@@ -35,7 +35,7 @@ impl History {
     }
 
     /// Looks at the setup once a frame. `interacting`: a button or a text field is held;
-    /// `now` [s]. Returns whether it must be called again soon for a change to settle.
+    /// `now` \[s\]. Returns whether it must be called again soon for a change to settle.
     pub fn observe(&mut self, setup: &Setup, interacting: bool, now: f64) -> bool {
         // A new interaction: the change before it is a step of its own, however soon the
         // new one follows.

@@ -73,7 +73,7 @@ pub struct View {
     pub show_events: bool,
     /// Curves that the person switched from their default visibility, as `Picture: name`.
     pub switched_curves: BTreeSet<String>,
-    /// Time span in view [s]; `None` is all of it.
+    /// Time span in view \[s\]; `None` is all of it.
     pub time_range: Option<(f64, f64)>,
     /// Name of the workspace.
     pub workspace: String,

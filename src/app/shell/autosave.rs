@@ -16,7 +16,7 @@ use crate::app::setup::setup::Setup;
 use crate::app::setup::view::View;
 use crate::app::state::State;
 
-/// Time without a change before the session is autosaved [s]. It spares the disk while a
+/// Time without a change before the session is autosaved \[s\]. It spares the disk while a
 /// slider is dragged.
 const AUTOSAVE_DELAY: f64 = 2.0;
 
@@ -26,7 +26,7 @@ const AUTOSAVE_DELAY: f64 = 2.0;
 pub(super) struct Autosave {
     /// The setup and view seen last.
     seen: (Setup, View),
-    /// When they changed, on the window's clock [s]; `None` once they are written.
+    /// When they changed, on the window's clock \[s\]; `None` once they are written.
     changed_at: Option<f64>,
     /// Number of the session written last or being written.
     requested: u64,

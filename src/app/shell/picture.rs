@@ -12,7 +12,7 @@ use crate::app::setup::drive_choice::Mode;
 
 /// Frames without work before the picture is taken: the layout has then settled.
 const SETTLED_FRAMES: u32 = 12;
-/// Time after which the picture is taken even if work goes on [s].
+/// Time after which the picture is taken even if work goes on \[s\].
 const MAX_WAIT: f64 = 120.0;
 
 /// Outcome of `--screenshot`, handed out of the event loop.

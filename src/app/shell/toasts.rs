@@ -14,9 +14,9 @@ use crate::app::theme;
 
 /// How many notices are shown at once; older ones are only counted.
 const MAX_SHOWN: usize = 4;
-/// Width of a notice [points].
+/// Width of a notice \[points\].
 const NOTICE_WIDTH: f32 = 400.0;
-/// Height left free for the status bar below [points].
+/// Height left free for the status bar below \[points\].
 const STATUS_BAR_HEIGHT: f32 = 34.0;
 
 /// What was clicked.

@@ -24,7 +24,7 @@ use crate::app::state::state;
 use crate::app::{theme, workspaces};
 use crate::model::preset::Preset;
 
-/// Time after which a change in progress is looked at again [s]: a little more than the
+/// Time after which a change in progress is looked at again \[s\]: a little more than the
 /// undo history needs to take it as finished.
 const UNDO_RECHECK: Duration = Duration::from_millis(350);
 

@@ -15,10 +15,10 @@ const HISTORY_SAMPLES: usize = 2_000_000;
 const MAX_VIEW_SAMPLES: usize = 200_000;
 /// Longest time of computing before new requests are taken.
 const MAX_SLICE: Duration = Duration::from_millis(20);
-/// Wall time between two pictures [s]. No step of the run is longer, so that slow motion
+/// Wall time between two pictures \[s\]. No step of the run is longer, so that slow motion
 /// moves in every picture.
 const FRAME_TIME: f64 = 1.0 / 60.0;
-/// Device time of a single step [s].
+/// Device time of a single step \[s\].
 const SINGLE_STEP_TIME: f64 = 1e-4;
 
 /// What a snapshot depends on.
@@ -39,7 +39,7 @@ pub struct Live {
     drive: Waveform,
     restarts: u64,
     steps: u64,
-    /// Start of the present pace: wall time, device time [s], and slow-down.
+    /// Start of the present pace: wall time, device time \[s\], and slow-down.
     pace: (Instant, f64, f64),
     /// Wall and device time at the last measurement of speed.
     measured: (Instant, f64),

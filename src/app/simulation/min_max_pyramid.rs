@@ -94,7 +94,7 @@ impl Default for Pyramid {
 }
 
 impl Pyramid {
-    /// The series `values[i]` at `t0 + i dt` [s]. NaN breaks the line. Without a positive `dt`
+    /// The series `values[i]` at `t0 + i dt` \[s\]. NaN breaks the line. Without a positive `dt`
     /// only the first sample is used.
     pub fn new(t0: f64, dt: f64, values: &[f64]) -> Self {
         let usable = t0.is_finite() && dt.is_finite() && dt > 0.0;
@@ -106,7 +106,7 @@ impl Pyramid {
         Self::build(Times::Even { t0, dt }, &values[..count])
     }
 
-    /// The series `values[i]` at increasing `times[i]` [s], as long as the shorter of the
+    /// The series `values[i]` at increasing `times[i]` \[s\], as long as the shorter of the
     /// two. The line is broken where samples are missing.
     pub fn xy(times: &[f64], values: &[f64]) -> Self {
         let count = times.len().min(values.len());
@@ -161,7 +161,7 @@ impl Pyramid {
         self.values.is_empty()
     }
 
-    /// Time of sample `i` [s]; past the end, that of the last sample.
+    /// Time of sample `i` \[s\]; past the end, that of the last sample.
     fn time(&self, i: usize) -> f64 {
         match &self.times {
             Times::Even { t0, dt } => t0 + i as f64 * dt,
@@ -172,7 +172,7 @@ impl Pyramid {
         }
     }
 
-    /// First sample at or after `t` [s]; the number of samples if there is none.
+    /// First sample at or after `t` \[s\]; the number of samples if there is none.
     fn at_or_after(&self, t: f64) -> usize {
         match &self.times {
             Times::Even { t0, dt } => {
@@ -192,7 +192,7 @@ impl Pyramid {
         }
     }
 
-    /// First and last time [s].
+    /// First and last time \[s\].
     pub fn span(&self) -> Option<(f64, f64)> {
         let last = self.len().checked_sub(1)?;
         Some((self.time(0), self.time(last)))
@@ -224,7 +224,7 @@ impl Pyramid {
         extent
     }
 
-    /// Value at `t` [s] by linear interpolation; `None` outside, in a gap or next to NaN.
+    /// Value at `t` \[s\] by linear interpolation; `None` outside, in a gap or next to NaN.
     pub fn value_at(&self, t: f64) -> Option<f64> {
         let last = self.len().checked_sub(1)?;
         let after = self.at_or_after(t);
@@ -247,7 +247,7 @@ impl Pyramid {
         value.is_finite().then_some(value)
     }
 
-    /// Minimum and maximum of the line from `t_min` to `t_max` [s].
+    /// Minimum and maximum of the line from `t_min` to `t_max` \[s\].
     pub fn value_range(&self, t_min: f64, t_max: f64) -> Option<(f64, f64)> {
         let from = self.at_or_after(t_min);
         let to = self.at_or_after(t_max).max(from);
@@ -265,7 +265,7 @@ impl Pyramid {
         self.extent(0..self.len()).known()
     }
 
-    /// The line from `t_min` to `t_max` [s] for `pixels` columns, as `[time, value]`. Few
+    /// The line from `t_min` to `t_max` \[s\] for `pixels` columns, as `[time, value]`. Few
     /// samples are given as they are; of many, each column has its first, minimum, maximum
     /// and last point. `[NaN, NaN]` breaks the line. One sample beyond each end is included,
     /// so that the line reaches the edge of the picture.

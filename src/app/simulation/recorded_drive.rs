@@ -11,7 +11,7 @@ use crate::model::drive::{VoltageTable, Waveform};
 /// The last recorded drive. Its table is built once, not in every frame.
 #[derive(Debug, Default)]
 pub struct RecordedDriveCache {
-    /// Recording and its time shift [s], and the drive made of them.
+    /// Recording and its time shift \[s\], and the drive made of them.
     entry: Option<((OverlayId, f64), Result<Waveform, String>)>,
 }
 
@@ -42,7 +42,7 @@ impl RecordedDriveCache {
         drive
     }
 
-    /// The time shift [s] with which recording `id` was made into `drive`; `None` if this
+    /// The time shift \[s\] with which recording `id` was made into `drive`; `None` if this
     /// drive came from elsewhere.
     pub fn shift_of(&self, id: OverlayId, drive: &Waveform) -> Option<f64> {
         match &self.entry {
@@ -52,7 +52,7 @@ impl RecordedDriveCache {
     }
 }
 
-/// The voltage of a recording as a drive, shifted by `shift` [s] as the recording is drawn.
+/// The voltage of a recording as a drive, shifted by `shift` \[s\] as the recording is drawn.
 ///
 /// # Errors
 /// Why it cannot be used.

@@ -15,7 +15,7 @@ pub struct SimulationRequest {
     pub model: Arc<Model>,
     /// Its drive, resolved.
     pub drive: Waveform,
-    /// Span of the whole-span mode, and of the view in live mode [s].
+    /// Span of the whole-span mode, and of the view in live mode \[s\].
     pub duration: f64,
     /// Whether forces are recorded.
     pub forces: bool,
@@ -27,7 +27,7 @@ pub struct SimulationRequest {
     pub slow_down: f64,
     /// Live: whether it is paused.
     pub paused: bool,
-    /// Live: time looked at while scrubbing [s].
+    /// Live: time looked at while scrubbing \[s\].
     pub scrub: Option<f64>,
     /// How many restarts were requested; a new count starts again at t = 0.
     pub restarts: u64,

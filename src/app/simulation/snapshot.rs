@@ -31,7 +31,7 @@ pub struct Snapshot {
     pub comparisons: Vec<OverlayComparison>,
     /// Computing time.
     pub cost: Duration,
-    /// Drive and span [s] of a run that starts at rest and can be repeated; a live one
+    /// Drive and span \[s\] of a run that starts at rest and can be repeated; a live one
     /// cannot.
     pub run_of: Option<(Waveform, f64)>,
     /// Set in Live mode.
@@ -54,9 +54,9 @@ pub struct OverlayComparison {
 /// How far a live run is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveState {
-    /// Simulated time reached [s]. While scrubbing, the trace ends earlier.
+    /// Simulated time reached \[s\]. While scrubbing, the trace ends earlier.
     pub time: f64,
-    /// Oldest time that can be scrubbed to [s].
+    /// Oldest time that can be scrubbed to \[s\].
     pub history_start: f64,
     /// Simulated seconds per wall second, as measured.
     pub speed: f64,

@@ -4,7 +4,7 @@ use eframe::egui::{Align2, Area, Frame, Id, Order, Rect, Ui, vec2};
 
 use super::text::small;
 
-/// Greatest width of the text [points].
+/// Greatest width of the text \[points\].
 const MAX_TEXT_WIDTH: f32 = 280.0;
 
 /// Says what is wrong with the widget at `widget`, on the side with more room. `salt`

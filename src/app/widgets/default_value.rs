@@ -18,12 +18,12 @@ pub fn embedded() -> &'static [Preset] {
     })
 }
 
-/// Default of a parameter [SI].
+/// Default of a parameter \[SI\].
 pub fn value(setup: &Setup, id: ParameterId) -> f64 {
     setup.original.model.parameters[id]
 }
 
-/// Default of parameter number `index` of an effect [SI]: from the preset if that has the
+/// Default of parameter number `index` of an effect \[SI\]: from the preset if that has the
 /// effect, else from the catalogue.
 pub fn effect_value(setup: &Setup, effect: &EffectSpec, index: usize) -> f64 {
     let own = &setup.original.model.effects;

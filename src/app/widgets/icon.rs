@@ -28,7 +28,7 @@ pub enum Icon {
     Restart,
 }
 
-/// Side of the square an icon takes up [points].
+/// Side of the square an icon takes up \[points\].
 pub const ICON_SIZE: f32 = 18.0;
 
 /// A frameless button with an icon. `label` is its name for screen readers and tests.

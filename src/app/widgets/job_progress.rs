@@ -5,7 +5,7 @@ use eframe::egui::{Button, ProgressBar, Ui};
 use super::text::small;
 use crate::app::analysis::job::Job;
 
-/// Width of a progress bar [points].
+/// Width of a progress bar \[points\].
 const BAR_WIDTH: f32 = 330.0;
 
 /// A button that cancels `job`; disabled once it was pressed.

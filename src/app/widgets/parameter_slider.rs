@@ -11,7 +11,7 @@ use super::slider_track::SliderTrack;
 use crate::model::parameter::{ParameterSpec, Scale};
 use crate::model::unit::format_quantity;
 
-/// Space between the parts of a row [points].
+/// Space between the parts of a row \[points\].
 const PART_GAP: f32 = 4.0;
 
 /// How much room a slider takes.
@@ -31,9 +31,9 @@ pub struct ParameterSlider<'a> {
     pub id: &'a str,
     /// The parameter, with the slider range of this device.
     pub spec: ParameterSpec,
-    /// Current value [SI].
+    /// Current value \[SI\].
     pub value: f64,
-    /// Value of the preset [SI], marked on the track; reset goes back to it.
+    /// Value of the preset \[SI\], marked on the track; reset goes back to it.
     pub original: f64,
     /// A locked slider does not move; `None` for one that cannot be locked.
     pub locked: Option<bool>,
@@ -46,7 +46,7 @@ pub struct ParameterSlider<'a> {
 /// What a person did with a [`ParameterSlider`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SliderOutput {
-    /// New value [SI].
+    /// New value \[SI\].
     pub value: Option<f64>,
     /// The lock was clicked.
     pub toggle_lock: bool,

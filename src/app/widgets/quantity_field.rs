@@ -13,11 +13,11 @@ pub struct QuantityField<'a> {
     pub id: Id,
     /// Name for screen readers and tests.
     pub label: &'a str,
-    /// The value [SI].
+    /// The value \[SI\].
     pub value: f64,
     /// Its SI unit, empty for a plain number.
     pub unit: &'a str,
-    /// Width of the field [points].
+    /// Width of the field \[points\].
     pub width: f32,
     /// A locked field is shown but cannot be changed.
     pub enabled: bool,
@@ -27,7 +27,7 @@ pub struct QuantityField<'a> {
 pub struct QuantityOutput {
     /// The field.
     pub response: Response,
-    /// A new value [SI], typed and accepted.
+    /// A new value \[SI\], typed and accepted.
     pub value: Option<f64>,
     /// Why the text in the field cannot be read.
     pub error: Option<String>,
@@ -39,7 +39,7 @@ struct Draft {
     text: String,
     /// Text when typing began. If it is unchanged, so is the value.
     start: String,
-    /// Value when typing began [SI].
+    /// Value when typing began \[SI\].
     value: f64,
     error: Option<String>,
 }

@@ -29,7 +29,7 @@ pub struct SliderTrack<'a> {
     pub enabled: bool,
     /// Whether it is drawn in the colour of errors.
     pub error: bool,
-    /// Width and height [points].
+    /// Width and height \[points\].
     pub size: Vec2,
 }
 
@@ -47,7 +47,7 @@ pub struct TrackOutput {
     pub reset: bool,
 }
 
-/// A drag in progress: its unclamped position, and the last x of the pointer [points].
+/// A drag in progress: its unclamped position, and the last x of the pointer \[points\].
 #[derive(Debug, Clone, Copy)]
 struct Drag {
     fraction: f64,

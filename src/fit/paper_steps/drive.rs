@@ -35,9 +35,9 @@ const SLOW_CYCLE_REMEDY: &str = "record whole slow cycles of the voltage besides
 /// A point of the figure: one block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DrivePoint {
-    /// Time of its middle [s].
+    /// Time of its middle \[s\].
     pub time: f64,
-    /// Mean voltage [V].
+    /// Mean voltage \[V\].
     pub voltage: f64,
     /// `gc` that the mean displacement stands for.
     pub gain: f64,
@@ -52,7 +52,7 @@ pub struct BranchFit {
     pub coefficients: [f64; 4],
     /// Their standard errors.
     pub errors: [f64; 4],
-    /// Voltages between which it was seen [V].
+    /// Voltages between which it was seen \[V\].
     pub seen: (f64, f64),
     /// Root mean square of what the polynomial leaves, in units of `gc`.
     pub scatter: f64,
@@ -169,7 +169,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
     })
 }
 
-/// Lowest and highest voltage of some points [V].
+/// Lowest and highest voltage of some points \[V\].
 fn range(points: &[DrivePoint]) -> (f64, f64) {
     let all = points.iter().map(|p| p.voltage);
     all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
@@ -182,7 +182,7 @@ fn names(recordings: &[Arc<Recording>]) -> String {
     names.join(", ")
 }
 
-/// Static displacement of the proof mass per unit of `gc` [m].
+/// Static displacement of the proof mass per unit of `gc` \[m\].
 fn gain_scale(model: &Model) -> Result<f64, StepError> {
     let lacks = |what| StepError::Device {
         device: model.name.clone(),
@@ -287,7 +287,7 @@ fn blocks(
     Ok(found)
 }
 
-/// By how much slow motion of the proof mass is behind the drive [s]: each mode by its
+/// By how much slow motion of the proof mass is behind the drive \[s\]: each mode by its
 /// `2 zeta / w`, weighted by its share of the static displacement.
 fn static_lag(structure: &Structure) -> f64 {
     let (mut behind, mut whole) = (0.0, 0.0);
@@ -299,7 +299,7 @@ fn static_lag(structure: &Structure) -> f64 {
     behind / whole
 }
 
-/// How far the voltage moves within a block [V].
+/// How far the voltage moves within a block \[V\].
 fn drive_range(recording: &Recording, block: std::ops::Range<usize>) -> f64 {
     let volts = recording.voltage.as_deref().unwrap_or_default();
     let finite = volts[block].iter().copied().filter(|v| v.is_finite());

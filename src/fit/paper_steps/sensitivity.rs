@@ -24,7 +24,7 @@ use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::sim::SimError;
 
-/// By how much `dp` is shifted [m].
+/// By how much `dp` is shifted \[m\].
 pub const ZERO_SHIFT: f64 = 20e-6;
 /// Loss while the moved point settles: hardly robust.
 const START_LOSS: Huber = Huber(1e3);

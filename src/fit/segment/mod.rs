@@ -59,7 +59,7 @@ pub struct Segment {
     /// The drive's pieces that it needs.
     pub pieces: Vec<Piece>,
     /// Unknowns: coordinates, velocities, then for each joint its time, and for a
-    /// bounce the velocity after. In the units of [`Segment::unit`].
+    /// bounce the velocity after. In the units of `Segment`.
     pub locals: Vec<f64>,
     /// Unit of each unknown.
     pub units: Vec<f64>,

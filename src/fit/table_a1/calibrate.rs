@@ -25,9 +25,9 @@ pub const FREE_PARAMETERS: [ParameterId; 7] = [
 
 /// Most generations of each of the five searches.
 pub const MAX_GENERATIONS: usize = 60;
-/// Errors that count the same: peak [relative], contact [relative to it or to 1 ms], bounces.
+/// Errors that count the same: peak \[relative\], contact [relative to it or to 1 ms], bounces.
 const ERROR_SCALES: [f64; 3] = [0.1, 0.3, 2.0];
-/// Smallest scale of a contact's error [s]: below it, the error is relative to this.
+/// Smallest scale of a contact's error \[s\]: below it, the error is relative to this.
 const MIN_CONTACT_SCALE: f64 = 1e-3;
 /// Samples per second; features need no more.
 const SAMPLING_RATE: f64 = 25e3;
@@ -50,7 +50,7 @@ pub struct Misfit {
 /// A frequency held out of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// The frequency [Hz].
+    /// The frequency \[Hz\].
     pub frequency: f64,
     /// Parameters fitted to the other frequencies, SI, in the order of [`FREE_PARAMETERS`].
     pub values: Vec<f64>,

@@ -146,7 +146,7 @@ pub fn statistics(rows: &[Row], column: Column) -> Statistics {
     }
 }
 
-/// Span over which a case is simulated [s].
+/// Span over which a case is simulated \[s\].
 pub fn span(case: &Case) -> f64 {
     let slow = case.frequency < 10.0;
     let periods = if slow {

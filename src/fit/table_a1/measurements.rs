@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use crate::model::drive::Waveform;
 use crate::recording::features::Features;
 
-/// Frequencies [Hz], voltages [V], signals, bounces, peaks [um] and contacts [ms] of the
+/// Frequencies \[Hz\], voltages \[V\], signals, bounces, peaks \[um\] and contacts \[ms\] of the
 /// paper's simulation and of the experiment.
 const TABLE_A1_CSV: &str = include_str!("../../../assets/table_a1.csv");
 
@@ -14,9 +14,9 @@ const TABLE_A1_CSV: &str = include_str!("../../../assets/table_a1.csv");
 pub struct Figures {
     /// Bounces before the sustained contact.
     pub bounces: Option<f64>,
-    /// Peak oscillation amplitude [m].
+    /// Peak oscillation amplitude \[m\].
     pub peak: Option<f64>,
-    /// Time in contact [s].
+    /// Time in contact \[s\].
     pub contact: Option<f64>,
 }
 
@@ -38,9 +38,9 @@ impl Figures {
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
-    /// Drive frequency [Hz].
+    /// Drive frequency \[Hz\].
     pub frequency: f64,
-    /// Drive amplitude [V].
+    /// Drive amplitude \[V\].
     pub amplitude: f64,
     /// Square or sine.
     pub square: bool,

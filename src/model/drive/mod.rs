@@ -64,7 +64,7 @@ pub enum Waveform {
         amplitude: f64,
         lambda: f64,
     },
-    /// Sine whose frequency goes linearly from `from` to `to` over `duration` [s].
+    /// Sine whose frequency goes linearly from `from` to `to` over `duration` \[s\].
     Chirp {
         from: f64,
         to: f64,
@@ -79,9 +79,9 @@ pub enum Waveform {
 /// where it continues smoothly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
-    /// Begin [s].
+    /// Begin \[s\].
     pub start: f64,
-    /// End [s]; infinite where nothing more changes.
+    /// End \[s\]; infinite where nothing more changes.
     pub end: f64,
     /// The voltage.
     pub shape: Shape,
@@ -92,7 +92,7 @@ pub struct Segment {
 /// A smooth voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// Constant [V].
+    /// Constant \[V\].
     Constant { voltage: f64 },
     /// `voltage + slope (t - at)`.
     Line { voltage: f64, slope: f64, at: f64 },
@@ -109,7 +109,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Voltage [V] at `t` [s].
+    /// Voltage \[V\] at `t` \[s\].
     #[inline]
     pub fn voltage(&self, t: f64) -> f64 {
         match *self {
@@ -132,7 +132,7 @@ impl Shape {
         }
     }
 
-    /// Rate of change [V/s] at `t` [s].
+    /// Rate of change [V/s] at `t` \[s\].
     pub fn slope(&self, t: f64) -> f64 {
         match *self {
             Shape::Constant { .. } => 0.0,
@@ -154,7 +154,7 @@ impl Shape {
         }
     }
 
-    /// A rate of change [V/s] that is not exceeded between `from` and `to` [s].
+    /// A rate of change [V/s] that is not exceeded between `from` and `to` \[s\].
     pub fn steepest(&self, from: f64, to: f64) -> f64 {
         match *self {
             Shape::Constant { .. } => 0.0,
@@ -176,12 +176,12 @@ impl Shape {
 }
 
 impl Waveform {
-    /// Voltage [V] at `t` [s].
+    /// Voltage \[V\] at `t` \[s\].
     pub fn voltage(&self, t: f64) -> f64 {
         self.segment(self.index_at(t)).shape.voltage(t)
     }
 
-    /// The longest time over which the voltage repeats [s], if it does.
+    /// The longest time over which the voltage repeats \[s\], if it does.
     pub fn period(&self) -> Option<f64> {
         match self {
             Waveform::Sine { frequency, .. }
@@ -245,7 +245,7 @@ impl Waveform {
         }
     }
 
-    /// Largest voltage by magnitude [V].
+    /// Largest voltage by magnitude \[V\].
     pub fn amplitude(&self) -> f64 {
         match self {
             Waveform::Rest => 0.0,

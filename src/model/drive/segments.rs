@@ -88,7 +88,7 @@ impl Waveform {
         }
     }
 
-    /// Number of the segment that holds `t` [s] (its start included).
+    /// Number of the segment that holds `t` \[s\] (its start included).
     pub fn index_at(&self, t: f64) -> usize {
         let guess = match self {
             Waveform::Rest => return 0,

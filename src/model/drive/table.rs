@@ -27,8 +27,8 @@ impl PartialEq for VoltageTable {
 }
 
 impl VoltageTable {
-    /// Builds a table from samples at increasing times [s]. A reversal smaller than
-    /// `deadband` [V] counts as noise and does not change the hysteresis branch.
+    /// Builds a table from samples at increasing times \[s\]. A reversal smaller than
+    /// `deadband` \[V\] counts as noise and does not change the hysteresis branch.
     ///
     /// # Errors
     /// [`DriveError::Table`] if empty, of unequal lengths, not finite or not increasing in time.
@@ -88,7 +88,7 @@ impl VoltageTable {
     }
 
     /// A table that follows `pieces` in order of time, with a point at least every
-    /// `interval` [s] between `start` and `end`; jumps take a nanosecond.
+    /// `interval` \[s\] between `start` and `end`; jumps take a nanosecond.
     ///
     /// # Errors
     /// As [`VoltageTable::new`].
@@ -123,17 +123,17 @@ impl VoltageTable {
         self.voltage.iter().fold(0.0, |a, v| a.max(v.abs()))
     }
 
-    /// The samples: times [s] and voltages [V], as many of each.
+    /// The samples: times \[s\] and voltages \[V\], as many of each.
     pub fn samples(&self) -> (&[f64], &[f64]) {
         (&self.time, &self.voltage)
     }
 
-    /// The samples: times [s] and voltages [V].
+    /// The samples: times \[s\] and voltages \[V\].
     pub fn points(&self) -> (&[f64], &[f64]) {
         (&self.time, &self.voltage)
     }
 
-    /// Time of the last sample [s].
+    /// Time of the last sample \[s\].
     pub fn end(&self) -> f64 {
         self.time.last().copied().unwrap_or(0.0)
     }

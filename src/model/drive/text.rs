@@ -7,7 +7,7 @@ use crate::model::unit::parse_quantity;
 
 impl Waveform {
     /// Reads the forms of the command line but for files: `square:15Hz:8V`. A chirp
-    /// sweeps over `duration` [s].
+    /// sweeps over `duration` \[s\].
     ///
     /// # Errors
     /// [`DriveError`]; `table:` and `recorded` are [`DriveError::Unknown`] here, as they

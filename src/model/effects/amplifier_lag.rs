@@ -24,7 +24,7 @@ const SEARCH_STEPS: usize = 400;
 /// Difference of the voltages that counts as none, as a share of them.
 const EQUAL: f64 = 1e-12;
 
-/// Shortest time constant that is looked for [s].
+/// Shortest time constant that is looked for \[s\].
 const SHORTEST_LAG: f64 = 1e-6;
 /// Share of its delay that an amplifier with both lags owes to the bounded rate in a first guess.
 const DELAY_SHARE_OF_RATE: f64 = 0.75;
@@ -161,7 +161,7 @@ fn form_errors(values: &[f64], tolerance: &FormTolerance) -> Vec<FormError> {
     all.into_iter().map(FormError::Everywhere).collect()
 }
 
-/// States: the lagged voltage [V] if there is a time constant, then what a bounded pace
+/// States: the lagged voltage \[V\] if there is a time constant, then what a bounded pace
 /// remembers if there is one.
 #[derive(Debug)]
 struct AmplifierLag {
@@ -203,7 +203,7 @@ impl AmplifierLag {
     }
 
     /// The first instant at which `holds` is true of how far the voltage is ahead of the lagged
-    /// one [V], while that settles, if it does before `end`.
+    /// one \[V\], while that settles, if it does before `end`.
     fn instant(
         &self,
         shape: &Shape,

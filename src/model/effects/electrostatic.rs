@@ -14,7 +14,7 @@ const EPSILON_0: f64 = 8.854_187_812_8e-12;
 /// The plates are never nearer than this share of the gap: the force stays finite.
 const NEAREST: f64 = 1e-3;
 
-/// Least distance of the electrodes at contact [m].
+/// Least distance of the electrodes at contact \[m\].
 const LEAST_GAP: f64 = 2e-6;
 
 /// The effect.

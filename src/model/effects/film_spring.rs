@@ -99,7 +99,7 @@ fn starts(motion: &Motion) -> Vec<Start> {
         .collect()
 }
 
-/// State: the film's force [N]. While the mass is held the gas goes on flowing away, and
+/// State: the film's force \[N\]. While the mass is held the gas goes on flowing away, and
 /// its force on the mass counts in the balance.
 #[derive(Debug)]
 struct FilmSpring {
@@ -110,7 +110,7 @@ struct FilmSpring {
     max_time_ratio: f64,
     /// Thickness over that at contact from which the rate is the fastest.
     far: f64,
-    /// Thickness of the film where the mass is at zero, and at contact [m].
+    /// Thickness of the film where the mass is at zero, and at contact \[m\].
     gap: f64,
     thinnest: f64,
 }

@@ -82,7 +82,7 @@ fn starts(motion: &Motion) -> Vec<Start> {
     lags.into_iter().chain([0.05, 0.25].map(delay)).collect()
 }
 
-/// States: the lagged reading of the proof mass and of the cantilever [m].
+/// States: the lagged reading of the proof mass and of the cantilever \[m\].
 #[derive(Debug)]
 struct SensorLag {
     rates: Vec<f64>,

@@ -40,7 +40,7 @@ pub struct Preset {
     pub about: String,
     /// Usual drive, as on the command line.
     pub drive: String,
-    /// Usual span [s].
+    /// Usual span \[s\].
     pub duration: f64,
     /// The device.
     pub model: Model,

@@ -1,6 +1,6 @@
 //! One line of a file: its cells, whether it is a comment, and its text for the screen.
 
-/// Longest cell shown [characters].
+/// Longest cell shown \[characters\].
 const MAX_SHOWN_CHARS: usize = 60;
 
 /// The cells of a line. Quotes keep a delimiter inside a cell.

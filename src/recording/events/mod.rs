@@ -184,7 +184,7 @@ fn contact_of(
     })
 }
 
-/// Time between `start` and `end` [s] in which straight lines through samples
+/// Time between `start` and `end` \[s\] in which straight lines through samples
 /// `first..=last` lie above `touch`.
 fn time_above(
     time: TimeAxis,

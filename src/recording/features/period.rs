@@ -76,9 +76,9 @@ fn by_clock(time: TimeAxis, n: usize, period: f64, contacts: &[Contact]) -> Vec<
 /// First and last sample at the top or the bottom.
 type Stay = (usize, usize);
 
-/// When the voltage leaves its top or bottom [s]: at the end of a plateau, but in the
+/// When the voltage leaves its top or bottom \[s\]: at the end of a plateau, but in the
 /// middle of a turn such as a sine's, where it goes back from one sample to the next.
-/// A turn is about `edge` [V] deep, a plateau as deep as the noise.
+/// A turn is about `edge` \[V\] deep, a plateau as deep as the noise.
 fn leaving(time: TimeAxis, voltage: &[f64], (first, last): Stay, edge: f64) -> f64 {
     let (from, to) = (time.at(first), time.at(last));
     let mean = |low: f64, high: f64| {

@@ -22,7 +22,7 @@ impl Device {
         }
     }
 
-    /// Film force on the proof mass [N].
+    /// Film force on the proof mass \[N\].
     #[inline]
     pub fn film_force(&self, xp: f64, vp: f64) -> f64 {
         self.film.map_or(0.0, |film| {
@@ -63,7 +63,7 @@ impl Device {
         })
     }
 
-    /// All effects' forces on the proof mass [N], but for friction and what they make of
+    /// All effects' forces on the proof mass \[N\], but for friction and what they make of
     /// the film.
     pub fn effect_force(&self, at: &Kinematics, z: &[f64]) -> f64 {
         self.effects
@@ -75,14 +75,14 @@ impl Device {
             .sum()
     }
 
-    /// Film force on the proof mass with what effects make of it [N].
+    /// Film force on the proof mass with what effects make of it \[N\].
     pub fn altered_film_force(&self, at: &Kinematics, z: &[f64]) -> f64 {
         self.effects.iter().fold(at.film, |film, e| {
             e.action.film_force(film, &z[e.first..e.first + e.count])
         })
     }
 
-    /// What pulls the held mass besides structure and drive [N]: effects' forces, the
+    /// What pulls the held mass besides structure and drive \[N\]: effects' forces, the
     /// film that they alter, and the base.
     pub fn force_on_held(&self, at: &Kinematics, z: &[f64]) -> f64 {
         if self.effects.is_empty() {
@@ -92,7 +92,7 @@ impl Device {
         self.effect_force(at, z) + film - self.base_acceleration(at.t) / self.mobility
     }
 
-    /// Voltage that the piezo film sees [V].
+    /// Voltage that the piezo film sees \[V\].
     pub(super) fn film_voltage(&self, at: &Kinematics, z: &[f64]) -> f64 {
         self.effects.iter().fold(at.voltage, |voltage, e| {
             let own = &z[e.first..e.first + e.count];
@@ -100,7 +100,7 @@ impl Device {
         })
     }
 
-    /// Force where the piezo drives the cantilever [N]; notes the gain in `at`.
+    /// Force where the piezo drives the cantilever \[N\]; notes the gain in `at`.
     pub fn drive_force(&self, at: &mut Kinematics, branch: Branch, z: &[f64]) -> f64 {
         let Some(piezo) = self.piezo else {
             return 0.0;
@@ -125,7 +125,7 @@ impl Device {
         own.all(|own| a[own.clone()] == b[own])
     }
 
-    /// The piezo's force at a voltage [N], without effects.
+    /// The piezo's force at a voltage \[N\], without effects.
     #[inline]
     pub fn piezo_force(&self, voltage: f64, branch: Branch) -> f64 {
         self.piezo

@@ -8,8 +8,8 @@ impl Device {
         self.compliant.is_some()
     }
 
-    /// Force on the mass from a compliant ground [N]: its reaction at a depth [m] and rate
-    /// [m/s], less the adhesion after `contact_time` [s].
+    /// Force on the mass from a compliant ground \[N\]: its reaction at a depth \[m\] and rate
+    /// [m/s], less the adhesion after `contact_time` \[s\].
     pub fn contact_force(&self, depth: f64, rate: f64, contact_time: f64) -> f64 {
         let law = self.compliant.and_then(|i| self.effects.get(i));
         let reaction = law.and_then(|e| e.action.contact_force(depth, rate));
@@ -26,7 +26,7 @@ impl Device {
         )
     }
 
-    /// Level of the ground at `t` [m].
+    /// Level of the ground at `t` \[m\].
     #[inline]
     pub fn ground_level(&self, t: f64) -> f64 {
         let level = self.ground.map_or(f64::NEG_INFINITY, |g| g.level);
@@ -35,13 +35,13 @@ impl Device {
             .fold(level, |level, e| e.action.ground_level(level, t))
     }
 
-    /// When the ground jumps for the first time after `from`, before `to` [s].
+    /// When the ground jumps for the first time after `from`, before `to` \[s\].
     pub fn ground_jump(&self, from: f64, to: f64) -> Option<f64> {
         let jumps = self.effects.iter().filter_map(|e| e.action.ground_jump());
         jumps.filter(|&t| from < t && t < to).min_by(f64::total_cmp)
     }
 
-    /// Adhesion after `contact_time` [N].
+    /// Adhesion after `contact_time` \[N\].
     #[inline]
     pub fn adhesion(&self, contact_time: f64) -> f64 {
         let adhesion = self.ground.map_or(0.0, |g| g.adhesion(contact_time));

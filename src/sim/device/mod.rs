@@ -48,18 +48,18 @@ pub(super) struct Device {
     pub held_modes: Vec<Oscillator>,
     /// Decay rates of the extra states.
     pub rates: Vec<f64>,
-    /// Which of them are forces on the proof mass [N].
+    /// Which of them are forces on the proof mass \[N\].
     pub force_states: Vec<bool>,
     pub ground: Option<Ground>,
     film: Option<SqueezeFilm>,
-    /// Thickness below which the film counts as no thinner [m]; 0 leaves it singular.
+    /// Thickness below which the film counts as no thinner \[m\]; 0 leaves it singular.
     thinnest_film: f64,
     piezo: Option<Piezo>,
     eta: f64,
     effects: Vec<Attached>,
     /// Extra states on which the drive's force depends.
     drive_states: Vec<Range<usize>>,
-    /// Coulomb friction of the mass [N].
+    /// Coulomb friction of the mass \[N\].
     pub friction: f64,
     /// See [`Self::is_moved_by_effects`].
     moved: bool,
@@ -79,7 +79,7 @@ pub(super) struct Device {
     pub anchor_c: f64,
     pub sensor: Sensor,
     pub has_cantilever: bool,
-    /// Longest time over which an error in velocity grows into displacement [s].
+    /// Longest time over which an error in velocity grows into displacement \[s\].
     pub time_scale: f64,
     /// Displacement and velocity of the proof mass at t = 0.
     pub initial: (f64, f64),
@@ -188,7 +188,7 @@ impl Device {
         self.moved
     }
 
-    /// Longest step that follows the structure's motion, in flight and held [s].
+    /// Longest step that follows the structure's motion, in flight and held \[s\].
     pub fn longest_step(&self) -> f64 {
         self.flight
             .iter()
@@ -260,7 +260,7 @@ struct AttachedEffects {
     effects: Vec<Attached>,
     /// Decay rate of each extra state [1/s].
     rates: Vec<f64>,
-    /// Whether each extra state is a force on the proof mass [N].
+    /// Whether each extra state is a force on the proof mass \[N\].
     force_states: Vec<bool>,
 }
 
@@ -361,7 +361,7 @@ impl Pull {
     }
 }
 
-/// One over the lowest angular frequency of the modes [s]; 1 s if none is bound.
+/// One over the lowest angular frequency of the modes \[s\]; 1 s if none is bound.
 fn longest_time_constant(flight: &[Oscillator]) -> f64 {
     let slowest = flight
         .iter()

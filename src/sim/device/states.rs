@@ -84,7 +84,7 @@ impl Device {
         settled
     }
 
-    /// The sensor's reading of a point that is at `x` [m] at time `t`.
+    /// The sensor's reading of a point that is at `x` \[m\] at time `t`.
     #[inline]
     pub fn reading(&self, x: f64, point: Point, t: f64, z: &[f64]) -> f64 {
         self.apparent(x, point, t, z)
@@ -148,7 +148,7 @@ impl Device {
         self.effects.iter().find(lagged).map(|e| e.first)
     }
 
-    /// Time by which all readings are late [s].
+    /// Time by which all readings are late \[s\].
     pub fn reading_delay(&self) -> f64 {
         self.effects
             .iter()

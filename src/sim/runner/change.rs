@@ -9,7 +9,7 @@ use crate::sim::output::FastModes;
 use crate::sim::step::tables::phase_tables;
 use crate::sim::step::{Step, Touch};
 
-/// Shortest limit of the step length [s]. Below it a run would hardly advance.
+/// Shortest limit of the step length \[s\]. Below it a run would hardly advance.
 const LEAST_LIMIT: f64 = 1e-7;
 
 impl Runner {
@@ -80,7 +80,7 @@ impl Runner {
         Ok(())
     }
 
-    /// From now on no step is longer than `longest` [s].
+    /// From now on no step is longer than `longest` \[s\].
     pub fn limit_step(&mut self, longest: f64) {
         self.options.longest_step = Some(longest.max(LEAST_LIMIT));
         [self.flight_tables, self.held_tables] =

@@ -236,7 +236,7 @@ impl Runner {
         device.pull_held(&self.r, &self.dr, level, drive, on_mass)
     }
 
-    /// Pull-off force that releases the mass after `contact_time` [s]: adhesion plus friction.
+    /// Pull-off force that releases the mass after `contact_time` \[s\]: adhesion plus friction.
     pub(super) fn threshold(&self, contact_time: f64) -> f64 {
         self.device.adhesion(contact_time).max(0.0) + self.device.friction
     }

@@ -62,7 +62,7 @@ impl Runner {
         self.next_sample = sink.next_sample();
     }
 
-    /// Samples of a held step up to fraction `s`. The mass is on the ground since `since` [s], or
+    /// Samples of a held step up to fraction `s`. The mass is on the ground since `since` \[s\], or
     /// held by friction.
     pub(super) fn emit_held(
         &mut self,

@@ -21,12 +21,12 @@ use crate::model::drive::{Segment, Waveform};
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Flight,
-    /// On the ground since `since` [s], at `level` [m].
+    /// On the ground since `since` \[s\], at `level` \[m\].
     Held {
         since: f64,
         level: f64,
     },
-    /// Held by friction at `level` [m], away from a rigid ground.
+    /// Held by friction at `level` \[m\], away from a rigid ground.
     Stuck {
         level: f64,
     },
@@ -61,7 +61,7 @@ pub struct Runner {
     flight_sampling: Vec<[f64; 4]>,
     held_sampling: Vec<[f64; 4]>,
     level: usize,
-    /// Delay of the samples [s].
+    /// Delay of the samples \[s\].
     delay: f64,
     next_sample: u64,
     steps: u64,
@@ -172,12 +172,12 @@ impl Runner {
         }
     }
 
-    /// Time reached [s].
+    /// Time reached \[s\].
     pub fn time(&self) -> f64 {
         self.t
     }
 
-    /// Advances beyond `until` [s]. Samples, events and contacts are appended to `trace`. Only
+    /// Advances beyond `until` \[s\]. Samples, events and contacts are appended to `trace`. Only
     /// whole steps are taken, so that the run may end a little later. The result is the same in one
     /// piece or in many.
     ///

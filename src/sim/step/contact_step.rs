@@ -8,7 +8,7 @@ use crate::sim::device::{Device, dot};
 use crate::sim::nodes::{S, top_coefficient};
 
 impl Step {
-    /// A step with the proof mass held at `level` [m]. `q`, `v` are held coordinates.
+    /// A step with the proof mass held at `level` \[m\]. `q`, `v` are held coordinates.
     #[allow(clippy::too_many_arguments)]
     pub fn held_step(
         &mut self,

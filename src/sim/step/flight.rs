@@ -13,7 +13,7 @@ use crate::sim::nodes::{S, top_coefficient};
 impl Step {
     /// A step of flight from `(q, v, z)` at `t`.
     ///
-    /// `tolerance` [m] bounds the iteration's remaining error; the discretisation's is
+    /// `tolerance` \[m\] bounds the iteration's remaining error; the discretisation's is
     /// left in `self.error` for the caller to judge.
     #[allow(clippy::too_many_arguments)]
     pub fn flight_step(

@@ -44,9 +44,9 @@ const NEGLIGIBLE_STATE_SHARE: f64 = 1e-3;
 /// The mass in a compliant ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
-    /// Level at which the ground begins [m].
+    /// Level at which the ground begins \[m\].
     pub level: f64,
-    /// When contact began [s].
+    /// When contact began \[s\].
     pub since: f64,
 }
 
@@ -62,12 +62,12 @@ pub(super) struct Step {
     /// Proof mass at the points.
     pub xp: [f64; S],
     pub vp: [f64; S],
-    /// Forces at the points [N].
+    /// Forces at the points \[N\].
     pub force: [f64; S],
     pub drive: [f64; S],
     /// Acceleration of the base at the points [m/s^2].
     base: [f64; S],
-    /// Voltage of the drive at the points [V].
+    /// Voltage of the drive at the points \[V\].
     voltage: [f64; S],
     /// What effects see at the points.
     seen: [Kinematics; S],
@@ -93,7 +93,7 @@ pub(super) struct Step {
     /// Each mode's motion between the points.
     pub swings: Vec<Swing>,
     modes: usize,
-    /// Estimated error of the step, as displacement of the proof mass [m].
+    /// Estimated error of the step, as displacement of the proof mass \[m\].
     pub error: f64,
 }
 

@@ -75,7 +75,7 @@ impl Tables {
         self
     }
 
-    /// Step length of a level [s].
+    /// Step length of a level \[s\].
     pub fn length(&self, level: usize) -> f64 {
         self.lengths[level]
     }

@@ -13,38 +13,38 @@ use crate::sim::{EventKind, Trace};
 /// short one.
 const MAX_EXTREME_SAMPLES: usize = 20_000;
 
-/// Film force with an arrow of full length if the run has no recorded forces [N]. The
+/// Film force with an arrow of full length if the run has no recorded forces \[N\]. The
 /// paper's abstract gives 50 to 130 nN.
 const TYPICAL_FILM_FORCE: f64 = 1e-7;
 
 /// The device at one time. Displacements are those of the device, without sensor offsets.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Moment {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Drive voltage [V].
+    /// Drive voltage \[V\].
     pub voltage: Option<f64>,
-    /// Displacement of the proof mass [m].
+    /// Displacement of the proof mass \[m\].
     pub xp: f64,
-    /// The same as the sensor and the curves show it [m].
+    /// The same as the sensor and the curves show it \[m\].
     pub reading: f64,
-    /// Displacement of the cantilever's centre [m].
+    /// Displacement of the cantilever's centre \[m\].
     pub xc: Option<f64>,
     /// Velocity of the proof mass [m/s].
     pub velocity: f64,
-    /// Start of the present contact [s].
+    /// Start of the present contact \[s\].
     pub contact_since: Option<f64>,
-    /// Piezo drive [N].
+    /// Piezo drive \[N\].
     pub drive: Option<f64>,
-    /// Gas film on the mass [N].
+    /// Gas film on the mass \[N\].
     pub film: Option<f64>,
-    /// Adhesion limit at this time [N]; only in contact.
+    /// Adhesion limit at this time \[N\]; only in contact.
     pub adhesion: Option<f64>,
-    /// Force of the ground on the mass [N]; only in contact.
+    /// Force of the ground on the mass \[N\]; only in contact.
     pub ground: Option<f64>,
-    /// Force with which the structure pulls the mass off [N]; only in contact.
+    /// Force with which the structure pulls the mass off \[N\]; only in contact.
     pub pull_off: Option<f64>,
-    /// All effects on the mass [N].
+    /// All effects on the mass \[N\].
     pub effects: Option<f64>,
     /// Their name: that of the only one, or "effects".
     pub effects_name: &'static str,
@@ -74,7 +74,7 @@ impl Place {
     }
 }
 
-/// Start of the contact at time `t` [s]. A contact without end lasts to the end of the run.
+/// Start of the contact at time `t` \[s\]. A contact without end lasts to the end of the run.
 fn contact_since(trace: &Trace, t: f64) -> Option<f64> {
     let after = trace.contacts.partition_point(|&(start, _)| start <= t);
     let &(start, end) = trace.contacts.get(after.checked_sub(1)?)?;
@@ -89,7 +89,7 @@ fn contact_since(trace: &Trace, t: f64) -> Option<f64> {
 }
 
 impl Moment {
-    /// The run at `time` [s], held within the run; its last sample if `None`. `None` for
+    /// The run at `time` \[s\], held within the run; its last sample if `None`. `None` for
     /// a run without a finite displacement there.
     pub fn new(state: &State, snapshot: &Snapshot, time: Option<f64>) -> Option<Self> {
         let trace = &*snapshot.trace;
@@ -193,15 +193,15 @@ impl Moment {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extremes {
     key: (u64, usize),
-    /// Lowest and highest level that must fit the picture [m].
+    /// Lowest and highest level that must fit the picture \[m\].
     pub low: f64,
     /// See `low`.
     pub high: f64,
-    /// Largest film force [N].
+    /// Largest film force \[N\].
     pub film: f64,
-    /// Largest drive force [N].
+    /// Largest drive force \[N\].
     pub drive: f64,
-    /// Largest of the other forces on the mass [N].
+    /// Largest of the other forces on the mass \[N\].
     pub contact: f64,
     /// Largest speed of the mass [m/s].
     pub speed: f64,

@@ -81,7 +81,7 @@ pub(super) fn leader(painter: &Painter, from: Pos2, to: Pos2, color: Color32) {
     painter.circle_filled(to, 1.8, color);
 }
 
-/// A vertical arrow from `from`, upwards for a positive `length` [points]. Arrows shorter
+/// A vertical arrow from `from`, upwards for a positive `length` \[points\]. Arrows shorter
 /// than 2 points are not drawn.
 pub(super) fn arrow(painter: &Painter, from: Pos2, length: f32, width: f32, color: Color32) {
     if !length.is_finite() || length.abs() < 2.0 {

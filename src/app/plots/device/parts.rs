@@ -9,7 +9,7 @@ use crate::model::unit::format_quantity;
 
 /// Number of segments of the drawn beam.
 const BEAM_PIECES: usize = 40;
-/// Depths of the ground's rough profile below its ridge, from left to right [points].
+/// Depths of the ground's rough profile below its ridge, from left to right \[points\].
 const GROUND_PROFILE: [f32; 16] = [
     9.0, 6.0, 10.0, 8.0, 5.0, 9.0, 11.0, 7.0, 10.0, 6.0, 9.0, 12.0, 7.0, 9.0, 5.0, 10.0,
 ];

@@ -7,7 +7,7 @@ use super::style;
 use super::style::{AXIS_TEXT, AXIS_WIDTH};
 use crate::model::unit::prefix_for;
 
-/// Smallest distance of two grid lines that the plot library draws [points].
+/// Smallest distance of two grid lines that the plot library draws \[points\].
 const MIN_GRID_SPACING: f32 = 8.0;
 
 /// The unit in which values are shown.

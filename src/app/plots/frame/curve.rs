@@ -53,7 +53,7 @@ pub struct Curve {
     pub placed: Placed,
     /// Its colour.
     pub color: Color32,
-    /// Its width [points].
+    /// Its width \[points\].
     pub width: f32,
     /// Whether it is dashed, unless it is too dense.
     pub dashed: bool,
@@ -117,13 +117,13 @@ impl Curve {
         self
     }
 
-    /// Value at `t` [s].
+    /// Value at `t` \[s\].
     pub fn value_at(&self, t: f64) -> Option<f64> {
         let value = self.pyramid.value_at(t - self.placed.shift)?;
         Some(self.placed.value(value))
     }
 
-    /// Least and greatest value from `from` to `to` [s].
+    /// Least and greatest value from `from` to `to` \[s\].
     pub fn value_range(&self, from: f64, to: f64) -> Option<(f64, f64)> {
         let shift = self.placed.shift;
         let (low, high) = self.pyramid.value_range(from - shift, to - shift)?;
@@ -131,7 +131,7 @@ impl Curve {
         Some((a.min(b), a.max(b)))
     }
 
-    /// The line from `from` to `to` [s] in units of `time_unit` [s] and `unit`.
+    /// The line from `from` to `to` \[s\] in units of `time_unit` \[s\] and `unit`.
     pub fn draw(
         &self,
         (from, to): (f64, f64),

@@ -8,7 +8,7 @@ use egui_plot::{PlotBounds, PlotGeometry, PlotItem, PlotItemBase, PlotPoint, Plo
 
 use super::style::AXIS_TEXT;
 
-/// Longest line that is dashed [points]. A longer one covers the plot so densely that it is
+/// Longest line that is dashed \[points\]. A longer one covers the plot so densely that it is
 /// drawn solid.
 const MAX_DASHED_LENGTH: f32 = 12_000.0;
 

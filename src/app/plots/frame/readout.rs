@@ -14,15 +14,15 @@ use crate::app::state::State;
 use crate::model::unit::format_quantity;
 use crate::recording::{Channel, Grid};
 
-/// Width of the colour swatch and the space after it [points].
+/// Width of the colour swatch and the space after it \[points\].
 const SWATCH_WIDTH: f32 = 14.0;
-/// Approximate width of a letter [points].
+/// Approximate width of a letter \[points\].
 const LETTER_WIDTH: f32 = 6.4;
-/// Width reserved for a value, so that a changing one does not move the others [points].
+/// Width reserved for a value, so that a changing one does not move the others \[points\].
 const VALUE_WIDTH: f32 = 76.0;
-/// Longest name that is written in full [letters].
+/// Longest name that is written in full \[letters\].
 const MAX_NAME_LETTERS: usize = 22;
-/// Height of a row [points].
+/// Height of a row \[points\].
 const ROW_HEIGHT: f32 = 18.0;
 
 /// One entry: the curve's colour, its name, its value.
@@ -145,7 +145,7 @@ impl Readout {
         Self { entries }
     }
 
-    /// The entries in rows of at most `width` [points].
+    /// The entries in rows of at most `width` \[points\].
     fn rows(&self, width: f32) -> Vec<&[Entry]> {
         let (mut rows, mut start, mut used) = (Vec::new(), 0, 0.0);
         for (i, entry) in self.entries.iter().enumerate() {
@@ -162,7 +162,7 @@ impl Readout {
         rows
     }
 
-    /// Height of all rows [points].
+    /// Height of all rows \[points\].
     pub fn height(&self, width: f32) -> f32 {
         self.rows(width).len() as f32 * ROW_HEIGHT
     }
@@ -261,13 +261,13 @@ pub fn shortened(name: &str) -> String {
     format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
 }
 
-/// Time at which values are read [s].
+/// Time at which values are read \[s\].
 pub fn time(state: &State) -> Option<f64> {
     state.cursors.hover.or(state.cursors.first)
 }
 
 impl Entry {
-    /// Its width, whatever its value [points].
+    /// Its width, whatever its value \[points\].
     fn width(&self) -> f32 {
         let name = LETTER_WIDTH * shortened(&self.name).chars().count() as f32;
         let value = if self.mark.is_some() {

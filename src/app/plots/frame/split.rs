@@ -8,10 +8,10 @@ use eframe::egui::{
 
 use crate::app::setup::view::Picture;
 
-/// How far an arrow key moves a handle [points].
+/// How far an arrow key moves a handle \[points\].
 const ARROW_KEY_STEP: f32 = 12.0;
 
-/// The smallest height that a handle can give a picture [points].
+/// The smallest height that a handle can give a picture \[points\].
 fn min_height(picture: Picture) -> f32 {
     match picture {
         Picture::Device => 110.0,

@@ -4,14 +4,14 @@
 
 use eframe::egui::{Color32, Ui};
 
-/// Width of the main curve [points].
+/// Width of the main curve \[points\].
 pub const THICK_LINE: f32 = 2.2;
-/// Width of all other curves [points].
+/// Width of all other curves \[points\].
 pub const THIN_LINE: f32 = 1.2;
-/// Width for ticks and label of a vertical axis [points]. It is the same for all pictures,
+/// Width for ticks and label of a vertical axis \[points\]. It is the same for all pictures,
 /// so that equal times are aligned.
 pub const AXIS_WIDTH: f32 = 62.0;
-/// Size of the text on axes [points].
+/// Size of the text on axes \[points\].
 pub const AXIS_TEXT: f32 = 12.0;
 
 /// Colours of one theme.

@@ -58,7 +58,7 @@ pub struct TimePlot {
 /// What all pictures against time share in a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Common {
-    /// Time in view [s].
+    /// Time in view \[s\].
     pub window: (f64, f64),
     /// Cursors to draw.
     pub cursors: Cursors,
@@ -68,7 +68,7 @@ pub struct Common {
 pub struct Reply {
     /// Response of the area inside the axes.
     pub response: Response,
-    /// Time at its left and right edge [s].
+    /// Time at its left and right edge \[s\].
     pub window: (f64, f64),
 }
 
@@ -203,7 +203,7 @@ fn stripe(half: f64, color: Color32) -> Layer {
     })
 }
 
-/// The contacts in view [s]; contacts closer than a pixel are merged.
+/// The contacts in view \[s\]; contacts closer than a pixel are merged.
 pub fn contact_stretches(trace: &Trace, (from, to): (f64, f64), pixels: usize) -> Vec<(f64, f64)> {
     let all = &trace.contacts;
     let pixel = (to - from) / pixels as f64;
@@ -232,7 +232,7 @@ fn contacts(trace: &Trace, window: (f64, f64), unit: f64, pixels: usize, color: 
     })
 }
 
-/// A marker with its colour and place: time [s], value (SI).
+/// A marker with its colour and place: time \[s\], value (SI).
 pub type Marked = (Mark, Color32, [f64; 2]);
 
 /// Impacts, sticks and releases. Of events closer than a marker, the first of each kind is

@@ -7,10 +7,10 @@ use super::time_plot::Reply;
 use crate::app::simulation::snapshot::LiveState;
 use crate::app::state::{Cursors, State};
 
-/// Shortest time span that can be shown [s].
+/// Shortest time span that can be shown \[s\].
 const MIN_SPAN: f64 = 1e-7;
 
-/// First and last simulated time [s].
+/// First and last simulated time \[s\].
 fn simulated(state: &State) -> Option<(f64, f64)> {
     let trace = &state.snapshot.as_ref()?.trace;
     let span = (trace.t0, trace.end());
@@ -18,7 +18,7 @@ fn simulated(state: &State) -> Option<(f64, f64)> {
     usable.then_some(span)
 }
 
-/// First and last time of the visible recordings, as aligned [s].
+/// First and last time of the visible recordings, as aligned \[s\].
 fn recorded(state: &State) -> Option<(f64, f64)> {
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
     union(visible.map(|overlay| {
@@ -32,7 +32,7 @@ fn live(state: &State) -> Option<LiveState> {
     state.snapshot.as_ref()?.live
 }
 
-/// Latest time in view of a live run [s].
+/// Latest time in view of a live run \[s\].
 fn live_end(state: &State, live: &LiveState) -> f64 {
     let oldest = live.history_start.min(live.time);
     state.scrub.unwrap_or(live.time).clamp(oldest, live.time)
@@ -46,7 +46,7 @@ fn all(state: &State) -> (f64, f64) {
         .unwrap_or((0.0, state.setup.duration.max(MIN_SPAN)))
 }
 
-/// Time in view [s]. A live run is shown up to the right edge.
+/// Time in view \[s\]. A live run is shown up to the right edge.
 pub fn in_view(state: &State) -> (f64, f64) {
     let chosen = state
         .view
@@ -63,12 +63,12 @@ pub fn in_view(state: &State) -> (f64, f64) {
     chosen.unwrap_or_else(|| all(state))
 }
 
-/// First and last time of simulation and recordings together [s].
+/// First and last time of simulation and recordings together \[s\].
 fn widest(state: &State) -> (f64, f64) {
     union([simulated(state), recorded(state)].into_iter().flatten()).unwrap_or_else(|| all(state))
 }
 
-/// Longest time span that can be shown [s].
+/// Longest time span that can be shown \[s\].
 fn longest(state: &State) -> f64 {
     let (first, last) = widest(state);
     match live(state) {
@@ -77,7 +77,7 @@ fn longest(state: &State) -> f64 {
     }
 }
 
-/// Shows `from` to `to` [s], limited to times with something to see.
+/// Shows `from` to `to` \[s\], limited to times with something to see.
 fn look_at(state: &mut State, from: f64, to: f64) {
     let live = live(state);
     let widest = widest(state);

@@ -19,7 +19,7 @@ use crate::recording::align::Alignment;
 const MAX_SAMPLES: usize = 100_000;
 /// Most points drawn for one path.
 const MAX_POINTS: usize = 12_000;
-/// Side of a cell in which a path is drawn once [points].
+/// Side of a cell in which a path is drawn once \[points\].
 const CELL_SIZE: f64 = 1.5;
 
 /// A path to be drawn. Its source shows whether the cached points are still valid.
@@ -47,7 +47,7 @@ pub fn recorded_path(ui: &Ui, overlay: &Overlay) -> Path<(Source<Recording>, Ali
     }
 }
 
-/// Indices of the samples of a recording between two times [s], after its time shift.
+/// Indices of the samples of a recording between two times \[s\], after its time shift.
 pub fn recorded_samples(overlay: &Overlay, (from, to): (f64, f64)) -> (usize, usize) {
     let index = |t: f64| {
         let time = t - overlay.alignment.time_shift;
@@ -251,7 +251,7 @@ pub fn axis(
     }
 }
 
-/// Samples `first..last` of an even series in `from..=to` [s].
+/// Samples `first..last` of an even series in `from..=to` \[s\].
 pub fn samples(t0: f64, dt: f64, count: usize, (from, to): (f64, f64)) -> (usize, usize) {
     if dt.is_nan() || dt <= 0.0 {
         return (0, count.min(1));

@@ -17,7 +17,7 @@ use crate::diagnose::report::words::{
 };
 use crate::model::effects::{EffectSpec, find};
 
-/// Width of the bar of a probability [points].
+/// Width of the bar of a probability \[points\].
 const BAR_WIDTH: f32 = 74.0;
 
 /// Draws a row, with its details if it is opened. Effects chosen by hand are not `compared`

@@ -54,7 +54,7 @@ const STEPS: [Step; 4] = [
     },
 ];
 
-/// Space between two steps [points].
+/// Space between two steps \[points\].
 const STEP_GAP: f32 = 17.0;
 
 /// Draws the workspace.

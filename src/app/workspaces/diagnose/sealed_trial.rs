@@ -12,7 +12,7 @@ use crate::diagnose::report::words::listed;
 use crate::model::effects::{CATALOGUE, find};
 use crate::model::unit::format_quantity;
 
-/// Noise levels that are offered [m].
+/// Noise levels that are offered \[m\].
 const NOISE_LEVELS: [f64; 4] = [5e-9, 20e-9, 50e-9, 150e-9];
 
 /// Draws the window while it is open.

@@ -14,9 +14,9 @@ use crate::diagnose::report::words::{change, listed, metres};
 use crate::diagnose::report::{headline, sentences};
 use crate::model::effects::find;
 
-/// Height of the strip [points].
+/// Height of the strip \[points\].
 const STRIP_HEIGHT: f32 = 58.0;
-/// Width of the button, and of the progress bar in its place [points].
+/// Width of the button, and of the progress bar in its place \[points\].
 const ACTION_WIDTH: f32 = 250.0;
 
 /// Draws the strip above the steps.

@@ -117,14 +117,14 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     }
 }
 
-/// A change of the rms by `percent` from the `rms` of the reference curve A [m], in words.
+/// A change of the rms by `percent` from the `rms` of the reference curve A \[m\], in words.
 fn compared_with_a(percent: f64, rms: f64) -> String {
     let word = if percent > 0.0 { "worse" } else { "better" };
     let rms = format_quantity(rms, "m", 3);
     format!("{:.1} % {word} than A ({rms})", percent.abs())
 }
 
-/// Noise of the recording on the scale of the comparison [m]; `None` if it has none.
+/// Noise of the recording on the scale of the comparison \[m\]; `None` if it has none.
 fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
     recording_noise::sigma(ui, overlay)

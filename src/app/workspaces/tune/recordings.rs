@@ -286,7 +286,7 @@ fn alignment(ui: &mut Ui, overlay: &mut Overlay) {
         });
 }
 
-/// Approximate range of a channel [m], from at most some 500 samples: it only sets how fast a
+/// Approximate range of a channel \[m\], from at most some 500 samples: it only sets how fast a
 /// drag changes the offset.
 fn span(samples: &[f64]) -> f64 {
     let some = samples.iter().step_by((samples.len() / 256).max(1));

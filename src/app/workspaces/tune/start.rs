@@ -39,8 +39,8 @@ pub fn start_from_recording(setup: &mut Setup, id: OverlayId) {
     }
 }
 
-/// Motion at the start of a recording: position relative to the mean [m], velocity [m/s] and
-/// mean [m].
+/// Motion at the start of a recording: position relative to the mean \[m\], velocity [m/s] and
+/// mean \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FirstMotion {
     position: f64,
@@ -48,7 +48,7 @@ struct FirstMotion {
     mean: f64,
 }
 
-/// Fits the first half period with a sine of `frequency` [Hz], or the first samples with
+/// Fits the first half period with a sine of `frequency` \[Hz\], or the first samples with
 /// a parabola if it is 0.
 fn first_motion(recording: &Recording, frequency: f64) -> Option<FirstMotion> {
     let samples: Vec<(f64, f64)> = recording

@@ -14,7 +14,7 @@ use crate::app::widgets::quantity_field::QuantityField;
 use crate::app::widgets::slider_track::SliderTrack;
 use crate::model::unit::{format_number, format_quantity};
 
-/// Shortest and longest simulated span [s].
+/// Shortest and longest simulated span \[s\].
 const SPAN_RANGE: (f64, f64) = (1e-4, 1000.0);
 /// Slowest and fastest live speed, simulated seconds per second of wall time.
 const SPEED_RANGE: (f64, f64) = (1e-5, 1.0);
@@ -72,7 +72,7 @@ fn hint(command: Command) -> String {
     }
 }
 
-/// End of the visible recordings after their time shifts [s].
+/// End of the visible recordings after their time shifts \[s\].
 pub fn recordings_end(setup: &Setup) -> Option<f64> {
     setup
         .overlays

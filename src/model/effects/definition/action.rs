@@ -22,22 +22,22 @@ pub struct Surroundings<'a> {
 /// State of the device as an effect sees it. SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Kinematics {
-    /// Time [s].
+    /// Time \[s\].
     pub t: f64,
-    /// Displacement of the proof mass [m].
+    /// Displacement of the proof mass \[m\].
     pub xp: f64,
     /// Velocity of the proof mass [m/s].
     pub vp: f64,
-    /// Displacement of the cantilever's centre [m].
+    /// Displacement of the cantilever's centre \[m\].
     pub xc: f64,
     /// Velocity of the cantilever's centre [m/s].
     pub vc: f64,
-    /// Voltage at the terminals [V].
+    /// Voltage at the terminals \[V\].
     pub voltage: f64,
     /// `gc` that drives at present, all effects included; not known to
     /// [`Action::drive_voltage`] and [`Action::drive_gain`], which make it.
     pub gain: f64,
-    /// Force of the gas film by eq (10) [N], 0 while the mass is held. Where a mass has sunk
+    /// Force of the gas film by eq (10) \[N\], 0 while the mass is held. Where a mass has sunk
     /// into a compliant ground, the film is as thick as at touch.
     pub film: f64,
 }
@@ -82,7 +82,7 @@ pub trait Action: Send + Sync + fmt::Debug {
         1.0
     }
 
-    /// Extra states: whether they are forces on the proof mass [N], which then need be no more
+    /// Extra states: whether they are forces on the proof mass \[N\], which then need be no more
     /// exact than its motion asks for; others are told as exactly for their size as that is.
     fn states_are_forces(&self) -> bool {
         false
@@ -129,18 +129,18 @@ pub trait Action: Send + Sync + fmt::Debug {
         gain
     }
 
-    /// Force on the proof mass [N], in flight and while it is held.
+    /// Force on the proof mass \[N\], in flight and while it is held.
     fn force_on_proof_mass(&self, _at: &Kinematics, _z: &[f64]) -> f64 {
         0.0
     }
 
-    /// Force of the gas film [N], from the one without; also while the mass is held, where
+    /// Force of the gas film \[N\], from the one without; also while the mass is held, where
     /// the one without is 0.
     fn film_force(&self, film: f64, _z: &[f64]) -> f64 {
         film
     }
 
-    /// Coulomb friction of the mass [N], not negative: it opposes the mass's motion with
+    /// Coulomb friction of the mass \[N\], not negative: it opposes the mass's motion with
     /// this force, and holds a mass at rest against any smaller one.
     fn friction(&self) -> f64 {
         0.0
@@ -152,13 +152,13 @@ pub trait Action: Send + Sync + fmt::Debug {
         0.0
     }
 
-    /// Contact: reaction [N] of a ground into which the mass sinks, at a depth [m] and its
+    /// Contact: reaction \[N\] of a ground into which the mass sinks, at a depth \[m\] and its
     /// rate [m/s], in place of the rigid stop. `None` leaves the ground rigid.
     fn contact_force(&self, _depth: f64, _rate: f64) -> Option<f64> {
         None
     }
 
-    /// Contact: level of the ground [m], from the level without.
+    /// Contact: level of the ground \[m\], from the level without.
     fn ground_level(&self, level: f64, _t: f64) -> f64 {
         level
     }
@@ -168,7 +168,7 @@ pub trait Action: Send + Sync + fmt::Debug {
         None
     }
 
-    /// Contact: adhesion [N] after `contact_time` [s], from the adhesion without and from
+    /// Contact: adhesion \[N\] after `contact_time` \[s\], from the adhesion without and from
     /// what it is at touch.
     fn adhesion(&self, adhesion: f64, _at_touch: f64, _contact_time: f64) -> f64 {
         adhesion
@@ -184,7 +184,7 @@ pub trait Action: Send + Sync + fmt::Debug {
         false
     }
 
-    /// Sensor: the reading of a point at `t` [m], from the one without.
+    /// Sensor: the reading of a point at `t` \[m\], from the one without.
     fn reading(&self, reading: f64, _point: Point, _t: f64, _z: &[f64]) -> f64 {
         reading
     }
@@ -195,7 +195,7 @@ pub trait Action: Send + Sync + fmt::Debug {
         false
     }
 
-    /// Sensor: time by which readings are late as a whole [s], not negative.
+    /// Sensor: time by which readings are late as a whole \[s\], not negative.
     fn reading_delay(&self) -> f64 {
         0.0
     }

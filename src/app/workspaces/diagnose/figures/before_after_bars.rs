@@ -13,9 +13,9 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::ProofOf;
 use crate::diagnose::report::words::{capitalised, chi2, in_noise, metres, share, two_digits};
 
-/// Height of a bar [points].
+/// Height of a bar \[points\].
 const BAR_HEIGHT: f32 = 13.0;
-/// Width of the numbers after a bar [points].
+/// Width of the numbers after a bar \[points\].
 const NUMBERS_WIDTH: f32 = 118.0;
 
 /// Draws the bars.

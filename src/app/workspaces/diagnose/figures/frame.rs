@@ -114,7 +114,7 @@ pub struct Figure<'a> {
     pub y: Axis<'a>,
     /// Whether the vertical axis is logarithmic.
     pub log: bool,
-    /// Height with ticks and label [points].
+    /// Height with ticks and label \[points\].
     pub height: f32,
     /// Whether the horizontal axis has ticks and a label.
     pub has_x: bool,

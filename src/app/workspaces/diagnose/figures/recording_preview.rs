@@ -15,9 +15,9 @@ use crate::app::state::State;
 use crate::model::unit::format_quantity;
 use crate::recording::Channel;
 
-/// Height of the name [points].
+/// Height of the name \[points\].
 const NAME_HEIGHT: f32 = 15.0;
-/// Height of the curves [points].
+/// Height of the curves \[points\].
 const CURVES_HEIGHT: f32 = 62.0;
 
 /// Draws all recordings that are used.

@@ -12,11 +12,11 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::{Mismatch, Strip};
 use crate::diagnose::report::words::{in_noise, metres};
 
-/// Height of the name above the strip [points].
+/// Height of the name above the strip \[points\].
 const NAME_HEIGHT: f32 = 15.0;
-/// Height of the motion [points].
+/// Height of the motion \[points\].
 const MOTION_HEIGHT: f32 = 15.0;
-/// Height of the residual [points].
+/// Height of the residual \[points\].
 const RESIDUAL_HEIGHT: f32 = 30.0;
 
 /// The scales that all strips share.
@@ -24,7 +24,7 @@ const RESIDUAL_HEIGHT: f32 = 30.0;
 pub struct Scale {
     /// Natural logarithms of the smallest and largest residual, which is in metres.
     residual: (f64, f64),
-    /// Lowest and highest position [m].
+    /// Lowest and highest position \[m\].
     motion: (f64, f64),
 }
 
@@ -62,9 +62,9 @@ impl Scale {
 
 /// What a person did on a strip.
 pub enum StripAction {
-    /// A click at a time [s].
+    /// A click at a time \[s\].
     Click(f64),
-    /// An interval was selected by dragging, start and end [s].
+    /// An interval was selected by dragging, start and end \[s\].
     SelectInterval(f64, f64),
 }
 
@@ -136,7 +136,7 @@ fn strip_action(ui: &Ui, response: &Response, time: impl Fn(f32) -> f64) -> Opti
     None
 }
 
-/// First and last time of the bins [s].
+/// First and last time of the bins \[s\].
 pub fn span(strip: &Strip) -> Option<(f64, f64)> {
     let (first, last) = (*strip.time.first()?, *strip.time.last()?);
     let half = 0.5 * (last - first) / (strip.time.len().max(2) - 1) as f64;
@@ -172,7 +172,7 @@ fn about(d: &Diagnosis, strip: &Strip, t: f64) -> String {
     text + "\nClick to show it, drag to select an interval."
 }
 
-/// Rectangle, whether it is selected, first and last time [s], and role in words.
+/// Rectangle, whether it is selected, first and last time \[s\], and role in words.
 type StripPlace<'a> = (Rect, bool, (f64, f64), &'a str);
 
 fn paint(

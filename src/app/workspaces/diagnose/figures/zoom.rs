@@ -17,9 +17,9 @@ use crate::recording::Recording;
 
 /// A curve is drawn with at most this many columns; more than a screen can show.
 const MAX_COLUMNS: usize = 900;
-/// The residual plot is at least this high [points].
+/// The residual plot is at least this high \[points\].
 const MIN_PLOT_HEIGHT: f32 = 80.0;
-/// Shortest interval that can be zoomed to [s].
+/// Shortest interval that can be zoomed to \[s\].
 const MIN_INTERVAL: f64 = 1e-4;
 
 /// Draws the chosen recording.
@@ -183,7 +183,7 @@ fn shades(ui: &Ui, answer: &Answer, strip: &Strip) -> Vec<Item> {
         .collect()
 }
 
-/// Noise of a recording [m], or of all recordings if its own is unknown.
+/// Noise of a recording \[m\], or of all recordings if its own is unknown.
 fn noise_of(answer: &Answer, strip: &Strip) -> f64 {
     let d = &answer.diagnosis;
     let mut proofs = d.proof.iter();
@@ -244,7 +244,7 @@ fn of_samples(
     .show(ui)
 }
 
-/// The ground level [m]: measured in this recording, or else that of the re-tuned model.
+/// The ground level \[m\]: measured in this recording, or else that of the re-tuned model.
 fn ground(state: &State, answer: &Answer, used: &Used) -> Option<f64> {
     let snapshot = state.snapshot.as_ref()?;
     let compared = snapshot.comparisons.iter().find(|c| c.id == used.id);

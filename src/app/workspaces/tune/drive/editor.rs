@@ -19,14 +19,14 @@ const DRIVE_KINDS: [&str; 8] = [
     "rest", "sine", "square", "triangle", "ramped", "chirp", "table", "recorded",
 ];
 
-/// Frequency and amplitude of a drive if the preset has none [Hz], [V].
+/// Frequency and amplitude of a drive if the preset has none \[Hz\], \[V\].
 const DEFAULT_FREQUENCY: f64 = 15.0;
 const DEFAULT_AMPLITUDE: f64 = 8.0;
 /// Ramp share of a new ramped square wave.
 const DEFAULT_RAMP_SHARE: f64 = 0.1;
 /// A new sweep ends at this multiple of its first frequency.
 const SWEEP_RATIO: f64 = 10.0;
-/// Frequencies that can be typed [Hz].
+/// Frequencies that can be typed \[Hz\].
 const FREQUENCY_LIMITS: (f64, f64) = (1e-6, 1e6);
 
 const FREQUENCY_SPEC: ParameterSpec = ParameterSpec {
@@ -180,7 +180,7 @@ fn editable_values(waveform: &mut Waveform) -> Vec<(ParameterSpec, &mut f64)> {
     }
 }
 
-/// Frequency [Hz] and amplitude [V] of a drive, if it has them. The frequency of a sweep is
+/// Frequency \[Hz\] and amplitude \[V\] of a drive, if it has them. The frequency of a sweep is
 /// the first one.
 fn frequency_and_amplitude(drive: &DriveChoice) -> (Option<f64>, Option<f64>) {
     match drive {
@@ -200,7 +200,7 @@ fn frequency_and_amplitude(drive: &DriveChoice) -> (Option<f64>, Option<f64>) {
     }
 }
 
-/// Frequency [Hz] and amplitude [V] of the drive of the preset, or the defaults.
+/// Frequency \[Hz\] and amplitude \[V\] of the drive of the preset, or the defaults.
 fn preset_frequency_and_amplitude(setup: &Setup) -> (f64, f64) {
     let drive = Waveform::parse(&setup.preset.drive, setup.preset.duration)
         .map(DriveChoice::Waveform)

@@ -55,7 +55,7 @@ pub fn show(ui: &mut Ui, setup: &Setup, place: Place) {
         });
 }
 
-/// The time that is shown [s].
+/// The time that is shown \[s\].
 fn span(setup: &Setup, waveform: &Waveform) -> f64 {
     match waveform {
         Waveform::Table(table) => table.end().max(1e-6),

@@ -9,11 +9,11 @@ use crate::fit::FitResult;
 use crate::fit::uncertainty::identifiability::{Combinations, determined};
 use crate::model::unit::format_number;
 
-/// Side of a cell [points].
+/// Side of a cell \[points\].
 const CELL_SIZE: f32 = 30.0;
-/// Width of the names on the left [points].
+/// Width of the names on the left \[points\].
 const NAMES_WIDTH: f32 = 62.0;
-/// Height of the names on top [points].
+/// Height of the names on top \[points\].
 const NAMES_HEIGHT: f32 = 18.0;
 
 /// Draws the correlation matrix of the parameters that the data determine, and below it the
