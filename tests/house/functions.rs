@@ -6,23 +6,11 @@ use super::source::{Tree, is_test, line, words};
 const MAX_LINES: usize = 100;
 
 /// Tables written as functions, one entry after the other: file, function, and why.
-const TABLES: [(&str, &str, &str); 3] = [
-    (
-        "src/app/setup/command.rs",
-        "text",
-        "the name and the help of each command",
-    ),
-    (
-        "src/app/actions/run.rs",
-        "run_one",
-        "what each command does, one arm each",
-    ),
-    (
-        "src/trial/concealed_effects.rs",
-        "choose",
-        "how each effect is concealed, and how large, one arm each",
-    ),
-];
+const TABLES: [(&str, &str, &str); 1] = [(
+    "src/app/setup/command.rs",
+    "text",
+    "the name and the help of each command",
+)];
 
 /// The functions of blanked code: name, first line, number of lines.
 fn functions(code: &str) -> Vec<(&str, usize, usize)> {
