@@ -7,9 +7,9 @@ use super::analysis::diagnosis::Diagnosing;
 use super::analysis::fit::Fitting;
 use super::analysis::identification::Identification;
 use super::setup::command::Command;
+use super::setup::current_setup::Setup;
 use super::setup::notice::{Notice, Refusal};
 use super::setup::overlay::OverlayId;
-use super::setup::setup::Setup;
 use super::setup::view::{Picture, View};
 use super::simulation::snapshot::Snapshot;
 

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::fit::aligned;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
-use crate::app::setup::setup::Setup;
 use crate::diagnose::Diagnosis;
 use crate::recording::Recording;
 

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use eframe::egui::Context;
 
 use super::job::Job;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{Overlay, Role};
-use crate::app::setup::setup::Setup;
 use crate::fit::{
     Control, FitOptions, FitResult, Part, ProfilePoint, Progress, default_free, fit, profile_of,
 };

@@ -8,8 +8,8 @@ use eframe::egui::Context;
 
 use super::fit::{Fitting, aligned};
 use super::job::Job;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
-use crate::app::setup::setup::Setup;
 use crate::fit::contact_readings::ContactReadings;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::paper_steps::outcome::{StepResult, take};

@@ -1,8 +1,8 @@
 //! The role of each recording: fit, held out or unused. Until the person chooses, the program
 //! does.
 
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{Overlay, OverlayId, Role};
-use crate::app::setup::setup::Setup;
 
 /// The program holds out one of this many recordings.
 const HELD_OUT_ONE_IN: usize = 4;

@@ -8,8 +8,8 @@ use eframe::egui::Context;
 
 use super::diagnosis_answer::Answer;
 use super::job::Job;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::OverlayId;
-use crate::app::setup::setup::Setup;
 use crate::diagnose::Diagnosis;
 use crate::trial::score::Mark;
 use crate::trial::{Case, Class, Envelope, Mix, Recordings, Settings, StructureKind, Truth, score};

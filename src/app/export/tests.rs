@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::app::export::*;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Overlay;
-use crate::app::setup::setup::Setup;
 use crate::app::setup::view::{Picture, View};
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;

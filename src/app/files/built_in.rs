@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Overlay;
-use crate::app::setup::setup::Setup;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;

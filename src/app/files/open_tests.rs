@@ -3,7 +3,7 @@ use std::sync::atomic::AtomicUsize;
 
 use crate::app::files::open::*;
 use crate::app::files::{built_in, recent, session};
-use crate::app::setup::setup::Setup;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::view::View;
 use crate::model::preset::Preset;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::atomic_write::{SessionError, data_dir, write_atomically};
 use super::session_text;
 use super::session_text::{Loaded, RecordingEntry, TextError};
-use crate::app::setup::setup::Setup;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::view::View;
 use crate::atomic_write::folder_of;
 

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::built_in;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_text::DriveEntry;
 use crate::app::setup::overlay::{Overlay, Role};
-use crate::app::setup::setup::Setup;
 use crate::app::setup::view::View;
 use crate::model::preset::Preset;
 use crate::recording::align::Alignment;

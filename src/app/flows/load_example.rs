@@ -2,8 +2,8 @@
 //! once.
 
 use crate::app::files::built_in;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{Overlay, OverlayId, Role};
-use crate::app::setup::setup::Setup;
 use crate::app::state::State;
 use crate::model::preset::Preset;
 use crate::trial::{Recordings, demo};
@@ -15,7 +15,7 @@ use crate::trial::{Recordings, demo};
 /// Why the recordings cannot be read.
 pub fn load(state: &mut State, last: &mut OverlayId) -> Result<(), String> {
     let recordings = demo::recordings().map_err(|error| error.to_string())?;
-    crate::app::setup::setup::choose_preset(&mut state.setup, &Preset::default());
+    crate::app::setup::current_setup::choose_preset(&mut state.setup, &Preset::default());
     let overlays = &mut state.setup.overlays;
     // Built-in recordings are replaced.
     overlays.retain(|overlay| !overlay.made_up);

@@ -1,6 +1,6 @@
 //! Undo and redo: one step per finished interaction.
 
-use super::setup::Setup;
+use super::current_setup::Setup;
 
 /// Steps that can be undone.
 const MAX_STEPS: usize = 200;

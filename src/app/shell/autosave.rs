@@ -11,8 +11,8 @@ use crate::app::files::session;
 use crate::app::files::session_text::{Loaded, RecordingEntry};
 use crate::app::flows::sealed_trial::own_setup;
 use crate::app::services::Services;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::notice::Notice;
-use crate::app::setup::setup::Setup;
 use crate::app::setup::view::View;
 use crate::app::state::State;
 

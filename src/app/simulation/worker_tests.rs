@@ -1,5 +1,5 @@
 use crate::app::files::built_in;
-use crate::app::setup::setup::Setup;
+use crate::app::setup::current_setup::Setup;
 use crate::app::simulation::worker::*;
 use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, EffectSpec, Need};

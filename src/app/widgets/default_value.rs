@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::app::setup::setup::Setup;
+use crate::app::setup::current_setup::Setup;
 use crate::model::effects::EffectSpec;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::{EMBEDDED, Preset};

@@ -6,8 +6,8 @@ use eframe::egui::{RichText, Ui};
 use egui_plot::{GridInput, GridMark, uniform_grid_spacer};
 
 use crate::app::plots::frame::axes::{round_step, tick};
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::OverlayId;
-use crate::app::setup::setup::Setup;
 
 /// Text a little smaller than the rest, still readable.
 pub(crate) fn small(text: impl Into<String>) -> RichText {

@@ -89,7 +89,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Events(EventFigure::Adhesion),
-    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

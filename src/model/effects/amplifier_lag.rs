@@ -110,7 +110,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Residual(Quantity::Voltage),
-    ..EffectSpec::DEFAULT
 };
 
 /// A time constant or a bounded rate, of different sizes.

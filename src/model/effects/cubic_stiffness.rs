@@ -68,7 +68,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Force(Quantity::Displacement),
-    ..EffectSpec::DEFAULT
 };
 
 /// A cubic term; the quintic one shapes it, unless a fit's step of that is too large for a device

@@ -49,7 +49,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Force(Quantity::Velocity),
-    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

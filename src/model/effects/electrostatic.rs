@@ -77,7 +77,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Force(Quantity::Voltage),
-    ..EffectSpec::DEFAULT
 };
 
 /// Electrodes at different distances when the mass touches.

@@ -170,7 +170,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::RingDown,
-    ..EffectSpec::DEFAULT
 };
 
 /// The modes that the values are of.

@@ -84,7 +84,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Force(Quantity::Displacement),
-    ..EffectSpec::DEFAULT
 };
 
 /// A time that is the same at any height, and one that grows as the gap closes.

@@ -58,7 +58,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Events(EventFigure::Level),
-    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -47,7 +47,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Force(Quantity::Displacement),
-    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

@@ -204,7 +204,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Force(Quantity::Voltage),
-    ..EffectSpec::DEFAULT
 };
 
 /// Relays of all widths as in the branches, and rather narrow ones that lie evenly.

@@ -90,7 +90,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Force(Quantity::Displacement),
-    ..EffectSpec::DEFAULT
 };
 
 /// Three ranges, each for a sphere on a plane and for plates.

@@ -99,7 +99,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Residual(Quantity::Voltage),
-    ..EffectSpec::DEFAULT
 };
 
 /// Creep of one time, over three decades of it.

@@ -70,7 +70,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Residual(Quantity::Velocity),
-    ..EffectSpec::DEFAULT
 };
 
 /// Lags and delays as shares of the time between samples. Together with a shift of the clocks a

@@ -60,7 +60,6 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Search::DEFAULT
     },
     figure: EvidenceFigure::Events(EventFigure::Restitution),
-    ..EffectSpec::DEFAULT
 };
 
 #[derive(Debug)]

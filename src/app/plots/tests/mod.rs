@@ -14,9 +14,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::frame::time_window;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Overlay;
-use crate::app::setup::setup::Setup;
 use crate::app::setup::view::{Picture, View};
 use crate::app::simulation::snapshot::{LiveState, Snapshot};
 use crate::app::state::State;

@@ -15,7 +15,7 @@ pub(crate) mod transport;
 pub use self::recordings::remove as remove_recording;
 pub use self::start::start_from_recording;
 pub use self::transport::usual_speed;
-pub use crate::app::setup::setup::choose_preset;
+pub use crate::app::setup::current_setup::choose_preset;
 
 use eframe::egui::{CentralPanel, Panel, ScrollArea, Ui, Window};
 

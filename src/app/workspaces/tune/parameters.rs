@@ -6,7 +6,7 @@ use eframe::egui::{
 
 use super::drive::editor;
 use crate::app::setup::command::Command;
-use crate::app::setup::setup::{Setup, choose_preset};
+use crate::app::setup::current_setup::{Setup, choose_preset};
 use crate::app::state::State;
 use crate::app::widgets::default_value;
 use crate::app::widgets::parameter_slider::{ParameterSlider, Size, SliderOutput};

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::OverlayId;
-use crate::app::setup::setup::Setup;
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 

@@ -4,8 +4,8 @@
 use eframe::egui::{Button, Id, Panel, RichText, Ui, vec2};
 
 use crate::app::setup::command::Command;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::Mode;
-use crate::app::setup::setup::Setup;
 use crate::app::simulation::snapshot::LiveState;
 use crate::app::state::State;
 use crate::app::widgets::callout;

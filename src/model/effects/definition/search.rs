@@ -126,12 +126,15 @@ pub struct ColdStart {
     pub free: &'static [usize],
 }
 
+/// Values from which a law can be fitted with its shape, from those fitted without it and the
+/// voltage from lowest to highest \[V\]; `None` if those values are a good start already.
+pub type RefinedStart = fn(&[f64], &dyn Fn() -> f64) -> Option<Vec<f64>>;
+
 /// How a law that has shown is refined by its shape parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Refinement {
-    /// Values from which all of them can be fitted, from the values fitted without the shape and
-    /// the voltage from lowest to highest \[V\]; `None` if those values are a good start already.
-    pub start: fn(&[f64], &dyn Fn() -> f64) -> Option<Vec<f64>>,
+    /// Values from which all of them can be fitted.
+    pub start: RefinedStart,
     /// Bounds in that fit.
     pub bounds: RefinedBounds,
     /// Values without the shape that come nearest to those with it; `None` without a shape.

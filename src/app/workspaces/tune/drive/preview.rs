@@ -7,9 +7,9 @@ use egui_plot::{Line, Plot, PlotPoints};
 
 use super::place::Place;
 use crate::app::plots::frame::style;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Overlay;
-use crate::app::setup::setup::Setup;
 use crate::model::drive::{Shape, Waveform};
 
 /// The curve is drawn with at most this many points.

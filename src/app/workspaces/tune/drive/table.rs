@@ -3,8 +3,8 @@
 use eframe::egui::{Button, CollapsingHeader, Id, ScrollArea, TextEdit, Ui};
 
 use super::place::Place;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
-use crate::app::setup::setup::Setup;
 use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;

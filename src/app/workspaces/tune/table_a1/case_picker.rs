@@ -5,8 +5,8 @@ use eframe::egui::{Grid, RichText, Ui};
 
 use super::features::{FEATURE_ROWS, latest};
 use crate::app::setup::command::Command;
+use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
-use crate::app::setup::setup::Setup;
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::measurements::{Case, Figures, cases};

@@ -5,8 +5,8 @@ use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::support::{full, state};
 use super::{harness, has_track, says, track, type_into};
+use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::notice::Refusal;
-use crate::app::setup::setup::choose_preset;
 use crate::app::state::State;
 use crate::model::parameter::ParameterId as P;
 use crate::model::preset::Preset;
