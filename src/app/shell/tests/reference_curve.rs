@@ -125,6 +125,6 @@ fn a_live_reference_curve_lasts_until_the_window_is_closed() {
     harness.run_steps(2);
     let state = &harness.state().services.state;
     assert!(state.reference.is_some() && state.view.reference_curve.is_none());
-    let notes = harness.query_all_by_label_contains("until the window is closed");
+    let notes = harness.query_all_by_label_contains("lost when the window is closed");
     assert_eq!(notes.count(), 1);
 }
